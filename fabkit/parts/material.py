@@ -1,0 +1,18 @@
+"""What a part is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["Material"]
+
+
+@dataclass(frozen=True)
+class Material:
+    """name, ASCII; density in kg/m3."""
+
+    name: str
+    density_kg_m3: float
+
+    def mass_kg(self, volume_mm3: float) -> float:
+        return self.density_kg_m3 * volume_mm3 * 1e-9

@@ -1,0 +1,45 @@
+"""What geometry says when it cannot do what was asked: a sentence, with the numbers behind it as attributes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+__all__ = ["ConvergenceError", "GeometryError", "MeshError", "MeshFileError", "ParallelityError"]
+
+
+class GeometryError(ValueError):
+    """Base of all errors of this package.
+
+    `message` names element, value, bound and what to do. `elements` are the indices of the vertices, edges or
+    faces concerned (the message says which), `value` what was found, `bound` what was allowed.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        elements: Sequence[int] = (),
+        value: float | None = None,
+        bound: float | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.elements = tuple(int(element) for element in elements)
+        self.value = value
+        self.bound = bound
+
+
+class MeshError(GeometryError):
+    """The mesh itself cannot be used: not manifold, a degenerate edge or face, not finite."""
+
+
+class MeshFileError(GeometryError):
+    """A file does not hold a mesh that can be read."""
+
+
+class ParallelityError(GeometryError):
+    """Two meshes that should be parallel are not."""
+
+
+class ConvergenceError(GeometryError):
+    """A solver stopped before it reached what was asked of it."""

@@ -1,0 +1,274 @@
+"""Which vertices belong to which faces and edges: a mesh without its positions.
+
+Vocabulary. A *corner* is a vertex within a face; the corners of all faces stand in one flat array, face after face.
+Corner c also stands for the half-edge from its vertex to the vertex of the next corner. An *edge* is directed as
+its left face runs along it; the right face, where there is one, runs along it the other way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+
+from geometry.arrays import BoolArray, IntArray, integers
+from geometry.errors import MeshError
+
+__all__ = ["Combinatorics"]
+
+
+@dataclass(frozen=True, eq=False)
+class Combinatorics:
+    """An oriented manifold of polygons.
+
+    n_vertices: number of vertices, used by a face or not.
+    corners (C,): the vertex of each corner; faces run counter-clockwise seen from outside.
+    face_starts (F+1,): face f has the corners face_starts[f] .. face_starts[f+1] - 1.
+
+    Raises MeshError where a face has fewer than three corners or meets a vertex twice, where an index is out of
+    range, and where a directed edge belongs to two faces (not manifold, or not oriented).
+    """
+
+    n_vertices: int
+    corners: IntArray
+    face_starts: IntArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "corners", integers(self.corners))
+        object.__setattr__(self, "face_starts", integers(self.face_starts))
+        self._check_faces()
+        self._check_half_edges()
+
+    @classmethod
+    def from_faces(cls, n_vertices: int, faces: Iterable[Sequence[int]]) -> Combinatorics:
+        """From one sequence of vertex indices a face."""
+        lists = [list(face) for face in faces]
+        sizes = [len(face) for face in lists]
+        corners = np.array([vertex for face in lists for vertex in face], dtype=np.int64)
+        return cls(n_vertices, corners, np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]))
+
+    # --- faces and corners
+
+    @property
+    def n_faces(self) -> int:
+        return len(self.face_starts) - 1
+
+    @property
+    def n_corners(self) -> int:
+        return len(self.corners)
+
+    @cached_property
+    def face_sizes(self) -> IntArray:
+        """(F,) number of corners of each face."""
+        return integers(np.diff(self.face_starts))
+
+    @cached_property
+    def corner_face(self) -> IntArray:
+        """(C,) face of each corner."""
+        return integers(np.repeat(np.arange(self.n_faces), self.face_sizes))
+
+    @cached_property
+    def next_corner(self) -> IntArray:
+        """(C,) the corner after each corner, counter-clockwise in its face."""
+        following = np.arange(1, self.n_corners + 1)
+        following[self.face_starts[1:] - 1] = self.face_starts[:-1]
+        return integers(following)
+
+    @cached_property
+    def previous_corner(self) -> IntArray:
+        """(C,) the corner before each corner."""
+        before = np.empty(self.n_corners, dtype=np.int64)
+        before[self.next_corner] = np.arange(self.n_corners)
+        return integers(before)
+
+    def face(self, face: int) -> IntArray:
+        """Vertices of one face."""
+        return self.corners[self.face_starts[face] : self.face_starts[face + 1]]
+
+    def faces(self) -> list[list[int]]:
+        """All faces as lists of vertices."""
+        return [part.tolist() for part in np.split(self.corners, self.face_starts[1:-1])]
+
+    def faces_by_size(self) -> list[tuple[IntArray, IntArray]]:
+        """For each size k: the faces with k corners (n,) and their corners (n, k)."""
+        groups = []
+        for size in np.unique(self.face_sizes):
+            faces = np.flatnonzero(self.face_sizes == size)
+            groups.append((faces, self.face_starts[faces][:, None] + np.arange(size)))
+        return groups
+
+    # --- edges
+
+    @cached_property
+    def _edge_tables(self) -> tuple[IntArray, IntArray, IntArray]:
+        """edges (E, 2), edge_corners (E, 2) with -1 where there is no right face, corner_edge (C,)."""
+        tail, head = self.corners, self.corners[self.next_corner]
+        low, high = np.minimum(tail, head), np.maximum(tail, head)
+        keys = low * self.n_vertices + high
+        _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+        rank = np.argsort(np.argsort(first))  # number the edges in the order in which faces meet them
+        corner_edge = rank[inverse]
+        left = np.sort(first)
+        right = np.full(len(first), -1, dtype=np.int64)
+        others = np.setdiff1d(np.arange(self.n_corners), left, assume_unique=True)
+        right[corner_edge[others]] = others
+        edges = np.stack([tail[left], head[left]], axis=1)
+        return integers(edges), integers(np.stack([left, right], axis=1)), integers(corner_edge)
+
+    @property
+    def edges(self) -> IntArray:
+        """(E, 2) tail and head of each edge, directed as its left face runs."""
+        return self._edge_tables[0]
+
+    @property
+    def n_edges(self) -> int:
+        return len(self.edges)
+
+    @property
+    def edge_corners(self) -> IntArray:
+        """(E, 2) corner at the tail in the left face; corner at the head in the right face, -1 where none."""
+        return self._edge_tables[1]
+
+    @property
+    def corner_edge(self) -> IntArray:
+        """(C,) edge from each corner to the next."""
+        return self._edge_tables[2]
+
+    @cached_property
+    def edge_faces(self) -> IntArray:
+        """(E, 2) left and right face, -1 where there is none."""
+        corners = self.edge_corners
+        return integers(np.where(corners >= 0, self.corner_face[corners], -1))
+
+    @cached_property
+    def twin(self) -> IntArray:
+        """(C,) the corner whose half-edge runs the other way along the same edge, -1 at the boundary."""
+        left, right = self.edge_corners.T
+        twin = np.full(self.n_corners, -1, dtype=np.int64)
+        twin[left] = right
+        twin[right[right >= 0]] = left[right >= 0]
+        return integers(twin)
+
+    @cached_property
+    def is_boundary_edge(self) -> BoolArray:
+        """(E,) whether an edge has one face only."""
+        return self.edge_faces[:, 1] < 0
+
+    @cached_property
+    def is_boundary_vertex(self) -> BoolArray:
+        """(N,) whether a vertex lies on a boundary edge."""
+        on_boundary = np.zeros(self.n_vertices, dtype=bool)
+        on_boundary[self.edges[self.is_boundary_edge]] = True
+        return on_boundary
+
+    # --- stars
+
+    @cached_property
+    def vertex_degrees(self) -> IntArray:
+        """(N,) number of edges at each vertex."""
+        return integers(np.bincount(self.edges.ravel(), minlength=self.n_vertices))
+
+    @cached_property
+    def is_used(self) -> BoolArray:
+        """(N,) whether a vertex belongs to a face."""
+        return self.vertex_degrees > 0
+
+    @cached_property
+    def adjacency(self) -> csr_array[np.float64, tuple[int, int]]:
+        """(N, N) sparse, 1 where two vertices share an edge."""
+        i, j = self.edges.T
+        ones = np.ones(2 * self.n_edges)
+        rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
+        return coo_array((ones, (rows, columns)), shape=(self.n_vertices, self.n_vertices)).tocsr()
+
+    # --- the whole
+
+    @cached_property
+    def boundary_loops(self) -> list[IntArray]:
+        """Vertices of each boundary loop, the mesh to the left; a vertex where two fans meet is in both loops."""
+        starts = np.flatnonzero(self.twin < 0)
+        following = self.next_corner[starts]
+        while (inner := self.twin[following] >= 0).any():  # turn about the head until the next boundary edge
+            following = np.where(inner, self.next_corner[self.twin[following]], following)
+        successor = dict(zip(starts.tolist(), following.tolist(), strict=True))
+        loops = []
+        while successor:
+            first = corner = next(iter(successor))
+            loop = []
+            while corner in successor:
+                loop.append(corner)
+                corner = successor.pop(corner)
+            assert corner == first
+            loops.append(integers(self.corners[loop]))
+        return loops
+
+    @cached_property
+    def euler_characteristic(self) -> int:
+        """chi = V - E + F over the vertices in use."""
+        return int(self.is_used.sum()) - self.n_edges + self.n_faces
+
+    @cached_property
+    def face_components(self) -> IntArray:
+        """(F,) number of the edge-connected component of each face."""
+        left, right = self.edge_faces[~self.is_boundary_edge].T
+        pairs = coo_array((np.ones(len(left)), (left, right)), shape=(self.n_faces, self.n_faces))
+        return integers(connected_components(pairs, directed=False)[1])
+
+    def same_as(self, other: Combinatorics) -> bool:
+        """Combinatorially equivalent vertex by vertex: the same object, or equal faces."""
+        return self is other or (
+            self.n_vertices == other.n_vertices
+            and np.array_equal(self.corners, other.corners)
+            and np.array_equal(self.face_starts, other.face_starts)
+        )
+
+    def reversed(self) -> Combinatorics:
+        """The same faces, seen from the other side."""
+        order = self.face_starts[:-1][self.corner_face] + self.face_starts[1:][self.corner_face] - 1
+        return Combinatorics(
+            self.n_vertices, self.corners[order - np.arange(self.n_corners)], self.face_starts
+        )
+
+    # --- checks
+
+    def _check_faces(self) -> None:
+        if self.n_faces < 1:
+            raise MeshError("the mesh has no faces")
+        small = np.flatnonzero(self.face_sizes < 3)
+        if len(small):
+            face, size = int(small[0]), int(self.face_sizes[small[0]])
+            raise MeshError(
+                f"face {face} has {size} corners, at least 3 are needed", elements=[face], value=size, bound=3
+            )
+        wrong = np.flatnonzero((self.corners < 0) | (self.corners >= self.n_vertices))
+        if len(wrong):
+            face, vertex = int(self.corner_face[wrong[0]]), int(self.corners[wrong[0]])
+            raise MeshError(
+                f"face {face} names vertex {vertex}, but there are {self.n_vertices} vertices",
+                elements=[face],
+                value=vertex,
+                bound=self.n_vertices - 1,
+            )
+        keys = np.sort(self.corner_face * self.n_vertices + self.corners)
+        twice = np.flatnonzero(keys[1:] == keys[:-1])
+        if len(twice):
+            face, vertex = divmod(int(keys[twice[0]]), self.n_vertices)
+            raise MeshError(f"face {face} touches itself: it meets vertex {vertex} twice", elements=[face])
+
+    def _check_half_edges(self) -> None:
+        tail, head = self.corners, self.corners[self.next_corner]
+        keys = tail * self.n_vertices + head
+        order = np.argsort(keys, kind="stable")
+        twice = np.flatnonzero(keys[order][1:] == keys[order][:-1])
+        if len(twice):
+            first, second = (int(self.corner_face[order[twice[0] + step]]) for step in (0, 1))
+            i, j = divmod(int(keys[order[twice[0]]]), self.n_vertices)
+            raise MeshError(
+                f"faces {first} and {second} both run from vertex {i} to vertex {j}: "
+                "the edge has more than two faces, or the faces are not oriented alike",
+                elements=[first, second],
+            )

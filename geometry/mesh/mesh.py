@@ -1,0 +1,137 @@
+"""A mesh: positions over a combinatorics. M, a parallel mesh, a Gauss image and a Koebe polyhedron are all this."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from geometry.arrays import FloatArray, floats
+from geometry.errors import MeshError
+from geometry.mesh.combinatorics import Combinatorics
+from geometry.mesh.polygons import best_planes, planarity, vector_areas
+
+__all__ = ["Mesh"]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Vertices (N, 3), read-only, over a combinatorics shared by reference.
+
+    Meshes over the same combinatorics form a vector space: `+`, `-`, and `*` with a number.
+    Raises MeshError where the shape does not fit or a coordinate is not finite.
+    """
+
+    vertices: FloatArray
+    combinatorics: Combinatorics
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", floats(self.vertices))
+        expected = (self.combinatorics.n_vertices, 3)
+        if self.vertices.shape != expected:
+            raise MeshError(f"vertices have shape {self.vertices.shape}, the faces need {expected}")
+        broken = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))
+        if len(broken):
+            vertex = int(broken[0])
+            raise MeshError(
+                f"vertex {vertex} is {self.vertices[vertex].tolist()}: coordinates must be finite numbers",
+                elements=broken.tolist(),
+            )
+
+    @classmethod
+    def from_faces(cls, vertices: Any, faces: Iterable[Sequence[int]]) -> Mesh:
+        """From positions (N, 3) and one sequence of vertex indices a face, counter-clockwise seen from outside."""
+        positions = floats(vertices)
+        return cls(positions, Combinatorics.from_faces(len(positions), faces))
+
+    def with_vertices(self, vertices: Any) -> Mesh:
+        """The same combinatorics with other positions."""
+        return Mesh(vertices, self.combinatorics)
+
+    # --- sizes
+
+    @property
+    def n_vertices(self) -> int:
+        return self.combinatorics.n_vertices
+
+    @property
+    def n_edges(self) -> int:
+        return self.combinatorics.n_edges
+
+    @property
+    def n_faces(self) -> int:
+        return self.combinatorics.n_faces
+
+    # --- the vector space of combinatorially equivalent meshes
+
+    def __add__(self, other: Mesh) -> Mesh:
+        return self.with_vertices(self.vertices + self._equivalent(other).vertices)
+
+    def __sub__(self, other: Mesh) -> Mesh:
+        return self.with_vertices(self.vertices - self._equivalent(other).vertices)
+
+    def __mul__(self, factor: float) -> Mesh:
+        return self.with_vertices(self.vertices * factor)
+
+    __rmul__ = __mul__
+
+    def _equivalent(self, other: Mesh) -> Mesh:
+        if not self.combinatorics.same_as(other.combinatorics):
+            raise MeshError(
+                "the two meshes do not have the same faces: linear combinations need equal combinatorics"
+            )
+        return other
+
+    def reversed(self) -> Mesh:
+        """The same mesh seen from the other side."""
+        return Mesh(self.vertices, self.combinatorics.reversed())
+
+    # --- measures
+
+    @cached_property
+    def edge_vectors(self) -> FloatArray:
+        """(E, 3) from the tail to the head of each edge."""
+        i, j = self.combinatorics.edges.T
+        return floats(self.vertices[j] - self.vertices[i])
+
+    @cached_property
+    def edge_lengths(self) -> FloatArray:
+        """(E,)"""
+        return floats(np.linalg.norm(self.edge_vectors, axis=1))
+
+    @cached_property
+    def mean_edge_length(self) -> float:
+        return float(self.edge_lengths.mean())
+
+    @cached_property
+    def vector_areas(self) -> FloatArray:
+        """(F, 3) area times unit normal of each face."""
+        return floats(vector_areas(self.vertices, self.combinatorics))
+
+    @cached_property
+    def face_normals(self) -> FloatArray:
+        """(F, 3) unit normals of the faces' best planes, outwards."""
+        return floats(best_planes(self.vertices, self.combinatorics)[1])
+
+    @cached_property
+    def planarity(self) -> FloatArray:
+        """(F,) largest distance of a corner from the face's best plane, over the face's mean edge length."""
+        return floats(planarity(self.vertices, self.combinatorics))
+
+    @cached_property
+    def vertex_normals(self) -> FloatArray:
+        """(N, 3) unit normals at the vertices: the mean of the face normals, weighted by the faces' angles.
+
+        Zero for a vertex that belongs to no face.
+        """
+        c = self.combinatorics
+        ahead = self.vertices[c.corners[c.next_corner]] - self.vertices[c.corners]
+        back = self.vertices[c.corners[c.previous_corner]] - self.vertices[c.corners]
+        angles = np.arctan2(np.linalg.norm(np.cross(ahead, back), axis=1), np.einsum("ck,ck->c", ahead, back))
+        sums = np.zeros((self.n_vertices, 3))
+        np.add.at(sums, c.corners, angles[:, None] * self.face_normals[c.corner_face])
+        lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+        return floats(np.divide(sums, lengths, out=np.zeros_like(sums), where=lengths > 0))

@@ -1,0 +1,68 @@
+"""Areas and planes of the faces of a mesh, all faces at once.
+
+A vector area points to the side from which its face runs counter-clockwise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.arrays import FloatArray
+from geometry.mesh.combinatorics import Combinatorics
+
+__all__ = [
+    "best_planes",
+    "face_centroids",
+    "face_mean_edge_lengths",
+    "face_sums",
+    "planarity",
+    "vector_areas",
+]
+
+
+def face_sums(combinatorics: Combinatorics, per_corner: FloatArray) -> FloatArray:
+    """(F, ...) sum over the corners of each face of values (C, ...)."""
+    return np.add.reduceat(per_corner, combinatorics.face_starts[:-1], axis=0)
+
+
+def face_centroids(vertices: FloatArray, combinatorics: Combinatorics) -> FloatArray:
+    """(F, 3) mean of the corners of each face."""
+    return face_sums(combinatorics, vertices[combinatorics.corners]) / combinatorics.face_sizes[:, None]
+
+
+def vector_areas(vertices: FloatArray, combinatorics: Combinatorics) -> FloatArray:
+    """(F, 3) half the sum of p_i x p_{i+1} around each face; its length is the area of a planar face."""
+    centres = face_centroids(vertices, combinatorics)
+    here = vertices[combinatorics.corners] - centres[combinatorics.corner_face]
+    return face_sums(combinatorics, np.cross(here, here[combinatorics.next_corner])) / 2
+
+
+def best_planes(vertices: FloatArray, combinatorics: Combinatorics) -> tuple[FloatArray, FloatArray]:
+    """Centroids (F, 3) and unit normals (F, 3) of the planes with the least squared distance to the corners.
+
+    Normals point to the side of the vector area. A face whose corners lie on a line has no best plane; any
+    plane through the line is returned for it.
+    """
+    centres = face_centroids(vertices, combinatorics)
+    here = vertices[combinatorics.corners] - centres[combinatorics.corner_face]
+    scatter = face_sums(combinatorics, here[:, :, None] * here[:, None, :])
+    normals = np.linalg.eigh(scatter)[1][:, :, 0]
+    inwards = np.einsum("fk,fk->f", normals, vector_areas(vertices, combinatorics)) < 0
+    normals[inwards] *= -1
+    return centres, normals
+
+
+def face_mean_edge_lengths(vertices: FloatArray, combinatorics: Combinatorics) -> FloatArray:
+    """(F,) mean edge length of each face."""
+    ends = vertices[combinatorics.corners]
+    lengths = np.linalg.norm(ends[combinatorics.next_corner] - ends, axis=1)
+    return face_sums(combinatorics, lengths) / combinatorics.face_sizes
+
+
+def planarity(vertices: FloatArray, combinatorics: Combinatorics) -> FloatArray:
+    """(F,) largest distance of a corner from the best plane, over the mean edge length of the face."""
+    centres, normals = best_planes(vertices, combinatorics)
+    faces = combinatorics.corner_face
+    distances = np.einsum("ck,ck->c", vertices[combinatorics.corners] - centres[faces], normals[faces])
+    largest = np.maximum.reduceat(np.abs(distances), combinatorics.face_starts[:-1])
+    return largest / face_mean_edge_lengths(vertices, combinatorics)
