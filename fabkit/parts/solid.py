@@ -97,13 +97,15 @@ def _vector_areas(vertices: FloatArray, topology: Topology) -> FloatArray:
     here = vertices[..., topology.corners, :]
     first = topology.loop_starts[topology.face_starts[:-1]]
     here = here - here[..., first, :][..., topology.corner_face, :]
-    return np.add.reduceat(np.cross(here, here[..., topology.next_corner, :]), first, axis=-2) / 2
+    sums: FloatArray = np.add.reduceat(np.cross(here, here[..., topology.next_corner, :]), first, axis=-2)
+    return sums / 2
 
 
 def face_normals(vertices: FloatArray, topology: Topology) -> FloatArray:
     """(..., F, 3) outward unit normals of solids with vertices (..., n, 3)."""
     areas = _vector_areas(vertices, topology)
-    return areas / np.linalg.norm(areas, axis=-1, keepdims=True)
+    lengths: FloatArray = np.linalg.norm(areas, axis=-1, keepdims=True)
+    return areas / lengths
 
 
 def _cones(vertices: FloatArray, topology: Topology) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -120,13 +122,14 @@ def _cones(vertices: FloatArray, topology: Topology) -> tuple[FloatArray, FloatA
 
 def volumes(vertices: FloatArray, topology: Topology) -> FloatArray:
     """(...) volumes of solids with vertices (..., n, 3), by the divergence theorem."""
-    return _cones(vertices, topology)[1].sum(axis=-1) / 6
+    total: FloatArray = _cones(vertices, topology)[1].sum(axis=-1)
+    return total / 6
 
 
 def centroids(vertices: FloatArray, topology: Topology) -> FloatArray:
     """(..., 3) centroids of solids with vertices (..., n, 3)."""
     centre, six_fold, corner_sums = _cones(vertices, topology)
-    moments = np.einsum("...c,...ck->...k", six_fold, corner_sums) / 4
+    moments: FloatArray = np.einsum("...c,...ck->...k", six_fold, corner_sums) / 4
     return centre[..., 0, :] + moments / six_fold.sum(axis=-1)[..., None]
 
 

@@ -1,4 +1,4 @@
-"""A mesh: positions over a combinatorics. M, a parallel mesh, a Gauss image and a Koebe polyhedron are all this."""
+"""A mesh: positions over a combinatorics. M, a parallel mesh, a Gauss image, a Koebe polyhedron: all are this."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Mesh:
 
     @classmethod
     def from_faces(cls, vertices: Any, faces: Iterable[Sequence[int]]) -> Mesh:
-        """From positions (N, 3) and one sequence of vertex indices a face, counter-clockwise seen from outside."""
+        """From positions (N, 3) and one sequence of vertices a face, counter-clockwise seen from outside."""
         positions = floats(vertices)
         return cls(positions, Combinatorics.from_faces(len(positions), faces))
 

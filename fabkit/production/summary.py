@@ -1,0 +1,42 @@
+"""What is to be told about one build: the facts behind the report, the summary sheet and the manifest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from geometry.arrays import FloatArray
+
+__all__ = ["Summary"]
+
+
+@dataclass(frozen=True, eq=False)
+class Summary:
+    """Facts about the mesh and its support structure. Facts about parts are read off the assembly itself.
+
+    name: of the structure; source: name of the mesh file; scale_mm: millimetres a unit of the file.
+    mended: what the reader mended in the file, a sentence each.
+    planarity_before, planarity_after: largest distance of a corner from its face's best plane over the face's
+        mean edge length. largest_move_mm, mean_move_mm: how far planarising moved the vertices.
+    edge_lengths_mm (E,): of the planar mesh. heights (E,): distance between the two parallel meshes at each edge
+        over the nominal one (1 everywhere for an edge offset mesh).
+    twists_deg (E,): angle between the central planes at the two ends of each edge.
+    lift_mm: height of the panels' lower side above the mesh faces; lift_reason: what asks for it, a sentence.
+    """
+
+    name: str
+    source: str
+    scale_mm: float
+    n_vertices: int
+    n_edges: int
+    n_faces: int
+    n_boundaries: int
+    mended: tuple[str, ...]
+    planarity_before: float
+    planarity_after: float
+    largest_move_mm: float
+    mean_move_mm: float
+    edge_lengths_mm: FloatArray
+    heights: FloatArray
+    twists_deg: FloatArray
+    lift_mm: float
+    lift_reason: str
