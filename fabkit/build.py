@@ -1,0 +1,167 @@
+"""The pipeline: from a mesh file to a folder with everything that a workshop needs."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fabkit.detailing.detail import Detailed, detail
+from fabkit.errors import ProjectError
+from fabkit.export.documents import write_documents
+from fabkit.export.folder import MANIFEST, check_replaceable, whole_folder
+from fabkit.parts import Assembly
+from fabkit.production.marks import share_equal_parts
+from fabkit.production.sheet_nesting import Nest, nest_panels
+from fabkit.production.summary import Summary
+from fabkit.project import Project
+from fabkit.stages import Listener, Stages
+from fabkit.units import MM_PER_UNIT
+from geometry.mesh import Mesh, MeshFile, read_mesh
+from geometry.meshing.planarise import Planarised, planarise
+from geometry.parallel.gauss_image import gauss_image
+from geometry.parallel.support import SupportStructure
+
+__all__ = ["Built", "build", "design"]
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """What a build made, in memory. seconds: by stage."""
+
+    structure: SupportStructure
+    assembly: Assembly
+    nest: Nest | None
+    summary: Summary
+    seconds: dict[str, float]
+
+
+def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
+    """Design the structure and write it to the folder `project.out`, which appears whole or not at all.
+
+    An earlier result there is replaced only with `force`. Raises GeometryError or FabkitError, in one sentence,
+    where something in the mesh, the project or the output folder is not as it must be.
+    """
+    if project.out is None:
+        raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
+    check_replaceable(project.out, force=force)
+    stages = Stages(listener)
+    built = design(project, stages)
+    with whole_folder(project.out, force=force) as folder:
+        write_documents(folder, built.structure, built.assembly, built.nest, built.summary, stages)
+        (folder / MANIFEST).write_text(json.dumps(_manifest(project, built), indent=1) + "\n", encoding="utf-8")
+    return built
+
+
+def design(project: Project, stages: Stages | None = None) -> Built:
+    """Everything but the files: mesh, planar mesh, Gauss image, parts, marks and nest."""
+    stages = stages or Stages()
+    with stages("Read"):
+        file = read_mesh(project.mesh, flip=project.flip)
+        scale = _scale(project, file.mesh)
+        mesh = file.mesh * scale
+    with stages("Planarise"):
+        planar = planarise(mesh)
+    with stages("Gauss image"):
+        weights = project.gauss_image.model_dump(exclude_none=True)
+        structure = SupportStructure(planar.mesh, gauss_image(planar.mesh, **weights), project.beams.height_mm)
+    with stages("Detail and check fit"):
+        detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
+    with stages("Marks"):
+        assembly = share_equal_parts(detailed.assembly)
+    nest = None
+    if project.nesting.mode != "off" and assembly.panels:
+        with stages("Nest"):
+            nest = _nest(project, assembly, stages)
+    summary = _summary(project, file, scale, planar, structure, detailed)
+    return Built(structure, assembly, nest, summary, stages.seconds)
+
+
+def _scale(project: Project, mesh: Mesh) -> float:
+    """Millimetres a unit of the mesh file."""
+    if project.unit is not None:
+        return MM_PER_UNIT[project.unit]
+    assert project.mean_edge_mm is not None  # a project has one of the two
+    return project.mean_edge_mm / mesh.mean_edge_length
+
+
+def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest:
+    rules = project.sheets
+    return nest_panels(
+        assembly.panels,
+        (rules.length_mm, rules.width_mm),
+        gap_mm=rules.gap_mm,
+        border_mm=rules.border_mm,
+        mode=project.nesting.mode,
+        seconds=project.nesting.seconds,
+        progress=lambda share: stages.progress("Nest", share),
+    )
+
+
+def _summary(
+    project: Project,
+    file: MeshFile,
+    scale: float,
+    planar: Planarised,
+    structure: SupportStructure,
+    detailed: Detailed,
+) -> Summary:
+    mesh = structure.mesh
+    moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
+    return Summary(
+        name=project.title,
+        source=project.mesh.name,
+        scale_mm=scale,
+        n_vertices=mesh.n_vertices,
+        n_edges=mesh.n_edges,
+        n_faces=mesh.n_faces,
+        n_boundaries=len(mesh.combinatorics.boundary_loops),
+        mended=file.mended,
+        planarity_before=float(file.mesh.planarity.max()),
+        planarity_after=float(mesh.planarity.max()),
+        largest_move_mm=float(moves.max()),
+        mean_move_mm=float(moves.mean()),
+        edge_lengths_mm=mesh.edge_lengths,
+        heights=structure.heights,
+        twists_deg=np.degrees(structure.twists),
+        lift_mm=detailed.lift_mm,
+        lift_reason=detailed.lift_reason,
+    )
+
+
+def _manifest(project: Project, built: Built) -> dict[str, Any]:
+    summary, assembly = built.summary, built.assembly
+    heights = summary.heights
+    return {
+        "name": summary.name,
+        "input": {"file": summary.source, "sha256": hashlib.sha256(project.mesh.read_bytes()).hexdigest()},
+        "settings": project.model_dump(mode="json", exclude={"mesh", "out"}),
+        "versions": {
+            "fabkit": version("fabkit"),
+            "python": platform.python_version(),
+            **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely", "trimesh")},
+        },
+        "counts": {
+            "vertices": summary.n_vertices,
+            "edges": summary.n_edges,
+            "faces": summary.n_faces,
+            **{name: len(group) for name, group in assembly.groups().items()},
+            "marks": {name: len({part.mark for part in group}) for name, group in assembly.groups().items()},
+            "sheets": built.nest.n_sheets if built.nest else 0,
+            "left_out": len(assembly.left_out),
+        },
+        "largest_twist_deg": float(summary.twists_deg.max()),
+        "heights": {"least": heights.min(), "median": float(np.median(heights)), "largest": heights.max()},
+        "planarity": {"before": summary.planarity_before, "after": summary.planarity_after},
+        "moved_mm": {"largest": summary.largest_move_mm, "mean": summary.mean_move_mm},
+        "lift": {"mm": summary.lift_mm, "reason": summary.lift_reason},
+        "mended": list(summary.mended),
+        "left_out": [vars(part) for part in assembly.left_out],
+        "seconds": {stage: round(seconds, 3) for stage, seconds in built.seconds.items()},
+    }

@@ -1,0 +1,233 @@
+"""The command line: `fabkit build` and `fabkit inspect`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from fabkit.build import Built, build
+from fabkit.errors import FabkitError, ProjectError
+from fabkit.inspection import Inspection, inspect_mesh
+from fabkit.project import Project, load_project, project_from
+from geometry.errors import GeometryError
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    help="From a freeform mesh with planar faces to what a workshop needs: torsion-free beams, nodes and panels as "
+    "STEP, DXF, cut lists and a report.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+)
+
+_out = Console(soft_wrap=True, highlight=False)
+_err = Console(stderr=True, soft_wrap=True, highlight=False)
+
+SIZES, SHOP, RUN = "Sizes (mm)", "Shop", "Run"
+
+
+@app.callback()
+def _main() -> None: ...
+
+
+@app.command("build")
+def build_command(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="OBJ, OFF or PLY file, or a project file (.toml).")],
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Folder to write; must not exist yet.")] = None,
+    unit: Annotated[str | None, typer.Option(help="Unit of the mesh file: mm, cm, m, in or ft. Never guessed.")] = None,
+    mean_edge: Annotated[
+        float | None, typer.Option(help="Instead of a unit: scale the mesh so that its mean edge has this many mm.")
+    ] = None,
+    flip: Annotated[bool, typer.Option("--flip", help="Turn the outside round.")] = False,
+    name: Annotated[str | None, typer.Option(help="Name of the structure; by default that of the mesh file.")] = None,
+    beam: Annotated[
+        str | None, typer.Option(metavar="WxH", help="Section of the beams. [default: 50x120]", rich_help_panel=SIZES)
+    ] = None,
+    reference: Annotated[
+        str | None,
+        typer.Option(
+            help="What of the beams lies on the mesh: outer, centre or inner. [default: outer]", rich_help_panel=SIZES
+        ),
+    ] = None,
+    clearance: Annotated[
+        float | None,
+        typer.Option(help="Between beams at a node, beyond what is needed. [default: 5]", rich_help_panel=SIZES),
+    ] = None,
+    thickness: Annotated[float | None, typer.Option(help="Of the panels. [default: 10]", rich_help_panel=SIZES)] = None,
+    joint: Annotated[float | None, typer.Option(help="Between panels. [default: 10]", rich_help_panel=SIZES)] = None,
+    lift: Annotated[
+        float | None,
+        typer.Option(
+            help="Of the panels above the mesh. [default: the least that clears beams and nodes, plus 5]",
+            rich_help_panel=SIZES,
+        ),
+    ] = None,
+    sheet: Annotated[
+        str | None, typer.Option(metavar="LxW", help="Stock sheets. [default: 6000x3210]", rich_help_panel=SHOP)
+    ] = None,
+    nest: Annotated[
+        str | None,
+        typer.Option(help="Lay panels on sheets: quick, best or off. [default: quick]", rich_help_panel=SHOP),
+    ] = None,
+    nest_seconds: Annotated[
+        float | None, typer.Option(help="What best may take. [default: 60]", rich_help_panel=SHOP)
+    ] = None,
+    skip_unbuildable: Annotated[
+        bool,
+        typer.Option(
+            "--skip-unbuildable",
+            help="Leave out what cannot be built, and show it in red, instead of stopping.",
+            rich_help_panel=RUN,
+        ),
+    ] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace an earlier result in the folder.", rich_help_panel=RUN)
+    ] = False,
+) -> None:
+    """Make parts and documents from a mesh.
+
+    The mesh may have faces with any number of corners; they are made planar if they are not. The folder appears
+    whole or not at all.
+    """
+    with _one_sentence():
+        settings = _without_nothing(
+            {
+                "out": out,
+                "name": name,
+                "unit": unit,
+                "mean_edge_mm": mean_edge,
+                "flip": flip or None,
+                "skip_unbuildable": skip_unbuildable or None,
+                "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "reference": reference},
+                "nodes": {"clearance_mm": clearance},
+                "panels": {"thickness_mm": thickness, "joint_mm": joint, "lift_mm": lift},
+                "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
+                "nesting": {"mode": nest, "seconds": nest_seconds},
+            }
+        )
+        if mesh.suffix.lower() == ".toml":
+            project = load_project(mesh, settings)
+        else:
+            project = project_from({"mesh": mesh, **settings})
+        with _progress() as progress:
+            built = build(project, force=force, listener=_Display(progress))
+    _print_result(project, built)
+
+
+@app.command("inspect")
+def inspect_command(
+    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="OBJ, OFF or PLY file.")],
+) -> None:
+    """Print what a mesh is fit for: sizes, planarity, offsets, the heights that beams would have."""
+    with _one_sentence():
+        _print_inspection(inspect_mesh(mesh))
+
+
+# --- input
+
+
+@contextmanager
+def _one_sentence() -> Iterator[None]:
+    """Say what is wrong in one sentence on standard error, and leave with exit code 2."""
+    try:
+        yield
+    except (FabkitError, GeometryError) as error:
+        _err.print(f"[bold red]fabkit:[/] {_escaped(str(error))}")
+        raise typer.Exit(2) from None
+
+
+def _escaped(text: str) -> str:
+    return text.replace("[", "\\[")
+
+
+def _without_nothing(settings: dict[str, Any]) -> dict[str, Any]:
+    """Settings without those that were not given, on both levels."""
+    nested = {k: _without_nothing(v) if isinstance(v, dict) else v for k, v in settings.items()}
+    return {key: value for key, value in nested.items() if value is not None and value != {}}
+
+
+def _pair(option: str, text: str | None, first: str, second: str) -> dict[str, float]:
+    if text is None:
+        return {}
+    found = re.fullmatch(r"\s*([\d.]+)\s*[xX*]\s*([\d.]+)\s*", text)
+    if not found:
+        raise ProjectError(f"{option} is {text!r}, but needs two sizes in mm such as 50x120")
+    return {first: float(found[1]), second: float(found[2])}
+
+
+# --- output
+
+
+def _progress() -> Progress:
+    return Progress(
+        SpinnerColumn(finished_text="[green]✓[/]"),
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        TimeElapsedColumn(),
+        console=_err,
+    )
+
+
+class _Display:
+    """Shows the stages of a build, one line each."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._tasks: dict[str, TaskID] = {}
+
+    def __call__(self, stage: str, share: float) -> None:
+        if stage not in self._tasks:
+            self._tasks[stage] = self._progress.add_task(stage, total=None)
+        total = 1.0 if share > 0 else None
+        self._progress.update(self._tasks[stage], completed=share, total=total)
+
+
+def _print_result(project: Project, built: Built) -> None:
+    summary, assembly = built.summary, built.assembly
+    table = _facts()
+    for kind, group in assembly.groups().items():
+        marks, mass = len({part.mark for part in group}), sum(part.mass_kg for part in group)
+        table.add_row(kind, f"{len(group)} of {marks} marks, {mass:,.0f} kg")
+    if built.nest:
+        table.add_row("sheets", f"{built.nest.n_sheets}, {built.nest.utilisation:.0%} used")
+    table.add_row("planarity", f"{summary.planarity_before:.1e} as read, {summary.planarity_after:.1e} as built")
+    table.add_row("vertices moved", f"{summary.mean_move_mm:.2f} mm in the mean, {summary.largest_move_mm:.2f} at most")
+    table.add_row("largest twist", f"{summary.twists_deg.max():.1e} degrees")
+    table.add_row("heights", f"{_spread(summary.heights)} of the nominal height")
+    table.add_row("panels lifted", f"{summary.lift_mm:.1f} mm: {summary.lift_reason}")
+    for note in summary.mended:
+        table.add_row("mended", _escaped(note))
+    _out.print(table)
+    for part in assembly.left_out:
+        _out.print(f"[bold red]left out:[/] {_escaped(part.reason)}")
+    _out.print(f"written to [bold]{_escaped(str(project.out))}[/] in {sum(built.seconds.values()):.1f} s")
+
+
+def _print_inspection(found: Inspection) -> None:
+    table = _facts()
+    for name, fact in found.facts():
+        table.add_row(name, _escaped(fact))
+    _out.print(table)
+
+
+def _facts() -> Table:
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    return table
+
+
+def _spread(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
+    low, middle, high = np.percentile(values, [0, 50, 100])
+    return f"{low:.3f} to {high:.3f} (median {middle:.3f})"

@@ -1,0 +1,222 @@
+"""From a support structure to an assembly of beams, node blocks and panels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
+from fabkit.detailing.check import Violation, violations
+from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.lift import Lift, least_lift
+from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
+from fabkit.detailing.panels import PanelShapes, make_panels, panel_shapes
+from fabkit.detailing.rules import DetailingRules
+from fabkit.errors import DetailingError
+from fabkit.parts import Assembly, LeftOut, Material
+from geometry.arrays import BoolArray, FloatArray
+from geometry.parallel.support import SupportStructure
+
+__all__ = ["Detailed", "detail"]
+
+
+@dataclass(frozen=True, eq=False)
+class Detailed:
+    """The assembly, and what decided the level of its panels. lift_mm: of the panels' lower sides above the mesh."""
+
+    assembly: Assembly
+    lift_mm: float
+    lift_reason: str
+
+
+def detail(
+    structure: SupportStructure, rules: DetailingRules, *, name: str, skip_unbuildable: bool = False
+) -> Detailed:
+    """Make the parts and check that they fit.
+
+    structure: in millimetres. Raises DetailingError naming all parts that cannot be built or do not fit; with
+    skip_unbuildable they are left out instead, the rest is made without them, and the assembly says so.
+    """
+    plan = _Plan(structure, rules, skip_unbuildable)
+    while True:
+        detailed = plan.make(name)
+        found = violations(detailed.assembly)
+        if not found:
+            return detailed
+        plan.leave_out_violating(found)
+
+
+@dataclass
+class _Plan:
+    """Which beams and panels are to be made; shrinks when something cannot be built and may be left out."""
+
+    structure: SupportStructure
+    rules: DetailingRules
+    skip_unbuildable: bool
+    beams: BoolArray = field(init=False)
+    panels: BoolArray = field(init=False)
+    left_out: list[LeftOut] = field(init=False, default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._check_outwards()
+        self.beams = np.ones(self.structure.mesh.n_edges, dtype=bool)
+        self.panels = np.ones(self.structure.mesh.n_faces, dtype=bool)
+
+    def make(self, name: str) -> Detailed:
+        ends, beams = self._fit_beams()
+        nodes = node_shapes(self.structure, ends, self.rules.beams)
+        lift, panels = self._fit_panels(ends, nodes)
+        with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
+        assembly = Assembly(
+            name,
+            make_beams(
+                self.structure,
+                ends,
+                beams,
+                np.flatnonzero(self.beams),
+                self.rules.beams,
+                self._material("beams"),
+            ),
+            make_nodes(self.structure, ends, nodes, with_beams, self._material("nodes")),
+            make_panels(
+                self.structure,
+                panels,
+                np.flatnonzero(self.panels),
+                self.rules.panels,
+                self._material("panels"),
+            ),
+            tuple(self.left_out) + self._bare_nodes(ends),
+        )
+        return Detailed(assembly, panels.lift, self._lift_reason(lift, panels.lift))
+
+    # --- beams and nodes
+
+    def _fit_beams(self) -> tuple[Ends, BeamShapes]:
+        least = self.rules.beams.least_length_mm
+        while True:
+            ends = beam_ends(self.structure, self.beams, self.rules)
+            shapes = beam_shapes(self.structure, ends, self.rules.beams)
+            short = np.flatnonzero(self.beams & ~(shapes.short_point >= least))
+            if not len(short):
+                return ends, shapes
+            reasons = {int(edge): self._no_room(int(edge), ends, shapes) for edge in short}
+            self._leave_out("beam", self.beams, reasons)
+
+    def _no_room(self, edge: int, ends: Ends, shapes: BeamShapes) -> str:
+        i, j = self.structure.mesh.combinatorics.edges[edge].tolist()
+        setbacks = ends.setback[2 * edge : 2 * edge + 2]
+        worst = 2 * edge + int(setbacks.argmax())
+        before = int(np.flatnonzero(ends.following == worst)[0])
+        angle = np.degrees(np.nanmin(ends.gap[[worst, before]]))
+        return (
+            f"beam {edge} from node {i} to node {j} has no room: its edge is "
+            f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long, its setbacks are {setbacks[0]:.1f} and "
+            f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts and at least "
+            f"{self.rules.beams.least_length_mm:g} mm are needed (beams at node {ends.vertex[worst]} are "
+            f"{angle:.1f} degrees apart)"
+        )
+
+    def _bare_nodes(self, ends: Ends) -> tuple[LeftOut, ...]:
+        bare = np.flatnonzero((np.diff(ends.ring_starts) == 0) & self.structure.mesh.combinatorics.is_used)
+        return tuple(LeftOut("node", vertex, f"node {vertex} has no beams left to join") for vertex in bare.tolist())
+
+    # --- panels
+
+    def _fit_panels(self, ends: Ends, nodes: NodeShapes) -> tuple[Lift, PanelShapes]:
+        rules = self.rules.panels
+        while True:
+            lift = self._over_made_panels(least_lift(self.structure, ends, self.beams, nodes, self.rules.beams))
+            level = rules.lift_mm if rules.lift_mm is not None else lift.least + rules.seat_mm
+            shapes = panel_shapes(self.structure, rules, level)
+            c = self.structure.mesh.combinatorics
+            shortest = np.minimum.reduceat(shapes.edge_lengths, c.face_starts[:-1])
+            eaten = np.flatnonzero(self.panels & ~(shortest >= rules.least_edge_mm))
+            if not len(eaten):
+                return lift, shapes
+            reasons = {int(face): self._eaten(int(face), shapes, shortest) for face in eaten}
+            self._leave_out("panel", self.panels, reasons)
+
+    def _over_made_panels(self, lift: Lift) -> Lift:
+        made = self.panels[self.structure.mesh.combinatorics.corner_face]
+        return Lift(np.where(made, lift.over_beams, 0.0), np.where(made, lift.over_nodes, 0.0))
+
+    def _eaten(self, face: int, shapes: PanelShapes, shortest: FloatArray) -> str:
+        rules = self.rules.panels
+        return (
+            f"panel {face} is eaten by its joint: at its level, {shapes.lift:.1f} mm above the mesh, and cut back by "
+            f"half the joint of {rules.joint_mm:g} mm, its shortest edge is {shortest[face]:.1f} mm and at least "
+            f"{rules.least_edge_mm:g} mm are needed"
+        )
+
+    def _lift_reason(self, lift: Lift, level: float) -> str:
+        c = self.structure.mesh.combinatorics
+        over_nodes, over_beams = float(lift.over_nodes.max()), float(lift.over_beams.max())
+        if self.rules.panels.lift_mm is not None:
+            return f"given as {level:g} mm"
+        if lift.least == 0.0:
+            return "nothing stands above the mesh under the panels"
+        if over_nodes >= over_beams:
+            corner = int(lift.over_nodes.argmax())
+            return (
+                f"the block of node {c.corners[corner]} stands {over_nodes:.1f} mm above face "
+                f"{c.corner_face[corner]}; the median node asks for {float(np.median(lift.over_nodes)):.1f} mm"
+            )
+        corner = int(lift.over_beams.argmax())
+        return f"beam {c.corner_edge[corner]} stands {over_beams:.1f} mm above face {c.corner_face[corner]}"
+
+    # --- what cannot be made
+
+    def leave_out_violating(self, found: tuple[Violation, ...]) -> None:
+        """Leave out the panels of each violation, or its beams where no panel is concerned; or raise."""
+        beams: dict[int, str] = {}
+        panels: dict[int, str] = {}
+        for violation in found:
+            of_kind = {kind: [e for k, e in violation.parts if k == kind] for kind in ("beam", "node", "panel")}
+            if of_kind["panel"]:
+                panels |= dict.fromkeys(of_kind["panel"], violation.sentence)
+            else:
+                beams |= dict.fromkeys(of_kind["beam"] or self._beams_at(of_kind["node"]), violation.sentence)
+        if not self.skip_unbuildable or not (beams or panels):
+            raise DetailingError("; ".join(violation.sentence for violation in found))
+        if panels:
+            self._leave_out("panel", self.panels, panels)
+        if beams:
+            self._leave_out("beam", self.beams, beams)
+
+    def _beams_at(self, nodes: Iterable[int]) -> list[int]:
+        touching = np.isin(self.structure.mesh.combinatorics.edges, list(nodes)).any(axis=1)
+        return list(np.flatnonzero(touching & self.beams).tolist())
+
+    def _leave_out(self, kind: str, made: BoolArray, reasons: dict[int, str]) -> None:
+        if not self.skip_unbuildable:
+            sentences = "; ".join(dict.fromkeys(reasons.values()))
+            raise DetailingError(
+                f"{len(reasons)} {kind}{'s' if len(reasons) > 1 else ''} cannot be built: {sentences}. Change the mesh "
+                "there or the sizes, or leave these parts out with --skip-unbuildable"
+            )
+        made[list(reasons)] = False
+        self.left_out += [LeftOut(kind, element, reason) for element, reason in sorted(reasons.items())]
+
+    def _check_outwards(self) -> None:
+        c = self.structure.mesh.combinatorics
+        facing = np.einsum(
+            "ck,ck->c",
+            self.structure.height_directions[c.corner_edge],
+            self.structure.mesh.face_normals[c.corner_face],
+        )
+        corner = int(facing.argmin())
+        if facing[corner] <= 0:
+            edge = int(c.corner_edge[corner])
+            i, j = c.edges[edge].tolist()
+            raise DetailingError(
+                f"the beam on edge {edge} from node {i} to node {j} does not point to the outside of face "
+                f"{c.corner_face[corner]} (angle to its normal {np.degrees(np.arccos(facing[corner])):.0f} degrees, "
+                "less than 90 is needed): the Gauss image folds over there; change the mesh or the weights of the "
+                "Gauss image"
+            )
+
+    def _material(self, kind: str) -> Material:
+        name: str = getattr(self.rules, kind).material
+        return Material(name, self.rules.densities_kg_m3[name])

@@ -1,0 +1,105 @@
+"""How the beams meet at the nodes: directions about the node axes and the setbacks that keep beams apart.
+
+An *end* is one end of one beam; end 2e is at the tail of edge e, end 2e + 1 at its head. The ends at a node form a
+*ring*, counter-clockwise seen from outside. Everything is computed for all ends at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabkit.detailing.rules import DetailingRules
+from geometry.arrays import BoolArray, FloatArray, IntArray
+from geometry.parallel.support import SupportStructure
+
+__all__ = ["Ends", "beam_ends"]
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Ends of all beams, two an edge (2E of them); those of beams that are not made are in no ring.
+
+    vertex (2E,): the node. outward (2E, 3): unit direction of the beam away from the node. radial (2E, 3): its unit
+    projection along the node axis. inclination (2E,): angle of the beam above the plane perpendicular to the axis.
+    azimuth (2E,): angle in [0, 2 pi) about the axis from the first end of the ring.
+    ring (R,): the ends that are made, node by node, counter-clockwise; ring_starts (N+1,): node i has
+    ring[ring_starts[i]:ring_starts[i+1]]. following (2E,): the next end of the ring, -1 for ends in no ring.
+    gap (2E,): angle to the next end of the ring, 2 pi where the ring has one end only; NaN for ends in no ring.
+    setback (2E,): distance in mm of the facet from the node axis.
+    """
+
+    vertex: IntArray
+    outward: FloatArray
+    radial: FloatArray
+    inclination: FloatArray
+    azimuth: FloatArray
+    ring: IntArray
+    ring_starts: IntArray
+    following: IntArray
+    gap: FloatArray
+    setback: FloatArray
+
+
+def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRules) -> Ends:
+    """The ends of the beams on the edges `made` (E,).
+
+    The setback is the least r >= (w / 2) / tan(gap / 2) for the gaps on both sides, plus the clearance, so that
+    beams stay apart; each beam has its own, the larger of what its two neighbours ask.
+    """
+    edges = structure.mesh.combinatorics.edges
+    vertex = edges.ravel()
+    axis = structure.axes[vertex]
+    outward = (structure.edge_directions[:, None, :] * np.array([1.0, -1.0])[:, None]).reshape(-1, 3)
+    sine = np.einsum("ek,ek->e", outward, axis)
+    flat = outward - sine[:, None] * axis
+    cosine = np.linalg.norm(flat, axis=1)
+    radial = flat / cosine[:, None]
+    azimuth = _azimuths(vertex, axis, radial, np.repeat(made, 2), structure.mesh.n_vertices)
+    members = np.flatnonzero(np.repeat(made, 2))
+    ring = members[np.lexsort((azimuth[members], vertex[members]))]
+    counts = np.bincount(vertex[ring], minlength=structure.mesh.n_vertices)
+    starts = np.concatenate([[0], np.cumsum(counts)])
+    following = np.full(len(vertex), -1, dtype=np.int64)
+    place = np.arange(len(ring))
+    is_last = place == starts[vertex[ring] + 1] - 1
+    following[ring] = ring[np.where(is_last, starts[vertex[ring]], place + 1)]
+    gap = np.full(len(vertex), np.nan)
+    gap[ring] = np.mod(azimuth[following[ring]] - azimuth[ring], 2 * np.pi)
+    gap[ring[counts[vertex[ring]] == 1]] = 2 * np.pi
+    return Ends(
+        vertex=vertex,
+        outward=outward,
+        radial=radial,
+        inclination=np.arctan2(sine, cosine),
+        azimuth=azimuth,
+        ring=ring,
+        ring_starts=starts,
+        following=following,
+        gap=gap,
+        setback=_setbacks(ring, following, gap, rules),
+    )
+
+
+def _azimuths(vertex: IntArray, axis: FloatArray, radial: FloatArray, made: BoolArray, n_vertices: int) -> FloatArray:
+    """Angles about the axis, from the lowest numbered end that is made at the node."""
+    reference = np.zeros((n_vertices, 3))
+    members = np.flatnonzero(made)[::-1]
+    reference[vertex[members]] = radial[members]
+    x = reference[vertex]
+    y = np.cross(axis, x)
+    angle = np.arctan2(np.einsum("ek,ek->e", radial, y), np.einsum("ek,ek->e", radial, x))
+    angle[np.abs(angle) < 1e-14] = 0.0  # the first end itself: rounding must not send it to 2 pi
+    azimuth: FloatArray = np.mod(angle, 2 * np.pi)
+    return azimuth
+
+
+def _setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
+    half_width = rules.beams.width_mm / 2
+    with np.errstate(divide="ignore"):
+        ask = np.where(gap[ring] < np.pi, half_width / np.tan(gap[ring] / 2), 0.0)
+    setback = np.full(len(gap), np.nan)
+    setback[ring] = ask
+    np.maximum.at(setback, following[ring], ask)
+    return setback + rules.nodes.clearance_mm

@@ -1,0 +1,102 @@
+"""How high the panels must lie to clear the beams and nodes under them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabkit.detailing.beams import height_range
+from fabkit.detailing.ends import Ends
+from fabkit.detailing.nodes import NodeShapes
+from fabkit.detailing.rules import BeamRules
+from geometry.arrays import BoolArray, FloatArray, IntArray
+from geometry.parallel.support import SupportStructure
+
+__all__ = ["Lift", "least_lift"]
+
+
+@dataclass(frozen=True, eq=False)
+class Lift:
+    """Least level in mm of the panels' lower side above each face.
+
+    over_beams, over_nodes (C,): what the beam on the edge of each corner, and the node block at the corner, ask.
+    """
+
+    over_beams: FloatArray
+    over_nodes: FloatArray
+
+    @property
+    def least(self) -> float:
+        return max(0.0, float(self.over_beams.max()), float(self.over_nodes.max()))
+
+
+def least_lift(structure: SupportStructure, ends: Ends, made: BoolArray, nodes: NodeShapes, rules: BeamRules) -> Lift:
+    """What stands highest over each face within its cell, that is between its support planes."""
+    c = structure.mesh.combinatorics
+    normals = structure.mesh.face_normals[c.corner_face]
+    over_beams = np.where(made[c.corner_edge], _over_beams(structure, normals, rules), 0.0)
+    return Lift(over_beams, _over_nodes(structure, ends, made, nodes, normals))
+
+
+def _over_beams(structure: SupportStructure, normals: FloatArray, rules: BeamRules) -> FloatArray:
+    c = structure.mesh.combinatorics
+    outer = height_range(rules)[1]
+    is_left = c.edge_corners[c.corner_edge, 0] == np.arange(c.n_corners)
+    inwards = structure.width_directions[c.corner_edge] * np.where(is_left, -1.0, 1.0)[:, None]
+    middle = outer * np.einsum("ck,ck->c", structure.height_directions[c.corner_edge], normals)
+    edge: FloatArray = rules.width_mm / 2 * np.einsum("ck,ck->c", inwards, normals)
+    return middle + np.maximum(0.0, edge)
+
+
+def _over_nodes(
+    structure: SupportStructure, ends: Ends, made: BoolArray, nodes: NodeShapes, normals: FloatArray
+) -> FloatArray:
+    """Highest point, above each face, of the part of the block's top that lies in the sector of the face.
+
+    That part is a polygon with the axis as a corner; its others are corners of the section, and the points where
+    the two sides of the sector leave the block: the middles of the facets there, where the beams are made. Where a
+    beam is not made, a point outside the block stands for it.
+    """
+    c = structure.mesh.combinatorics
+    node = c.corners
+    has_block = np.isfinite(nodes.top)[node]
+    axis, top = structure.axes[node], np.where(has_block, nodes.top[node], 0.0)
+    x = np.zeros((structure.mesh.n_vertices, 3))
+    first = ends.ring[ends.ring_starts[:-1][np.diff(ends.ring_starts) > 0]]
+    x[ends.vertex[first]] = ends.radial[first]
+    y = np.cross(structure.axes, x)
+
+    is_left = c.edge_corners[c.corner_edge, 0] == np.arange(c.n_corners)
+    end_ahead = 2 * c.corner_edge + np.where(is_left, 0, 1)
+    before = c.previous_corner
+    end_back = 2 * c.corner_edge[before] + np.where(is_left[before], 1, 0)
+    level = top * np.einsum("ck,ck->c", axis, normals)
+    reach = np.zeros(structure.mesh.n_vertices)
+    np.maximum.at(reach, _corner_nodes(nodes), np.linalg.norm(nodes.corners, axis=1))
+    highest = level.copy()
+    for end in (end_ahead, end_back):
+        radius = np.where(made[end // 2], ends.setback[end], reach[node])
+        highest = np.maximum(highest, level + radius * np.einsum("ck,ck->c", ends.radial[end], normals))
+
+    corner, section = _pairs(node, nodes)
+    angle = np.arctan2(nodes.corners[section, 1], nodes.corners[section, 0])
+    start, stop = ends.azimuth[end_ahead][corner], ends.azimuth[end_back][corner]
+    inside = np.mod(angle - start, 2 * np.pi) <= np.mod(stop - start, 2 * np.pi)
+    flat = nodes.corners[section, :1] * x[node[corner]] + nodes.corners[section, 1:] * y[node[corner]]
+    heights = level[corner] + np.einsum("pk,pk->p", flat, normals[corner])
+    np.maximum.at(highest, corner[inside], heights[inside])
+    return np.where(has_block, highest, 0.0)
+
+
+def _corner_nodes(nodes: NodeShapes) -> IntArray:
+    """(K,) node of each corner of the sections."""
+    return np.repeat(np.arange(len(nodes.top)), np.diff(nodes.corner_starts))
+
+
+def _pairs(node: IntArray, nodes: NodeShapes) -> tuple[IntArray, IntArray]:
+    """Each corner of a face with each corner of the section of its node."""
+    counts = np.diff(nodes.corner_starts)[node]
+    corner = np.repeat(np.arange(len(node)), counts)
+    within = np.arange(len(corner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return corner, nodes.corner_starts[node][corner] + within

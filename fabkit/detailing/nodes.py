@@ -1,0 +1,109 @@
+"""Node blocks: prisms along the node axes with a facet for each beam."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabkit.detailing.beams import height_range
+from fabkit.detailing.ends import Ends
+from fabkit.detailing.rules import BeamRules
+from fabkit.parts import Frame, Material, Node, Solid, prism_topology, prism_vertices
+from geometry.arrays import FloatArray, IntArray
+from geometry.parallel.support import SupportStructure
+
+__all__ = ["NodeShapes", "make_nodes", "node_shapes"]
+
+
+@dataclass(frozen=True, eq=False)
+class NodeShapes:
+    """Blocks of all nodes (N); a node without beams has none.
+
+    corners (K, 2): sections in mm about the axis, x towards the first beam of the ring, node by node and
+    counter-clockwise; corner_starts (N+1,): node i has corners[corner_starts[i]:corner_starts[i+1]].
+    bottom, top (N,): levels in mm along the axis, NaN where there is no block. top_spread (N,): in mm.
+    """
+
+    corners: FloatArray
+    corner_starts: IntArray
+    bottom: FloatArray
+    top: FloatArray
+    top_spread: FloatArray
+
+
+def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> NodeShapes:
+    """Sections and levels that just enclose the end faces of the beams.
+
+    Facets are joined straight. Where the beams leave a gap of more than half a turn, the section gets one more
+    corner in its middle, half a beam's width from the axis, so that the block always contains its axis.
+    """
+    corners, starts = _sections(ends, rules.width_mm / 2, structure.mesh.n_vertices)
+    inner, outer = height_range(rules)
+    lows, highs = (
+        (ends.setback * np.sin(ends.inclination) + level) / np.cos(ends.inclination) for level in (inner, outer)
+    )
+    n = structure.mesh.n_vertices
+    bottom, top, lowest_top = np.full(n, np.inf), np.full(n, -np.inf), np.full(n, np.inf)
+    nodes = ends.vertex[ends.ring]
+    np.minimum.at(bottom, nodes, lows[ends.ring])
+    np.maximum.at(top, nodes, highs[ends.ring])
+    np.minimum.at(lowest_top, nodes, highs[ends.ring])
+    empty = np.isinf(bottom)
+    bottom[empty] = top[empty] = lowest_top[empty] = np.nan
+    return NodeShapes(corners, starts, bottom, top, top - lowest_top)
+
+
+def _sections(ends: Ends, half_width: float, n_vertices: int) -> tuple[FloatArray, IntArray]:
+    ring = ends.ring
+    azimuth, setback, gap = ends.azimuth[ring], ends.setback[ring], ends.gap[ring]
+    half_angle, radius = np.arctan2(half_width, setback), np.hypot(half_width, setback)
+    middle = azimuth + gap / 2
+    angles = np.stack([azimuth - half_angle, azimuth + half_angle, middle], axis=1)
+    radii = np.stack([radius, radius, np.full(len(ring), half_width)], axis=1)
+    present = np.stack([np.ones_like(gap), np.ones_like(gap), gap > np.pi + 1e-9], axis=1).astype(bool)
+    counts = np.bincount(ends.vertex[ring], weights=present.sum(axis=1), minlength=n_vertices).astype(np.int64)
+    angles, radii = angles[present], radii[present]
+    corners = radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return corners, np.concatenate([[0], np.cumsum(counts)])
+
+
+def make_nodes(
+    structure: SupportStructure, ends: Ends, shapes: NodeShapes, vertices: IntArray, material: Material
+) -> tuple[Node, ...]:
+    """Node blocks at these vertices, which have at least one beam each, in their order."""
+    solids = _solids(shapes, vertices)
+    azimuths, inclinations = np.degrees(ends.azimuth), np.degrees(ends.inclination)
+    nodes = []
+    for vertex, solid in zip(vertices.tolist(), solids, strict=True):
+        ring = ends.ring[ends.ring_starts[vertex] : ends.ring_starts[vertex + 1]]
+        z, x = structure.axes[vertex], ends.radial[ring[0]]
+        nodes.append(
+            Node(
+                mark=f"N{vertex}",
+                solid=solid,
+                placement=Frame(structure.mesh.vertices[vertex], np.stack([x, np.cross(z, x), z])),
+                material=material,
+                element=vertex,
+                beams=tuple((ring // 2).tolist()),
+                azimuths_deg=tuple(azimuths[ring].tolist()),
+                inclinations_deg=tuple(inclinations[ring].tolist()),
+                setbacks_mm=tuple(ends.setback[ring].tolist()),
+                height_mm=float(shapes.top[vertex] - shapes.bottom[vertex]),
+                top_spread_mm=float(shapes.top_spread[vertex]),
+            )
+        )
+    return tuple(nodes)
+
+
+def _solids(shapes: NodeShapes, vertices: IntArray) -> list[Solid]:
+    """The prisms, computed for all nodes with equally many corners at once."""
+    sizes = np.diff(shapes.corner_starts)[vertices]
+    solids: dict[int, Solid] = {}
+    for size in np.unique(sizes).tolist():
+        alike = vertices[sizes == size]
+        outlines = shapes.corners[shapes.corner_starts[alike][:, None] + np.arange(size)]
+        prisms = prism_vertices(outlines, shapes.bottom[alike], shapes.top[alike])
+        topology = prism_topology(size)
+        solids |= {int(v): Solid(prism, topology) for v, prism in zip(alike, prisms, strict=True)}
+    return [solids[vertex] for vertex in vertices.tolist()]

@@ -1,0 +1,152 @@
+"""Panels: planar plates over the faces, cut by the support planes and lifted clear of beams and nodes.
+
+Everything is computed for all corners of all faces at once; corner c stands for the edge of its face that begins
+there, as in `Combinatorics`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fabkit.detailing.beams import dihedral_angles
+from fabkit.detailing.rules import PanelRules
+from fabkit.parts import Frame, Material, Panel, Solid, prism_topology, prism_vertices
+from geometry.arrays import FloatArray, IntArray
+from geometry.parallel.support import SupportStructure
+
+__all__ = ["PanelShapes", "make_panels", "panel_shapes"]
+
+COLLINEAR = 1e-3
+"""Two edges of a face that turn by less, in radians, are cut back alike: their lines have no sure intersection."""
+
+
+@dataclass(frozen=True, eq=False)
+class PanelShapes:
+    """Outlines of all panels at the level of their lower sides.
+
+    corners (C, 3): positions in mm; corner c lies between the edge before and the edge from it.
+    lift: level of the lower sides above the faces in mm. edge_lengths (C,): signed along the mesh edge, negative
+    where the edge has vanished between its neighbours.
+    """
+
+    corners: FloatArray
+    lift: float
+    edge_lengths: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Cuts:
+    """Per corner: unit direction t of the edge in its face, inward normal q in the face, inward normal b of the
+    support plane, and the face normal n; all (C, 3)."""
+
+    t: FloatArray
+    q: FloatArray
+    b: FloatArray
+    n: FloatArray
+
+
+def _cuts(structure: SupportStructure) -> _Cuts:
+    c = structure.mesh.combinatorics
+    along = np.where(c.edge_corners[c.corner_edge, 0] == np.arange(c.n_corners), 1.0, -1.0)[:, None]
+    t = structure.edge_directions[c.corner_edge] * along
+    n = structure.mesh.face_normals[c.corner_face]
+    # t x u points to the right face, so seen from its own face the inside is on the other side
+    return _Cuts(t, np.cross(n, t), structure.width_directions[c.corner_edge] * -along, n)
+
+
+def panel_shapes(structure: SupportStructure, rules: PanelRules, lift: float) -> PanelShapes:
+    """Faces cut by the support planes at the level `lift`, each edge moved inwards by half the joint.
+
+    Edges are square: the smaller of the outlines at the lower and the upper side of the plate.
+    """
+    c = structure.mesh.combinatorics
+    cuts = _cuts(structure)
+    levels = np.array([lift, lift + rules.thickness_mm])
+    leaning = np.einsum("ck,ck->c", cuts.b, cuts.n)[:, None]
+    upright = np.einsum("ck,ck->c", cuts.b, cuts.q)
+    inwards = ((rules.joint_mm / 2 - levels * leaning) / upright[:, None]).max(axis=1)
+    before = c.previous_corner
+    turn = np.einsum("ck,ck->c", cuts.n, np.cross(cuts.t[before], cuts.t))
+    straight = (np.abs(turn) < COLLINEAR) & (np.einsum("ck,ck->c", cuts.t[before], cuts.t) > 0)
+    safe = np.where(straight, 1.0, turn)
+    meet = (inwards[before] / safe)[:, None] * cuts.t - (inwards / safe)[:, None] * cuts.t[before]
+    alike = np.maximum(inwards, inwards[before])[:, None] * (cuts.q + cuts.q[before]) / 2
+    corners = structure.mesh.vertices[c.corners] + np.where(straight[:, None], alike, meet) + lift * cuts.n
+    lengths = np.einsum("ck,ck->c", corners[c.next_corner] - corners, cuts.t)
+    return PanelShapes(corners, lift, lengths)
+
+
+def make_panels(
+    structure: SupportStructure, shapes: PanelShapes, faces: IntArray, rules: PanelRules, material: Material
+) -> tuple[Panel, ...]:
+    """Panels over these faces, in their order."""
+    panels: dict[int, Panel] = {}
+    c = structure.mesh.combinatorics
+    dihedrals = np.degrees(dihedral_angles(structure.mesh))
+    left_right = c.edge_faces[c.corner_edge]
+    across = np.where(left_right[:, 0] == c.corner_face, left_right[:, 1], left_right[:, 0])
+    for alike, corners in c.faces_by_size():
+        chosen = np.isin(alike, faces)
+        if not chosen.any():
+            continue
+        stack = _frames(structure, shapes, alike[chosen], corners[chosen])
+        prisms = prism_vertices(stack["outlines"], 0.0, rules.thickness_mm)
+        topology = prism_topology(corners.shape[1])
+        for k, face in enumerate(alike[chosen].tolist()):
+            order = stack["corners"][k]
+            panels[face] = Panel(
+                mark=f"P{face}",
+                solid=Solid(prisms[k], topology),
+                placement=Frame(stack["origins"][k], stack["axes"][k]),
+                material=material,
+                element=face,
+                outline=prisms[k, : len(order), :2],
+                thickness_mm=rules.thickness_mm,
+                lift_mm=shapes.lift,
+                area_mm2=float(stack["areas"][k]),
+                edge_lengths_mm=tuple(stack["lengths"][k].tolist()),
+                corner_angles_deg=tuple(stack["angles"][k].tolist()),
+                dihedrals_deg=tuple(dihedrals[c.corner_edge[order]].tolist()),
+                beams=tuple(c.corner_edge[order].tolist()),
+                neighbours=tuple(across[order].tolist()),
+            )
+    return tuple(panels[face] for face in faces.tolist())
+
+
+def _frames(
+    structure: SupportStructure, shapes: PanelShapes, faces: IntArray, corners: IntArray
+) -> dict[str, FloatArray | Any]:
+    """Outlines (n, k, 2) of faces with k corners in frames on their longest edges, with their measures."""
+    rows = np.arange(len(faces))[:, None]
+    longest = shapes.edge_lengths[corners].argmax(axis=1)
+    size = corners.shape[1]
+    order = corners[rows, (longest[:, None] + np.arange(size)) % size]
+    points = shapes.corners[order]
+    origins = points[:, 0]
+    z = structure.mesh.face_normals[faces]
+    x = points[:, 1] - origins
+    x -= np.einsum("nk,nk->n", x, z)[:, None] * z
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    axes = np.stack([x, np.cross(z, x), z], axis=1)
+    outlines = np.einsum("nck,njk->ncj", points - origins[:, None], axes)[..., :2]
+    sides = np.roll(outlines, -1, axis=1) - outlines
+    back = -np.roll(sides, 1, axis=1)
+    turned = np.arctan2(_cross(sides, back), np.einsum("ncj,ncj->nc", sides, back))
+    following = np.roll(outlines, -1, axis=1)
+    return {
+        "corners": order,
+        "origins": origins,
+        "axes": axes,
+        "outlines": outlines,
+        "lengths": np.linalg.norm(sides, axis=-1),
+        "angles": np.degrees(np.mod(turned, 2 * np.pi)),
+        "areas": _cross(outlines, following).sum(axis=1) / 2,
+    }
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(...) a x b of plane vectors (..., 2)."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

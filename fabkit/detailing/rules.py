@@ -1,0 +1,90 @@
+"""The shop's parameters, and the only home of default millimetres.
+
+Values are checked when a rule is made; pydantic's ValidationError names the key and the bound.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field, model_validator
+from pydantic.dataclasses import dataclass
+
+__all__ = ["BeamRules", "DetailingRules", "HeightReference", "NodeRules", "PanelRules", "SheetRules"]
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+HeightReference = Literal["outer", "centre", "inner"]
+
+_STRICT = ConfigDict(extra="forbid")
+
+
+@dataclass(frozen=True, config=_STRICT)
+class BeamRules:
+    """Solid rectangular bars, symmetric about the central plane of their edge.
+
+    reference: which side of the bar lies on the mesh. least_length_mm: shortest bar, between its two cuts, that is
+    worth making.
+    """
+
+    width_mm: Positive = 50.0
+    height_mm: Positive = 120.0
+    reference: HeightReference = "outer"
+    least_length_mm: Positive = 20.0
+    material: str = "steel"
+
+
+@dataclass(frozen=True, config=_STRICT)
+class NodeRules:
+    """Prisms along the node axes. clearance_mm: how much further from the axis than needed the facets stand."""
+
+    clearance_mm: Positive = 5.0
+    material: str = "steel"
+
+
+@dataclass(frozen=True, config=_STRICT)
+class PanelRules:
+    """One layer of plates with square edges.
+
+    joint_mm: between two panels. seat_mm: free height between panels and what stands highest under them.
+    lift_mm: height of the panels' lower side above the mesh; left out, the least that clears beams and nodes, plus
+    the seat. least_edge_mm: shortest edge of a panel that is worth making.
+    """
+
+    thickness_mm: Positive = 10.0
+    joint_mm: NotNegative = 10.0
+    seat_mm: NotNegative = 5.0
+    lift_mm: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    least_edge_mm: Positive = 1.0
+    material: str = "glass"
+
+
+@dataclass(frozen=True, config=_STRICT)
+class SheetRules:
+    """Stock sheets: gap_mm between panels, border_mm to the sheet's edge."""
+
+    length_mm: Positive = 6000.0
+    width_mm: Positive = 3210.0
+    gap_mm: NotNegative = 10.0
+    border_mm: NotNegative = 10.0
+
+
+@dataclass(frozen=True, config=_STRICT)
+class DetailingRules:
+    """Everything a shop decides. densities_kg_m3: by the name of the material."""
+
+    beams: BeamRules = field(default_factory=BeamRules)
+    nodes: NodeRules = field(default_factory=NodeRules)
+    panels: PanelRules = field(default_factory=PanelRules)
+    sheets: SheetRules = field(default_factory=SheetRules)
+    densities_kg_m3: dict[str, Positive] = field(default_factory=lambda: {"steel": 7850.0, "glass": 2500.0})
+
+    @model_validator(mode="after")
+    def _densities_known(self) -> DetailingRules:
+        for kind in ("beams", "nodes", "panels"):
+            material = getattr(self, kind).material
+            if material not in self.densities_kg_m3:
+                known = ", ".join(sorted(self.densities_kg_m3))
+                raise ValueError(f"{kind}.material is {material!r}, but densities_kg_m3 has only {known}")
+        return self

@@ -1,0 +1,149 @@
+"""Marks: equal parts share one mark and one solid, so that a workshop makes them alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from fabkit.parts import Assembly, Beam, Frame, Node, Panel, Part, Solid, prism_vertices
+from geometry.arrays import FloatArray, IntArray
+
+__all__ = ["EQUAL_WITHIN_MM", "share_equal_parts"]
+
+EQUAL_WITHIN_MM = 1e-7
+"""Parts with all corners within this distance are equal. Below what a beam's end may be off its facet (1e-6 mm), so
+that sharing solids keeps the fit; far above rounding (1e-10 mm for a building of 100 m)."""
+
+P = TypeVar("P", bound=Part)
+
+
+def share_equal_parts(assembly: Assembly) -> Assembly:
+    """The same parts; equal ones share a mark and the solid of the first of them, others have a mark of their own.
+
+    A beam turned end for end, a node or panel turned about its normal is the same piece; a mirrored one is not.
+    The first of equal parts keeps its own frame, the frames of the others are turned to match it. Marks are
+    numbered in the order of the mesh elements: B001, N001, P001.
+    """
+    return replace(
+        assembly,
+        beams=_share(assembly.beams, "B", lambda beam: 2, _turn_beam),
+        nodes=_share(assembly.nodes, "N", lambda node: len(node.beams), _turn_node),
+        panels=_share(assembly.panels, "P", lambda panel: len(panel.outline), _turn_panel),
+    )
+
+
+def _share(parts: Sequence[P], letter: str, n_turns: Callable[[P], int], turn: Callable[[P, int], P]) -> tuple[P, ...]:
+    """Group equal parts. Only parts of one material with equally many corners and turns are compared."""
+    comparable: dict[tuple[int, int, str], list[int]] = {}
+    for place, part in enumerate(parts):
+        key = (part.solid.topology.n_vertices, n_turns(part), part.material.name)
+        comparable.setdefault(key, []).append(place)
+    first_of = np.arange(len(parts))
+    turns = np.zeros(len(parts), dtype=np.int64)
+    for (_, count, _), places in comparable.items():
+        shapes = [[turn(parts[place], k).solid.vertices.ravel() for k in range(count)] for place in places]
+        first, turns_needed = _equal_shapes(np.array(shapes))
+        first_of[places] = np.array(places)[first]
+        turns[places] = turns_needed
+    numbers = np.cumsum(first_of == np.arange(len(parts)))
+    width = max(3, len(str(numbers[-1]))) if len(parts) else 3
+    marks = [f"{letter}{numbers[first]:0{width}d}" for first in first_of.tolist()]
+    return tuple(
+        replace(turn(part, int(k)), mark=mark, solid=parts[first].solid)
+        for part, mark, first, k in zip(parts, marks, first_of.tolist(), turns, strict=True)
+    )
+
+
+def _equal_shapes(shapes: FloatArray) -> tuple[IntArray, IntArray]:
+    """For shapes (P, T, D), each seen in T turns: the first shape equal to each, and the turn in which it is."""
+    n_parts, n_turns, size = shapes.shape
+    tree = cKDTree(shapes.reshape(-1, size))
+    near = tree.query_ball_point(shapes[:, 0], EQUAL_WITHIN_MM, p=np.inf)
+    base = np.repeat(np.arange(n_parts), [len(others) for others in near])
+    other, turn = np.divmod(np.concatenate(near).astype(np.int64), n_turns)
+    links = coo_array((np.ones(len(base)), (base, other)), shape=(n_parts, n_parts))
+    groups = connected_components(links, directed=False)[1]
+    first = np.unique(groups, return_index=True)[1][groups]
+    needed = np.zeros(n_parts, dtype=np.int64)
+    direct = first[other] == base
+    needed[other[direct][::-1]] = turn[direct][::-1]  # the smallest turn wins
+    chained = np.setdiff1d(np.arange(n_parts), other[direct])
+    first[chained] = chained  # near a member of the group, but not near its first
+    return first, needed
+
+
+def _turn_beam(beam: Beam, turns: int) -> Beam:
+    """The beam seen from its other end, if turned once."""
+    if turns == 0:
+        return beam
+    corners = beam.solid.vertices
+    new_start = np.array([corners[2, 0], 0.0, 0.0])
+    half_turn = Frame(new_start, np.diag([-1.0, -1.0, 1.0]))
+    # half a turn about z exchanges the two ends and the two sides
+    order = [7, 6, 5, 4, 3, 2, 1, 0]
+    return replace(
+        beam,
+        solid=Solid(half_turn.to_local(corners)[order], beam.solid.topology),
+        placement=beam.placement.place(half_turn),
+        nodes=beam.nodes[::-1],
+        cut_angles_deg=beam.cut_angles_deg[::-1],
+    )
+
+
+def _turn_node(node: Node, turns: int) -> Node:
+    """The node with its x-axis towards another of its beams."""
+    if turns == 0:
+        return node
+    angle = np.radians(node.azimuths_deg[turns])
+    x = np.array([np.cos(angle), np.sin(angle), 0.0])
+    frame = Frame(np.zeros(3), np.stack([x, np.cross([0.0, 0.0, 1.0], x), [0.0, 0.0, 1.0]]))
+    n = node.solid.topology.n_vertices // 2
+    corners = frame.to_local(node.solid.vertices)
+    middles = (corners[:n, :2] + np.roll(corners[:n, :2], -1, axis=0)) / 2
+    first = int(np.linalg.norm(middles - [node.setbacks_mm[turns], 0.0], axis=1).argmin())
+    order = (first + np.arange(n)) % n
+    azimuths = np.mod(np.roll(node.azimuths_deg, -turns) - node.azimuths_deg[turns], 360.0)
+    return replace(
+        node,
+        solid=Solid(corners[np.concatenate([order, order + n])], node.solid.topology),
+        placement=node.placement.place(frame),
+        beams=_rolled(node.beams, turns),
+        azimuths_deg=tuple(azimuths.tolist()),
+        inclinations_deg=_rolled(node.inclinations_deg, turns),
+        setbacks_mm=_rolled(node.setbacks_mm, turns),
+    )
+
+
+def _turn_panel(panel: Panel, turns: int) -> Panel:
+    """The panel with its x-axis along another of its edges."""
+    if turns == 0:
+        return panel
+    origin = np.array([*panel.outline[turns], 0.0])
+    ahead = panel.outline[(turns + 1) % len(panel.outline)] - panel.outline[turns]
+    x = np.array([*ahead, 0.0]) / np.linalg.norm(ahead)
+    frame = Frame(origin, np.stack([x, np.cross([0.0, 0.0, 1.0], x), [0.0, 0.0, 1.0]]))
+    outline = frame.to_local(np.pad(np.roll(panel.outline, -turns, axis=0), ((0, 0), (0, 1))))[:, :2]
+    return replace(
+        panel,
+        solid=Solid(prism_vertices(outline, 0.0, panel.thickness_mm), panel.solid.topology),
+        placement=panel.placement.place(frame),
+        outline=outline,
+        edge_lengths_mm=_rolled(panel.edge_lengths_mm, turns),
+        corner_angles_deg=_rolled(panel.corner_angles_deg, turns),
+        dihedrals_deg=_rolled(panel.dihedrals_deg, turns),
+        beams=_rolled(panel.beams, turns),
+        neighbours=_rolled(panel.neighbours, turns),
+    )
+
+
+T = TypeVar("T")
+
+
+def _rolled(values: tuple[T, ...], turns: int) -> tuple[T, ...]:
+    return values[turns:] + values[:turns]

@@ -1,0 +1,145 @@
+"""The project file: what to build, checked once at the border."""
+
+from __future__ import annotations
+
+import tomllib
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from fabkit.detailing.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
+from fabkit.errors import ProjectError
+from fabkit.units import MM_PER_UNIT, Unit
+
+__all__ = ["GaussImageWeights", "Nesting", "Project", "load_project", "project_from"]
+
+_STRICT = ConfigDict(extra="forbid", frozen=True)
+
+
+class GaussImageWeights(BaseModel):
+    """Weights of face distance, vertex normals and fairness when the Gauss image is computed."""
+
+    model_config = _STRICT
+
+    faces: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    vertices: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    fairness: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+
+
+class Nesting(BaseModel):
+    """How panels are laid on sheets; seconds: what `best` may take."""
+
+    model_config = _STRICT
+
+    mode: Literal["quick", "best", "off"] = "quick"
+    seconds: Positive = 60.0
+
+
+class Project(BaseModel):
+    """A mesh and everything that decides what becomes of it.
+
+    mesh: the file. Either unit, the unit of its coordinates, or mean_edge_mm, the length to which its mean edge is
+    scaled, is required. flip turns the outside round. name: of the structure, by default that of the mesh file.
+    """
+
+    model_config = _STRICT
+
+    mesh: Path
+    out: Path | None = None
+    name: str = ""
+    unit: Unit | None = None
+    mean_edge_mm: Positive | None = None
+    flip: bool = False
+    skip_unbuildable: bool = False
+    gauss_image: GaussImageWeights = GaussImageWeights()
+    nesting: Nesting = Nesting()
+    beams: BeamRules = Field(default_factory=BeamRules)
+    nodes: NodeRules = Field(default_factory=NodeRules)
+    panels: PanelRules = Field(default_factory=PanelRules)
+    sheets: SheetRules = Field(default_factory=SheetRules)
+    densities_kg_m3: dict[str, Positive] = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
+
+    @model_validator(mode="after")
+    def _checked_as_a_whole(self) -> Project:
+        if (self.unit is None) == (self.mean_edge_mm is None):
+            found = "neither is given" if self.unit is None else "both are given"
+            units = ", ".join(MM_PER_UNIT)
+            raise ValueError(
+                f"either the unit of the mesh or the length of its mean edge is needed, and {found}: say unit "
+                f"(--unit) as one of {units}, or mean_edge_mm (--mean-edge) in mm for a model without unit"
+            )
+        self.rules  # noqa: B018  (the rules check each other)
+        return self
+
+    @property
+    def rules(self) -> DetailingRules:
+        return DetailingRules(
+            beams=self.beams,
+            nodes=self.nodes,
+            panels=self.panels,
+            sheets=self.sheets,
+            densities_kg_m3=self.densities_kg_m3,
+        )
+
+    @property
+    def title(self) -> str:
+        return self.name or self.mesh.stem
+
+
+def load_project(path: Path, overrides: dict[str, Any]) -> Project:
+    """The project in a TOML file; relative paths in it start from its folder. Overrides win, nested as in the file.
+
+    Raises ProjectError with one sentence that names the key, what was found and what would do.
+    """
+    try:
+        found = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ProjectError(f"there is no project file {path}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ProjectError(f"the project file {path} cannot be read: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ProjectError(f"{path.name} is not TOML: {error}") from None
+    for key in ("mesh", "out"):
+        if isinstance(found.get(key), str):
+            found[key] = path.parent / found[key]
+    if "mesh" not in found:
+        raise ProjectError(f"{path.name} names no mesh: add a line like mesh = 'roof.obj'")
+    if "unit" in overrides or "mean_edge_mm" in overrides:
+        found.pop("unit", None)
+        found.pop("mean_edge_mm", None)
+    return project_from(_merged(found, overrides), source=path.name)
+
+
+def project_from(settings: dict[str, Any], *, source: str = "") -> Project:
+    """A project from settings nested as in the file. Raises ProjectError with one sentence."""
+    try:
+        return Project.model_validate(settings)
+    except ValidationError as error:
+        problems = "; ".join(_sentence(dict(problem)) for problem in error.errors())
+        raise ProjectError(f"{source}: {problems}" if source else problems) from None
+
+
+def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    both = dict(under)
+    for key, value in over.items():
+        inner = both.get(key)
+        both[key] = _merged(inner, value) if isinstance(inner, dict) and isinstance(value, dict) else value
+    return both
+
+
+def _sentence(problem: dict[str, Any]) -> str:
+    where = ".".join(str(part) for part in problem["loc"])
+    if problem["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+        parent, _, key = where.rpartition(".")
+        table = getattr(Project.model_fields.get(parent), "annotation", None) if parent else Project
+        known = list(getattr(table, "model_fields", None) or getattr(table, "__dataclass_fields__", {}))
+        close = get_close_matches(key, known, n=1, cutoff=0.5)
+        place = f"[{parent}]" if parent else "the project"
+        hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
+        return f"unknown key {key!r} in {place}; {hint}"
+    message = problem["msg"].removeprefix("Value error, ")
+    if not where:
+        return str(message)
+    return f"{where} is {problem['input']!r}: {message[0].lower()}{message[1:]}"

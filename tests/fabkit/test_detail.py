@@ -1,0 +1,185 @@
+"""Detailing against closed forms: a flat grid, a cube, and structures in which something cannot be built."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fabkit.detailing.check import violations
+from fabkit.detailing.detail import detail
+from fabkit.detailing.rules import BeamRules, DetailingRules, NodeRules, PanelRules
+from fabkit.errors import DetailingError
+from geometry.mesh import Mesh
+from geometry.parallel.support import SupportStructure
+
+SIDE = 1500.0
+
+
+def flat_grid(nx: int = 3, ny: int = 2) -> SupportStructure:
+    """Square cells in the xy-plane; every axis is vertical, so the Gauss image is one point."""
+    points = [(SIDE * x, SIDE * y, 0.0) for y in range(ny + 1) for x in range(nx + 1)]
+    step = nx + 1
+    faces = [
+        [step * y + x, step * y + x + 1, step * (y + 1) + x + 1, step * (y + 1) + x]
+        for y in range(ny)
+        for x in range(nx)
+    ]
+    mesh = Mesh.from_faces(points, faces)
+    return SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (len(points), 1))), 120.0)
+
+
+def cube() -> SupportStructure:
+    """A cube with edges of 1500 mm whose Gauss image touches the unit sphere with its edges."""
+    corners = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]) / np.sqrt(2)
+    faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    sphere = Mesh.from_faces(corners, faces)
+    return SupportStructure(sphere * (SIDE / np.sqrt(2)), sphere, 120.0)
+
+
+def fan(angle_deg: float) -> SupportStructure:
+    """One flat triangle and one quad about the origin, with an edge on either side of a small angle."""
+    a = np.radians(angle_deg)
+    points = [(0, 0, 0), (SIDE, 0, 0), (SIDE * np.cos(a), SIDE * np.sin(a), 0), (0, SIDE, 0), (SIDE, SIDE, 0)]
+    mesh = Mesh.from_faces(points, [[0, 1, 2], [0, 2, 4, 3]])
+    return SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (5, 1))), 120.0)
+
+
+def test_flat_grid_has_the_sizes_one_can_work_out_by_hand() -> None:
+    assembly = detail(flat_grid(), DetailingRules(), name="grid").assembly
+    assert (len(assembly.beams), len(assembly.nodes), len(assembly.panels)) == (17, 12, 6)
+    for beam in assembly.beams:  # right angles at both ends: (50 / 2) / tan(45) + 5 = 30 off each
+        assert beam.long_point_mm == pytest.approx(SIDE - 60)
+        assert beam.short_point_mm == pytest.approx(SIDE - 60)
+        assert beam.cut_angles_deg == pytest.approx((0.0, 0.0))
+        assert beam.solid.volume_mm3 == pytest.approx((SIDE - 60) * 50 * 120)
+        assert beam.height_deviation_mm == pytest.approx(0.0)
+    for panel in assembly.panels:  # nothing stands above the mesh: the panels lie on their seat
+        assert panel.edge_lengths_mm == pytest.approx((SIDE - 10,) * 4)
+        assert panel.corner_angles_deg == pytest.approx((90.0,) * 4)
+        assert panel.lift_mm == pytest.approx(5.0)
+        assert panel.placement.origin[2] == pytest.approx(5.0)
+    areas = {len(node.beams): node.solid.volume_mm3 / node.height_mm for node in assembly.nodes}
+    octagon = 60 * 60 - 4 * 5 * 5 / 2
+    assert areas[4] == pytest.approx(octagon)
+    assert areas[3] == pytest.approx(octagon - 50 * 5 - 2 * 5 * 5 / 2)  # straight across at half a width
+    assert all(node.height_mm == pytest.approx(120.0) for node in assembly.nodes)
+
+
+def test_the_outer_side_of_a_corner_piece_still_holds_the_axis() -> None:
+    corner = next(
+        node for node in detail(flat_grid(), DetailingRules(), name="grid").assembly.nodes if len(node.beams) == 2
+    )
+    n = corner.solid.topology.n_vertices // 2
+    section = corner.solid.vertices[:n, :2]
+    following = np.roll(section, -1, axis=0)
+    distances = (section[:, 0] * following[:, 1] - section[:, 1] * following[:, 0]) / np.linalg.norm(
+        following - section, axis=1
+    )
+    assert n == 5
+    assert distances.min() > 15.0
+
+
+def test_cube_is_cut_at_the_angle_between_edge_and_diagonal() -> None:
+    assembly = detail(cube(), DetailingRules(), name="cube").assembly
+    angle = np.degrees(np.arcsin(1 / np.sqrt(3)))
+    setback = 25 / np.tan(np.radians(60)) + 5
+    for beam in assembly.beams:
+        assert beam.cut_angles_deg == pytest.approx((angle, angle))
+        assert beam.long_point_mm == pytest.approx(SIDE - 2 * setback / np.cos(np.radians(angle)))
+        assert beam.long_point_mm - beam.short_point_mm == pytest.approx(2 * 120 * np.tan(np.radians(angle)))
+        assert beam.dihedral_deg == pytest.approx(90.0)
+    for node in assembly.nodes:  # an edge offset mesh: all outer edges at one level [Pottmann2007, Prop. 3]
+        assert node.top_spread_mm < 1e-9 * 120
+        assert node.azimuths_deg == pytest.approx((0.0, 120.0, 240.0))
+
+
+@pytest.mark.parametrize(("reference", "outer"), [("outer", 0.0), ("centre", 60.0), ("inner", 120.0)])
+def test_the_reference_says_what_lies_on_the_mesh(reference: str, outer: float) -> None:
+    rules = DetailingRules(beams=BeamRules(reference=reference))
+    detailed = detail(flat_grid(), rules, name="grid")
+    tops = [beam.placement.to_world(beam.solid.vertices)[:, 2].max() for beam in detailed.assembly.beams]
+    assert tops == pytest.approx([outer] * len(tops))
+    assert detailed.lift_mm == pytest.approx(outer + 5.0)
+
+
+def test_parts_do_not_depend_on_where_the_structure_stands() -> None:
+    here = cube()
+    turn = np.linalg.qr(np.arange(9).reshape(3, 3) ** 2 + np.eye(3))[0]
+    turn *= np.linalg.det(turn)
+    moved = SupportStructure(
+        here.mesh.with_vertices(here.mesh.vertices @ turn + [1e5, -2e4, 3e3]),
+        here.gauss_image.with_vertices(here.gauss_image.vertices @ turn),
+        120.0,
+    )
+    for old, new in zip(
+        detail(here, DetailingRules(), name="a").assembly.parts(),
+        detail(moved, DetailingRules(), name="b").assembly.parts(),
+        strict=True,
+    ):  # rounding of coordinates of 1e5 mm
+        assert np.abs(np.sort(old.solid.vertices, axis=0) - np.sort(new.solid.vertices, axis=0)).max() < 1e-8
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    width=st.floats(20, 120),
+    height=st.floats(40, 300),
+    clearance=st.floats(0.5, 40),
+    thickness=st.floats(4, 60),
+    joint=st.floats(2, 60),
+    reference=st.sampled_from(["outer", "centre", "inner"]),
+)
+def test_any_reasonable_sizes_fit(
+    width: float, height: float, clearance: float, thickness: float, joint: float, reference: str
+) -> None:
+    rules = DetailingRules(
+        beams=BeamRules(width_mm=width, height_mm=height, reference=reference),
+        nodes=NodeRules(clearance_mm=clearance),
+        panels=PanelRules(thickness_mm=thickness, joint_mm=joint),
+    )
+    for structure in (flat_grid(), cube()):
+        assembly = detail(structure, rules, name="sizes").assembly
+        assert not violations(assembly)
+        assert not assembly.left_out
+
+
+def test_beams_without_room_are_an_error_that_names_beams_nodes_and_cure() -> None:
+    with pytest.raises(DetailingError) as caught:
+        detail(fan(1.5), DetailingRules(), name="fan")
+    message = str(caught.value)
+    for word in (
+        "beam 0 from node 0 to node 1",
+        "beam 2 from node 2 to node 0",
+        "1.5 degrees apart",
+        "--skip-unbuildable",
+    ):
+        assert word in message
+
+
+def test_beams_without_room_can_be_left_out_and_the_rest_is_built() -> None:
+    assembly = detail(fan(1.5), DetailingRules(), name="fan", skip_unbuildable=True).assembly
+    left = {(part.kind, part.element) for part in assembly.left_out}
+    assert {("beam", 0), ("beam", 2)} <= left
+    assert {beam.element for beam in assembly.beams}.isdisjoint({0, 2})
+    assert not violations(assembly)
+    assert len(assembly.beams) + sum(kind == "beam" for kind, _ in left) == 6
+
+
+def test_a_panel_eaten_by_its_joint_is_an_error() -> None:
+    rules = DetailingRules(panels=PanelRules(joint_mm=1499.5))
+    with pytest.raises(DetailingError, match=r"panel 0 is eaten by its joint.*joint of 1499\.5 mm"):
+        detail(flat_grid(), rules, name="grid")
+
+
+def test_a_lift_that_is_too_low_is_an_error_that_names_the_parts() -> None:
+    rules = DetailingRules(beams=BeamRules(reference="inner"), panels=PanelRules(lift_mm=100))
+    with pytest.raises(DetailingError, match="panel"):
+        detail(flat_grid(), rules, name="grid")
+
+
+def test_a_gauss_image_that_points_inwards_is_an_error() -> None:
+    grid = flat_grid()
+    upside_down = SupportStructure(grid.mesh, grid.gauss_image * -1, 120.0)
+    with pytest.raises(DetailingError, match="does not point to the outside of face"):
+        detail(upside_down, DetailingRules(), name="grid")

@@ -1,0 +1,107 @@
+"""Equal parts share a mark; what is shared still stands where it stood."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fabkit.detailing.check import violations
+from fabkit.detailing.detail import detail
+from fabkit.detailing.rules import DetailingRules
+from fabkit.parts import Assembly, Part
+from fabkit.production.marks import share_equal_parts
+from geometry.mesh import Mesh
+from geometry.parallel.support import SupportStructure
+
+
+def barrel(n: int = 8, tilt: float = 0.0) -> Assembly:
+    """A ring of n equal trapezoids about the z-axis: a rotational structure, so there are few kinds of parts."""
+    angle = 2 * np.pi * np.arange(n) / n + tilt
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    lower, upper = np.pad(ring, ((0, 0), (0, 1))), np.pad(0.6 * ring, ((0, 0), (0, 1)), constant_values=0.8)
+    faces = [[k, (k + 1) % n, (k + 1) % n + n, k + n] for k in range(n)]
+    sphere = Mesh.from_faces(np.concatenate([lower, upper]), faces)
+    return detail(SupportStructure(sphere * 3000.0, sphere, 120.0), DetailingRules(), name="barrel").assembly
+
+
+def world(part: Part) -> np.ndarray:
+    points = part.placement.to_world(part.solid.vertices)
+    return points[np.lexsort(points.round(3).T)]
+
+
+def test_a_rotational_structure_has_one_mark_for_each_orbit() -> None:
+    shared = share_equal_parts(barrel())
+    assert {beam.mark for beam in shared.beams} == {"B001", "B002", "B003"}  # lower ring, upper ring, meridians
+    assert {node.mark for node in shared.nodes} == {"N001", "N002"}
+    assert {panel.mark for panel in shared.panels} == {"P001"}
+    solids = {part.mark: set() for part in shared.parts()}
+    for part in shared.parts():
+        solids[part.mark].add(id(part.solid))
+    assert all(len(found) == 1 for found in solids.values())
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 8])
+def test_sharing_moves_nothing(n: int) -> None:
+    own = barrel(n, tilt=0.3)
+    shared = share_equal_parts(own)
+    for before, after in zip(own.parts(), shared.parts(), strict=True):
+        assert before.element == after.element
+        # a shared solid may differ by EQUAL_WITHIN_MM in each coordinate
+        assert np.abs(world(before) - world(after)).max() < 2e-7
+        assert np.linalg.det(after.placement.axes) == pytest.approx(1.0)
+    assert not violations(shared)
+
+
+def test_records_turn_with_their_frames() -> None:
+    shared = share_equal_parts(barrel())
+    for beam in shared.beams:
+        first = next(other for other in shared.beams if other.mark == beam.mark)
+        assert beam.cut_angles_deg == pytest.approx(first.cut_angles_deg)
+        start = beam.placement.origin
+        ends = [node.placement.origin for k in beam.nodes for node in shared.nodes if node.element == k]
+        assert np.linalg.norm(start - ends[0]) < np.linalg.norm(start - ends[1])
+    for node in shared.nodes:
+        first = next(other for other in shared.nodes if other.mark == node.mark)
+        assert node.azimuths_deg == pytest.approx(first.azimuths_deg)
+        assert node.setbacks_mm == pytest.approx(first.setbacks_mm)
+    for panel in shared.panels:
+        first = next(other for other in shared.panels if other.mark == panel.mark)
+        assert panel.edge_lengths_mm == pytest.approx(first.edge_lengths_mm)
+        assert panel.dihedrals_deg == pytest.approx(first.dihedrals_deg, nan_ok=True)
+
+
+def test_a_mirrored_panel_and_another_material_have_marks_of_their_own() -> None:
+    own = barrel()
+    panel = own.panels[0]
+    mirrored = replace(
+        panel,
+        element=1,
+        solid=replace(panel.solid, vertices=panel.solid.vertices[[1, 0, 3, 2, 5, 4, 7, 6]] * [-1, 1, 1]),
+    )
+    skew = replace(
+        panel.solid, vertices=panel.solid.vertices + np.tile([[0, 0, 0], [0, 0, 0], [40, 0, 0], [0, 0, 0]], (2, 1))
+    )
+    skew_mirrored = replace(skew, vertices=skew.vertices[[1, 0, 3, 2, 5, 4, 7, 6]] * [-1, 1, 1])
+    timber = replace(panel.material, name="timber")
+
+    def outlined(solid, element):
+        return replace(panel, solid=solid, outline=solid.vertices[:4, :2], element=element)
+
+    panels = (
+        outlined(panel.solid, 0),
+        outlined(mirrored.solid, 1),
+        outlined(skew, 2),
+        outlined(skew_mirrored, 3),
+        replace(panel, material=timber, element=4),
+    )
+    shared = share_equal_parts(replace(own, panels=panels))
+    marks = [part.mark for part in shared.panels]
+    assert marks[0] == marks[1]  # a symmetric trapezoid is its own mirror image
+    assert len({marks[0], marks[2], marks[3], marks[4]}) == 4
+
+
+def test_nothing_to_share() -> None:
+    empty = Assembly("none", (), (), ())
+    assert list(share_equal_parts(empty).parts()) == []

@@ -1,0 +1,104 @@
+"""The arrows of the house: which room may import which. docs/architecture.md explains the plan."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+GROUND = {"geometry.arrays", "geometry.errors"}
+PARTS = {"fabkit.parts", "fabkit.errors", "geometry.mesh", *GROUND}
+
+MAY_IMPORT: dict[str, set[str]] = {
+    "geometry": {"geometry.mesh", "geometry.meshing", "geometry.parallel", *GROUND},
+    "geometry.arrays": set(),
+    "geometry.errors": set(),
+    "geometry.optimise": GROUND,
+    "geometry.mesh": GROUND,
+    "geometry.functionals": {"geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.parallel": {"geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.meshing": {"geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
+    "fabkit": {"fabkit.build", "fabkit.project", "fabkit.errors", "fabkit.parts", "fabkit.detailing"},
+    "fabkit.errors": set(),
+    "fabkit.units": set(),
+    "fabkit.stages": set(),
+    "fabkit.parts": {"geometry.mesh", "fabkit.errors", *GROUND},
+    "fabkit.detailing": {"geometry.parallel", *PARTS},
+    "fabkit.production": PARTS,
+    "fabkit.export": {"fabkit.production", "fabkit.stages", *PARTS},
+    "fabkit.project": {"fabkit.detailing", "fabkit.units", "fabkit.errors"},
+    "fabkit.inspection": {"geometry.mesh", "geometry.meshing", "geometry.parallel", *GROUND},
+    "fabkit.build": {
+        "geometry.mesh",
+        "geometry.meshing",
+        "geometry.parallel",
+        "fabkit.detailing",
+        "fabkit.production",
+        "fabkit.export",
+        "fabkit.project",
+        "fabkit.stages",
+        "fabkit.units",
+        *PARTS,
+    },
+    "fabkit.cli": {"fabkit.build", "fabkit.inspection", "fabkit.project", "fabkit.errors", "geometry.errors"},
+}
+
+
+def room_of(module: str) -> str:
+    """The room of a dotted module: its package and the folder or file in it."""
+    return ".".join(module.split(".")[:2])
+
+
+def imports(path: Path) -> Iterator[str]:
+    """Modules of the project that a file imports, anywhere in it."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom) and node.level:
+            raise AssertionError(f"{path} imports relatively; write the whole name")
+        yield from (name for name in names if name.split(".")[0] in ("geometry", "fabkit"))
+
+
+def modules() -> list[Path]:
+    return sorted(path for package in ("geometry", "fabkit") for path in (ROOT / package).rglob("*.py"))
+
+
+def trespasses(path: Path) -> list[str]:
+    module = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    room = room_of(module)
+    return [name for name in imports(path) if room_of(name) != room and room_of(name) not in MAY_IMPORT[room]]
+
+
+@pytest.mark.parametrize("path", modules(), ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_no_room_imports_what_it_may_not(path: Path) -> None:
+    assert trespasses(path) == []
+
+
+def test_every_room_in_the_table_exists_and_no_arrow_runs_in_a_circle() -> None:
+    rooms = {room_of(".".join(p.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")) for p in modules()}
+    assert rooms == set(MAY_IMPORT)
+    done: set[str] = set()
+    while ready := {room for room in MAY_IMPORT if room not in done and MAY_IMPORT[room] <= done}:
+        done |= ready
+    assert done == set(MAY_IMPORT)
+
+
+def test_a_trespass_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(globals(), "ROOT", tmp_path)
+    path = tmp_path / "geometry" / "mesh" / "bad.py"
+    path.parent.mkdir(parents=True)
+    path.write_text("def f():\n    from geometry.optimise import solver\n    import fabkit.parts.part\n")
+    assert trespasses(path) == ["geometry.optimise", "fabkit.parts.part"]
+
+
+def test_imports_of_kernels_are_lazy() -> None:
+    kernels = {"OCP", "build123d", "cadquery", "packingsolver", "spyrrow"}
+    for path in modules():
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            assert not kernels & {name.split(".")[0] for name in names}, path
