@@ -22,7 +22,7 @@ def roof() -> Mesh:
     arch = 3.6 * np.cos(y / 9 * 1.15)
     wave = 1.5 * np.cos((x - 4) / 40 * 2.6 * np.pi)
     points = np.stack([x, y, arch + wave], axis=-1).reshape(-1, 3)
-    taper = 1 + 0.011 * points[:, :1] + 0.006 * points[:, 1:2]
+    taper = 1 + 0.011 * points[:, :1]
     corner = np.arange(BAYS_ALONG * (BAYS_ACROSS + 1)).reshape(BAYS_ALONG, BAYS_ACROSS + 1)[:, :-1].ravel()
     step = BAYS_ACROSS + 1
     faces = np.stack([corner, corner + step, corner + step + 1, corner + 1], axis=1)

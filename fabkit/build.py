@@ -18,7 +18,8 @@ from fabkit.export.documents import write_documents
 from fabkit.export.folder import MANIFEST, check_replaceable, whole_folder
 from fabkit.parts import Assembly
 from fabkit.production.marks import share_equal_parts
-from fabkit.production.sheet_nesting import Nest, nest_panels
+from fabkit.production.nest import Nest, Sheet
+from fabkit.production.sheet_nesting import nest_panels
 from fabkit.production.summary import Summary
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
@@ -54,7 +55,7 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
     stages = Stages(listener)
     built = design(project, stages)
     with whole_folder(project.out, force=force) as folder:
-        write_documents(folder, built.structure, built.assembly, built.nest, built.summary, stages)
+        write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
         (folder / MANIFEST).write_text(json.dumps(_manifest(project, built), indent=1) + "\n", encoding="utf-8")
     return built
 
@@ -75,10 +76,8 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
         assembly = share_equal_parts(detailed.assembly)
-    nest = None
-    if project.nesting.mode != "off" and assembly.panels:
-        with stages("Nest"):
-            nest = _nest(project, assembly, stages)
+    with stages("Nest"):
+        nest = _nest(project, assembly, stages)
     summary = _summary(project, file, scale, planar, structure, detailed)
     return Built(structure, assembly, nest, summary, stages.seconds)
 
@@ -91,16 +90,18 @@ def _scale(project: Project, mesh: Mesh) -> float:
     return project.mean_edge_mm / mesh.mean_edge_length
 
 
-def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest:
+def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest | None:
+    if project.nesting.mode == "off" or not assembly.panels:
+        return None
     rules = project.sheets
     return nest_panels(
         assembly.panels,
-        (rules.length_mm, rules.width_mm),
+        Sheet(rules.length_mm, rules.width_mm),
         gap_mm=rules.gap_mm,
         border_mm=rules.border_mm,
         mode=project.nesting.mode,
         seconds=project.nesting.seconds,
-        progress=lambda share: stages.progress("Nest", share),
+        progress=lambda share, _: stages.progress("Nest", share),
     )
 
 

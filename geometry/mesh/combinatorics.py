@@ -229,9 +229,7 @@ class Combinatorics:
     def reversed(self) -> Combinatorics:
         """The same faces, seen from the other side."""
         order = self.face_starts[:-1][self.corner_face] + self.face_starts[1:][self.corner_face] - 1
-        return Combinatorics(
-            self.n_vertices, self.corners[order - np.arange(self.n_corners)], self.face_starts
-        )
+        return Combinatorics(self.n_vertices, self.corners[order - np.arange(self.n_corners)], self.face_starts)
 
     # --- checks
 

@@ -80,9 +80,7 @@ class Mesh:
 
     def _equivalent(self, other: Mesh) -> Mesh:
         if not self.combinatorics.same_as(other.combinatorics):
-            raise MeshError(
-                "the two meshes do not have the same faces: linear combinations need equal combinatorics"
-            )
+            raise MeshError("the two meshes do not have the same faces: linear combinations need equal combinatorics")
         return other
 
     def reversed(self) -> Mesh:

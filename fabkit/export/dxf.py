@@ -1,0 +1,132 @@
+"""DXF files of drawings: 1:1 in millimetres, polylines on three layers, the same bytes for the same drawing.
+
+ezdxf writes the head and the tables of a file once; the polylines are set into that text, since writing the same
+15 kB through ezdxf for each of a thousand panels would take fifty times as long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from io import StringIO
+from pathlib import Path
+from typing import Literal, TextIO
+
+import numpy as np
+from ezdxf import new, options  # type: ignore[attr-defined]
+from ezdxf.document import Drawing as Document
+
+from fabkit.production.drawing import CUT, MARK, SHEET, Drawing
+from geometry.arrays import FloatArray
+
+__all__ = ["write_dxf"]
+
+Version = Literal["R2010", "R12"]
+
+#: Colours by number: red, blue, grey.
+COLOURS = {CUT: 1, MARK: 5, SHEET: 8}
+#: Coordinates are rounded to 1e-9 mm, which is what rounding in a sheet of 10 m has left of them anyway.
+DECIMALS = 9
+
+#: Numbers that stand in a template for extents (low, high), middle and height of the view, and the next handle.
+SLOTS = tuple(9e9 + k for k in range(7))
+SEED = "{seed}"
+
+
+def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2010") -> None:
+    """Write a drawing to a path or a text stream.
+
+    R2010: LWPOLYLINE, $INSUNITS 4 (millimetres). R12: POLYLINE; that version knows no unit, so it belongs into the
+    name of the file. The notes stand as comments at the head, for R2010 also among the drawing's properties.
+    """
+    template = _template(version, drawing.notes)
+    handles = iter(range(template.first_handle, 2**62))
+    write = _lwpolyline if version == "R2010" else _polyline
+    curves = [(layer, curve.round(DECIMALS) + 0.0) for layer, all_of in drawing.layers.items() for curve in all_of]
+    entities = "".join(write(layer, curve, template.owner, handles) for layer, curve in curves)
+    corners = np.concatenate([curve for _, curve in curves])
+    text = template.fill(entities, corners.min(axis=0), corners.max(axis=0), next(handles))
+    if isinstance(target, Path):
+        target.write_text(text, encoding="utf-8", newline="\n")
+    else:
+        target.write(text)
+
+
+@dataclass(frozen=True)
+class _Template:
+    """The text of a file without entities, with SLOTS where extents and view go. owner: handle of the model space."""
+
+    before: str
+    after: str
+    owner: str
+    first_handle: int
+
+    def fill(self, entities: str, low: FloatArray, high: FloatArray, seed: int) -> str:
+        middle, height = (low + high) / 2, 1.05 * float((high - low).max())
+        before, after = self.before.replace(SEED, f"$HANDSEED\n  5\n{seed:X}\n"), self.after
+        for slot, value in zip(SLOTS, [*low.tolist(), *high.tolist(), *middle.tolist(), height], strict=True):
+            before = before.replace(f"{slot!r}\n", f"{value!r}\n")
+            after = after.replace(f"{slot!r}\n", f"{value!r}\n")
+        return f"{before}{entities}{after}"
+
+
+@lru_cache(maxsize=16)
+def _template(version: Version, notes: tuple[str, ...]) -> _Template:
+    """Written once for all drawings with the same notes, without the time of writing."""
+    fixed = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        document = _document(version, notes)
+        stream = StringIO()
+        document.write(stream)
+    finally:
+        options.write_fixed_meta_data_for_testing = fixed
+    comments = "".join(f"999\n{note}\n" for note in notes)
+    head, entities, tail = stream.getvalue().partition("  2\nENTITIES\n")
+    first_handle = str(document.header["$HANDSEED"])
+    head = head.replace(f"$HANDSEED\n  5\n{first_handle}\n", SEED)
+    return _Template(comments + head + entities, tail, document.modelspace().layout_key, int(first_handle, 16))
+
+
+def _document(version: Version, notes: tuple[str, ...]) -> Document:
+    document = new(version)
+    document.header["$MEASUREMENT"] = 1
+    if version != "R12":
+        document.header["$INSUNITS"] = 4
+        for number, note in enumerate(notes, start=1):
+            document.header.custom_vars.append(f"Note {number}", note)
+    for layer, colour in COLOURS.items():
+        document.layers.add(layer, color=colour)
+    model = document.modelspace()
+    low_x, low_y, high_x, high_y, middle_x, middle_y, height = SLOTS
+    model.dxf.extmin, model.dxf.extmax = (low_x, low_y, 0.0), (high_x, high_y, 0.0)
+    document.set_modelspace_vport(height, (middle_x, middle_y))
+    return document
+
+
+def _lwpolyline(layer: str, curve: FloatArray, owner: str, handles: Iterator[int]) -> str:
+    points, closed = _points(curve)
+    corners = "".join(f" 10\n{x!r}\n 20\n{y!r}\n" for x, y in points)
+    return (
+        f"  0\nLWPOLYLINE\n  5\n{next(handles):X}\n330\n{owner}\n100\nAcDbEntity\n  8\n{layer}\n"
+        f"100\nAcDbPolyline\n 90\n{len(points)}\n 70\n{closed}\n{corners}"
+    )
+
+
+def _polyline(layer: str, curve: FloatArray, owner: str, handles: Iterator[int]) -> str:
+    points, closed = _points(curve)
+    vertices = "".join(
+        f"  0\nVERTEX\n  5\n{next(handles):X}\n  8\n{layer}\n 10\n{x!r}\n 20\n{y!r}\n 30\n0.0\n" for x, y in points
+    )
+    return (
+        f"  0\nPOLYLINE\n  5\n{next(handles):X}\n  8\n{layer}\n 66\n1\n 10\n0.0\n 20\n0.0\n 30\n0.0\n"
+        f" 70\n{closed}\n{vertices}  0\nSEQEND\n  5\n{next(handles):X}\n  8\n{layer}\n"
+    )
+
+
+def _points(curve: FloatArray) -> tuple[list[list[float]], int]:
+    """The points to write, and whether they are closed: a closed curve ends where it begins."""
+    closed = len(curve) > 2 and bool((curve[0] == curve[-1]).all())
+    points: list[list[float]] = (curve[:-1] if closed else curve).tolist()
+    return points, int(closed)

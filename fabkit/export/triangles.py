@@ -1,0 +1,99 @@
+"""Exact triangulations of planar-faced solids, for formats that know triangles only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from fabkit.errors import OutputError
+from fabkit.parts import Solid, Topology, face_normals
+from geometry.arrays import BoolArray, FloatArray, IntArray
+
+__all__ = ["Facets", "facets"]
+
+CONVEX_TOLERANCE = 1e-9  # sine of the turn at a corner: rounding of a straight corner, far below what can be seen
+
+
+@dataclass(frozen=True, eq=False)
+class Facets:
+    """A flat-shaded solid. points (C, 3) and normals (C, 3): one for each corner of each face; triangles (T, 3):
+    corners, counter-clockwise seen from outside."""
+
+    points: FloatArray
+    normals: FloatArray
+    triangles: IntArray
+
+
+def facets(solids: Sequence[Solid], names: Sequence[str]) -> list[Facets]:
+    """Triangulated solids, computed for all solids of one topology at once. No point is added.
+
+    Convex faces become fans, other ones and faces with inner loops constrained Delaunay triangulations.
+    Raises `OutputError` with the solid's name where a face's outline crosses itself.
+    """
+    members: dict[Topology, list[int]] = {}
+    for n, solid in enumerate(solids):
+        members.setdefault(solid.topology, []).append(n)
+    result: dict[int, Facets] = {}
+    for topology, indices in members.items():
+        vertices = np.array([solids[n].vertices for n in indices])
+        points = vertices[:, topology.corners]
+        normals = face_normals(vertices, topology)[:, topology.corner_face]
+        triangles = _triangles(points, normals, topology, [names[n] for n in indices])
+        result |= {n: Facets(*each) for n, *each in zip(indices, points, normals, triangles, strict=True)}
+    return [result[n] for n in range(len(solids))]
+
+
+def _triangles(points: FloatArray, normals: FloatArray, topology: Topology, names: list[str]) -> IntArray:
+    """(K, T, 3) corners of the triangles of solids with points and normals (K, C, 3) at their corners.
+
+    A face with n corners and h inner loops has n + 2h - 2 triangles however it is cut, so T is the topology's.
+    """
+    first = topology.loop_starts[topology.face_starts[:-1]]
+    counts = np.diff(topology.loop_starts[topology.face_starts]) + 2 * np.diff(topology.face_starts) - 4
+    starts = np.concatenate([[0], np.cumsum(counts)])
+    fan = np.arange(starts[-1]) - np.repeat(starts[:-1], counts) + 1
+    fans = np.repeat(first, counts)[:, None] + np.stack([np.zeros_like(fan), fan, fan + 1], axis=1)
+    triangles = np.tile(fans, (len(points), 1, 1))
+    for solid, face in np.argwhere(~_convex(points, normals, topology)):
+        found = _constrained(points[solid], normals[solid, first[face]], topology, face)
+        if len(found) != counts[face]:
+            raise OutputError(
+                f"face {face} of {names[solid]} cannot be triangulated: {len(found)} triangles instead of "
+                f"{counts[face]}; its outline crosses or touches itself"
+            )
+        triangles[solid, starts[face] : starts[face + 1]] = found
+    return triangles
+
+
+def _convex(points: FloatArray, normals: FloatArray, topology: Topology) -> BoolArray:
+    """(K, F) whether each face has one loop without a corner that turns inwards."""
+    ahead = points[:, topology.next_corner] - points
+    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
+    behind = np.empty_like(ahead)
+    behind[:, topology.next_corner] = ahead
+    turns = np.einsum("kci,kci->kc", np.cross(behind, ahead), normals)
+    first = topology.loop_starts[topology.face_starts[:-1]]
+    inwards = np.minimum.reduceat(turns, first, axis=1) < -CONVEX_TOLERANCE
+    convex: BoolArray = ~inwards & (np.diff(topology.face_starts) == 1)
+    return convex
+
+
+def _constrained(points: FloatArray, normal: FloatArray, topology: Topology, face: int) -> IntArray:
+    """(m, 3) corners of the triangles of one face of a solid with points (C, 3) at its corners."""
+    ends = topology.loop_starts[topology.face_starts[face] : topology.face_starts[face + 1] + 1]
+    x = points[ends[0] + 1] - points[ends[0]]
+    flat = (points[ends[0] : ends[-1]] - points[ends[0]]) @ np.stack([x, np.cross(normal, x)], axis=1)
+    outer, *inner = np.split(flat, ends[1:-1] - ends[0])
+    polygon = shapely.Polygon(outer, inner)
+    if not polygon.is_valid:
+        return np.zeros((0, 3), dtype=np.int64)
+    rings = shapely.get_coordinates(shapely.get_parts(shapely.constrained_delaunay_triangles(polygon)))
+    corner_at = {tuple(point): ends[0] + n for n, point in enumerate(flat.tolist())}
+    corners = [corner_at[tuple(point)] for point in rings.reshape(-1, 4, 2)[:, :3].reshape(-1, 2).tolist()]
+    (a, b, c), triangles = rings.reshape(-1, 4, 2)[:, :3].transpose(1, 0, 2), np.array(corners).reshape(-1, 3)
+    turned = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    triangles[turned] = triangles[turned][:, ::-1]
+    return triangles

@@ -1,0 +1,133 @@
+"""Engines that lay the outlines themselves close together, a sheet at a time.
+
+packingsolver (Python 3.12 and later) chooses the panels itself, as a knapsack whose profits are areas. spyrrow
+(Python 3.11) packs given panels into a strip of least length, so it is given as much area as it managed to get onto
+the sheets before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+from typing import Protocol
+
+import numpy as np
+
+from fabkit.errors import NestingError
+from fabkit.production.guillotine import smallest_rectangles
+from fabkit.production.nest import Placement, Stock, outline_areas, turned
+from geometry.arrays import FloatArray
+
+__all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine"]
+
+
+class Engine(Protocol):
+    """name; least_seconds: shorter calls are not worth it."""
+
+    name: str
+    least_seconds: float
+
+    def fill(self, outlines: Sequence[FloatArray], stock: Stock, seconds: float) -> list[Placement]:
+        """One sheet filled with some of the outlines (k, 2), each a valid polygon that fits onto a sheet. The
+        placements count the outlines given, and the sheet as number zero."""
+
+
+def installed_engine() -> Engine:
+    """The better of the engines installed; a NestingError where there is none."""
+    if find_spec("packingsolver"):
+        return PackingSolver()
+    if find_spec("spyrrow"):
+        return Spyrrow()
+    raise NestingError(
+        "no engine for the best nest is installed: install packingsolver (Python 3.12 and later) or spyrrow, "
+        "or ask for the quick nest"
+    )
+
+
+class PackingSolver:
+    """One knapsack of packingsolver's irregular problem; exact to rounding."""
+
+    name = "packingsolver"
+    least_seconds = 0.3
+
+    def fill(self, outlines: Sequence[FloatArray], stock: Stock, seconds: float) -> list[Placement]:
+        import packingsolver.irregular as irregular
+
+        builder = irregular.InstanceBuilder()
+        builder.set_objective(irregular.Objective.Knapsack)
+        builder.set_item_item_minimum_spacing(stock.gap_mm)
+        sheet = irregular.build_rectangle(0.0, stock.sheet.length_mm, 0.0, stock.sheet.width_mm)
+        builder.add_bin_type(sheet, copies=1, item_bin_minimum_spacing=stock.border_mm)
+        for outline in outlines:
+            shape = irregular.build_shape([(x, y) for x, y in outline.tolist()])
+            builder.add_item_type(shape, allowed_rotations=[(0.0, 360.0, False)])
+        parameters = irregular.OptimizeParameters()
+        parameters.time_limit = seconds
+        parameters.verbosity_level = 0
+        parameters.messages_to_stdout = False
+        solution = irregular.optimize(builder.build(), parameters).solution
+        items = solution.bin(0).items if solution.number_of_bins() else []
+        return [Placement(i.item_type_id, 0, i.angle, (i.bl_corner.x, i.bl_corner.y)) for i in items]
+
+
+class Spyrrow:
+    """One strip of spyrrow, as high as the sheet is wide; panels that end beyond the sheet's length are taken off.
+
+    density: area of panels over area of sheet to try for; it follows what the strips before came to.
+    """
+
+    name = "spyrrow"
+    least_seconds = 1.0
+
+    #: spyrrow computes in single precision: 6000 mm are good to 0.0005 mm.
+    margin_mm = 0.01
+    #: A panel that just fits across the strip may find no place at all.
+    slack = 0.001
+
+    def __init__(self) -> None:
+        self.density = 0.85
+
+    def fill(self, outlines: Sequence[FloatArray], stock: Stock, seconds: float) -> list[Placement]:
+        import spyrrow
+
+        length, width = stock.inside
+        chosen = self._choose(outlines, stock)
+        if not chosen:
+            return []
+        # spyrrow keeps the distance from the strip's edges too, so the strip is higher by twice the gap.
+        gap = stock.gap_mm + self.margin_mm
+        centred = [outlines[index] - outlines[index].mean(axis=0) for index in chosen]
+        items = [
+            spyrrow.Item(str(number), [(x, y) for x, y in outline.tolist()], 1, None)
+            for number, outline in enumerate(centred)
+        ]
+        config = spyrrow.StripPackingConfig(
+            total_computation_time=None,
+            exploration_time=max(1, round(0.8 * seconds)),
+            compression_time=round(0.2 * seconds),
+            min_items_separation=gap,
+            seed=0,
+        )
+        solution = spyrrow.StripPackingInstance("sheet", width + 2 * gap, items).solve(config)
+        self.density = float(np.clip(solution.density, 0.5, 0.98))
+        filling = []
+        for item in solution.placed_items:
+            index = chosen[int(item.id)]
+            corner = np.array(item.translation) + stock.border_mm - gap
+            offset = corner - turned(outlines[index].mean(axis=0), item.rotation)
+            if (turned(outlines[index], item.rotation) + offset)[:, 0].max() <= length + stock.border_mm:
+                filling.append(Placement(index, 0, item.rotation, (float(offset[0]), float(offset[1]))))
+        return filling
+
+    def _choose(self, outlines: Sequence[FloatArray], stock: Stock) -> list[int]:
+        """Large panels first, as long as they keep to the density."""
+        length, width = stock.inside
+        room = self.density * length * width
+        areas = outline_areas(outlines)
+        _, sizes = smallest_rectangles(outlines, stock.inside)
+        chosen = []
+        for index in np.argsort(-areas, kind="stable").tolist():
+            if areas[index] <= room and sizes[index].min() <= (1 - self.slack) * width:
+                chosen.append(index)
+                room -= areas[index]
+        return chosen

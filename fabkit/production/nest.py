@@ -1,0 +1,179 @@
+"""Nests: where each panel lies on which sheet. A nest stores placements, not copies of outlines.
+
+A sheet's own frame has x along its length and y along its width, origin in a corner; panels lie on it with their
+outer side up, turned and moved, never mirrored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from fabkit.errors import NestingError
+from fabkit.parts import Panel
+from geometry.arrays import FloatArray
+
+__all__ = [
+    "TOLERANCE_MM",
+    "Nest",
+    "Placement",
+    "Sheet",
+    "Stock",
+    "check_nest",
+    "moved",
+    "outline_areas",
+    "polygons",
+    "turned",
+]
+
+#: What rounding may take from a distance: lengths of 10 m in double precision, turned and moved, are good to 1e-11 m.
+TOLERANCE_MM = 1e-6
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A stock sheet: length_mm along x, width_mm along y."""
+
+    length_mm: float
+    width_mm: float
+
+    @property
+    def area_mm2(self) -> float:
+        return self.length_mm * self.width_mm
+
+
+@dataclass(frozen=True)
+class Stock:
+    """Sheets, as many as it takes. gap_mm: least distance between two panels; border_mm: least distance of a panel
+    from the sheet's edges."""
+
+    sheet: Sheet
+    gap_mm: float
+    border_mm: float
+
+    @property
+    def inside(self) -> tuple[float, float]:
+        """Length and width less the borders, in mm."""
+        return self.sheet.length_mm - 2 * self.border_mm, self.sheet.width_mm - 2 * self.border_mm
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A panel on a sheet. panel: its index; sheet: number of the sheet, from zero; a point of the panel's own frame
+    is turned counter-clockwise by angle_deg about the origin, then moved by offset_mm."""
+
+    panel: int
+    sheet: int
+    angle_deg: float
+    offset_mm: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Nest:
+    """Panels on equal sheets.
+
+    gap_mm: least distance between two panels; border_mm: least distance of a panel from the sheet's edges.
+    placements: placements[i] is that of panel i. engine: what found it. panel_area_mm2: of all the panels.
+    """
+
+    sheet: Sheet
+    gap_mm: float
+    border_mm: float
+    placements: tuple[Placement, ...]
+    engine: str
+    panel_area_mm2: float
+
+    @property
+    def n_sheets(self) -> int:
+        return 1 + max((placement.sheet for placement in self.placements), default=-1)
+
+    @property
+    def utilisation(self) -> float:
+        """Area of the panels over the area of the sheets, 0 .. 1; zero without panels."""
+        return self.panel_area_mm2 / (self.n_sheets * self.sheet.area_mm2) if self.placements else 0.0
+
+    def on_sheet(self, sheet: int) -> tuple[Placement, ...]:
+        return tuple(placement for placement in self.placements if placement.sheet == sheet)
+
+
+def turned(points: FloatArray, angle_deg: float) -> FloatArray:
+    """Points (..., 2) turned counter-clockwise about the origin."""
+    angle = np.deg2rad(angle_deg)
+    rotation = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    result: FloatArray = points @ rotation
+    return result
+
+
+def moved(points: FloatArray, placement: Placement) -> FloatArray:
+    """Points (..., 2) of a panel's own frame, in the frame of its sheet."""
+    result: FloatArray = turned(points, placement.angle_deg) + np.asarray(placement.offset_mm)
+    return result
+
+
+def polygons(outlines: Sequence[FloatArray]) -> npt.NDArray[np.object_]:
+    """(m,) array of shapely polygons with these outlines (k, 2)."""
+    counts = [len(outline) for outline in outlines]
+    rings = shapely.linearrings(np.concatenate(outlines), indices=np.repeat(np.arange(len(counts)), counts))
+    shapes: npt.NDArray[np.object_] = shapely.polygons(rings)
+    return shapes
+
+
+def outline_areas(outlines: Sequence[FloatArray]) -> FloatArray:
+    """(m,) areas of outlines (k, 2)."""
+    areas: FloatArray = shapely.area(polygons(outlines))
+    return areas
+
+
+def check_nest(nest: Nest, panels: Sequence[Panel]) -> None:
+    """Raise a NestingError, with marks and values, unless each panel lies once, inside its sheet less the border,
+    and apart from its neighbours by the gap; all to TOLERANCE_MM."""
+    if [placement.panel for placement in nest.placements] != list(range(len(panels))):
+        raise NestingError(f"the nest places {len(nest.placements)} panels in a wrong order or number, "
+                           f"there are {len(panels)}; each panel must be placed once")  # fmt: skip
+    if not panels:
+        return
+    outlines = [moved(panels[at.panel].outline, at) for at in nest.placements]
+    _check_inside(nest, panels, outlines)
+    _check_apart(nest, panels, outlines)
+
+
+def _check_inside(nest: Nest, panels: Sequence[Panel], outlines: Sequence[FloatArray]) -> None:
+    low = np.array([outline.min(axis=0) for outline in outlines]).min(axis=1)
+    size = np.array([nest.sheet.length_mm, nest.sheet.width_mm])
+    high = np.array([size - outline.max(axis=0) for outline in outlines]).min(axis=1)
+    room = np.minimum(low, high)
+    wrong = np.flatnonzero(~(room >= nest.border_mm - TOLERANCE_MM))
+    if len(wrong):
+        first = int(room.argmin())
+        marks = ", ".join(panels[panel].mark for panel in wrong[:10])
+        raise NestingError(
+            f"{len(wrong)} panels lie outside their sheets less the border of {nest.border_mm:g} mm: {marks}; "
+            f"panel {panels[first].mark} is {room[first]:.6f} mm from an edge of sheet "
+            f"{nest.placements[first].sheet + 1}"
+        )
+
+
+def _check_apart(nest: Nest, panels: Sequence[Panel], outlines: Sequence[FloatArray]) -> None:
+    """Sheets are laid out in a row, further apart than the gap, so that one tree finds the near pairs of all."""
+    pitch = nest.sheet.length_mm + nest.gap_mm + 1000.0
+    shapes = polygons(outlines)
+    sheets = np.array([placement.sheet for placement in nest.placements])
+    in_a_row = polygons([outline + np.array([pitch * k, 0.0]) for outline, k in zip(outlines, sheets, strict=True)])
+    first, second = shapely.STRtree(in_a_row).query(in_a_row, predicate="dwithin", distance=nest.gap_mm)
+    first, second = np.unique(np.stack([first, second], axis=1)[first < second], axis=0).T
+    distances = shapely.distance(shapes[first], shapes[second])
+    overlaps = shapely.area(shapely.intersection(shapes[first], shapes[second]))
+    distances -= overlaps / np.minimum(shapely.length(shapes[first]), shapely.length(shapes[second]))
+    wrong = np.flatnonzero(~(distances >= nest.gap_mm - TOLERANCE_MM))
+    if len(wrong):
+        worst = wrong[distances[wrong].argmin()]
+        pairs = [f"{panels[first[pair]].mark} and {panels[second[pair]].mark}" for pair in wrong[:10]]
+        raise NestingError(
+            f"{len(wrong)} pairs of panels are nearer than the gap of {nest.gap_mm:g} mm: {'; '.join(pairs)}; "
+            f"{panels[first[worst]].mark} and {panels[second[worst]].mark} are {distances[worst]:.6f} mm apart "
+            f"(negative: mean depth of overlap) on sheet {sheets[first[worst]] + 1}"
+        )

@@ -1,0 +1,159 @@
+"""Which panel lies where on which sheet."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+import shapely
+
+from fabkit.errors import NestingError
+from fabkit.parts import Panel
+from fabkit.production.guillotine import ROUNDING_MM, Guillotine
+from fabkit.production.irregular import Engine, installed_engine
+from fabkit.production.nest import Nest, Placement, Sheet, Stock, check_nest, moved, outline_areas, polygons
+from geometry.arrays import FloatArray
+
+__all__ = ["nest_panels"]
+
+#: An engine chooses from about this many sheets' worth of panels: enough to combine, few enough to be quick.
+POOL_SHEETS = 3
+
+
+def nest_panels(
+    panels: Sequence[Panel],
+    sheet: Sheet,
+    *,
+    gap_mm: float,
+    border_mm: float,
+    mode: Literal["quick", "best"] = "quick",
+    seconds: float = 60.0,
+    progress: Callable[[float, str], None] | None = None,
+) -> Nest:
+    """Lay all panels on as few sheets as can be found, turned but never mirrored.
+
+    quick: smallest rectangles, cut from edge to edge; deterministic. best: starts from that and spends up to about
+    `seconds` on laying the outlines themselves closer with packingsolver or spyrrow, whichever is installed; never
+    worse than quick, and `Nest.engine` says which one won; depends on the clock. progress is called with the
+    fraction done and a sentence. The result has passed check_nest.
+
+    Raises NestingError where a panel fits on no sheet, panels differ in thickness or material, an outline crosses
+    itself, a measure makes no sense, or no engine is installed for best.
+    """
+    stock = Stock(sheet, gap_mm, border_mm)
+    _check_stock(stock)
+    engine = installed_engine() if mode == "best" else None
+    if not panels:
+        return Nest(sheet, gap_mm, border_mm, (), "none", 0.0)
+    _check_panels(panels)
+    outlines = [panel.outline for panel in panels]
+    guillotine = Guillotine.of(outlines, stock)
+    _check_sizes(panels, guillotine)
+    areas = outline_areas(outlines)
+    fillings, name = guillotine.sheets(np.arange(len(panels))), "guillotine"
+    if engine is not None:
+        closer = _closer(guillotine, engine, fillings, areas, seconds, progress)
+        if closer is not fillings:
+            fillings, name = closer, engine.name
+    fillings = sorted(fillings, key=lambda filling: -_area(filling, areas))
+    placements = [replace(place, sheet=k) for k, filling in enumerate(fillings) for place in filling]
+    placements.sort(key=lambda place: place.panel)
+    nest = Nest(sheet, gap_mm, border_mm, tuple(placements), name, float(areas.sum()))
+    check_nest(nest, panels)
+    return nest
+
+
+def _closer(
+    guillotine: Guillotine,
+    engine: Engine,
+    quick: list[list[Placement]],
+    areas: FloatArray,
+    seconds: float,
+    progress: Callable[[float, str], None] | None,
+) -> list[list[Placement]]:
+    """Take the quick sheets apart, the emptiest first, and let the engine fill sheet after sheet from their panels,
+    until all is done or time is up; the rest stays as it was. The best of all states, `quick` itself included."""
+    start = time.monotonic()
+    inside = float(np.prod(guillotine.stock.inside))
+    waiting = sorted(quick, key=lambda filling: -_area(filling, areas))
+    done: list[list[Placement]] = []
+    pool = np.zeros(0, dtype=np.int64)
+    best, best_score = quick, _score(quick, guillotine, areas)
+    while waiting or len(pool):
+        while waiting and areas[pool].sum() < POOL_SHEETS * inside:
+            pool = np.union1d(pool, [place.panel for place in waiting.pop()])
+        filling = guillotine.fill(pool)
+        if len(filling) < len(pool):
+            left = seconds - (time.monotonic() - start)
+            if left < engine.least_seconds:
+                break
+            sheets_left = len(waiting) + areas[pool].sum() / inside
+            share = max(engine.least_seconds, left / sheets_left)
+            found = engine.fill([guillotine.outlines[panel] for panel in pool.tolist()], guillotine.stock, share)
+            found = [replace(place, panel=int(pool[place.panel])) for place in found]
+            filling = max(filling, found, key=lambda candidate: _area(candidate, areas))
+        done.append(filling)
+        pool = np.setdiff1d(pool, [place.panel for place in filling])
+        state = done + waiting + guillotine.sheets(pool)
+        if (score := _score(state, guillotine, areas)) < best_score:
+            best, best_score = state, score
+        if progress is not None:
+            fraction = min(1.0, (time.monotonic() - start) / seconds)
+            progress(fraction, f"{engine.name}: {len(best)} sheets, cut from edge to edge {len(quick)}")
+    return best
+
+
+def _area(filling: Sequence[Placement], areas: FloatArray) -> float:
+    return float(areas[[place.panel for place in filling]].sum())
+
+
+def _score(fillings: list[list[Placement]], guillotine: Guillotine, areas: FloatArray) -> tuple[int, float]:
+    """Number of sheets, then how much of the emptiest one is used up to one straight cut across it."""
+    last = min(fillings, key=lambda filling: _area(filling, areas))
+    ends = np.concatenate([moved(guillotine.outlines[place.panel], place) for place in last]).max(axis=0)
+    sheet = guillotine.stock.sheet
+    return len(fillings), float(min(ends[0] / sheet.length_mm, ends[1] / sheet.width_mm))
+
+
+def _check_stock(stock: Stock) -> None:
+    length, width = stock.inside
+    values = (length, width, stock.gap_mm, stock.border_mm)
+    if not (np.isfinite(values).all() and min(length, width) > 0 and min(stock.gap_mm, stock.border_mm) >= 0):
+        raise NestingError(
+            f"a sheet of {stock.sheet.length_mm:g} x {stock.sheet.width_mm:g} mm with a border of "
+            f"{stock.border_mm:g} mm and a gap of {stock.gap_mm:g} mm holds nothing; give positive sizes, gap and "
+            "border not negative, and a border below half the sheet's width"
+        )
+
+
+def _check_panels(panels: Sequence[Panel]) -> None:
+    """What the engines cannot bear, and what no one sheet can be."""
+    kinds = sorted({(panel.thickness_mm, panel.material.name) for panel in panels})
+    if len(kinds) > 1:
+        names = ", ".join(f"{thickness:g} mm {material}" for thickness, material in kinds)
+        raise NestingError(f"panels of {names} cannot share sheets; nest each kind for itself")
+    shapes = polygons([panel.outline for panel in panels])
+    finite = np.array([bool(np.isfinite(panel.outline).all()) for panel in panels])
+    sound = finite & shapely.is_valid(shapes) & (shapely.area(shapes) > 0)
+    if not sound.all():
+        marks = ", ".join(panels[panel].mark for panel in np.flatnonzero(~sound)[:10])
+        raise NestingError(f"outlines that cross themselves or have no area cannot be nested: panels {marks}")
+
+
+def _check_sizes(panels: Sequence[Panel], guillotine: Guillotine) -> None:
+    inside = np.sort(guillotine.stock.inside)[::-1]
+    too_large = np.flatnonzero((guillotine.sizes > inside + ROUNDING_MM).any(axis=1))
+    if len(too_large):
+        named = [
+            f"{panels[panel].mark} ({guillotine.sizes[panel, 0]:.1f} x {guillotine.sizes[panel, 1]:.1f} mm)"
+            for panel in too_large[:10]
+        ]
+        more = "" if len(too_large) <= 10 else f" and {len(too_large) - 10} more"
+        raise NestingError(
+            f"{len(too_large)} panels are larger than a sheet less its borders, {inside[0]:g} x {inside[1]:g} mm: "
+            f"{', '.join(named)}{more} (smallest rectangles); use larger sheets, a smaller border or a mesh with "
+            "smaller faces, or turn nesting off"
+        )

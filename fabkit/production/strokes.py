@@ -1,0 +1,89 @@
+"""A single-stroke alphabet for marking: machines follow curves, they know no fonts."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from fabkit.errors import OutputError
+from geometry.arrays import FloatArray, floats
+
+__all__ = ["ARROW", "text_strokes", "text_width"]
+
+#: Stands for an arrow to the right in a text.
+ARROW = ">"
+
+#: Strokes of each character on a grid 4 wide (the arrow: 9) and 6 high: "00,26,40" runs from (0, 0) over (2, 6) to
+#: (4, 0).
+GLYPHS = {
+    "0": "10,01,05,16,36,45,41,30,10 12,34",
+    "1": "05,26,20 00,40",
+    "2": "05,16,36,45,44,00,40",
+    "3": "05,16,36,45,44,33,13 33,42,41,30,10,01",
+    "4": "30,36,02,42",
+    "5": "46,06,03,33,42,41,30,10,01",
+    "6": "45,36,16,05,01,10,30,41,42,33,03",
+    "7": "06,46,10",
+    "8": "13,04,05,16,36,45,44,33,13,02,01,10,30,41,42,33",
+    "9": "43,13,04,05,16,36,45,41,30,10,01",
+    "A": "00,26,40 13,33",
+    "B": "03,33,44,45,36,06,00,30,41,42,33",
+    "C": "45,36,16,05,01,10,30,41",
+    "D": "00,06,26,44,42,20,00",
+    "E": "46,06,00,40 03,33",
+    "F": "46,06,00 03,33",
+    "G": "45,36,16,05,01,10,30,41,43,23",
+    "H": "00,06 40,46 03,43",
+    "I": "20,26 10,30 16,36",
+    "J": "46,41,30,10,01",
+    "K": "00,06 46,03,40",
+    "L": "06,00,40",
+    "M": "00,06,23,46,40",
+    "N": "00,06,40,46",
+    "O": "10,01,05,16,36,45,41,30,10",
+    "P": "00,06,36,45,44,33,03",
+    "Q": "10,01,05,16,36,45,41,30,10 22,40",
+    "R": "00,06,36,45,44,33,03 23,40",
+    "S": "45,36,16,05,04,13,33,42,41,30,10,01",
+    "T": "06,46 20,26",
+    "U": "06,01,10,30,41,46",
+    "V": "06,20,46",
+    "W": "06,10,23,30,46",
+    "X": "00,46 06,40",
+    "Y": "06,23,46 23,20",
+    "Z": "06,46,00,40",
+    "-": "13,33",
+    ARROW: "03,93 75,93,71",
+}
+HEIGHT, SPACE = 6, 2
+
+
+def _width(character: str) -> int:
+    return 9 if character == ARROW else 4
+
+
+def text_width(text: str) -> float:
+    """Width over height of a text."""
+    return (sum(_width(character) + SPACE for character in text) - SPACE) / HEIGHT
+
+
+@lru_cache(maxsize=4096)
+def text_strokes(text: str) -> tuple[FloatArray, ...]:
+    """Open polylines (k, 2) of a text of height one; its box starts at the origin, x along the line.
+
+    Raises OutputError for a character that is not a capital letter, a digit, a hyphen or ARROW.
+    """
+    unknown = sorted(set(text) - set(GLYPHS))
+    if unknown:
+        raise OutputError(
+            f"the mark {text!r} cannot be drawn: the alphabet has no {' or '.join(map(repr, unknown))}; "
+            "use capital letters, digits and hyphens"
+        )
+    strokes, x = [], 0
+    for character in text:
+        for stroke in GLYPHS[character].split():
+            points = np.array([[int(point[0]), int(point[1])] for point in stroke.split(",")])
+            strokes.append(floats((points + np.array([x, 0])) / HEIGHT))
+        x += _width(character) + SPACE
+    return tuple(strokes)

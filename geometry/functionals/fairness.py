@@ -1,0 +1,35 @@
+"""Fairness of positions, and of how positions change."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array, diags_array
+
+from geometry.functionals.unknowns import for_each_coordinate
+from geometry.mesh import Combinatorics, Mesh
+from geometry.optimise.functional import LinearFunctional, SparseMatrix
+
+__all__ = ["laplacian", "strain"]
+
+
+def laplacian(combinatorics: Combinatorics) -> LinearFunctional:
+    """m_i minus the mean of its neighbours, for each vertex in use [Pottmann2007, (3)]."""
+    degrees = combinatorics.vertex_degrees
+    mean = diags_array(1 / np.maximum(degrees, 1)) @ combinatorics.adjacency
+    matrix = for_each_coordinate(csr_array(diags_array((degrees > 0).astype(float)) - mean))
+    return LinearFunctional(matrix, np.zeros(matrix.shape[0]))
+
+
+def strain(mesh: Mesh) -> SparseMatrix:
+    """S (3N, 3N) such that d S d is the sum of |d_i - d_j|^2 l^2 / |m_i - m_j|^2 over the edges.
+
+    d: moves of the vertices; l: mean edge length. Short edges resist most, so moves that keep this
+    small neither collapse nor turn edges, and leave alone how the mesh sits in space.
+    """
+    i, j = mesh.combinatorics.edges.T
+    edges = np.arange(mesh.n_edges)
+    relative = mesh.mean_edge_length / mesh.edge_lengths
+    values = np.concatenate([relative, -relative])
+    places = (np.concatenate([edges, edges]), np.concatenate([j, i]))
+    difference = csr_array((values, places), shape=(mesh.n_edges, mesh.n_vertices))
+    return for_each_coordinate(csr_array(difference.T @ difference))

@@ -1,0 +1,86 @@
+"""Numbers in text, line by line; the ground of the OFF and PLY readers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+
+from geometry.arrays import FloatArray, IntArray, integers
+from geometry.errors import MeshFileError
+
+__all__ = ["NumberRows", "parse_numbers", "whole", "word_lines"]
+
+_EXACT = 2.0**53  # below this a double says every whole number
+
+
+@dataclass(frozen=True, eq=False)
+class NumberRows:
+    """All numbers of some lines of text in one array.
+
+    values (n,); starts (rows + 1,): row r has values[starts[r] : starts[r + 1]]; lines (rows,): number of its line.
+    """
+
+    values: FloatArray
+    starts: IntArray
+    lines: IntArray
+
+    @classmethod
+    def from_words(cls, rows: Sequence[tuple[int, list[str]]]) -> NumberRows:
+        """From line numbers and the words of each line. Raises MeshFileError where a word is not a number."""
+        lines = integers([line for line, _ in rows])
+        widths = np.array([len(words) for _, words in rows], dtype=np.int64)
+        values = parse_numbers(chain.from_iterable(words for _, words in rows), np.repeat(lines, widths))
+        return cls(values, integers(np.concatenate([[0], np.cumsum(widths)])), lines)
+
+    @property
+    def n_rows(self) -> int:
+        return len(self.lines)
+
+    @property
+    def widths(self) -> IntArray:
+        """(rows,) how many numbers each line holds."""
+        return np.diff(self.starts)
+
+    @property
+    def value_lines(self) -> IntArray:
+        """(n,) the line of each value."""
+        return np.repeat(self.lines, self.widths)
+
+
+def word_lines(text: str, *, first_line: int = 1) -> list[tuple[int, list[str]]]:
+    """The words of each line that has any, with its number; # begins a comment."""
+    split = ((number, line.partition("#")[0].split()) for number, line in enumerate(text.split("\n"), first_line))
+    return [(number, words) for number, words in split if words]
+
+
+def parse_numbers(words: Iterable[str], lines: IntArray) -> FloatArray:
+    """(n,) the numbers that the words say; `lines` (n,) is where they stand, for the error."""
+    words = list(words)
+    try:
+        return np.array(words, dtype=np.float64)
+    except ValueError:
+        for word, line in zip(words, lines.tolist(), strict=True):
+            if not _is_number(word):
+                raise MeshFileError(f"line {line}: {word!r} is not a number; correct it", elements=[line]) from None
+        raise
+
+
+def whole(values: FloatArray, lines: IntArray, what: str) -> IntArray:
+    """These numbers (n,), from these lines (n,), as integers. Raises MeshFileError where one is not whole."""
+    indices = np.where(np.abs(values) < _EXACT, values, 0.0).astype(np.int64)
+    wrong = np.flatnonzero(indices != values)
+    if len(wrong):
+        line, value = int(lines[wrong[0]]), float(values[wrong[0]])
+        raise MeshFileError(f"line {line}: {what} is {value:g}, a whole number is needed", elements=[line], value=value)
+    return indices
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True

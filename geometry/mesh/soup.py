@@ -1,0 +1,142 @@
+"""Polygons as a file holds them: nothing is known yet about how they hang together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
+from geometry.errors import MeshError
+from geometry.mesh.mesh import Mesh
+
+__all__ = ["PolygonSoup"]
+
+
+@dataclass(frozen=True, eq=False)
+class PolygonSoup:
+    """Vertices and faces without any promise, and how sentences about them count.
+
+    vertices (N, 3); corners (C,) and face_starts (F+1,) as in Combinatorics.
+    origins (N,): which vertex of the file, counted from 0, each vertex is; vertices may be welded and dropped.
+    count_from: the number that the file gives to its first vertex and to its first face.
+    mended: what was put right on the way, a sentence each.
+
+    Raises MeshError where vertices do not have three coordinates each.
+    """
+
+    vertices: FloatArray
+    corners: IntArray
+    face_starts: IntArray
+    origins: IntArray
+    count_from: int = 0
+    mended: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", floats(self.vertices))
+        for name in ("corners", "face_starts", "origins"):
+            object.__setattr__(self, name, integers(getattr(self, name)))
+        if self.vertices.ndim != 2 or self.vertices.shape[1] != 3:
+            raise MeshError(f"vertices have shape {self.vertices.shape}: each needs three coordinates, (n, 3)")
+
+    @classmethod
+    def from_arrays(
+        cls, vertices: Any, corners: Any, sizes: Any, *, count_from: int = 0, mended: tuple[str, ...] = ()
+    ) -> PolygonSoup:
+        """From positions (N, 3), the vertices of all corners (C,) and the number of corners of each face (F,)."""
+        starts = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
+        return cls(vertices, corners, starts, np.arange(len(vertices)), count_from, mended)
+
+    @classmethod
+    def from_faces(cls, vertices: Any, faces: Iterable[Sequence[int]]) -> PolygonSoup:
+        """From positions (N, 3) and one sequence of vertices, counted from 0, a face."""
+        lists = [list(face) for face in faces]
+        corners = np.array([vertex for face in lists for vertex in face], dtype=np.int64)
+        positions = np.asarray(vertices, dtype=np.float64)
+        return cls.from_arrays(positions, corners, np.array([len(face) for face in lists], dtype=np.int64))
+
+    @classmethod
+    def from_mesh(cls, mesh: Mesh) -> PolygonSoup:
+        """The faces of a mesh, with its own numbers."""
+        c = mesh.combinatorics
+        return cls(mesh.vertices, c.corners, c.face_starts, np.arange(c.n_vertices))
+
+    @property
+    def n_vertices(self) -> int:
+        return len(self.vertices)
+
+    @property
+    def n_faces(self) -> int:
+        return len(self.face_starts) - 1
+
+    @cached_property
+    def face_sizes(self) -> IntArray:
+        """(F,) number of corners of each face."""
+        return integers(np.diff(self.face_starts))
+
+    @cached_property
+    def corner_face(self) -> IntArray:
+        """(C,) face of each corner."""
+        return integers(np.repeat(np.arange(self.n_faces), self.face_sizes))
+
+    @cached_property
+    def heads(self) -> IntArray:
+        """(C,) the vertex after each corner's own in its face; no face may be empty."""
+        following = np.arange(1, len(self.corners) + 1)
+        following[self.face_starts[1:] - 1] = self.face_starts[:-1]
+        return integers(self.corners[following])
+
+    @cached_property
+    def corner_edge(self) -> IntArray:
+        """(C,) a number for the edge from each corner to the next, the same from both sides."""
+        low, high = np.minimum(self.corners, self.heads), np.maximum(self.corners, self.heads)
+        return integers(np.unique(low * self.n_vertices + high, return_inverse=True)[1])
+
+    @cached_property
+    def edge_lengths(self) -> FloatArray:
+        """(C,) length of the edge from each corner to the next."""
+        return floats(np.linalg.norm(self.vertices[self.heads] - self.vertices[self.corners], axis=1))
+
+    def vertex_name(self, vertex: int) -> str:
+        """The number of a vertex in the file."""
+        return str(int(self.origins[vertex]) + self.count_from)
+
+    def face_name(self, face: int) -> str:
+        """The number of a face in the file."""
+        return str(int(face) + self.count_from)
+
+    @cached_property
+    def is_used(self) -> BoolArray:
+        """(N,) whether a vertex belongs to a face."""
+        used = np.zeros(self.n_vertices, dtype=bool)
+        used[self.corners] = True
+        return used
+
+    @cached_property
+    def is_open(self) -> BoolArray:
+        """(C,) whether the edge from each corner to the next has one face only."""
+        is_open: BoolArray = (np.bincount(self.corner_edge) == 1)[self.corner_edge]
+        return is_open
+
+    @property
+    def counting(self) -> str:
+        """How the numbers in a sentence are meant."""
+        return f"(vertices and faces counted from {self.count_from})"
+
+    def with_faces(self, corners: Any, face_starts: Any, *mended: str) -> PolygonSoup:
+        """The same vertices with other faces, and what was mended by that."""
+        return replace(self, corners=corners, face_starts=face_starts, mended=self.mended + tuple(mended))
+
+    def without_unused(self, *mended: str) -> PolygonSoup:
+        """Only the vertices that belong to a face, and what was mended by that."""
+        used = self.is_used
+        return replace(
+            self,
+            vertices=self.vertices[used],
+            corners=(np.cumsum(used) - 1)[self.corners],
+            origins=self.origins[used],
+            mended=self.mended + tuple(mended),
+        )

@@ -1,0 +1,37 @@
+"""What a solver hands back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from geometry.arrays import FloatArray, floats
+
+__all__ = ["Reason", "Solution"]
+
+
+class Reason(Enum):
+    """Why a solver stopped; the value finishes the sentence "it stopped because ..."."""
+
+    CONVERGED = "the constraints hold"
+    STALLED = "no step makes progress"
+    STEP_LIMIT = "the allowed number of steps is used up"
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Where a constrained solver stopped.
+
+    x (n,); multipliers (m,) of the constraints; violation: largest absolute constraint residual at x;
+    steps taken; reason to stop. Whoever asked judges whether x is good enough.
+    """
+
+    x: FloatArray
+    multipliers: FloatArray
+    violation: float
+    steps: int
+    reason: Reason
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "x", floats(self.x))
+        object.__setattr__(self, "multipliers", floats(self.multipliers))

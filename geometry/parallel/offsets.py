@@ -1,0 +1,183 @@
+"""Which offsets a mesh is fit for [Pottmann2007, 3.1, 3.2], and how far a Gauss image is from the unit sphere.
+
+A mesh has vertex offsets if it is circular (quads), face offsets if it is conical, and edge offsets only if the
+edges at each vertex lie on a cone of revolution, Prop. 3. Each measure here is zero for the exact kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from geometry.arrays import FloatArray, IntArray
+from geometry.functionals.parallelity import edge_directions
+from geometry.mesh import Mesh
+from geometry.mesh.polygons import face_centroids, face_mean_edge_lengths, face_sums
+
+__all__ = [
+    "circularity",
+    "conicality",
+    "edge_axis_twist",
+    "edge_cone_deviation",
+    "edge_distances",
+    "face_distances",
+    "vertex_distances",
+]
+
+RANK = 1e-12
+"""Eigenvalues of a scatter matrix over the largest, below which they are rounding: spreads below 1e-6 of another."""
+
+
+def vertex_distances(gauss_image: Mesh) -> FloatArray:
+    """(N,) distances of the vertices of S from the origin: all 1 for a vertex offset [Pottmann2007, Prop. 2]."""
+    return np.asarray(np.linalg.norm(gauss_image.vertices, axis=1))
+
+
+def edge_distances(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
+    """(E,) distances of the edge lines of S from the origin: all 1 for an edge offset; beam heights over d.
+
+    Directions are those of M, so an edge of S may have no length.
+    """
+    directions = edge_directions(mesh)
+    ends = gauss_image.vertices[mesh.combinatorics.edges]
+    middles = ends.mean(axis=1)
+    across = middles - np.einsum("ei,ei->e", middles, directions)[:, None] * directions
+    return np.asarray(np.linalg.norm(across, axis=1))
+
+
+def face_distances(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
+    """(F,) signed distances of the face planes of S from the origin along the normals of M: 1 for a face offset."""
+    centroids = face_centroids(gauss_image.vertices, mesh.combinatorics)
+    return np.asarray(np.einsum("fi,fi->f", centroids, mesh.face_normals))
+
+
+def circularity(mesh: Mesh) -> FloatArray:
+    """(F,) largest distance of a corner from the best circle of its face, over the face's mean edge length.
+
+    The corners are taken in the best plane of the face. Triangles are circular.
+    """
+    c = mesh.combinatorics
+    size = face_mean_edge_lengths(mesh.vertices, c)
+    here = mesh.vertices[c.corners] - face_centroids(mesh.vertices, c)[c.corner_face]
+    normals = mesh.face_normals[c.corner_face]
+    flat = (here - np.einsum("ci,ci->c", here, normals)[:, None] * normals) / size[c.corner_face, None]
+    return _circle_deviations(flat, mesh)
+
+
+def _circle_deviations(flat: FloatArray, mesh: Mesh) -> FloatArray:
+    """flat (C, 3): corners in the plane of their face, about its centroid.
+
+    The centre x minimises the sum of (|p|^2 - mean |p|^2 - 2 p x)^2: linear, and exact for corners on a circle.
+    """
+    c = mesh.combinatorics
+    squares = np.einsum("ci,ci->c", flat, flat)
+    squares = squares - (face_sums(c, squares) / c.face_sizes)[c.corner_face]
+    scatter = face_sums(c, flat[:, :, None] * flat[:, None, :])
+    moments = face_sums(c, flat * squares[:, None])
+    centres = _least_norm(scatter, moments) / 2
+    radii = np.linalg.norm(flat - centres[c.corner_face], axis=1)
+    off = np.abs(radii - (face_sums(c, radii) / c.face_sizes)[c.corner_face])
+    return np.maximum.reduceat(off, c.face_starts[:-1])
+
+
+def conicality(mesh: Mesh) -> FloatArray:
+    """(N,) how far the faces at a vertex are from tangent to a cone of revolution, in radians [PottmannWallner2007].
+
+    Largest difference between the angle of a face normal with the best axis and the mean of these angles. NaN at the
+    boundary and for unused vertices, where nothing is asked; zero for interior vertices of valence 3.
+    """
+    c = mesh.combinatorics
+    normals = mesh.face_normals[c.corner_face]
+    asked = c.is_used & ~c.is_boundary_vertex
+    counts = np.maximum(np.bincount(c.corners, minlength=c.n_vertices), 1)
+    means = _vertex_sums(mesh, normals) / counts[:, None]
+    middle = means[c.corners] / np.maximum(np.linalg.norm(means, axis=1), 1e-300)[c.corners, None]
+    # the axis is middle + b with b across the middle, such that (normal - mean) . axis is least
+    away = normals - means[c.corners]
+    up = np.einsum("ci,ci->c", away, middle)
+    flat = away - up[:, None] * middle
+    scatter = _vertex_sums(mesh, flat[:, :, None] * flat[:, None, :])
+    axes = middle - _least_norm(scatter, _vertex_sums(mesh, flat * up[:, None]))[c.corners]
+    angles = _angles(normals, axes)
+    off = np.abs(angles - (_vertex_sums(mesh, angles) / counts)[c.corners])
+    largest = np.zeros(c.n_vertices)
+    np.maximum.at(largest, c.corners, off)
+    return np.where(asked, largest, np.nan)
+
+
+def edge_cone_deviation(mesh: Mesh) -> FloatArray:
+    """(N,) how far the edges at a vertex are from a cone of revolution, in radians [Pottmann2007, Prop. 3].
+
+    Largest difference between the angle of an edge line with the best axis and the mean of these angles. In the Gauss
+    image some edges may run the other way (Fig. 11), so the edges may lie on either half of the cone; the least
+    deviation over all choices counts. NaN for vertices with less than 4 edges, of which nothing is asked:
+    three lines always lie on a cone. Zero everywhere is necessary for an edge offset, not sufficient.
+    """
+    deviations = np.full(mesh.n_vertices, np.nan)
+    for vertices, directions in _stars(mesh, least_valence=4):
+        deviations[vertices] = _cones(directions)[1].min(axis=1)
+    return deviations
+
+
+def edge_axis_twist(mesh: Mesh) -> FloatArray:
+    """(E,) angle in radians between the planes that an edge spans with the axes of the cones at its two ends.
+
+    In a mesh with an edge offset these are the node axes, so the angle is zero [Pottmann2007, Prop. 1, 3]. It says
+    what `edge_cone_deviation` cannot for vertices with 3 edges, whose lines lie on 4 cones: the
+    least angle over these counts. NaN where an end has less than 3 edges.
+    """
+    axes = np.full((mesh.n_vertices, 4, 3), np.nan)
+    for vertices, directions in _stars(mesh, least_valence=3):
+        candidates, deviations = _cones(directions)
+        if directions.shape[1] > 3:
+            candidates = np.take_along_axis(candidates, deviations.argmin(axis=1)[:, None, None], axis=1)
+        axes[vertices] = candidates
+    along = edge_directions(mesh)[:, None, :]
+    ends = axes[mesh.combinatorics.edges]
+    first, second = (end - np.sum(end * along, axis=-1, keepdims=True) * along for end in ends.swapaxes(0, 1))
+    angles = _angles(first[:, :, None], second[:, None, :])
+    return np.asarray(np.minimum(angles, np.pi - angles).min(axis=(1, 2)))
+
+
+def _stars(mesh: Mesh, *, least_valence: int) -> Iterator[tuple[IntArray, FloatArray]]:
+    """For each valence k: the vertices (n,) and the unit directions (n, k, 3) of their edges."""
+    c = mesh.combinatorics
+    directions = edge_directions(mesh)
+    order = np.argsort(c.edges.T.ravel(), kind="stable")
+    outwards = np.concatenate([directions, -directions])[order]
+    starts = np.concatenate([[0], np.cumsum(c.vertex_degrees)])
+    for valence in np.unique(c.vertex_degrees[c.vertex_degrees >= least_valence]):
+        vertices = np.flatnonzero(c.vertex_degrees == valence)
+        yield vertices, outwards[starts[vertices][:, None] + np.arange(valence)]
+
+
+def _cones(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Axes (n, c, 3) and deviations (n, c) of the best cones of lines (n, k, 3), for each choice of their halves."""
+    axes, deviations = [], []
+    for signs in product((1.0, -1.0), repeat=directions.shape[1] - 1):
+        rays = directions * np.array((1.0, *signs))[:, None]
+        away = rays - rays.mean(axis=1, keepdims=True)
+        axes.append(np.linalg.eigh(np.einsum("nki,nkj->nij", away, away))[1][:, :, 0])
+        angles = _angles(rays, axes[-1][:, None, :])
+        deviations.append(np.abs(angles - angles.mean(axis=1, keepdims=True)).max(axis=1))
+    return np.stack(axes, axis=1), np.stack(deviations, axis=1)
+
+
+def _vertex_sums(mesh: Mesh, per_corner: FloatArray) -> FloatArray:
+    """(N, ...) sum over the corners at each vertex of values (C, ...)."""
+    sums = np.zeros((mesh.n_vertices, *per_corner.shape[1:]))
+    np.add.at(sums, mesh.combinatorics.corners, per_corner)
+    return sums
+
+
+def _least_norm(scatter: FloatArray, moments: FloatArray) -> FloatArray:
+    """(n, 3) x of least norm with scatter x nearest to moments; scatter (n, 3, 3) symmetric, of any rank."""
+    return np.asarray(np.einsum("nij,nj->ni", np.linalg.pinv(scatter, rcond=RANK, hermitian=True), moments))
+
+
+def _angles(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Angles in radians between vectors, exact for small ones too."""
+    crossed = np.linalg.norm(np.cross(first, second), axis=-1)
+    return np.asarray(np.arctan2(crossed, np.sum(first * second, axis=-1)))

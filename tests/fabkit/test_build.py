@@ -1,0 +1,123 @@
+"""The whole road, on the roof that ships: everything is there, agrees, and comes out the same again."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fabkit import Built, Project, build, design
+from fabkit.detailing.check import violations
+from fabkit.errors import ProjectError
+
+ROOF = Path(__file__).parents[2] / "examples" / "roof.obj"
+N_BEAMS, N_NODES, N_PANELS = 612, 325, 288
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Built]:
+    out = tmp_path_factory.mktemp("build") / "roof"
+    return out, build(Project(mesh=ROOF, unit="m", out=out))
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as stream:
+        return [row for row in csv.DictReader(stream) if row["Mark"] != "Total"]
+
+
+def test_every_document_is_there(made: tuple[Path, Built]) -> None:
+    out, built = made
+    names = {path.name for path in out.iterdir()}
+    assert names == {
+        "model.step",
+        "parts",
+        "sheets",
+        "panels",
+        "beams.csv",
+        "nodes.csv",
+        "panels.csv",
+        "cutlist.xlsx",
+        "model.glb",
+        "report.html",
+        "manifest.json",
+    }
+    marks = {part.mark for part in built.assembly.parts()}
+    assert {path.stem for path in (out / "parts").iterdir()} == marks
+    assert {path.stem for path in (out / "panels").iterdir()} == {panel.mark for panel in built.assembly.panels}
+    assert built.nest is not None
+    assert len(list((out / "sheets").iterdir())) == built.nest.n_sheets
+
+
+def test_counts_agree_everywhere(made: tuple[Path, Built]) -> None:
+    out, _ = made
+    counts = json.loads((out / "manifest.json").read_text())["counts"]
+    for kind, n in (("beams", N_BEAMS), ("nodes", N_NODES), ("panels", N_PANELS)):
+        table = rows(out / f"{kind}.csv")
+        assert counts[kind] == n
+        assert counts["marks"][kind] == len(table)
+        assert sum(int(row["Count"]) for row in table) == n
+    text = (out / "model.step").read_text(encoding="ascii")
+    # one occurrence a part, and one a group
+    assert text.count("NEXT_ASSEMBLY_USAGE_OCCURRENCE(") == N_BEAMS + N_NODES + N_PANELS + 3
+    assert text.count("MANIFOLD_SOLID_BREP(") == sum(counts["marks"].values())
+
+
+def test_a_symmetric_roof_has_equal_beams(made: tuple[Path, Built]) -> None:
+    # 13 rows of 24 along, symmetric about the middle one; 25 arches of 12, each beam the mirror image of another,
+    # which is the same beam turned end for end
+    assert len({beam.mark for beam in made[1].assembly.beams}) == 7 * 24 + 25 * 6
+
+
+def test_what_is_written_fits(made: tuple[Path, Built]) -> None:
+    assert violations(made[1].assembly) == ()
+
+
+def test_the_manifest_tells_what_was_done(made: tuple[Path, Built]) -> None:
+    manifest = json.loads((made[0] / "manifest.json").read_text())
+    assert manifest["input"]["sha256"] == hashlib.sha256(ROOF.read_bytes()).hexdigest()
+    assert manifest["largest_twist_deg"] < 1e-6
+    assert 0.9 < manifest["heights"]["least"] <= manifest["heights"]["median"] <= manifest["heights"]["largest"] < 1.1
+    assert manifest["planarity"]["after"] < 1e-12 < manifest["planarity"]["before"]
+    assert manifest["settings"]["sheets"]["length_mm"] == 6000
+    assert {"Read", "Planarise", "Gauss image", "Nest", "Report"} <= set(manifest["seconds"])
+    assert str(made[0].parent) not in (made[0] / "manifest.json").read_text()
+
+
+def test_the_same_input_gives_the_same_bytes(made: tuple[Path, Built], tmp_path: Path) -> None:
+    """In another process, where hashes of strings are others."""
+    again = tmp_path / "again"
+    script = f"from fabkit import Project, build; build(Project(mesh={str(ROOF)!r}, unit='m', out={str(again)!r}))"
+    subprocess.run([sys.executable, "-c", script], check=True)
+    first = {p.relative_to(made[0]): p for p in made[0].rglob("*") if p.is_file()}
+    second = {p.relative_to(again): p for p in again.rglob("*") if p.is_file()}
+    assert set(first) == set(second)
+    different = [str(name) for name in first if first[name].read_bytes() != second[name].read_bytes()]
+    assert different == ["manifest.json"]
+    without_times = [json.loads(p.read_text()) for p in (made[0] / "manifest.json", again / "manifest.json")]
+    for manifest in without_times:
+        manifest.pop("seconds")
+    assert without_times[0] == without_times[1]
+
+
+def test_a_mean_edge_instead_of_a_unit() -> None:
+    built = design(Project(mesh=ROOF, mean_edge_mm=900.0, nesting={"mode": "off"}))
+    assert built.structure.mesh.mean_edge_length == pytest.approx(900.0, rel=1e-6)
+    assert built.nest is None
+
+
+def test_flipping_turns_the_outside_round() -> None:
+    up = design(Project(mesh=ROOF, unit="m", nesting={"mode": "off"})).structure
+    down = design(Project(mesh=ROOF, unit="m", flip=True, nesting={"mode": "off"})).structure
+    assert up.gauss_image.vertices[:, 2].min() > 0 > down.gauss_image.vertices[:, 2].max()
+    assert np.sort(up.heights) == pytest.approx(np.sort(down.heights), abs=1e-6)
+
+
+def test_a_project_without_a_folder_is_refused_before_any_work() -> None:
+    with pytest.raises(ProjectError, match="there is no output folder"):
+        build(Project(mesh=ROOF, unit="m"))

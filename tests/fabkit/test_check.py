@@ -1,0 +1,460 @@
+"""What must always hold, on a small dome made by hand: it passes whole, and is refused when broken in any one way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from fabkit.detailing.check import check_fit, violations
+from fabkit.detailing.fit import seats
+from fabkit.errors import DetailingError
+from fabkit.parts import (
+    Assembly,
+    Beam,
+    Frame,
+    Material,
+    Node,
+    Panel,
+    Part,
+    Section,
+    Solid,
+    Topology,
+    prism_topology,
+    prism_vertices,
+)
+from geometry.arrays import FloatArray, IntArray
+
+STEEL, GLASS = Material("steel", 7850.0), Material("glass", 2500.0)
+WIDTH, HEIGHT, SETBACK, LIFT, THICKNESS = 50.0, 120.0, 45.0, 12.0, 10.0
+CENTRE = 4
+"""The vertex in the middle of `dome(2)`; its beams are 1, 4, 7 and 10."""
+
+
+def net(n: int, cell: float) -> tuple[FloatArray, FloatArray, IntArray, IntArray]:
+    """Vertices, axes, edges and faces of n times n cells between circles of longitude and latitude of a sphere: all
+    faces are planar, and the sphere of radius 1 carries a parallel mesh."""
+    step = min(0.1, 1.6 / n)
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij"))
+    east, north = (i - n / 2) * step, (j - n / 2) * step
+    axes = np.stack([np.cos(north) * np.cos(east), np.cos(north) * np.sin(east), np.sin(north)], axis=1)
+    number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    along = np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1)
+    across = np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1)
+    corners = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
+    faces = np.stack([corner.ravel() for corner in corners], axis=1)
+    return axes * cell / step, axes, np.concatenate([along, across]), faces
+
+
+def unit(vector: FloatArray) -> FloatArray:
+    length: FloatArray = np.linalg.norm(vector)
+    return vector / length
+
+
+def make_beam(edge: int, ends: IntArray, points: FloatArray, axes: FloatArray) -> tuple[Beam, FloatArray]:
+    """The beam, and the levels of its ends' corners along the axes of its two nodes (2, 2)."""
+    start, end = points[ends]
+    t = unit(end - start)
+    u = unit(axes[ends[0]] - axes[ends[0]] @ t * t)
+    slope = np.array([a @ t / (a @ u) for a in axes[ends]])
+    reach = np.array([SETBACK / (a @ u) for a in axes[ends]])
+    levels = np.array([0.0, -HEIGHT])
+    length = float(np.linalg.norm(end - start))
+    x = np.stack([reach[0] + slope[0] * levels, length - reach[1] + slope[1] * levels])
+    side = np.array([[x[0, 0], 0.0], [x[0, 1], -HEIGHT], [x[1, 1], -HEIGHT], [x[1, 0], 0.0]]) - [x[0, 0], 0.0]
+    prism = prism_vertices(side, -WIDTH / 2, WIDTH / 2)
+    beam = Beam(
+        mark=f"B{edge}",
+        solid=Solid(prism[:, [0, 2, 1]] * [1.0, -1.0, 1.0], prism_topology(4)),
+        placement=Frame(start + x[0, 0] * t, np.stack([t, np.cross(u, t), u])),
+        material=STEEL,
+        element=edge,
+        nodes=(int(ends[0]), int(ends[1])),
+        section=Section(WIDTH, HEIGHT),
+        cut_angles_deg=(0.0, 0.0),
+        long_point_mm=float(np.ptp(x)),
+        short_point_mm=float(np.ptp(x)),
+        dihedral_deg=0.0,
+        height_deviation_mm=0.0,
+        twist_deg=0.0,
+    )
+    from_nodes = np.stack([x[0], x[1] - length])
+    along = axes[ends]
+    return beam, from_nodes * (along @ t)[:, None] + levels * (along @ u)[:, None]
+
+
+def make_node(
+    vertex: int,
+    edges: list[int],
+    towards: FloatArray,
+    point: FloatArray,
+    axis: FloatArray,
+    levels: FloatArray,
+    notched: bool,
+) -> Node:
+    """With notches between the facets, or convex."""
+    x = unit(towards[0] - towards[0] @ axis * axis)
+    frame = Frame(point, np.stack([x, np.cross(axis, x), axis]))
+    azimuths = np.mod(np.arctan2(towards @ frame.axes[1], towards @ x) + 1e-9, 2 * np.pi) - 1e-9
+    order = np.argsort(azimuths)
+    outline = []
+    for k, azimuth in enumerate(azimuths[order]):
+        ahead = np.array([np.cos(azimuth), np.sin(azimuth)])
+        left = np.array([-ahead[1], ahead[0]])
+        outline += [SETBACK * ahead - WIDTH / 2 * left, SETBACK * ahead + WIDTH / 2 * left]
+        gap = azimuths[order[(k + 1) % len(order)]] - azimuth
+        if notched and 0 < gap < 2:
+            outline.append(WIDTH * 0.75 * np.array([np.cos(azimuth + gap / 2), np.sin(azimuth + gap / 2)]))
+    return Node(
+        mark=f"N{vertex}",
+        solid=Solid(prism_vertices(np.array(outline), levels.min(), levels.max()), prism_topology(len(outline))),
+        placement=frame,
+        material=STEEL,
+        element=vertex,
+        beams=tuple(edges[k] for k in order),
+        azimuths_deg=tuple(np.degrees(azimuths[order]).tolist()),
+        inclinations_deg=(0.0,) * len(edges),
+        setbacks_mm=(SETBACK,) * len(edges),
+        height_mm=float(np.ptp(levels)),
+        top_spread_mm=0.0,
+    )
+
+
+def make_panel(face: int, corners: FloatArray) -> Panel:
+    centre = corners.mean(axis=0)
+    z = unit(np.cross(corners[2] - corners[0], corners[3] - corners[1]))
+    x = unit(corners[1] - corners[0])
+    frame = Frame(centre + LIFT * z, np.stack([x, np.cross(z, x), z]))
+    outline = (0.98 * (corners - centre) @ frame.axes.T)[:, :2]
+    return Panel(
+        mark=f"P{face}",
+        solid=Solid(prism_vertices(outline, 0.0, THICKNESS), prism_topology(4)),
+        placement=frame,
+        material=GLASS,
+        element=face,
+        outline=outline,
+        thickness_mm=THICKNESS,
+        lift_mm=LIFT,
+        area_mm2=0.0,
+        edge_lengths_mm=(0.0,) * 4,
+        corner_angles_deg=(0.0,) * 4,
+        dihedrals_deg=(0.0,) * 4,
+        beams=(0,) * 4,
+        neighbours=(-1,) * 4,
+    )
+
+
+def dome(n: int = 2, *, cell: float = 1500.0, notched: bool = False) -> Assembly:
+    """n times n cells of a sphere, in which everything fits exactly."""
+    points, axes, edges, faces = net(n, cell)
+    made = [make_beam(edge, ends, points, axes) for edge, ends in enumerate(edges)]
+    around: dict[int, list[tuple[int, int, FloatArray]]] = {}
+    for edge, (i, j) in enumerate(edges.tolist()):
+        around.setdefault(i, []).append((edge, j, made[edge][1][0]))
+        around.setdefault(j, []).append((edge, i, made[edge][1][1]))
+    nodes = []
+    for vertex in range(len(points)):
+        own = around[vertex]
+        towards = np.array([unit(points[other] - points[vertex]) for _, other, _ in own])
+        levels = np.array([level for _, _, level in own])
+        own_edges = [edge for edge, _, _ in own]
+        nodes.append(make_node(vertex, own_edges, towards, points[vertex], axes[vertex], levels, notched))
+    panels = tuple(make_panel(face, points[corners]) for face, corners in enumerate(faces))
+    return Assembly("dome", tuple(beam for beam, _ in made), tuple(nodes), panels)
+
+
+def refused(assembly: Assembly, *words: str, **bounds: float) -> None:
+    """check_fit says all these words, and violations names at least one part."""
+    with pytest.raises(DetailingError) as caught:
+        check_fit(assembly, **bounds)
+    for word in words:
+        assert word in str(caught.value)
+    assert all(violation.parts for violation in violations(assembly, **bounds))
+
+
+def change(assembly: Assembly, kind: str, position: int, alter: Callable[[Part], Part]) -> Assembly:
+    group = list(getattr(assembly, kind))
+    group[position] = alter(group[position])
+    return replace(assembly, **{kind: tuple(group)})
+
+
+def moved(shift: list[float]) -> Callable[[Part], Part]:
+    """Moved by mm along the axes of its own frame."""
+
+    def alter(part: Part) -> Part:
+        frame = part.placement
+        return replace(part, placement=Frame(frame.to_world(np.array(shift)), frame.axes))
+
+    return alter
+
+
+def turned(axis: int, angle: float) -> Callable[[Part], Part]:
+    """Turned by radians about an axis of its own frame."""
+
+    def alter(part: Part) -> Part:
+        turn = Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix()
+        return replace(part, placement=Frame(part.placement.origin, turn @ part.placement.axes))
+
+    return alter
+
+
+def scaled(factors: list[float]) -> Callable[[Part], Part]:
+    return lambda part: replace(part, solid=Solid(part.solid.vertices * factors, part.solid.topology))
+
+
+def with_corner(vertex: int, shift: list[float]) -> Callable[[Part], Part]:
+    def alter(part: Part) -> Part:
+        vertices = part.solid.vertices.copy()
+        vertices[vertex] += shift
+        return replace(part, solid=Solid(vertices, part.solid.topology))
+
+    return alter
+
+
+def inside_out(part: Part) -> Part:
+    t = part.solid.topology
+    return replace(
+        part, solid=Solid(part.solid.vertices, Topology(t.n_vertices, t.corners[::-1], t.loop_starts, t.face_starts))
+    )
+
+
+def reversed_prism(part: Part) -> Part:
+    """Bottom and top exchanged: inside out, in the same topology."""
+    n = len(part.solid.vertices) // 2
+    return replace(part, solid=Solid(np.roll(part.solid.vertices, n, axis=0), part.solid.topology))
+
+
+@pytest.mark.parametrize("notched", [False, True])
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_whole_dome_fits(n: int, notched: bool) -> None:
+    assembly = dome(n, notched=notched)
+    assert violations(assembly) == ()
+    check_fit(assembly)
+
+
+def test_nothing_fits() -> None:
+    assert violations(Assembly("nothing", (), (), ())) == ()
+
+
+def test_beams_without_nodes_and_nodes_without_beams() -> None:
+    whole = dome()
+    refused(replace(whole, nodes=()), "which has no node")
+    refused(replace(whole, beams=()), "from which no beam comes")
+    assert violations(replace(whole, beams=(), nodes=())) == ()
+
+
+# positions far from the origin cost digits: at 100 m a double has 1.5e-11 mm left, far below the 1e-6 mm asked
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.floats(-1e5, 1e5), min_size=3, max_size=3), st.integers(0, 2**32 - 1), st.booleans())
+def test_fit_does_not_depend_on_place(shift: list[float], seed: int, notched: bool) -> None:
+    outer = Frame(np.array(shift), Rotation.random(rng=seed).as_matrix())
+    whole = dome(notched=notched)
+    groups = {
+        name: tuple(replace(part, placement=outer.place(part.placement)) for part in group)
+        for name, group in whole.groups().items()
+    }
+    assert violations(replace(whole, **groups)) == ()
+    off = change(replace(whole, **groups), "beams", 4, moved([1e-5, 0, 0]))
+    assert len(violations(off)) >= 2
+
+
+@pytest.mark.parametrize("shift", [1e-5, -1e-5])
+def test_beam_shifted_along_its_axis_is_off_both_facets(shift: float) -> None:
+    shifted = change(dome(), "beams", 4, moved([shift, 0, 0]))
+    refused(
+        shifted,
+        "beam B4 (edge 4)",
+        "end A is 9.99e-06 mm off the facet of node N4 (vertex 4), allowed 1e-06 mm",
+        "end B",
+    )
+    check_fit(shifted, fit_mm=2e-5)
+
+
+def test_beam_shifted_sideways_sticks_out_of_its_facets() -> None:
+    refused(change(dome(), "beams", 4, moved([0, 1e-5, 0])), "B4", "sticks out 1e-05 mm over the facet", "as wide")
+    refused(change(dome(), "beams", 4, moved([0, 0, 1e-5])), "B4", "sticks out 9.99e-06 mm over the facet", "as wide")
+
+
+def test_facet_may_be_larger_than_the_end_of_its_beam() -> None:
+    check_fit(change(dome(), "beams", 4, scaled([1.0, 0.9, 1.0])))
+
+
+def test_beam_wider_than_its_facets() -> None:
+    refused(change(dome(), "beams", 4, scaled([1.0, 1.1, 1.0])), "B4 (edge 4)", "sticks out 2.5 mm")
+
+
+def test_beam_turned_about_its_axis() -> None:
+    # a corner of the end is 25 mm off the axis: 1e-6 radians move it by 2.5e-5 mm and more
+    refused(change(dome(), "beams", 4, turned(0, 1e-6)), "B4 (edge 4)", "facet of node")
+
+
+def test_beam_bent_off_its_direction_opens_a_wedge() -> None:
+    refused(change(dome(), "beams", 4, turned(2, 1e-6)), "B4 (edge 4)", "mm off the facet")
+
+
+def test_beam_turned_end_for_end_does_not_look_at_its_nodes() -> None:
+    found = violations(change(dome(), "beams", 4, turned(2, np.pi)))
+    assert any("mm off the facet" in violation.sentence for violation in found)
+
+
+@pytest.mark.parametrize("twist", [2e-6, -2e-6, float("nan")])
+def test_twist(twist: float) -> None:
+    twisted = change(dome(), "beams", 4, lambda beam: replace(beam, twist_deg=twist))
+    refused(twisted, "beam B4 (edge 4) is twisted by", "allowed 1e-06", "parallel first")
+    if np.isfinite(twist):
+        check_fit(twisted, twist_deg=3e-6)
+
+
+def test_dropped_node() -> None:
+    whole = dome()
+    dropped = replace(whole, nodes=whole.nodes[:CENTRE] + whole.nodes[CENTRE + 1 :])
+    refused(dropped, "at vertex 4, which has no node", "and 1 more like this", "make both or leave out both")
+    assert all(("node", CENTRE) in violation.parts for violation in violations(dropped))
+
+
+def test_dropped_beam() -> None:
+    whole = dome()
+    found = violations(replace(whole, beams=whole.beams[1:]))
+    assert [violation.parts for violation in found] == [
+        (("node", whole.beams[0].nodes[0]), ("beam", 0)),
+        (("node", whole.beams[0].nodes[1]), ("beam", 0)),
+    ]
+
+
+def test_node_that_does_not_know_its_beam() -> None:
+    unknown = change(dome(), "nodes", CENTRE, lambda node: replace(node, beams=node.beams[1:]))
+    refused(unknown, "has no facet for it", "node N4 (vertex 4)")
+
+
+def test_beam_that_names_the_wrong_node_is_off_its_facet() -> None:
+    whole = dome()
+    a, b = whole.beams[4].nodes
+    swapped = change(whole, "beams", 4, lambda beam: replace(beam, nodes=(b, a)))
+    refused(swapped, "B4 (edge 4)", "mm off the facet")
+
+
+def test_beam_and_node_disagree_about_where_the_beam_ends() -> None:
+    whole = dome()
+    a, b = whole.beams[4].nodes
+    astray = change(whole, "beams", 4, lambda beam: replace(beam, nodes=(a, (b + 1) % 9)))
+    sentences = [violation.sentence for violation in violations(astray)]
+    assert any("beam B4 (edge 4) ends (end B)" in s and "which has no facet for it" in s for s in sentences)
+    assert any(f"node N{b} (vertex {b}) has a facet for edge 4, from which no beam comes" in s for s in sentences)
+
+
+def seat(x: list[float], y: list[float], block: FloatArray, *, along: float = 1.0) -> tuple[float, float]:
+    """off_mm and over_mm of end A of a square bar in the world's x-direction on a block of height 100 about z = 0."""
+    whole = dome()
+    corners = np.array([[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]])
+    turn = np.diag([along, along, 1.0])
+    bar = Solid(prism_vertices(corners, -20.0, 20.0) @ turn, prism_topology(4))
+    beam = replace(whole.beams[4], solid=bar, placement=Frame(np.zeros(3), turn), nodes=(CENTRE, 999))
+    prism = Solid(prism_vertices(block, -50.0, 50.0), prism_topology(len(block)))
+    found = seats([beam], [replace(whole.nodes[CENTRE], solid=prism, placement=Frame.world())])
+    assert (found.beams.tolist(), found.ends.tolist(), found.nodes.tolist()) == ([0], [0], [0])
+    return float(found.off_mm[0]), float(found.over_mm[0])
+
+
+SQUARE = np.array([[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]])
+
+
+def test_seat_on_a_square_block() -> None:
+    assert seat([50.0, 300.0], [-20.0, 20.0], SQUARE) == pytest.approx((0.0, -30.0))
+    assert seat([50.5, 300.0], [-20.0, 20.0], SQUARE) == pytest.approx((0.5, -30.0))
+    assert seat([49.5, 300.0], [-20.0, 20.0], SQUARE) == pytest.approx((0.5, -30.0))
+    assert seat([50.0, 300.0], [12.0, 52.0], SQUARE) == pytest.approx((0.0, 2.0))
+
+
+def test_facet_must_look_towards_the_end() -> None:
+    """The bar lies in the block and its end A in the plane of a facet that looks the same way."""
+    assert seat([-200.0, 50.0], [-20.0, 20.0], SQUARE, along=-1.0)[0] == pytest.approx(100.0)
+
+
+def test_of_two_facets_in_one_plane_the_one_under_the_end_counts() -> None:
+    fork = np.array([[-50, -50], [50, -50], [50, -10], [0, -10], [0, 10], [50, 10], [50, 50], [-50, 50.0]])
+    assert seat([50.0, 300.0], [20.0, 40.0], fork) == pytest.approx((0.0, -10.0))
+    assert seat([50.0, 300.0], [-40.0, -20.0], fork) == pytest.approx((0.0, -10.0))
+    assert seat([50.0, 300.0], [-20.0, 20.0], fork) == pytest.approx((0.0, 30.0))
+
+
+@pytest.mark.parametrize("alter", [inside_out, reversed_prism, scaled([-1.0, 1.0, 1.0])])
+@pytest.mark.parametrize("kind", ["beams", "nodes", "panels"])
+def test_reversed_solid(kind: str, alter: Callable[[Part], Part]) -> None:
+    refused(change(dome(), kind, 2, alter), "2 (", "has a volume of -", "must be positive")
+
+
+def test_mirroring_and_stretching_placements() -> None:
+    def placed(factors: list[float]) -> Assembly:
+        axes = np.diag(factors) @ dome().panels[2].placement.axes
+        return change(dome(), "panels", 2, lambda part: replace(part, placement=Frame(part.placement.origin, axes)))
+
+    refused(placed([-1.0, 1.0, 1.0]), "panel P2 (face 2) has a volume of -")
+    refused(placed([1.0, 1.0 + 1e-9, 1.0]), "panel P2 (face 2) has axes that are 2e-09 from orthonormal")
+
+
+@pytest.mark.parametrize("kind", ["beams", "nodes", "panels"])
+def test_not_a_number(kind: str) -> None:
+    found = violations(change(dome(), kind, 2, with_corner(0, [float("nan"), 0, 0])))
+    assert len(found) == 1
+    assert "has a volume of nan mm3" in found[0].sentence
+
+
+def test_face_out_of_plane() -> None:
+    bent = change(dome(), "panels", 2, with_corner(5, [0, 0, 1e-5]))
+    # best plane of a quad with one corner lifted: every corner is a quarter of the lift away
+    refused(bent, "panel P2 (face 2) has a face that leaves its plane by 2.51e-06 mm, allowed 1e-06 mm", "planarise")
+    check_fit(bent, fit_mm=3e-6)
+
+
+def test_short_edge() -> None:
+    corner = dome().panels[2].solid.vertices
+    shrunk = change(dome(), "panels", 2, with_corner(slice(1, None, 4), 0.9999999 * (corner[0] - corner[1])))
+    refused(shrunk, "panel P2 (face 2) has an edge of 0.000146 mm, allowed 0.001 mm and more")
+    check_fit(shrunk, shortest_edge_mm=1e-4)
+
+
+def test_outline_that_crosses_itself() -> None:
+    star = 1000 * np.array([[np.cos(k * 0.8 * np.pi), np.sin(k * 0.8 * np.pi)] for k in range(5)])
+    pentagram = Solid(prism_vertices(star, 0.0, 10.0), prism_topology(5))
+    refused(
+        change(dome(), "panels", 2, lambda part: replace(part, solid=pentagram)),
+        "panel P2 (face 2) is neither convex nor a prism whose outline does not cross itself",
+    )
+
+
+def test_panel_lowered_into_the_beams() -> None:
+    lowered = change(dome(), "panels", 2, moved([0, 0, -LIFT - 1.0]))
+    refused(lowered, "and panel P2 (face 2) share volume", "mm deep, allowed 1e-06 mm", "clearance, seat or joint")
+    assert {("panel", 2)} <= {part for violation in violations(lowered) for part in violation.parts}
+
+
+def test_panel_widened_into_its_neighbours() -> None:
+    widened = change(dome(), "panels", 2, scaled([1.05, 1.05, 1.0]))
+    refused(widened, "panel P2 (face 2) and panel P3 (face 3) share volume")
+
+
+def test_part_made_twice() -> None:
+    whole = dome()
+    twice = replace(whole, panels=(*whole.panels, moved([0, 0, 1000.0])(whole.panels[2])))
+    refused(twice, "face 2 has 2 panels, allowed 1", "make each part once")
+    assert len(violations(twice)) == 1
+
+
+def test_a_part_that_is_not_sound_is_looked_at_no_further() -> None:
+    gone = change(dome(), "beams", 4, lambda beam: inside_out(moved([1.0, 0, 0])(beam)))
+    assert [violation.parts for violation in violations(gone)] == [(("beam", 4),)]
+
+
+def test_error_names_the_first_and_counts_the_rest() -> None:
+    whole = dome()
+    sunk = replace(whole, panels=tuple(inside_out(panel) for panel in whole.panels))
+    sunk = change(sunk, "beams", 4, lambda beam: replace(beam, twist_deg=1.0))
+    refused(sunk, "P0 (face 0)", "P2 (face 2)", "and 1 more like this", "(1 other finding besides)")
+    with pytest.raises(DetailingError) as caught:
+        check_fit(sunk)
+    assert "P3" not in str(caught.value)

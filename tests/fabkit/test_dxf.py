@@ -1,0 +1,155 @@
+"""DXF files, read back by ezdxf and by GDAL."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+import subprocess
+import sys
+from io import StringIO
+from itertools import combinations
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import Polygon, box
+
+from fabkit.export.dxf import write_dxf
+from fabkit.parts import Panel
+from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, sheet_drawings
+from fabkit.production.nest import Sheet
+from fabkit.production.sheet_nesting import nest_panels
+from geometry.arrays import FloatArray
+from tests.fabkit.plates import outlines, plates
+
+VERSIONS = ("R2010", "R12")
+ogrinfo = shutil.which("ogrinfo")
+
+
+def pieces() -> list[Panel]:
+    rng = np.random.default_rng(7)
+    base = np.array([[0, 0], [900, 0], [1000, 700], [400, 900.0]])
+    return plates([base + rng.normal(0, 60, (4, 2)) for _ in range(9)])
+
+
+def nested(panels: list[Panel]) -> tuple[Drawing, ...]:
+    nest = nest_panels(panels, Sheet(3000.0, 2000.0), gap_mm=5, border_mm=10)
+    return sheet_drawings(nest, panels)
+
+
+def text_of(drawing: Drawing, version: str) -> str:
+    stream = StringIO()
+    write_dxf(stream, drawing, version=version)  # type: ignore[arg-type]
+    return stream.getvalue()
+
+
+def polylines(document: ezdxf.document.Drawing, layer: str) -> list[tuple[bool, FloatArray]]:
+    """Closed or not, and points, of all entities of a layer."""
+    found = []
+    for entity in document.modelspace().query(f'*[layer=="{layer}"]'):
+        if entity.dxftype() == "LWPOLYLINE":
+            found.append((entity.closed, np.array([point[:2] for point in entity.get_points()])))
+        else:
+            assert entity.dxftype() == "POLYLINE"
+            found.append((entity.is_closed, np.array([tuple(point)[:2] for point in entity.points()])))
+    return found
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+@settings(deadline=None, max_examples=15)
+@given(some=st.lists(outlines(), min_size=1, max_size=8))
+def test_ezdxf_reads_back_panels_that_lie_apart_inside_their_sheets(some: list[FloatArray], version: str) -> None:
+    panels = plates(some)
+    areas = []
+    for drawing in nested(panels):
+        document = ezdxf.read(StringIO(text_of(drawing, version)))
+        audit = document.audit()
+        assert not audit.errors
+        assert not audit.fixes
+        assert {entity.dxf.layer for entity in document.modelspace()} == {CUT, MARK, SHEET}
+        cut = [Polygon(points) for closed, points in polylines(document, CUT) if closed]
+        assert len(cut) == len(polylines(document, CUT))
+        assert all(box(10, 10, 2990, 1990).buffer(1e-6).contains(shape) for shape in cut)
+        assert all(one.distance(other) >= 5 - 1e-6 for one, other in combinations(cut, 2))
+        areas += [shape.area for shape in cut]
+        ((closed, stock),) = polylines(document, SHEET)
+        assert closed
+        assert Polygon(stock).area == 6e6
+        for (closed, points), curve in zip(polylines(document, MARK), drawing.layers[MARK], strict=True):
+            assert closed == bool((curve[0] == curve[-1]).all())
+            np.testing.assert_allclose(points, curve[: len(points)], atol=1e-9)  # as written
+    np.testing.assert_allclose(sorted(areas), sorted(panel.area_mm2 for panel in panels), rtol=1e-9)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_head_of_the_file(version: str, tmp_path: Path) -> None:
+    drawing = nested(pieces())[0]
+    write_dxf(tmp_path / "sheet.dxf", drawing, version=version)  # type: ignore[arg-type]
+    assert (tmp_path / "sheet.dxf").read_bytes() == text_of(drawing, version).encode()
+    assert text_of(drawing, version).startswith("999\nContours are nominal: the kerf is not taken off")
+    document = ezdxf.readfile(tmp_path / "sheet.dxf")
+    assert document.acad_release == version
+    assert [document.layers.get(name).dxf.color for name in (CUT, MARK, SHEET)] == [1, 5, 8]
+    assert document.header["$EXTMIN"][:2] == (0, 0)
+    assert document.header["$EXTMAX"][:2] == (3000, 2000)
+    (view,) = document.viewports.get("*Active")
+    assert view.dxf.center[:2] == (1500, 1000)
+    assert view.dxf.height == pytest.approx(3150)
+    handles = [int(entity.dxf.handle, 16) for entity in document.entitydb.values()]
+    assert int(document.header["$HANDSEED"], 16) > max(handles)
+    if version == "R2010":
+        assert document.header["$INSUNITS"] == 4
+        assert [value for _, value in document.header.custom_vars.properties] == list(drawing.notes)
+        assert {entity.dxftype() for entity in document.modelspace()} == {"LWPOLYLINE"}
+        layout = document.modelspace().dxf
+        assert layout.extmax[:2] == (3000, 2000)
+
+
+def test_lines_are_open_and_rings_closed() -> None:
+    ring = np.array([[0.0, 0.0], [10.0, 0.0], [5.0, 8.0], [0.0, 0.0]])
+    line = np.array([[1.0, 1.0], [2.0, 1.0]])
+    drawing = Drawing("P001", {CUT: (ring,), MARK: (line,)})
+    document = ezdxf.read(StringIO(text_of(drawing, "R2010")))
+    ((closed, points),) = polylines(document, CUT)
+    assert closed
+    np.testing.assert_array_equal(points, ring[:3])
+    ((closed, points),) = polylines(document, MARK)
+    assert not closed
+    np.testing.assert_array_equal(points, line)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_another_process_writes_the_same_bytes(version: str) -> None:
+    code = (
+        "import hashlib\nfrom tests.fabkit.test_dxf import nested, pieces, text_of\n"
+        f"text = ''.join(text_of(drawing, {version!r}) for drawing in nested(pieces()))\n"
+        "print(hashlib.sha256(text.encode()).hexdigest())"
+    )
+    root = Path(__file__).parents[2]
+    run = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    text = "".join(text_of(drawing, version) for drawing in nested(pieces()))
+    assert run.stdout.strip() == hashlib.sha256(text.encode()).hexdigest()
+
+
+@pytest.mark.skipif(ogrinfo is None, reason="no ogrinfo")
+@pytest.mark.parametrize("version", VERSIONS)
+def test_gdal_reads_the_same_panels(version: str, tmp_path: Path) -> None:
+    assert ogrinfo is not None
+    panels = pieces()
+    areas = []
+    for drawing in nested(panels):
+        write_dxf(tmp_path / "sheet.dxf", drawing, version=version)  # type: ignore[arg-type]
+        run = subprocess.run([ogrinfo, "-ro", "-al", "-q", "-where", "Layer='CUT'", tmp_path / "sheet.dxf"],
+                             capture_output=True, text=True, check=True)  # fmt: skip
+        rings = re.findall(r"(?:LINESTRING|POLYGON) Z? ?\(+([^)]*)\)", run.stdout)
+        assert len(rings) == run.stdout.count("OGRFeature")
+        for ring in rings:
+            points = np.array([point.split()[:2] for point in ring.split(",")], dtype=float)
+            np.testing.assert_array_equal(points[0], points[-1])
+            areas.append(Polygon(points).area)
+    # ogrinfo prints fifteen digits
+    np.testing.assert_allclose(sorted(areas), sorted(panel.area_mm2 for panel in panels), rtol=1e-9)

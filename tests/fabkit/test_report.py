@@ -1,0 +1,290 @@
+"""report.html: its text, and what a browser makes of it."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fabkit.export.gltf import LEFT_OUT_COLOUR, glb_bytes
+from fabkit.export.measures import Measure, measures
+from fabkit.export.report import report_html
+from fabkit.export.report_figures import histogram
+from fabkit.parts import Assembly, Material
+from fabkit.production.cut_list import cut_list
+from fabkit.production.drawing import sheet_drawings
+from fabkit.production.nest import Sheet
+from fabkit.production.sheet_nesting import nest_panels
+from tests.fabkit.browser import Browser, pixels
+from tests.fabkit.gridshell import gridshell, gridshell_summary, left_out_lines
+
+NAME = "Roof </script><script>alert(1)</script> & <b>co</b>"
+LEFT_OUT = 3
+VOID = {"meta", "link", "input", "col", "br"}
+
+
+def report(name: str = NAME, *, left_out: int = LEFT_OUT, assembly: Assembly | None = None) -> str:
+    assembly = assembly or gridshell(6, 5, name=name, left_out=left_out)
+    nest = nest_panels(assembly.panels, Sheet(6000.0, 3210.0), gap_mm=10.0, border_mm=15.0)
+    return report_html(
+        summary=gridshell_summary(6, 5, name=name, mended=("2 pairs of <equal> vertices were joined",)),
+        assembly=assembly,
+        tables=cut_list(assembly, nest).tables,
+        sheets=sheet_drawings(nest, assembly.panels),
+        glb=glb_bytes(assembly, left_out_lines(left_out=left_out)),
+    )
+
+
+@pytest.fixture(scope="module")
+def text() -> str:
+    return report()
+
+
+class Outline(HTMLParser):
+    """Checks that every element is closed in its turn; keeps attributes, and texts by element."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.attributes: list[tuple[str, str, str | None]] = []
+        self.counts: dict[str, int] = {}
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.counts[tag] = self.counts.get(tag, 0) + 1
+        self.attributes += [(tag, name, value) for name, value in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.attributes += [(tag, name, value) for name, value in attrs]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def embedded(text: str) -> dict[str, Any]:
+    (found,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    return json.loads(found)
+
+
+def test_html_is_well_formed(text: str) -> None:
+    assert text.startswith("<!DOCTYPE html>")
+    assert Outline(text).counts["h1"] == 1
+    assert "$" not in re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
+
+
+def test_nothing_is_asked_of_the_network(text: str) -> None:
+    for tag, name, value in Outline(text).attributes:
+        if name in ("src", "href", "xlink:href", "action", "data", "poster", "srcset"):
+            local = (value or "").startswith(("#", "data:,", "parts/", "panels/"))
+            assert local, f"{tag} {name}={value}"
+    assert not re.search(r"https?://|@import|url\(|\bfetch\(|XMLHttpRequest|import\(", text)
+
+
+def test_names_and_notes_are_text_not_markup(text: str) -> None:
+    assert "<script>alert" not in text
+    assert "<b>co</b>" not in text
+    assert "&lt;equal&gt;" in text
+    strange = gridshell(2, 2, name="x")
+    beams = [replace(beam, mark="<i>", material=Material("</script>", 1.0)) for beam in strange.beams]
+    odd = report("x", left_out=0, assembly=replace(strange, beams=tuple(beams)))
+    assert "<i>" not in re.sub(r'<i style="[^"]*">|<i>(?=</i>)', "", odd)
+    assert embedded(odd)["labels"]["beams"][0].count("</script>") == 1
+
+
+def test_same_input_same_bytes(text: str) -> None:
+    assert report() == text
+
+
+def test_left_out_stands_in_red_at_the_top(text: str) -> None:
+    head = text[: text.index("</header>")]
+    assert "Left out: 3 beams" in head
+    assert [f"edge {edge}: no room" in head for edge in (68, 69, 70)] == [True] * 3
+    assert "Left out" not in report(left_out=0).split("<script", 1)[0].split("</header>")[0]
+
+
+def test_data_has_a_value_for_each_part(text: str) -> None:
+    data = embedded(text)
+    assembly = gridshell(6, 5, left_out=LEFT_OUT)
+    counts = {name: len(parts) for name, parts in assembly.groups().items()} | {"left out": LEFT_OUT}
+    assert {name: len(labels) for name, labels in data["labels"].items()} == counts
+    for measure in data["measures"]:
+        assert len(measure["values"]) == counts[measure["group"]]
+    lengths = next(each["values"] for each in data["measures"] if each["title"] == "Long-point length")
+    assert lengths == [round(beam.long_point_mm, 1) for beam in assembly.beams]
+
+
+def test_what_does_not_align_is_told_in_millimetres(text: str) -> None:
+    spread = np.array([node.top_spread_mm for node in gridshell(6, 5).nodes])
+    figures = [f"{np.percentile(spread, share):.2f}" for share in (50, 95, 100)]
+    row = next(line for line in text.splitlines() if "Beam tops out of level at a node, mm" in line)
+    assert re.findall(r"<td>([\d.]+)</td>", row) == figures
+
+
+def test_measures_without_parts_are_left_away() -> None:
+    assert measures(Assembly("Nothing", (), (), ())) == ()
+    empty = report(left_out=0, assembly=replace(gridshell(2, 2), nodes=()))
+    assert {measure["group"] for measure in embedded(empty)["measures"]} == {"beams", "panels"}
+
+
+@given(st.lists(st.floats(-1e6, 1e6) | st.just(float("nan")), max_size=60))
+def test_histogram_counts_every_value_once(values: list[float]) -> None:
+    picture = histogram(Measure("beams", "Length", "mm", 1, np.array(values)))
+    Outline(picture)
+    known = [value for value in values if value == value]
+    bars = [int(count) for count in re.findall(r": (\d+)</title>", picture)]
+    if "<svg" in picture:
+        assert sum(bars) == len(known)
+    elif known:
+        value, count = re.findall(r"<figcaption>(.*) for all (\d+)<", picture)[0]
+        np.testing.assert_allclose(known, float(value), atol=0.05001)  # one decimal is shown
+        assert int(count) == len(known)
+
+
+# In the browser
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory, text: str) -> Iterator[Browser]:
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("chromium is not installed")
+    folder = tmp_path_factory.mktemp("report")
+    path = Path(folder) / "report.html"
+    path.write_text(text, encoding="utf-8")
+    with Browser(chromium, folder / "profile") as browser:
+        browser.size(760, 620)  # small: reading pictures takes time
+        browser.open(path.as_uri())
+        browser.frame()
+        yield browser
+
+
+def canvas_pixels(browser: Browser) -> np.ndarray:
+    browser.frame()
+    return pixels(browser.screenshot("#model canvas")).reshape(-1, 3).astype(int)
+
+
+def near(image: np.ndarray, colour: tuple[int, ...], tolerance: int) -> int:
+    return int((np.abs(image - colour).max(axis=1) <= tolerance).sum())
+
+
+def test_page_opens_without_complaint_and_without_requests(browser: Browser) -> None:
+    assert browser.evaluate("document.documentElement.dataset.ready") == "yes"
+    assert browser.problems == []
+    assert [url for url in browser.requests if not url.startswith(("file:", "data:", "about:"))] == []
+
+
+def test_model_is_drawn_and_layers_can_be_hidden(browser: Browser) -> None:
+    browser.evaluate("viewer.showAll('home')")
+    n_parts = sum(1 for _ in gridshell(6, 5).parts())
+    assert browser.evaluate("Number(document.querySelector('#model canvas').dataset.parts)") == n_parts
+    everything = canvas_pixels(browser)
+    drawn = 1 - near(everything, (255, 255, 255), 2) / len(everything)
+    assert 0.2 < drawn < 0.9  # the structure fills much of the picture, and not all
+    red = tuple(round(255 * c) for c in LEFT_OUT_COLOUR)
+    assert near(everything, red, 12) > 20
+
+    def toggle(name: str) -> None:
+        browser.evaluate(f"document.querySelector('#layers input[value=\"{name}\"]').click()")
+
+    toggle("left out")
+    assert near(canvas_pixels(browser), red, 12) == 0
+    toggle("panels")
+    bare = canvas_pixels(browser)
+    assert 0.005 < 1 - near(bare, (255, 255, 255), 2) / len(bare) < drawn / 2
+    toggle("beams")
+    toggle("nodes")
+    assert near(canvas_pixels(browser), (255, 255, 255), 2) == len(bare)
+    for name in ("left out", "panels", "beams", "nodes"):
+        toggle(name)
+    np.testing.assert_array_equal(canvas_pixels(browser), everything)
+
+
+def test_a_click_tells_the_part_and_its_facts(browser: Browser) -> None:
+    browser.evaluate("document.querySelector('#model').scrollIntoView()")
+    browser.evaluate("viewer.showAll('top')")
+    browser.frame()
+    middle = browser.evaluate(
+        "(r => [r.x + r.width / 2, r.y + r.height / 2])(document.querySelector('canvas').getBoundingClientRect())"
+    )
+    browser.click(middle[0] + 1, middle[1] + 1)
+    browser.frame()
+    # seen from the top, the middle of a shell of 6 by 5 cells lies on the edge between its two middle panels
+    mark = browser.evaluate("document.querySelector('#part strong').textContent")
+    parts = {part.mark: part for part in gridshell(6, 5, left_out=LEFT_OUT).parts()}
+    origin = parts[mark].placement.to_world(parts[mark].solid.centroid)
+    assert np.abs(origin[:2]).max() < 1500 / 2 + 50
+    facts = browser.evaluate("[...document.querySelectorAll('#part dd')].map(e => e.textContent)")
+    assert f"{parts[mark].mass_kg:.1f} kg" in [re.sub(r"(\.\d)\d kg", r"\1 kg", fact) for fact in facts]
+    assert browser.evaluate("pick(null)") == 0
+
+
+def test_colouring_by_a_measure_paints_and_explains(browser: Browser) -> None:
+    browser.evaluate("viewer.showAll('top')")
+    by_kind = canvas_pixels(browser)
+    browser.evaluate(
+        "(s => { s.value = [...s.options].find(o => o.text === 'Area').value; s.dispatchEvent(new Event('change')); })"
+        "(document.querySelector('#measure'))"
+    )
+    areas = [panel.area_mm2 / 1e6 for panel in gridshell(6, 5).panels]
+    shown = browser.evaluate("[...document.querySelectorAll('#scale b')].map(e => e.textContent)")
+    assert shown == [f"{min(areas):.3f}", f"{max(areas):.3f} m²"]
+    assert (np.abs(canvas_pixels(browser) - by_kind).max(axis=1) > 30).mean() > 0.2
+    browser.evaluate("chooseMeasure('')")
+    np.testing.assert_array_equal(canvas_pixels(browser), by_kind)
+
+
+def test_tables_have_a_row_for_each_mark(text: str) -> None:
+    for name, parts in gridshell(6, 5, left_out=LEFT_OUT).groups().items():
+        table = text[text.index(f'id="table-{name}"') :]
+        body = table[table.index("<tbody>") : table.index("</tbody>")]
+        assert re.findall(r'class="mark">(.*?)</button>', body) == list(dict.fromkeys(part.mark for part in parts))
+
+
+def test_tables_show_all_their_rows_can_be_sorted_and_filtered(browser: Browser) -> None:
+    seen = set()
+    for share in (0, 0.5, 1):
+        browser.evaluate(
+            f"(b => {{ b.scrollTop = {share} * b.scrollHeight; }})(document.querySelector('#table-beams'))"
+        )
+        browser.frame()
+        seen |= set(
+            browser.evaluate("[...document.querySelectorAll('#table-beams tbody .mark')].map(e => e.textContent)")
+        )
+    assert seen == {beam.mark for beam in gridshell(6, 5, left_out=LEFT_OUT).beams}
+    column = "document.querySelectorAll('#table-beams tbody td:nth-child(5)')"
+    head = "document.querySelectorAll('#table-beams th button')[4].click()"
+    for direction in (1, -1):
+        browser.evaluate(head)
+        values = browser.evaluate(f"[...{column}].map(e => Number(e.textContent))")
+        assert len(set(values)) > 3
+        assert values == sorted(values, reverse=direction < 0)
+    search = "document.querySelector('input[data-table=table-beams]')"
+    browser.evaluate(f"{search}.value = 'b12'; {search}.dispatchEvent(new Event('input'))")
+    assert browser.evaluate(f"[...{column}].map(e => e.parentNode.cells[0].textContent)") == ["B12"]
+
+
+def test_sheets_are_there_and_open_large(browser: Browser) -> None:
+    assembly = gridshell(6, 5)
+    nest = nest_panels(assembly.panels, Sheet(6000.0, 3210.0), gap_mm=10.0, border_mm=15.0)
+    assert browser.evaluate("document.querySelectorAll('.sheets svg').length") == nest.n_sheets
+    captions = browser.evaluate("[...document.querySelectorAll('.sheets figcaption')].map(e => e.textContent)")
+    assert sum(int(re.findall(r"(\d+) panel", caption)[0]) for caption in captions) == len(assembly.panels)
+    browser.evaluate("document.querySelector('.sheets button').click()")
+    assert browser.evaluate("document.querySelector('dialog').open") is True
+    assert browser.evaluate("document.querySelector('dialog svg').getBoundingClientRect().width") > 600
+    browser.evaluate("document.querySelector('dialog').close()")
+    assert browser.problems == []

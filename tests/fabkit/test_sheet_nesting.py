@@ -1,0 +1,281 @@
+"""Every nest holds each panel once, inside its sheet, apart from the others; and no nest is worse than it says."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.util import find_spec
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shapely import Polygon, affinity
+
+from fabkit.errors import NestingError
+from fabkit.parts import Panel
+from fabkit.production import irregular, sheet_nesting
+from fabkit.production.guillotine import smallest_rectangles
+from fabkit.production.nest import TOLERANCE_MM, Nest, Placement, Sheet, Stock, check_nest
+from fabkit.production.sheet_nesting import nest_panels
+from geometry.arrays import FloatArray
+from tests.fabkit.plates import outlines, plate, plates
+
+SHEET = Sheet(3000.0, 2000.0)
+ENGINES = [
+    pytest.param(engine, marks=pytest.mark.skipif(find_spec(engine.name) is None, reason=f"no {engine.name}"))
+    for engine in (irregular.PackingSolver, irregular.Spyrrow)
+]
+gaps = st.sampled_from([0.0, 3.0, 10.0])
+borders = st.sampled_from([0.0, 15.0])
+
+
+def placed(nest: Nest, panels: Sequence[Panel]) -> list[list[Polygon]]:
+    """The outlines on each sheet, placed by shapely."""
+    sheets: list[list[Polygon]] = [[] for _ in range(nest.n_sheets)]
+    for place in nest.placements:
+        turned = affinity.rotate(Polygon(panels[place.panel].outline), place.angle_deg, origin=(0, 0))
+        sheets[place.sheet].append(affinity.translate(turned, *place.offset_mm))
+    return sheets
+
+
+def assert_sound(nest: Nest, panels: Sequence[Panel]) -> None:
+    assert sorted(place.panel for place in nest.placements) == list(range(len(panels)))
+    assert {place.sheet for place in nest.placements} == set(range(nest.n_sheets))
+    for shapes in placed(nest, panels):
+        for shape in shapes:
+            x, y, x_end, y_end = shape.bounds
+            room = min(x, y, nest.sheet.length_mm - x_end, nest.sheet.width_mm - y_end)
+            assert room >= nest.border_mm - TOLERANCE_MM
+        for one, other in combinations(shapes, 2):
+            assert one.distance(other) >= nest.gap_mm - TOLERANCE_MM
+            # touching in a line of rounding's width is no overlap
+            assert one.intersection(other).area <= TOLERANCE_MM * one.length
+
+
+def cut_apart(boxes: FloatArray) -> bool:
+    """Whether cuts from edge to edge separate all the boxes (n, 2 corners, 2)."""
+    if len(boxes) < 2:
+        return True
+    for axis in (0, 1):
+        boxes = boxes[np.argsort(boxes[:, 0, axis], kind="stable")]
+        ends = np.maximum.accumulate(boxes[:, 1, axis])[:-1]
+        cuts = np.flatnonzero(ends <= boxes[1:, 0, axis] + TOLERANCE_MM)
+        if len(cuts):
+            return cut_apart(boxes[: cuts[0] + 1]) and cut_apart(boxes[cuts[0] + 1 :])
+    return False
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(outlines(), max_size=25), gaps, borders)
+def test_quick_nests_are_sound_and_cut_from_edge_to_edge(some: list[FloatArray], gap: float, border: float) -> None:
+    panels = plates(some)
+    nest = nest_panels(panels, SHEET, gap_mm=gap, border_mm=border)
+    assert_sound(nest, panels)
+    assert nest == nest_panels(panels, SHEET, gap_mm=gap, border_mm=border)
+    for shapes in placed(nest, panels):
+        assert cut_apart(np.array([shape.bounds for shape in shapes]).reshape(-1, 2, 2))
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@settings(deadline=None, max_examples=4)
+@given(some=st.lists(outlines(), min_size=12, max_size=20), gap=gaps, border=borders)
+def test_best_nests_are_sound_and_never_worse(
+    engine: type[irregular.Engine], some: list[FloatArray], gap: float, border: float
+) -> None:
+    panels = plates(some)
+    quick = nest_panels(panels, SHEET, gap_mm=gap, border_mm=border)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sheet_nesting, "installed_engine", engine)
+        best = nest_panels(panels, SHEET, gap_mm=gap, border_mm=border, mode="best", seconds=1.0)
+    assert_sound(best, panels)
+    assert best.n_sheets <= quick.n_sheets
+    assert best.engine in ("guillotine", engine.name)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_engines_lay_triangles_closer_than_their_rectangles(
+    engine: type[irregular.Engine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sheet_nesting, "installed_engine", engine)
+    panels = plates([np.array([[0, 0], [900, 0], [300, 800]])] * 16)
+    reports: list[tuple[float, str]] = []
+    start = time.monotonic()
+    quick = nest_panels(panels, SHEET, gap_mm=5, border_mm=10)
+    best = nest_panels(panels, SHEET, gap_mm=5, border_mm=10, mode="best", seconds=3.0,
+                       progress=lambda fraction, text: reports.append((fraction, text)))  # fmt: skip
+    assert_sound(best, panels)
+    assert best.n_sheets < quick.n_sheets
+    assert best.engine == engine.name
+    assert best.utilisation > quick.utilisation
+    fractions = [fraction for fraction, _ in reports]
+    assert fractions == sorted(fractions)
+    assert all(0 <= fraction <= 1 for fraction in fractions)
+    assert engine.name in reports[-1][1]
+    assert time.monotonic() - start < 8.0  # the budget, and as much again for a busy machine
+
+
+class Idle:
+    """An engine that finds what it is told."""
+
+    name = "idle"
+    least_seconds = 0.0
+
+    def __init__(self, found: list[Placement]) -> None:
+        self.found = found
+
+    def fill(self, outlines: Sequence[FloatArray], stock: Stock, seconds: float) -> list[Placement]:
+        return self.found
+
+
+def test_an_engine_that_finds_nothing_leaves_the_quick_nest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sheet_nesting, "installed_engine", lambda: Idle([]))
+    panels = plates([np.array([[0, 0], [900, 0], [300, 800]])] * 40)
+    quick = nest_panels(panels, SHEET, gap_mm=5, border_mm=10)
+    best = nest_panels(panels, SHEET, gap_mm=5, border_mm=10, mode="best", seconds=1.0)
+    assert best.n_sheets == quick.n_sheets
+
+
+def test_an_engine_that_lays_panels_over_each_other_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    everything_in_one_place = [Placement(k, 0, 0.0, (10.0, 10.0)) for k in range(40)]
+    monkeypatch.setattr(sheet_nesting, "installed_engine", lambda: Idle(everything_in_one_place))
+    panels = plates([np.array([[0, 0], [900, 0], [300, 800]])] * 40)
+    with pytest.raises(NestingError, match="P001 and P002"):
+        nest_panels(panels, SHEET, gap_mm=5, border_mm=10, mode="best", seconds=5.0)
+
+
+def test_best_without_an_engine_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(irregular, "find_spec", lambda name: None)
+    with pytest.raises(NestingError, match=r"install packingsolver .* or spyrrow"):
+        nest_panels([], SHEET, gap_mm=5, border_mm=10, mode="best")
+
+
+@given(outlines())
+def test_no_turn_has_a_smaller_rectangle(outline: FloatArray) -> None:
+    angles, sizes = smallest_rectangles([outline], (1e5, 1e5))
+    shape = Polygon(outline)
+    x, y, x_end, y_end = affinity.rotate(shape, angles[0], origin=(0, 0)).bounds
+    np.testing.assert_allclose(sizes[0], [x_end - x, y_end - y], rtol=1e-9)  # rounding
+    for angle in range(0, 90, 3):
+        x, y, x_end, y_end = affinity.rotate(shape, angle).bounds
+        assert sizes[0].prod() <= (x_end - x) * (y_end - y) * (1 + 1e-9)
+
+
+def test_of_two_rectangles_the_one_that_fits_is_taken() -> None:
+    # The smallest rectangle lies along the long edge and is longer than the sheet.
+    outline = np.array([[0.0, 0.0], [3100.0, 0.0], [3100.0, 100.0], [1200.0, 700.0]])
+    _, sizes = smallest_rectangles([outline], (1e5, 1e5))
+    assert sizes[0, 0] > 3050
+    _, sizes = smallest_rectangles([outline], (3050.0, 2000.0))
+    assert sizes[0, 0] <= 3050
+
+
+def test_panels_that_fit_exactly_fit() -> None:
+    across = np.deg2rad(37.0)
+    turn = np.array([[np.cos(across), np.sin(across)], [-np.sin(across), np.cos(across)]])
+    whole = np.array([[0, 0], [2970.0, 0], [2970.0, 1970.0], [0, 1970.0]])
+    half = np.array([[0, 0], [1480.0, 0], [1480.0, 1970.0], [0, 1970.0]])
+    panels = plates([whole @ turn, half @ turn, half])
+    nest = nest_panels(panels, SHEET, gap_mm=10, border_mm=15)
+    assert_sound(nest, panels)
+    assert nest.n_sheets == 2
+    assert nest.utilisation == pytest.approx((2970 + 2 * 1480) * 1970 / (2 * 6e6), rel=1e-12)
+
+
+def test_too_large_panels_are_named() -> None:
+    small, large = np.array([[0, 0], [500, 0], [0, 500.0]]), np.array([[0, 0], [3100, 0], [3100, 200.0], [0, 200]])
+    panels = [plate("P001", small), plate("P002", large), plate("P003", large)]
+    message = r"2 panels .* 2970 x 1970 mm: P002 \(3100.0 x 200.0 mm\), P003 .*; use larger sheets"
+    with pytest.raises(NestingError, match=message):
+        nest_panels(panels, SHEET, gap_mm=10, border_mm=15)
+
+
+def test_no_panels_need_no_sheets() -> None:
+    nest = nest_panels([], SHEET, gap_mm=10, border_mm=15)
+    assert (nest.n_sheets, nest.utilisation) == (0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"gap_mm": -1.0}, "a gap of -1 mm"),
+        ({"border_mm": 1000.0}, "a border of 1000 mm"),
+        ({"gap_mm": float("nan")}, "a gap of nan mm"),
+        ({"sheet": Sheet(0.0, 2000.0)}, "0 x 2000 mm"),
+    ],
+)
+def test_senseless_stock_is_refused(change: dict[str, object], message: str) -> None:
+    request = {"sheet": SHEET, "gap_mm": 10.0, "border_mm": 15.0, **change}
+    with pytest.raises(NestingError, match=message):
+        nest_panels(plates([np.eye(3)[:, :2] * 100]), **request)  # type: ignore[arg-type]
+
+
+def test_panels_that_no_engine_bears_are_refused() -> None:
+    square = np.array([[0, 0], [500, 0], [500, 500], [0, 500.0]])
+    bow = plate("P002", square)
+    bow = replace(bow, outline=square[[0, 2, 1, 3]])
+    with pytest.raises(NestingError, match=r"cross themselves .* panels P002"):
+        nest_panels([plate("P001", square), bow], SHEET, gap_mm=10, border_mm=15)
+    with pytest.raises(NestingError, match="6 mm glass, 8 mm glass cannot share sheets"):
+        nest_panels([plate("P001", square, thickness=6.0), plate("P002", square)], SHEET, gap_mm=1, border_mm=1)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(outlines(), min_size=2, max_size=12), st.data())
+def test_the_check_finds_a_panel_that_was_moved(some: list[FloatArray], data: st.DataObject) -> None:
+    panels = plates(some)
+    nest = nest_panels(panels, SHEET, gap_mm=10, border_mm=15)
+    moved = data.draw(st.integers(0, len(panels) - 1))
+    shift = data.draw(st.tuples(st.floats(-3000, 3000), st.floats(-3000, 3000)))
+    place = nest.placements[moved]
+    offset = (place.offset_mm[0] + shift[0], place.offset_mm[1] + shift[1])
+    wrong = replace(nest, placements=tuple(
+        replace(p, offset_mm=offset) if p is place else p for p in nest.placements
+    ))  # fmt: skip
+    try:
+        assert_sound(wrong, panels)
+    except AssertionError:
+        with pytest.raises(NestingError, match=panels[moved].mark):
+            check_nest(wrong, panels)
+    else:
+        check_nest(wrong, panels)
+
+
+def test_the_check_says_by_how_much() -> None:
+    square = np.array([[0, 0], [500, 0], [500, 500], [0, 500.0]])
+    panels = [plate("P001", square), plate("P002", square)]
+
+    def nest(x: float) -> Nest:
+        places = (Placement(0, 0, 0.0, (15.0, 15.0)), Placement(1, 0, 0.0, (x, 15.0)))
+        return Nest(SHEET, 10.0, 15.0, places, "by hand", 500000.0)
+
+    check_nest(nest(525.0), panels)
+    with pytest.raises(NestingError, match=re.escape("P001 and P002 are 9.990000 mm apart")):
+        check_nest(nest(524.99), panels)
+    with pytest.raises(NestingError, match=re.escape("panel P002 is 14.900000 mm from an edge of sheet 1")):
+        check_nest(nest(2485.1), panels)
+    twice = replace(nest(525.0), placements=nest(525.0).placements[:1] * 2)
+    with pytest.raises(NestingError, match="each panel must be placed once"):
+        check_nest(twice, panels)
+
+
+@given(st.floats(0.001, 400))
+def test_overlap_is_found_where_no_gap_is_asked_for(depth: float) -> None:
+    square = np.array([[0, 0], [500, 0], [500, 500], [0, 500.0]])
+    panels = [plate("P001", square), plate("P002", square)]
+    places = [Placement(0, 0, 0.0, (0.0, 0.0)), Placement(1, 0, 0.0, (500.0 - depth, 0.0))]
+    touching = [places[0], Placement(1, 0, 0.0, (500.0, 0.0))]
+    check_nest(Nest(SHEET, 0.0, 0.0, tuple(touching), "by hand", 500000.0), panels)
+    with pytest.raises(NestingError, match="negative: mean depth of overlap"):
+        check_nest(Nest(SHEET, 0.0, 0.0, tuple(places), "by hand", 500000.0), panels)
+
+
+def test_moved_outlines_of_equal_panels_are_not_shared() -> None:
+    """A nest stores placements: equal panels are placed each for itself."""
+    panels = plates([np.array([[0, 0], [1400, 0], [1400, 900], [0, 900.0]])] * 4)
+    nest = nest_panels(panels, SHEET, gap_mm=10, border_mm=15)
+    assert nest.n_sheets == 1
+    assert len({place.offset_mm for place in nest.placements}) == 4

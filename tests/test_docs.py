@@ -1,0 +1,47 @@
+"""What the documents promise: keys that resolve, links that lead somewhere, defaults as the code has them."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from fabkit.project import project_from
+
+ROOT = Path(__file__).parents[1]
+CITED = re.compile(r"\[([A-Z][A-Za-z]+(?:19|20)\d\d)[],]")
+
+
+def test_every_cited_key_is_in_the_bibliography() -> None:
+    known = set(re.findall(r"@\w+\{(\w+),", (ROOT / "docs" / "references.bib").read_text(encoding="utf-8")))
+    files = [p for folder in ("geometry", "fabkit", "docs", "tests") for p in (ROOT / folder).rglob("*") if p.is_file()]
+    cited = {key for p in files if p.suffix in (".py", ".md") for key in CITED.findall(p.read_text(encoding="utf-8"))}
+    assert "Pottmann2007" in cited
+    assert cited <= known
+
+
+@pytest.mark.parametrize(
+    "path", sorted(ROOT.glob("*.md")) + sorted((ROOT / "docs").rglob("*.md")), ids=lambda p: p.name
+)
+def test_links_lead_somewhere(path: Path) -> None:
+    for target in re.findall(r"\]\(([^)#]+)\)", path.read_text(encoding="utf-8")):
+        assert (path.parent / target).exists(), target
+
+
+def test_the_project_file_in_the_how_to_states_the_defaults() -> None:
+    text = (ROOT / "docs" / "howto" / "project-file.md").read_text(encoding="utf-8")
+    block = re.search(r"```toml\n(.*?)```", text, re.DOTALL)
+    assert block
+    stated = project_from(tomllib.loads(block[1])).model_dump(exclude={"out", "name"})
+    assert stated == project_from({"mesh": "roof.obj", "unit": "m"}).model_dump(exclude={"out", "name"})
+    # what has no value of its own is commented out; with the comment signs taken off it must still be known
+    project_from(tomllib.loads(re.sub(r"^# (?!mean_edge_mm)", "", block[1], flags=re.MULTILINE)))
+
+
+def test_shipped_text_holds_no_machine_paths() -> None:
+    tracked = [p for folder in ("geometry", "fabkit", "docs", "tests", "examples") for p in (ROOT / folder).rglob("*")]
+    for path in [*tracked, ROOT / "README.md", ROOT / "pyproject.toml"]:
+        if path.suffix in (".py", ".md", ".toml", ".js", ".css", ".html", ".obj", ".bib"):
+            assert not re.search(r"/(home|root|Users)/\w", path.read_text(encoding="utf-8")), path
