@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
-from fabkit.detailing.check import Violation, violations
+from fabkit.detailing.check import Violation, in_one_sentence, violations
 from fabkit.detailing.ends import Ends, beam_ends
 from fabkit.detailing.lift import Lift, least_lift
 from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
@@ -179,7 +179,7 @@ class _Plan:
             else:
                 beams |= dict.fromkeys(of_kind["beam"] or self._beams_at(of_kind["node"]), violation.sentence)
         if not self.skip_unbuildable or not (beams or panels):
-            raise DetailingError("; ".join(violation.sentence for violation in found))
+            raise DetailingError(in_one_sentence(found))
         if panels:
             self._leave_out("panel", self.panels, panels)
         if beams:

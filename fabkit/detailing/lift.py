@@ -45,8 +45,9 @@ def _over_beams(structure: SupportStructure, normals: FloatArray, rules: BeamRul
     is_left = c.edge_corners[c.corner_edge, 0] == np.arange(c.n_corners)
     inwards = structure.width_directions[c.corner_edge] * np.where(is_left, -1.0, 1.0)[:, None]
     middle = outer * np.einsum("ck,ck->c", structure.height_directions[c.corner_edge], normals)
-    edge: FloatArray = rules.width_mm / 2 * np.einsum("ck,ck->c", inwards, normals)
-    return middle + np.maximum(0.0, edge)
+    edge = rules.width_mm / 2 * np.einsum("ck,ck->c", inwards, normals)
+    highest: FloatArray = middle + np.maximum(0.0, edge)
+    return highest
 
 
 def _over_nodes(

@@ -91,6 +91,8 @@ def _template(version: Version, notes: tuple[str, ...]) -> _Template:
 
 def _document(version: Version, notes: tuple[str, ...]) -> Document:
     document = new(version)
+    for kind in sorted(document.entitydb.dxf_types_in_use()):
+        document.classes.add_class(kind)  # else ezdxf adds them in the order of a set, another one in each process
     document.header["$MEASUREMENT"] = 1
     if version != "R12":
         document.header["$INSUNITS"] = 4

@@ -19,7 +19,7 @@ import numpy as np
 from fabkit.export.gltf import LEFT_OUT_COLOUR
 from fabkit.export.measures import Measure, measures
 from fabkit.export.palette import PALETTE
-from fabkit.export.report_figures import decimal, histogram, sheet_picture
+from fabkit.export.report_figures import histogram, sheet_picture
 from fabkit.export.report_tables import table_html
 from fabkit.parts import Assembly, Beam, Node, Panel, Part
 from fabkit.production.cut_list import Table
@@ -86,7 +86,7 @@ def _key_facts(assembly: Assembly, n_sheets: int) -> str:
         facts.append(fact(group.capitalize(), str(len(parts)), f"{marks} marks, {_mass(parts)}"))
     facts.append(fact("Mass", _mass(list(assembly.parts()))))
     if assembly.panels:
-        facts.append(fact("Panel area", f"{sum(panel.area_mm2 for panel in assembly.panels) / 1e6:.1f}", "m²"))
+        facts.append(fact("Panel area", f"{sum(panel.area_mm2 for panel in assembly.panels) / 1e6:.1f} m²"))
     if n_sheets:
         facts.append(fact("Sheets", str(n_sheets)))
     return "\n".join(facts)
@@ -173,17 +173,17 @@ def _misfits(summary: Summary, assembly: Assembly) -> str:
     rows = []
     if nodes:
         spread = np.array([node.top_spread_mm for node in nodes])
-        rows.append(_misfit("Beam tops out of level at a node, mm", spread, 2, nodes))
+        rows.append(_misfit("Beam tops out of level at a node, mm", spread, ".2f", nodes))
     if beams:
         deviation = np.abs([beam.height_deviation_mm for beam in beams])
-        rows.append(_misfit("Section height off the meshes' distance, mm", deviation, 2, beams))
-        rows.append(_misfit("Twist of a beam, °", np.abs([beam.twist_deg for beam in beams]), 7, beams))
+        rows.append(_misfit("Section height off the meshes' distance, mm", deviation, ".2f", beams))
+        rows.append(_misfit("Twist of a beam, °", np.abs([beam.twist_deg for beam in beams]), ".1e", beams))
     return "\n".join(rows)
 
 
-def _misfit(title: str, values: FloatArray, decimals: int, parts: Sequence[Part]) -> str:
-    figures = [decimal(value, decimals) for value in (np.median(values), np.percentile(values, 95), values.max())]
-    cells = "".join(f"<td>{figure}</td>" for figure in figures)
+def _misfit(title: str, values: FloatArray, form: str, parts: Sequence[Part]) -> str:
+    figures = (np.median(values), np.percentile(values, 95), values.max())
+    cells = "".join(f"<td>{figure:{form}}</td>" for figure in figures)
     worst = escape(parts[int(values.argmax())].mark)
     return f'<tr><th scope="row">{title}</th>{cells}<td><button type="button" class="mark">{worst}</button></td></tr>'
 

@@ -10,10 +10,10 @@ from fabkit.export.measures import Measure
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing
 from geometry.arrays import FloatArray
 
-__all__ = ["decimal", "histogram", "sheet_picture"]
+__all__ = ["histogram", "sheet_picture"]
 
 _WIDTH, _HEIGHT, _BASE, _MARGIN = 220, 96, 78, 6
-_BARS = 20
+_BARS = 30  # at most; a round width may make them fewer
 
 
 def histogram(measure: Measure) -> str:
@@ -22,7 +22,7 @@ def histogram(measure: Measure) -> str:
     title = f"{escape(measure.title)} <span class='unit'>{escape(measure.unit)}</span>"
     if len(values) == 0:
         return f"<figure><h3>{title}</h3><figcaption>no values</figcaption></figure>"
-    least, median, most = (decimal(v, measure.decimals) for v in (values.min(), np.median(values), values.max()))
+    least, median, most = (_decimal(v, measure.decimals) for v in (values.min(), np.median(values), values.max()))
     if least == most:
         return f"<figure><h3>{title}</h3><figcaption>{least} for all {len(values)}</figcaption></figure>"
     edges = _edges(float(values.min()), float(values.max()))
@@ -55,7 +55,7 @@ def _bars(counts: np.typing.NDArray[np.int64], edges: FloatArray) -> str:
 
 
 def _edges(least: float, most: float) -> FloatArray:
-    """Edges of about twenty bars of a round width (1, 2 or 5 times a power of ten) that hold all values."""
+    """Edges of bars of a round width (1, 2 or 5 times a power of ten) that hold all values."""
     rough = (most - least) / _BARS
     power = 10.0 ** np.floor(np.log10(rough))
     width = power * next(step for step in (1, 2, 5, 10) if step * power >= rough)
@@ -65,7 +65,7 @@ def _edges(least: float, most: float) -> FloatArray:
     return edges
 
 
-def decimal(value: float, decimals: int) -> str:
+def _decimal(value: float, decimals: int) -> str:
     """The number with so many decimals, and no minus before a zero."""
     text = f"{value:.{decimals}f}"
     return text[1:] if text.startswith("-") and float(text) == 0 else text

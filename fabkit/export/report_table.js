@@ -11,6 +11,7 @@ class LongTable {
     this.box = box;
     this.body = box.querySelector("tbody");
     this.rows = [...this.body.rows];
+    this.body.replaceChildren(); // before anything asks how high the page is
     this.shown = this.rows; // sorted and filtered
     this.wanted = "";
     this.spacers = [0, 1].map(() => document.createElement("tr"));
@@ -22,8 +23,7 @@ class LongTable {
     box.addEventListener("scroll", () => this.place());
     window.addEventListener("beforeprint", () => this.body.replaceChildren(...this.shown));
     window.addEventListener("afterprint", () => this.place());
-    new ResizeObserver(() => this.place()).observe(box);
-    this.place();
+    new ResizeObserver(() => this.place()).observe(box); // also once at the start
   }
 
   /** Puts the rows around the visible part into the page, between spacers for the others. */

@@ -129,8 +129,9 @@ def volumes(vertices: FloatArray, topology: Topology) -> FloatArray:
 def centroids(vertices: FloatArray, topology: Topology) -> FloatArray:
     """(..., 3) centroids of solids with vertices (..., n, 3)."""
     centre, six_fold, corner_sums = _cones(vertices, topology)
-    moments: FloatArray = np.einsum("...c,...ck->...k", six_fold, corner_sums) / 4
-    return centre[..., 0, :] + moments / six_fold.sum(axis=-1)[..., None]
+    moments = np.einsum("...c,...ck->...k", six_fold, corner_sums) / 4
+    offset: FloatArray = moments / six_fold.sum(axis=-1)[..., None]
+    return centre[..., 0, :] + offset
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from fabkit.parts import Assembly, Beam, Node, Panel, Part
-from fabkit.production.neighbours import marks_by_element, neighbour_marks, panel_neighbours
+from fabkit.production.neighbours import NOTHING, marks_by_element, neighbour_marks, panel_neighbours
 from fabkit.production.nest import Nest
 
 __all__ = ["Cell", "CutList", "Table", "cut_list", "ends_glyph"]
@@ -144,7 +144,7 @@ def _panel_columns(assembly: Assembly, nest: Nest | None) -> list[Column[Panel]]
 
     def dihedrals(panels: Sequence[Panel]) -> str:
         by_edge = zip(*(panel.dihedrals_deg for panel in panels), strict=True)
-        return " / ".join(_text(_range(angles, 2), 2) for angles in by_edge)
+        return " / ".join(_text(_range(angles, 2), 2) or NOTHING for angles in by_edge)
 
     return [
         ("Mark", None, _mark),

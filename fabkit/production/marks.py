@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from fabkit.parts import Assembly, Beam, Frame, Node, Panel, Part, Solid, prism_vertices
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["EQUAL_WITHIN_MM", "share_equal_parts"]
 
@@ -46,33 +46,48 @@ def _share(parts: Sequence[P], letter: str, n_turns: Callable[[P], int], turn: C
         comparable.setdefault(key, []).append(place)
     first_of = np.arange(len(parts))
     turns = np.zeros(len(parts), dtype=np.int64)
-    for (_, count, _), places in comparable.items():
-        shapes = [[turn(parts[place], k).solid.vertices.ravel() for k in range(count)] for place in places]
-        first, turns_needed = _equal_shapes(np.array(shapes))
-        first_of[places] = np.array(places)[first]
-        turns[places] = turns_needed
+    for (_, count, _), group in comparable.items():
+        places = np.array(group)[_alike(np.array([parts[place].solid.vertices for place in group]))]
+        if len(places):
+            shapes = [[turn(parts[place], k).solid.vertices.ravel() for k in range(count)] for place in places]
+            first, turns[places] = _equal_shapes(np.array(shapes))
+            first_of[places] = places[first]
     numbers = np.cumsum(first_of == np.arange(len(parts)))
     width = max(3, len(str(numbers[-1]))) if len(parts) else 3
     marks = [f"{letter}{numbers[first]:0{width}d}" for first in first_of.tolist()]
     return tuple(
-        replace(turn(part, int(k)), mark=mark, solid=parts[first].solid)
-        for part, mark, first, k in zip(parts, marks, first_of.tolist(), turns, strict=True)
+        replace(turn(part, k), mark=mark, solid=parts[first].solid)
+        for part, mark, first, k in zip(parts, marks, first_of.tolist(), turns.tolist(), strict=True)
     )
+
+
+def _alike(corners: FloatArray) -> BoolArray:
+    """(P,) whether another of the solids with corners (P, n, 3) has them at the same distances from their mean.
+
+    No turn changes these, so only such solids need to be compared in all turns.
+    """
+    distances = np.sort(np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2), axis=1)
+    # corners that are off by the tolerance in each coordinate, and so is their mean
+    near = cKDTree(distances).query_ball_point(
+        distances, 2 * np.sqrt(3) * EQUAL_WITHIN_MM, p=np.inf, return_length=True
+    )
+    alike: BoolArray = near > 1
+    return alike
 
 
 def _equal_shapes(shapes: FloatArray) -> tuple[IntArray, IntArray]:
     """For shapes (P, T, D), each seen in T turns: the first shape equal to each, and the turn in which it is."""
     n_parts, n_turns, size = shapes.shape
     tree = cKDTree(shapes.reshape(-1, size))
-    near = tree.query_ball_point(shapes[:, 0], EQUAL_WITHIN_MM, p=np.inf)
-    base = np.repeat(np.arange(n_parts), [len(others) for others in near])
-    other, turn = np.divmod(np.concatenate(near).astype(np.int64), n_turns)
-    links = coo_array((np.ones(len(base)), (base, other)), shape=(n_parts, n_parts))
-    groups = connected_components(links, directed=False)[1]
+    links = cKDTree(shapes[:, 0]).sparse_distance_matrix(tree, EQUAL_WITHIN_MM, p=np.inf, output_type="ndarray")
+    base, other, turn = links["i"], links["j"] // n_turns, links["j"] % n_turns
+    graph = coo_array((np.ones(len(base)), (base, other)), shape=(n_parts, n_parts))
+    groups = connected_components(graph, directed=False)[1]
     first = np.unique(groups, return_index=True)[1][groups]
     needed = np.zeros(n_parts, dtype=np.int64)
-    direct = first[other] == base
-    needed[other[direct][::-1]] = turn[direct][::-1]  # the smallest turn wins
+    direct = np.flatnonzero(first[other] == base)
+    direct = direct[np.argsort(-turn[direct], kind="stable")]  # the smallest turn, written last, wins
+    needed[other[direct]] = turn[direct]
     chained = np.setdiff1d(np.arange(n_parts), other[direct])
     first[chained] = chained  # near a member of the group, but not near its first
     return first, needed

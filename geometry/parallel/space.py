@@ -23,6 +23,9 @@ GAP = 100.0
 ZERO = 1e-9
 """Singular values up to this pass for zero, where faces are planar; faces planar to p leave up to about 10 p."""
 
+LARGEST_ZERO = 1e-3
+"""Where faces are less planar than a tenth of this, no gap is to be found, so none is looked for."""
+
 SHIFT = 1e-10
 """Added to A^T A for inverse iteration: well above rounding, so that the factor is good, and below squared gaps."""
 
@@ -101,10 +104,10 @@ class ParallelSpace:
         """
         used = np.repeat(self.mesh.combinatorics.is_used, 3)
         matrix = csr_array(self.matrix[:, np.flatnonzero(used)])
-        zero = max(ZERO, 10 * float(self.mesh.planarity.max()))
+        zero = min(max(ZERO, 10 * float(self.mesh.planarity.max())), LARGEST_ZERO)
         count = max(self.expected_dimension, 4) + 20
         values = _least_singular_values(matrix, count)
-        while values[-1] <= GAP * zero and len(values) < matrix.shape[1]:
+        while values[-1] <= zero and len(values) < matrix.shape[1]:
             values = _least_singular_values(matrix, 2 * len(values))
         return _spectrum(values, zero)
 
@@ -114,7 +117,7 @@ def _spectrum(values: FloatArray, zero: float) -> Spectrum:
     dimension = int((values <= zero).sum())
     last = float(values[dimension - 1])
     first = float(values[dimension]) if dimension < len(values) else np.inf
-    if first < GAP * max(last, zero):
+    if first < GAP * zero:
         raise ConvergenceError(
             f"the singular values have no gap that shows the dimension of P(M): {dimension} are up to {last:.1e}, the "
             f"next is {first:.1e}, and at least {GAP * zero:.1e} is needed; planarise the mesh first",

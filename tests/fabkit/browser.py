@@ -134,9 +134,26 @@ class Browser:
             raise RuntimeError(json.dumps(answer["exceptionDetails"]))
         return answer["result"].get("value")
 
+    def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:
+        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
+
     def click(self, x: float, y: float) -> None:
         for kind in ("mousePressed", "mouseReleased"):
-            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+            self.mouse(kind, x, y, button="left", buttons=1, clickCount=1)
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float], *, shift: bool = False) -> None:
+        held = {"button": "left", "buttons": 1, "modifiers": 8 if shift else 0}
+        self.mouse("mousePressed", *start, clickCount=1, **held)
+        self.mouse("mouseMoved", *end, **held)
+        self.mouse("mouseReleased", *end, clickCount=1, **held)
+
+    def pinch(self, centre: tuple[float, float], apart: float, then_apart: float) -> None:
+        """Two fingers side by side about a point, first and then so far apart."""
+        x, y = centre
+        for kind, distance in (("touchStart", apart), ("touchMove", then_apart)):
+            points = [{"x": x + side * distance / 2, "y": y, "id": n} for n, side in enumerate((-1, 1))]
+            self.call("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+        self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
 
     def frame(self) -> None:
         """Wait until what was asked for is on the screen."""

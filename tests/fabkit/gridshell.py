@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -37,8 +37,8 @@ LIFT = 8.0
 class Marks:
     """Equal shapes share a mark and a solid."""
 
-    def __init__(self, letter: str, topology_of: Callable[[int], object] = prism_topology) -> None:
-        self.letter, self.topology_of = letter, topology_of
+    def __init__(self, letter: str) -> None:
+        self.letter = letter
         self.known: dict[bytes, tuple[str, Solid]] = {}
 
     def of(self, vertices: FloatArray) -> tuple[str, Solid]:

@@ -1,13 +1,20 @@
-"""Just enough of ISO 10303-21 to read back what is written: instances by id, their values, and what they refer to."""
+"""Just enough of ISO 10303-21 to read back what is written: instances by id, their values, what they refer to."""
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Instance", "Reference", "StepText"]
+import numpy as np
+
+from fabkit.export.step import write_part_step, write_step
+from fabkit.parts import Assembly, Part
+from geometry.arrays import FloatArray
+
+__all__ = ["Instance", "Reference", "StepText", "coordinates", "written"]
 
 _TOKEN = re.compile(
     r"""'(?P<string>(?:[^']|'')*)'|\#(?P<reference>[1-9][0-9]*)|\.(?P<enum>[A-Z_]+)\.|(?P<mark>[(),*$])
@@ -125,3 +132,16 @@ def _value(token: Any) -> Any:
         return {"T": True, "F": False}.get(text, f".{text}.")
     convert = {"string": lambda s: s.replace("''", "'"), "reference": Reference, "real": float, "integer": int}
     return convert[kind](text)
+
+
+def written(item: Assembly | Part, **options: Any) -> StepText:
+    stream = io.StringIO()
+    if isinstance(item, Part):
+        write_part_step(stream, item, **options)
+    else:
+        write_step(stream, item, **options)
+    return StepText(stream.getvalue())
+
+
+def coordinates(file: StepText, identifier: int) -> FloatArray:
+    return np.array(file[identifier].values[1])

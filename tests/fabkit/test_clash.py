@@ -246,13 +246,19 @@ def test_depth_is_that_of_the_deepest_piece() -> None:
     assert found(prism(np.array(teeth), 0.0, 50.0), above) == {(0, 1): pytest.approx(5.0, abs=EXACT_MM)}
 
 
-def test_what_is_parallel_in_one_solid_slants_in_another() -> None:
-    """Both have the same topology. Only the slanted face separates them."""
-    trapezoid = prism(np.array([[0, 0], [100, 0], [60, 80], [40, 80]]), 0.0, 50.0)
-    for corner in ([80.0, 40.0], [20.0, 40.0]):
-        beside = box([corner[0] - 30 * (corner[0] < 50), 40, 0], [corner[0] + 30 * (corner[0] > 50), 70, 50])
-        assert found(trapezoid, beside) == {}
-        assert list(found(trapezoid, moved(beside, np.array([0, -1e-3, 0])))) == [(0, 1)]
+@pytest.mark.parametrize("side", range(6))
+def test_what_is_parallel_in_one_solid_slants_in_another(side: int) -> None:
+    """Both have the same topology; a corner of the regular one points at a side of the other, which alone separates."""
+    angles = np.pi / 3 * np.arange(6)
+    regular = 10 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    angles += np.array([0.0, 0.2, -0.1, 0.25, 0.05, -0.2])
+    slanted = 100 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    middle = (slanted[side] + slanted[(side + 1) % 6]) / 2
+    n = middle / np.linalg.norm(middle)
+    beside = prism(regular + middle - n * (regular @ n).min(), 0.0, 50.0)
+    assert found(prism(slanted, 0.0, 50.0), beside) == {}
+    sunk = moved(beside, np.array([*(-1e-3 * n), 0.0]))
+    assert found(prism(slanted, 0.0, 50.0), sunk) == {(0, 1): pytest.approx(1e-3, abs=EXACT_MM)}
 
 
 def test_pairs_come_in_the_order_of_the_parts() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def assembly(panels: list[Panel]) -> Assembly:
 
 def segments(drawing: Drawing) -> list[tuple[tuple[float, ...], ...]]:
     """The straight lines of all layers, each with its ends in order, to a thousandth of a millimetre."""
-    pairs = [pair for curves in drawing.layers.values() for c in curves for pair in zip(c[:-1], c[1:], strict=True)]
+    pairs = [pair for curves in drawing.layers.values() for c in curves for pair in pairwise(c)]
     return [tuple(sorted(tuple(np.round(point, 3) + 0.0) for point in pair)) for pair in pairs]
 
 
@@ -93,7 +93,7 @@ def test_marks_on_a_square_stand_apart_and_read_along_the_edges() -> None:
     assert middle[0] == pytest.approx([500, 500], abs=1e-9)
     for box, edge in zip(middle[1:], [[500, 0], [1000, 500], [500, 1000], [0, 500]], strict=True):
         assert np.linalg.norm(box - edge) < 50
-    x, y = boxes[0].envelope.exterior.xy
+    _, y = boxes[0].envelope.exterior.xy
     assert max(y) - min(y) == pytest.approx(80)
     # the arrow points along the first edge: its tip is where its head's three points come together
     shaft, head = panel_drawings(assembly(panels))[0].layers[MARK][len(text_strokes("P001")) :][:2]
@@ -140,9 +140,7 @@ def test_characters_differ_and_draw_no_line_twice() -> None:
     assert len(set(GLYPHS.values())) == len(GLYPHS)
     for character in GLYPHS:
         strokes = text_strokes(character)
-        lines = [
-            frozenset(map(tuple, pair)) for s in strokes for pair in zip(s[:-1].tolist(), s[1:].tolist(), strict=True)
-        ]
+        lines = [frozenset(map(tuple, pair)) for s in strokes for pair in pairwise(s.tolist())]
         assert len(lines) == len(set(lines)), character
         points = np.concatenate(strokes)
         assert points.min() >= 0

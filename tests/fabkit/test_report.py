@@ -232,6 +232,40 @@ def test_a_click_tells_the_part_and_its_facts(browser: Browser) -> None:
     assert browser.evaluate("pick(null)") == 0
 
 
+def test_the_model_turns_moves_and_zooms_under_the_pointer(browser: Browser) -> None:
+    browser.evaluate("document.querySelector('#model').scrollIntoView()")
+    browser.evaluate("viewer.showAll('home')")
+
+    def camera() -> np.ndarray:
+        return np.array(browser.evaluate("(c => [c.azimuth, c.elevation, c.distance, ...c.target])(viewer.camera)"))
+
+    def changed(before: np.ndarray) -> list[bool]:
+        """Whether direction, distance and target are others than before."""
+        other = np.abs(camera() - before) > 1e-9
+        return [bool(other[:2].any()), bool(other[2]), bool(other[3:].any())]
+
+    x, y = browser.evaluate(
+        "(r => [r.x + r.width / 2, r.y + r.height / 2])(document.querySelector('canvas').getBoundingClientRect())"
+    )
+    browser.evaluate("document.activeElement.blur()")
+    start = camera()
+    browser.mouse("mouseWheel", x, y, deltaX=0, deltaY=-100)
+    assert changed(start) == [False, False, False]  # the page scrolls until the model was clicked
+    browser.evaluate("document.querySelector('#model').scrollIntoView()")
+    browser.drag((x, y), (x + 60, y + 20))
+    assert changed(start) == [True, False, False]
+    turned = camera()
+    browser.mouse("mouseWheel", x, y, deltaX=0, deltaY=-100)
+    assert changed(turned) == [False, True, False]
+    zoomed = camera()
+    browser.drag((x, y), (x + 60, y + 20), shift=True)
+    assert changed(zoomed) == [False, False, True]
+    moved = camera()
+    browser.pinch((x, y), 40, 80)
+    assert camera()[2] == pytest.approx(moved[2] / 2, rel=0.02)
+    assert browser.evaluate("pick(null)") == 0
+
+
 def test_colouring_by_a_measure_paints_and_explains(browser: Browser) -> None:
     browser.evaluate("viewer.showAll('top')")
     by_kind = canvas_pixels(browser)

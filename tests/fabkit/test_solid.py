@@ -133,7 +133,8 @@ def test_mirrored_is_negative(seed: int) -> None:
 
 def test_far_from_the_origin() -> None:
     """A building 1 km off: 1e-10 of an edge is lost with the coordinates, no more with the measures."""
-    near, far = drilled_box(), Solid(drilled_box().vertices + 1e6, drilled_box().topology)
+    near = Solid(random_frame(0).to_world(drilled_box().vertices), drilled_box().topology)
+    far = Solid(near.vertices + 1e6, near.topology)
     assert far.volume_mm3 == pytest.approx(near.volume_mm3, rel=CLOSE)
     np.testing.assert_allclose(far.centroid, near.centroid + 1e6, atol=CLOSE)
     np.testing.assert_allclose(far.normals, near.normals, atol=CLOSE)

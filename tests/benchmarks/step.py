@@ -1,0 +1,101 @@
+"""How fast STEP files are written, and with how much memory: `python tests/benchmarks/step.py [parts]`.
+
+Prisms with four to twelve corners (beams and boxes have four), no two alike, each placed once;
+the best of some runs, in processor time, since files are written by one thread. Where build123d is installed, its own
+export_step writes the first of the same parts, as solids made beforehand.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+import tracemalloc
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from fabkit.export.kernels import to_build123d
+from fabkit.export.step import stream_step
+from fabkit.parts import Assembly, Frame, Material, Node, Part, Solid, prism_topology, prism_vertices
+
+STEEL = Material("S355", 7850.0)
+
+
+def prism_parts(corners: tuple[int, ...], n_parts: int) -> Iterator[Part]:
+    """Prisms over polygons with these numbers of corners in turn, turned and placed at random."""
+    rng = np.random.default_rng(0)
+    for n in range(n_parts):
+        k = corners[n % len(corners)]
+        angles = 2 * np.pi * np.arange(k) / k
+        radii = rng.uniform(300, 700, k)
+        outline = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
+        axes, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        yield Node(
+            mark=f"N{n}", solid=Solid(prism_vertices(outline, 0.0, rng.uniform(8, 1500)), prism_topology(k)),
+            placement=Frame(rng.uniform(-1e4, 1e4, 3), axes * np.linalg.det(axes)), material=STEEL, element=n,
+            beams=(), azimuths_deg=(), inclinations_deg=(), setbacks_mm=(), height_mm=0.0, top_spread_mm=0.0,
+        )  # fmt: skip
+
+
+KINDS = {"prisms, 4 corners": (4,), "prisms, 4 to 6 corners": (4, 5, 6), "prisms, 12 corners": (12,)}
+
+
+def seconds(write: Callable[[], None], runs: int) -> float:
+    """The least processor time of some runs."""
+    best = np.inf
+    for _ in range(runs):
+        start = time.process_time()
+        write()
+        best = min(best, time.process_time() - start)
+    return best
+
+
+def speed(table: Table, kind: str, corners: tuple[int, ...], n_parts: int, folder: Path) -> None:
+    parts, path = list(prism_parts(corners, n_parts)), folder / "model.step"
+    spent = seconds(lambda: stream_step(path, kind, parts), runs=5)
+    row = [kind, f"{n_parts}", f"{n_parts / spent:.0f}", f"{path.stat().st_size / n_parts / 1000:.1f}"]
+    if find_spec("build123d"):
+        import build123d
+
+        few = [part for part in parts[:300] if isinstance(part, Node)]
+        compound = to_build123d(Assembly(kind, (), tuple(few), ()))
+        ours = seconds(lambda: stream_step(path, kind, few), runs=9)
+        theirs = seconds(lambda: build123d.export_step(compound, path), runs=3)
+        row += [f"{len(few) / theirs:.0f}", f"{path.stat().st_size / len(few) / 1000:.1f}", f"{theirs / ours:.0f}"]
+    table.add_row(*row)
+
+
+def memory(n_parts: int, folder: Path) -> float:
+    """Largest memory in MB while parts are made and written one after the other."""
+    tracemalloc.start()
+    stream_step(folder / "model.step", "many", prism_parts((4,), n_parts))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak / 1e6
+
+
+def main(n_parts: int = 20_000) -> None:
+    table = Table("parts", "number", "parts/s", "kB a part", title="write_step, properties and colours included")
+    if find_spec("build123d"):
+        for heading in ("build123d parts/s", "kB a part", "times faster"):
+            table.add_column(heading)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for kind, corners in KINDS.items():
+            speed(table, kind, corners, n_parts, folder)
+        Console().print(table)
+        growth = Table("parts", "peak MB", "bytes a part", title="memory, all marks different")
+        before, least = memory(100, folder), n_parts // 4
+        for n in (least, 10 * least):
+            peak = memory(n, folder)
+            growth.add_row(f"{n}", f"{peak:.1f}", f"{(peak - before) * 1e6 / n:.0f}")
+        Console().print(growth)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

@@ -1,0 +1,119 @@
+"""Lists read back by csv and by openpyxl."""
+
+from __future__ import annotations
+
+import csv
+from io import StringIO
+from pathlib import Path
+
+import openpyxl
+import pytest
+
+from fabkit.export.tables import write_csv, write_xlsx
+from fabkit.parts import Assembly
+from fabkit.production.cut_list import CutList, Table, cut_list
+from fabkit.production.nest import Nest, Sheet
+from fabkit.production.sheet_nesting import nest_panels
+from tests.fabkit.gridshell import gridshell, gridshell_summary
+
+RED = "FFFF0000"
+
+
+@pytest.fixture(scope="module")
+def parts() -> Assembly:
+    return gridshell(3, 2, left_out=2)
+
+
+@pytest.fixture(scope="module")
+def nest(parts: Assembly) -> Nest:
+    return nest_panels(parts.panels, Sheet(6000.0, 3210.0), gap_mm=10, border_mm=15)
+
+
+@pytest.fixture(scope="module")
+def lists(parts: Assembly, nest: Nest) -> CutList:
+    return cut_list(parts, nest)
+
+
+def test_csv_reads_back(lists: CutList, tmp_path: Path) -> None:
+    for table in lists.tables:
+        write_csv(tmp_path / "table.csv", table)
+        data = (tmp_path / "table.csv").read_bytes()
+        assert b"\r" not in data
+        assert data.isascii()
+        head, *rows = csv.reader(StringIO(data.decode()))
+        assert tuple(head) == table.columns
+        assert all(len(row) == len(head) for row in rows)
+        body, (totals, *left_out) = rows[: len(table.rows)], rows[len(table.rows) :]
+        for row, cells in zip(body, table.rows, strict=True):
+            for text, cell, decimals in zip(row, cells, table.decimals, strict=True):
+                if isinstance(cell, int | float):
+                    assert decimals is not None
+                    assert float(text) == pytest.approx(cell, abs=0.5001 * 10**-decimals)  # half the last digit
+                else:
+                    assert text == (cell or "")
+        assert totals[:2] == ["Total", str(table.totals[1])]
+        assert [row[0] for row in left_out] == list(table.left_out)
+        stream = StringIO()
+        write_csv(stream, table)
+        assert stream.getvalue().encode() == data
+    assert len(lists.beams.left_out) == 2
+
+
+def test_xlsx_reads_back(lists: CutList, nest: Nest, tmp_path: Path) -> None:
+    summary = gridshell_summary(3, 2, mended=("2 doubled vertices were merged",))
+    write_xlsx(tmp_path / "list.xlsx", lists, summary, nest)
+    book = openpyxl.load_workbook(tmp_path / "list.xlsx")
+    assert book.sheetnames == ["Summary", "Beams", "Nodes", "Panels"]
+    for table, sheet in zip(lists.tables, book.worksheets[1:], strict=True):
+        head, *rows = sheet.iter_rows(values_only=True)
+        assert head == table.columns
+        assert sheet.freeze_panes == "B2"
+        assert sheet.auto_filter.ref == f"A1:{sheet.cell(len(table.rows) + 1, len(head)).coordinate}"
+        for row, cells in zip(rows, [*table.rows, table.totals], strict=False):
+            for value, cell in zip(row, cells, strict=True):
+                # the writer keeps sixteen digits
+                assert value == (pytest.approx(cell, rel=1e-14) if isinstance(cell, float) else (cell or None))
+        for number, sentence in enumerate(table.left_out, start=len(table.rows) + 3):
+            assert sheet.cell(number, 1).value == sentence
+            assert sheet.cell(number, 1).font.color.rgb == RED
+        decimals = table.decimals[head.index("Mass (kg)")]
+        assert sheet.cell(2, head.index("Mass (kg)") + 1).number_format == "0." + "0" * (decimals or 0)
+    lines = dict(book["Summary"].iter_rows(max_col=2, values_only=True))
+    assert lines["Mesh file"] == "roof.obj"
+    assert lines["Beams"] == len(gridshell(3, 2, left_out=2).beams)
+    assert lines["Panels, mass (kg)"] == pytest.approx(
+        lists.panels.totals[lists.panels.columns.index("Mass (kg)")], 0.1
+    )
+    assert lines["Sheets used"] == nest.n_sheets
+    assert lines["Utilisation (%)"] == pytest.approx(100 * nest.utilisation, abs=0.0501)  # to one decimal
+    assert "2 doubled vertices were merged" in lines
+    reds = [row[0].value for row in book["Summary"].iter_rows() if row[0].font.color and row[0].font.color.rgb == RED]
+    assert reds == list(lists.beams.left_out)
+
+
+def test_xlsx_without_nest_says_so(lists: CutList, tmp_path: Path) -> None:
+    write_xlsx(tmp_path / "list.xlsx", lists, gridshell_summary(3, 2), None)
+    lines = dict(openpyxl.load_workbook(tmp_path / "list.xlsx")["Summary"].iter_rows(max_col=2, values_only=True))
+    assert "Panels were not nested" in lines
+    assert "nothing" in lines
+
+
+def test_texts_are_no_formulas(tmp_path: Path) -> None:
+    table = Table("t", ("Mark", "Count", "Mass (kg)"), (None, 0, 1), (("=1+1", 1, 2.5),), ("Total", 1, 2.5), ())
+    panels = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
+    write_xlsx(tmp_path / "a.xlsx", CutList(table, Table("u", *table_parts(table)), panels), gridshell_summary(), None)
+    cell = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]["A2"]
+    assert (cell.value, cell.data_type) == ("=1+1", "s")
+
+
+def table_parts(table: Table) -> tuple[object, ...]:
+    return table.columns, table.decimals, table.rows, table.totals, table.left_out
+
+
+def test_the_same_lists_give_the_same_bytes(lists: CutList, nest: Nest, tmp_path: Path) -> None:
+    for name in ("a.xlsx", "b.xlsx"):
+        write_xlsx(tmp_path / name, lists, gridshell_summary(3, 2), nest)
+    first = (tmp_path / "a.xlsx").read_bytes()
+    assert first == (tmp_path / "b.xlsx").read_bytes()
+    properties = openpyxl.load_workbook(tmp_path / "a.xlsx").properties
+    assert properties.created.year == 2000

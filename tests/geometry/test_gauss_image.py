@@ -1,0 +1,206 @@
+"""The Gauss image: parallel, near the unit sphere, least among all parallel meshes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geometry.arrays import FloatArray
+from geometry.errors import GeometryError, MeshError
+from geometry.mesh import Mesh, shapes
+from geometry.parallel.gauss_image import gauss_image, refuse_triangle_mesh
+from geometry.parallel.offsets import edge_distances, face_distances, vertex_distances
+from geometry.parallel.space import parallelity
+
+PARALLEL = 1e-13
+seeds = st.integers(0, 2**32 - 1)
+weights = st.tuples(st.floats(0, 2), st.floats(0.01, 2), st.floats(0, 2))
+
+
+def vault(seed: int = 0, nx: int = 6, ny: int = 5) -> Mesh:
+    """Parallelograms over a dome, no two alike, made unlike by a projective map."""
+    rng = np.random.default_rng(seed)
+    u, v = (np.cumsum(rng.uniform(0.7, 1.3, size=n + 1)) for n in (nx, ny))
+    u, v = u - u.mean(), v - v.mean()
+    first = np.stack([u, 0.1 * u, -0.06 * u**2], axis=1)
+    second = np.stack([0 * v, v, -0.05 * v**2 + 0.003 * v**3], axis=1)
+    mesh = shapes.translation_surface(first, second)
+    divisor = 1 + 0.02 * mesh.vertices[:, :1] + 0.01 * mesh.vertices[:, 1:2]
+    return mesh.with_vertices(mesh.vertices / divisor)
+
+
+def saddle() -> Mesh:
+    u = np.linspace(-2, 2, 7)
+    zero = np.zeros(7)
+    return shapes.translation_surface(
+        np.stack([u, zero, 0.2 * u**2], axis=1), np.stack([0.2 * u, u, -0.15 * u**2], axis=1)
+    )
+
+
+def rotation(seed: int) -> FloatArray:
+    q = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    return q * np.linalg.det(q)
+
+
+def objective(mesh: Mesh, image: Mesh, faces: float, vertices: float, fairness: float) -> float:
+    """The functional of [Pottmann2007, 4.2], face by face and vertex by vertex."""
+    c = mesh.combinatorics
+    s = image.vertices
+    total = 0.0
+    for face in range(c.n_faces):
+        total += faces * float(mesh.face_normals[face] @ s[c.face(face)[0]] - 1) ** 2
+    for vertex in range(c.n_vertices):
+        neighbours = c.adjacency[[vertex]].indices
+        total += vertices * float(((s[vertex] - mesh.vertex_normals[vertex]) ** 2).sum())
+        total += fairness * float(((s[vertex] - s[neighbours].mean(axis=0)) ** 2).sum())
+    return total
+
+
+MESHES = {
+    "vault": vault(),
+    "saddle": saddle(),
+    "annulus": shapes.dome(11, 5),
+    "closed": shapes.regular_prism(6),
+    "pentagons": shapes.dodecahedron(),
+}
+
+
+@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+@given(given_weights=weights)
+@settings(deadline=None, max_examples=20)
+def test_it_is_parallel(mesh: Mesh, given_weights: tuple[float, float, float]) -> None:
+    faces, vertices, fairness = given_weights
+    image = gauss_image(mesh, faces=faces, vertices=vertices, fairness=fairness)
+    assert image.combinatorics is mesh.combinatorics
+    assert parallelity(mesh, image).max() <= PARALLEL
+
+
+@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+@given(given_weights=weights, seed=seeds)
+@settings(deadline=None, max_examples=10)
+def test_no_parallel_mesh_does_better(mesh: Mesh, given_weights: tuple[float, float, float], seed: int) -> None:
+    image = gauss_image(mesh, faces=given_weights[0], vertices=given_weights[1], fairness=given_weights[2])
+    least = objective(mesh, image, *given_weights)
+    rng = np.random.default_rng(seed)
+    others = [mesh, image, gauss_image(mesh, vertices=1.0), gauss_image(mesh, fairness=5.0)]
+    direction = sum((other * rng.normal() for other in others[1:]), start=others[0] * rng.normal())
+    direction = direction.with_vertices(direction.vertices + rng.normal(size=3))
+    for step in (1e-2, -1e-2):
+        assert objective(mesh, image + direction * step, *given_weights) >= least - 1e-9  # flat to first order
+
+
+@pytest.mark.parametrize(
+    ("mesh", "in_radius"),
+    [(shapes.cube(), 1.0), (shapes.dodecahedron(), ((25 + 11 * 5**0.5) / 10) ** 0.5 * 2 / (1 + 5**0.5))],
+    ids=["cube", "dodecahedron"],
+)
+def test_regular_solids_become_the_copy_that_touches_the_sphere(mesh: Mesh, in_radius: float) -> None:
+    image = gauss_image(mesh, vertices=1e-7)  # all but the faces alone; the vertices pull by the order of their weight
+    np.testing.assert_allclose(image.vertices, mesh.vertices / in_radius, atol=1e-6)
+    np.testing.assert_allclose(face_distances(mesh, image), 1.0, atol=1e-6)
+
+
+@given(st.integers(3, 12), seeds)
+@settings(deadline=None, max_examples=20)
+def test_a_conical_mesh_has_a_face_offset(n: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    latitudes = np.cumsum(rng.uniform(0.1, 0.2, size=6))
+    profile = np.stack([np.cos(latitudes), np.sin(latitudes)], axis=1) * [3.0, 2.0]
+    mesh = shapes.rotational_mesh(profile, n)
+    image = gauss_image(mesh, vertices=1e-6)
+    # the vertices pull by their weight times how far they are from their normals, some 10 on a prism
+    np.testing.assert_allclose(face_distances(mesh, image), 1.0, atol=1e-4)
+
+
+@given(seeds, st.floats(-3, 3), st.tuples(*[st.floats(-20, 20)] * 3))
+@settings(deadline=None, max_examples=20)
+def test_size_and_place_do_not_matter_and_attitude_turns_with_it(
+    seed: int, decades: float, shift: tuple[float, float, float]
+) -> None:
+    mesh, turn = vault(), rotation(seed)
+    moved = mesh.with_vertices((mesh.vertices @ turn + shift) * 10.0**decades)
+    # the penalty of 1e7 times rounding
+    np.testing.assert_allclose(gauss_image(moved).vertices, gauss_image(mesh).vertices @ turn, atol=1e-7)
+
+
+def test_the_other_side_has_the_opposite_image() -> None:
+    mesh = vault()
+    np.testing.assert_allclose(gauss_image(mesh.reversed()).vertices, -gauss_image(mesh).vertices, atol=1e-8)
+
+
+def test_parts_do_not_influence_each_other() -> None:
+    one, other = vault(), shapes.regular_prism(5)
+    faces = one.combinatorics.faces() + [[v + one.n_vertices for v in f] for f in other.combinatorics.faces()]
+    both = gauss_image(Mesh.from_faces(np.concatenate([one.vertices, other.vertices + 20]), faces)).vertices
+    np.testing.assert_allclose(both[: one.n_vertices], gauss_image(one).vertices, atol=1e-7)
+    np.testing.assert_allclose(both[one.n_vertices :], gauss_image(other).vertices, atol=1e-7)
+
+
+def test_vertices_without_faces_stay_at_the_origin() -> None:
+    mesh = vault()
+    more = Mesh.from_faces(np.concatenate([mesh.vertices, [[9.0, 9.0, 9.0]]]), mesh.combinatorics.faces())
+    image = gauss_image(more, fairness=0.1)
+    np.testing.assert_allclose(image.vertices[-1], 0, atol=1e-15)
+    np.testing.assert_allclose(image.vertices[:-1], gauss_image(mesh, fairness=0.1).vertices, atol=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_finer_dome_is_nearer_to_the_sphere(seed: int) -> None:
+    mesh = vault(seed, 12, 10)
+    image = gauss_image(mesh)
+    assert np.ptp(edge_distances(mesh, image)) < 0.1
+    assert np.abs(vertex_distances(image) - 1).max() < 0.1
+
+
+def test_some_triangles_are_welcome_and_triangles_only_are_not() -> None:
+    roof = Mesh.from_faces(
+        np.concatenate([shapes.cube().vertices, [[0.0, 0.0, 2.0]]]),
+        [f for f in shapes.cube().combinatorics.faces() if set(f) != {1, 3, 5, 7}]
+        + [[*pair, 8] for pair in zip((1, 5, 7, 3), (5, 7, 3, 1), strict=True)],
+    )
+    assert set(roof.combinatorics.face_sizes.tolist()) == {3, 4}
+    assert parallelity(roof, gauss_image(roof)).max() <= PARALLEL
+    refuse_triangle_mesh(roof)
+    with pytest.raises(GeometryError, match="only scaled copies of it"):
+        gauss_image(shapes.icosahedron())
+
+
+# --- what cannot be done is said
+
+
+def test_faces_that_are_not_planar_are_refused() -> None:
+    mesh = vault()
+    vertices = mesh.vertices.copy()
+    vertices[0, 2] += 1e-6 * mesh.mean_edge_length
+    with pytest.raises(
+        GeometryError, match=r"face 0 leaves its plane by .*e-07 of .* allowed 1e-12; planarise"
+    ) as raised:
+        gauss_image(mesh.with_vertices(vertices))
+    assert raised.value.elements == (0,)
+    assert raised.value.bound == 1e-12
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"faces": -1.0}, "the weight faces is -1"),
+        ({"fairness": float("nan")}, "the weight fairness is nan"),
+        ({"vertices": float("inf")}, "the weight vertices is inf"),
+        ({"vertices": 0.0}, "faces alone do not determine the Gauss image at the boundary"),
+        ({"faces": 0.0, "vertices": 0.0, "fairness": 1.0}, "nor fairness where it lies"),
+        ({"faces": 0.0, "vertices": 0.0}, "the weight vertices is 0"),
+    ],
+)
+def test_weights_that_determine_nothing_are_refused(wrong: dict[str, float], says: str) -> None:
+    with pytest.raises(GeometryError, match=says):
+        gauss_image(vault(), **wrong)
+
+
+def test_an_edge_without_length_is_refused() -> None:
+    mesh = shapes.grid(2, 2)
+    vertices = mesh.vertices.copy()
+    vertices[0] = vertices[1]
+    with pytest.raises(MeshError, match="has no length"):
+        gauss_image(mesh.with_vertices(vertices))
