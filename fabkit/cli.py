@@ -52,36 +52,36 @@ def build_command(
     flip: Annotated[bool, typer.Option("--flip", help="Turn the outside round.")] = False,
     name: Annotated[str | None, typer.Option(help="Name of the structure; by default that of the mesh file.")] = None,
     beam: Annotated[
-        str | None, typer.Option(metavar="WxH", help="Section of the beams. [default: 50x120]", rich_help_panel=SIZES)
+        str | None, typer.Option(metavar="WxH", help="Section of the beams. Default: 50x120.", rich_help_panel=SIZES)
     ] = None,
     reference: Annotated[
         str | None,
         typer.Option(
-            help="What of the beams lies on the mesh: outer, centre or inner. [default: outer]", rich_help_panel=SIZES
+            help="What of the beams lies on the mesh: outer, centre or inner. Default: outer.", rich_help_panel=SIZES
         ),
     ] = None,
     clearance: Annotated[
         float | None,
-        typer.Option(help="Between beams at a node, beyond what is needed. [default: 5]", rich_help_panel=SIZES),
+        typer.Option(help="Between beams at a node, beyond what is needed. Default: 5.", rich_help_panel=SIZES),
     ] = None,
-    thickness: Annotated[float | None, typer.Option(help="Of the panels. [default: 10]", rich_help_panel=SIZES)] = None,
-    joint: Annotated[float | None, typer.Option(help="Between panels. [default: 10]", rich_help_panel=SIZES)] = None,
+    thickness: Annotated[float | None, typer.Option(help="Of the panels. Default: 10.", rich_help_panel=SIZES)] = None,
+    joint: Annotated[float | None, typer.Option(help="Between panels. Default: 10.", rich_help_panel=SIZES)] = None,
     lift: Annotated[
         float | None,
         typer.Option(
-            help="Of the panels above the mesh. [default: the least that clears beams and nodes, plus 5]",
+            help="Of the panels above the mesh. Default: the least that clears beams and nodes, plus 5.",
             rich_help_panel=SIZES,
         ),
     ] = None,
     sheet: Annotated[
-        str | None, typer.Option(metavar="LxW", help="Stock sheets. [default: 6000x3210]", rich_help_panel=SHOP)
+        str | None, typer.Option(metavar="LxW", help="Stock sheets. Default: 6000x3210.", rich_help_panel=SHOP)
     ] = None,
     nest: Annotated[
         str | None,
-        typer.Option(help="Lay panels on sheets: quick, best or off. [default: quick]", rich_help_panel=SHOP),
+        typer.Option(help="Lay panels on sheets: quick, best or off. Default: quick.", rich_help_panel=SHOP),
     ] = None,
     nest_seconds: Annotated[
-        float | None, typer.Option(help="What best may take. [default: 60]", rich_help_panel=SHOP)
+        float | None, typer.Option(help="What best may take. Default: 60.", rich_help_panel=SHOP)
     ] = None,
     skip_unbuildable: Annotated[
         bool,
@@ -97,8 +97,7 @@ def build_command(
 ) -> None:
     """Make parts and documents from a mesh.
 
-    The mesh may have faces with any number of corners; they are made planar if they are not. The folder appears
-    whole or not at all.
+    Faces may have any number of corners; they are made planar if they are not. The folder appears whole or not at all.
     """
     with _one_sentence():
         settings = _without_nothing(

@@ -144,9 +144,7 @@ class Solid:
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", floats(self.vertices))
         if self.vertices.shape != (self.topology.n_vertices, 3):
-            raise ValueError(
-                f"vertices have shape {self.vertices.shape}, need ({self.topology.n_vertices}, 3)"
-            )
+            raise ValueError(f"vertices have shape {self.vertices.shape}, need ({self.topology.n_vertices}, 3)")
 
     @cached_property
     def volume_mm3(self) -> float:

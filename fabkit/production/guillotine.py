@@ -62,9 +62,9 @@ def _smallest_of_hulls(hull: FloatArray, inside: tuple[float, float]) -> tuple[F
     fits = (sizes <= np.sort(inside)[::-1] + ROUNDING_MM).all(axis=-1)
     best = np.where(fits, sizes.prod(axis=-1), sizes.prod(axis=-1) + 2 * sizes.prod(axis=-1).max()).argmin(axis=1)
     row = np.arange(len(hull))
-    turned = np.where(extents[row, best, 0] >= extents[row, best, 1], 0.0, 90.0)
+    quarter = np.where(extents[row, best, 0] >= extents[row, best, 1], 0.0, 90.0)
     direction = along[row, best]
-    return turned - np.rad2deg(np.arctan2(direction[:, 1], direction[:, 0])), sizes[row, best]
+    return quarter - np.rad2deg(np.arctan2(direction[:, 1], direction[:, 0])), sizes[row, best]
 
 
 @dataclass(frozen=True)

@@ -77,8 +77,8 @@ class _Problem:
             penalty=STEP_PENALTY,
             max_steps=3,
         )
-        longest = float(np.abs(solution.x).max())
-        return solution.x * min(1.0, self.longest_step / longest), solution.multipliers
+        longest = max(self.longest_step, float(np.abs(solution.x).max()))
+        return solution.x * (self.longest_step / longest), solution.multipliers
 
     def search(
         self, x: FloatArray, move: FloatArray, target: FloatArray, residual: FloatArray, multipliers: FloatArray

@@ -100,9 +100,7 @@ class SupportStructure:
         if lengths.min() <= 0:
             edge = int(lengths.argmin())
             i, j = self.mesh.combinatorics.edges[edge].tolist()
-            raise MeshError(
-                f"edge {edge} from vertex {i} to vertex {j} has no length", elements=[edge], value=0.0
-            )
+            raise MeshError(f"edge {edge} from vertex {i} to vertex {j} has no length", elements=[edge], value=0.0)
 
     def _check_parallel(self) -> None:
         sideways = np.linalg.norm(self._transverse[:, 1] - self._transverse[:, 0], axis=1)

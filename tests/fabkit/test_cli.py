@@ -45,17 +45,19 @@ def refused(tmp_path: Path, mesh: str, *options: str, suffix: str = ".obj") -> s
         pytest.param("", ["empty"], id="empty file"),
         pytest.param(QUAD_STRIP, ["no faces"], id="no faces"),
         pytest.param(QUAD_STRIP.replace("v 3 0 0", "v nan 0 0") + "f 1 2 5 4\nf 2 3 6 5", ["nan"], id="NaN"),
-        pytest.param(QUAD_STRIP + "f 1 2 5\nf 1 5 4\nf 2 3 6\nf 2 6 5", ["triangle mesh", "scaled copies"], id="triangles"),
+        pytest.param(
+            QUAD_STRIP + "f 1 2 5\nf 1 5 4\nf 2 3 6\nf 2 6 5", ["triangle mesh", "scaled copies"], id="triangles"
+        ),
         pytest.param(
             QUAD_STRIP + "v 0 0 2\nv 1.5 0 2\nv 0 0 -2\nv 1.5 0 -2\nf 1 2 5 4\nf 1 2 8 7\nf 1 2 10 9",
             ["edge from vertex 1 to vertex 2", "faces 1, 2 and 3", "two at most"],
             id="non-manifold edge",
         ),
-        pytest.param(
-            QUAD_STRIP + "v 1.5 0 0\nf 1 2 7 5 4\nf 2 3 6 5", ["zero", "length"], id="zero-length edge"
-        ),
+        pytest.param(QUAD_STRIP + "v 1.5 0 0\nf 1 2 7 5 4\nf 2 3 6 5", ["zero", "length"], id="zero-length edge"),
         pytest.param(QUAD_STRIP + "f 1 2 5 4\nf 2 5 4 1\nf 2 3 6 5", ["same", "faces"], id="duplicate faces"),
-        pytest.param(QUAD_STRIP + "f 1 2 5 2 4\nf 2 3 6 5", ["face 1 touches itself", "vertex 2"], id="self-touching face"),
+        pytest.param(
+            QUAD_STRIP + "f 1 2 5 2 4\nf 2 3 6 5", ["face 1 touches itself", "vertex 2"], id="self-touching face"
+        ),
         pytest.param(QUAD_STRIP + "f 1 5 2 4\nf 2 3 6 5", ["face"], id="folded face"),
         pytest.param(QUAD_STRIP + "f 1 2 5 44\n", ["44"], id="index out of range"),
     ],

@@ -146,7 +146,7 @@ def test_other_processes_write_the_same_bytes() -> None:
 @pytest.mark.parametrize("version", VERSIONS)
 def test_gdal_reads_the_same_panels(version: str, tmp_path: Path) -> None:
     assert ogrinfo is not None
-    panels = pieces()
+    panels = pieces()[:3]  # on one sheet: ogrinfo takes its time
     areas = []
     for drawing in nested(panels):
         write_dxf(tmp_path / "sheet.dxf", drawing, version=version)  # type: ignore[arg-type]

@@ -26,9 +26,13 @@ def test_it_appears_whole(tmp_path: Path) -> None:
 
 
 def test_it_does_not_appear_when_something_goes_wrong(tmp_path: Path) -> None:
-    with pytest.raises(KeyError), whole_folder(tmp_path / "out", force=False) as folder:
-        (folder / "a").write_text("a")
-        raise KeyError
+    def fail_halfway() -> None:
+        with whole_folder(tmp_path / "out", force=False) as folder:
+            (folder / "a").write_text("a")
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        fail_halfway()
     assert list(tmp_path.iterdir()) == []
 
 

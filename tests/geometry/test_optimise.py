@@ -153,6 +153,12 @@ def test_an_empty_constraint_set_is_given_up(held_steps: int) -> None:
     assert solution.violation >= 1.0
 
 
+def test_a_point_from_which_no_direction_helps_is_given_up() -> None:
+    solution = find(1.0, np.zeros(3))  # the centre of the sphere
+    assert solution.reason is Reason.STALLED
+    np.testing.assert_array_equal(solution.x, 0)
+
+
 def test_a_feasible_start_is_left_alone() -> None:
     start = np.array([0.6, 0.8])
     solution = find(1.0, start)
