@@ -13,7 +13,7 @@ from geometry.errors import GeometryError
 from geometry.mesh import Mesh, MeshFile, read_mesh
 from geometry.meshing.planarise import Planarised, planarise
 from geometry.parallel.gauss_image import gauss_image
-from geometry.parallel.offsets import circularity, conicality, edge_cone_deviation, edge_distances
+from geometry.parallel.offsets import circularity, conicality, edge_axis_twist, edge_cone_deviation, edge_distances
 
 __all__ = ["Inspection", "inspect_mesh"]
 
@@ -103,7 +103,9 @@ def _offsets(mesh: Mesh) -> Iterator[tuple[str, str]]:
     """Which offsets at exactly constant distance the planar mesh has [Pottmann2007, Prop. 2]."""
     yield "circular", _verdict(circularity(mesh), "constant distance between vertices", "of the edge length")
     yield "conical", _verdict(conicality(mesh), "constant distance between faces", "radians")
-    yield "edges on cones", _verdict(edge_cone_deviation(mesh), "beams of constant height (necessary)", "radians")
+    # edges on cones of revolution whose axes are coplanar over each edge [Pottmann2007, Prop. 3]
+    cones = np.concatenate([edge_cone_deviation(mesh), edge_axis_twist(mesh)])
+    yield "edge offset", _verdict(cones, "beams of constant height", "radians")
 
 
 def _verdict(deviations: FloatArray, offers: str, unit: str) -> str:

