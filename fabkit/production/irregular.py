@@ -12,13 +12,39 @@ from importlib.util import find_spec
 from typing import Protocol
 
 import numpy as np
+import shapely
 
 from fabkit.errors import NestingError
 from fabkit.production.guillotine import smallest_rectangles
-from fabkit.production.nest import Placement, Stock, outline_areas, turned
-from geometry.arrays import FloatArray
+from fabkit.production.nest import Placement, Stock, outline_areas, polygons, turned
+from geometry.arrays import BoolArray, FloatArray
 
-__all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine"]
+__all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine", "sturdy"]
+
+
+#: What an engine bears: largest inner circle over diagonal of the box, length of an edge, and how far the outline may
+#: turn at a corner. The engines offset outlines and look for circles inside them, and break down over slivers and
+#: needles; real panels are far from either.
+LEAST_ROUNDNESS, LEAST_EDGE_MM, LARGEST_TURN_DEG = 0.01, 1.0, 175.0
+
+
+def sturdy(outlines: Sequence[FloatArray]) -> BoolArray:
+    """(m,) whether outlines (k, 2) may be given to an engine."""
+    shapes = polygons(outlines)
+    radii = shapely.length(shapely.maximum_inscribed_circle(shapes))
+    boxes = shapely.bounds(shapes)
+    round_enough = radii >= LEAST_ROUNDNESS * np.hypot(*(boxes[:, 2:] - boxes[:, :2]).T)
+    result: BoolArray = round_enough & np.array([_blunt(outline) for outline in outlines])
+    return result
+
+
+def _blunt(outline: FloatArray) -> bool:
+    """No needle, no slit, no tiny edge."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    directions = np.arctan2(edges[:, 1], edges[:, 0])
+    turns = (directions - np.roll(directions, 1) + np.pi) % (2 * np.pi) - np.pi
+    long_enough = np.linalg.norm(edges, axis=1).min() >= LEAST_EDGE_MM
+    return bool(long_enough and np.abs(turns).max() <= np.deg2rad(LARGEST_TURN_DEG))
 
 
 class Engine(Protocol):
@@ -28,8 +54,8 @@ class Engine(Protocol):
     least_seconds: float
 
     def fill(self, outlines: Sequence[FloatArray], stock: Stock, seconds: float) -> list[Placement]:
-        """One sheet filled with some of the outlines (k, 2), each a valid polygon that fits onto a sheet. The
-        placements count the outlines given, and the sheet as number zero."""
+        """One sheet filled with some of the outlines (k, 2), of which there are some, all sturdy, and each fits onto
+        a sheet. The placements count the outlines given, and the sheet as number zero."""
 
 
 def installed_engine() -> Engine:

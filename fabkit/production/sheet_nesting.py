@@ -13,7 +13,7 @@ import shapely
 from fabkit.errors import NestingError
 from fabkit.parts import Panel
 from fabkit.production.guillotine import ROUNDING_MM, Guillotine
-from fabkit.production.irregular import Engine, installed_engine
+from fabkit.production.irregular import Engine, installed_engine, sturdy
 from fabkit.production.nest import Nest, Placement, Sheet, Stock, check_nest, moved, outline_areas, polygons
 from geometry.arrays import FloatArray
 
@@ -79,6 +79,7 @@ def _closer(
     start = time.monotonic()
     inside = float(np.prod(guillotine.stock.inside))
     waiting = sorted(quick, key=lambda filling: -_area(filling, areas))
+    bearable = sturdy(guillotine.outlines)
     done: list[list[Placement]] = []
     pool = np.zeros(0, dtype=np.int64)
     best, best_score = quick, _score(quick, guillotine, areas)
@@ -92,8 +93,10 @@ def _closer(
                 break
             sheets_left = len(waiting) + areas[pool].sum() / inside
             share = max(engine.least_seconds, left / sheets_left)
-            found = engine.fill([guillotine.outlines[panel] for panel in pool.tolist()], guillotine.stock, share)
-            found = [replace(place, panel=int(pool[place.panel])) for place in found]
+            chosen = pool[bearable[pool]].tolist()
+            some = [guillotine.outlines[panel] for panel in chosen]
+            found = engine.fill(some, guillotine.stock, share) if chosen else []
+            found = [replace(place, panel=chosen[place.panel]) for place in found]
             filling = max(filling, found, key=lambda candidate: _area(candidate, areas))
         done.append(filling)
         pool = np.setdiff1d(pool, [place.panel for place in filling])

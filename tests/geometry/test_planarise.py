@@ -188,7 +188,7 @@ def graph(n: int, height: Callable[[FloatArray, FloatArray], FloatArray]) -> Mes
 
 def test_quads_along_asymptotic_lines_are_refused() -> None:
     # a hypar along its rulings: every face would have to degenerate, and how that shows is a matter of rounding
-    with pytest.raises(GeometryError, match=r"face \d+ (folded over while planarising|still leaves its plane)"):
+    with pytest.raises(GeometryError, match=r"folded over while planarising|still leaves its plane"):
         planarise(graph(12, lambda x, y: 0.4 * x * y))
 
 
