@@ -67,7 +67,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         scale = _scale(project, file.mesh)
         mesh = file.mesh * scale
     with stages("Planarise"):
-        planar = planarise(mesh)
+        planar = planarise(mesh, **project.planarise.model_dump(exclude_none=True))
     with stages("Gauss image"):
         weights = project.gauss_image.model_dump(exclude_none=True)
         structure = SupportStructure(planar.mesh, gauss_image(planar.mesh, **weights), project.beams.height_mm)

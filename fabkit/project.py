@@ -13,7 +13,7 @@ from fabkit.detailing.rules import BeamRules, DetailingRules, NodeRules, PanelRu
 from fabkit.errors import ProjectError
 from fabkit.units import MM_PER_UNIT, Unit
 
-__all__ = ["GaussImageWeights", "Nesting", "Project", "load_project", "project_from"]
+__all__ = ["GaussImageWeights", "Nesting", "PlanariseWeights", "Project", "load_project", "project_from"]
 
 _STRICT = ConfigDict(extra="forbid", frozen=True)
 
@@ -25,6 +25,14 @@ class GaussImageWeights(BaseModel):
 
     faces: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     vertices: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    fairness: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+
+
+class PlanariseWeights(BaseModel):
+    """Weight of the shape of the edges against closeness to the given vertices when faces are made planar."""
+
+    model_config = _STRICT
+
     fairness: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
 
 
@@ -53,6 +61,7 @@ class Project(BaseModel):
     mean_edge_mm: Positive | None = None
     flip: bool = False
     skip_unbuildable: bool = False
+    planarise: PlanariseWeights = PlanariseWeights()
     gauss_image: GaussImageWeights = GaussImageWeights()
     nesting: Nesting = Nesting()
     beams: BeamRules = Field(default_factory=BeamRules)
