@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Any
 
@@ -15,10 +15,10 @@ from fabkit.detailing.detail import Detailed, detail
 from fabkit.errors import ProjectError
 from fabkit.export.documents import write_documents
 from fabkit.export.folder import MANIFEST, check_replaceable, whole_folder
-from fabkit.parts import Assembly
+from fabkit.parts import Assembly, LeftOut
 from fabkit.production.marks import share_equal_parts
 from fabkit.production.nest import Nest, Sheet
-from fabkit.production.sheet_nesting import nest_panels
+from fabkit.production.sheet_nesting import nest_panels, too_large
 from fabkit.production.summary import Summary
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
@@ -76,6 +76,8 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     with stages("Marks"):
         assembly = share_equal_parts(detailed.assembly)
     with stages("Nest"):
+        if project.skip_unbuildable and project.nesting.mode != "off":
+            assembly = _without_too_large(project, assembly)
         nest = _nest(project, assembly, stages)
     summary = _summary(project, file, scale, planar, structure, detailed)
     return Built(structure, assembly, nest, summary, stages.seconds)
@@ -89,13 +91,25 @@ def _scale(project: Project, mesh: Mesh) -> float:
     return project.mean_edge_mm / mesh.mean_edge_length
 
 
+def _sheet(project: Project) -> Sheet:
+    return Sheet(project.sheets.length_mm, project.sheets.width_mm)
+
+
+def _without_too_large(project: Project, assembly: Assembly) -> Assembly:
+    """Without the panels that fit on no sheet."""
+    reasons = too_large(assembly.panels, _sheet(project), border_mm=project.sheets.border_mm)
+    left_out = tuple(LeftOut("panel", assembly.panels[k].element, reason) for k, reason in reasons.items())
+    panels = tuple(panel for k, panel in enumerate(assembly.panels) if k not in reasons)
+    return replace(assembly, panels=panels, left_out=assembly.left_out + left_out)
+
+
 def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest | None:
     if project.nesting.mode == "off" or not assembly.panels:
         return None
     rules = project.sheets
     return nest_panels(
         assembly.panels,
-        Sheet(rules.length_mm, rules.width_mm),
+        _sheet(project),
         gap_mm=rules.gap_mm,
         border_mm=rules.border_mm,
         mode=project.nesting.mode,

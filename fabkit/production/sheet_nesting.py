@@ -17,7 +17,7 @@ from fabkit.production.irregular import Engine, installed_engine, sturdy
 from fabkit.production.nest import Nest, Placement, Sheet, Stock, check_nest, moved, outline_areas, polygons
 from geometry.arrays import FloatArray
 
-__all__ = ["nest_panels"]
+__all__ = ["nest_panels", "too_large"]
 
 #: An engine chooses from about this many sheets' worth of panels: enough to combine, few enough to be quick.
 POOL_SHEETS = 3
@@ -146,17 +146,29 @@ def _check_panels(panels: Sequence[Panel]) -> None:
         raise NestingError(f"outlines that cross themselves or have no area cannot be nested: panels {marks}")
 
 
-def _check_sizes(panels: Sequence[Panel], guillotine: Guillotine) -> None:
+def too_large(panels: Sequence[Panel], sheet: Sheet, *, border_mm: float) -> dict[int, str]:
+    """Panels whose smallest rectangle fits on no sheet: a sentence for each, by index."""
+    return _too_large(panels, Guillotine.of([panel.outline for panel in panels], Stock(sheet, 0.0, border_mm)))
+
+
+def _too_large(panels: Sequence[Panel], guillotine: Guillotine) -> dict[int, str]:
     inside = np.sort(guillotine.stock.inside)[::-1]
-    too_large = np.flatnonzero((guillotine.sizes > inside + ROUNDING_MM).any(axis=1))
-    if len(too_large):
-        named = [
-            f"{panels[panel].mark} ({guillotine.sizes[panel, 0]:.1f} x {guillotine.sizes[panel, 1]:.1f} mm)"
-            for panel in too_large[:10]
-        ]
-        more = "" if len(too_large) <= 10 else f" and {len(too_large) - 10} more"
+    return {
+        panel: f"panel {panels[panel].mark} on face {panels[panel].element} is larger than a sheet less its borders: "
+        f"its smallest rectangle is {guillotine.sizes[panel, 0]:.1f} x {guillotine.sizes[panel, 1]:.1f} mm, and "
+        f"{inside[0]:g} x {inside[1]:g} mm are at hand"
+        for panel in np.flatnonzero((guillotine.sizes > inside + ROUNDING_MM).any(axis=1)).tolist()
+    }
+
+
+def _check_sizes(panels: Sequence[Panel], guillotine: Guillotine) -> None:
+    found = _too_large(panels, guillotine)
+    if found:
+        named = list(found.values())[:3]
+        if len(found) > len(named):
+            faces = ", ".join(str(panels[panel].element) for panel in list(found)[len(named) :])
+            named.append(f"and so are those on faces {faces}")
         raise NestingError(
-            f"{len(too_large)} panels are larger than a sheet less its borders, {inside[0]:g} x {inside[1]:g} mm: "
-            f"{', '.join(named)}{more} (smallest rectangles); use larger sheets, a smaller border or a mesh with "
-            "smaller faces, or turn nesting off"
+            f"{'; '.join(named)}. Use larger sheets, a smaller border or a mesh with smaller faces, leave these panels "
+            "out with --skip-unbuildable, or turn nesting off"
         )

@@ -81,7 +81,7 @@ def beam(vertices: FloatArray, normals: FloatArray, marks: Marks, edge: int, end
     side = np.array([[SETBACK, 0.0], [bottom[0], -height], [bottom[1], -height], [span - SETBACK, 0.0]])
     raised = prism_vertices(side - [SETBACK, 0.0], -half, half)
     mark, solid = marks.of(raised @ np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]))
-    cuts = np.degrees(np.arctan(slopes)) * [1, -1]
+    cuts = np.degrees(np.arctan(slopes)) * [-1, 1]
     top, low = span - 2 * SETBACK, float(bottom[1] - bottom[0])
     return Beam(
         mark=mark,

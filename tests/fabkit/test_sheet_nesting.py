@@ -226,7 +226,7 @@ def test_panels_that_fit_exactly_fit() -> None:
 def test_too_large_panels_are_named() -> None:
     small, large = np.array([[0, 0], [500, 0], [0, 500.0]]), np.array([[0, 0], [3100, 0], [3100, 200.0], [0, 200]])
     panels = [plate("P001", small), plate("P002", large), plate("P003", large)]
-    message = r"2 panels .* 2970 x 1970 mm: P002 \(3100.0 x 200.0 mm\), P003 .*; use larger sheets"
+    message = r"panel P002 .* 3100\.0 x 200\.0 mm, and 2970 x 1970 mm are at hand; panel P003 .* Use larger sheets"
     with pytest.raises(NestingError, match=message):
         nest_panels(panels, SHEET, gap_mm=10, border_mm=15)
 
