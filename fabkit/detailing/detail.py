@@ -111,16 +111,19 @@ class _Plan:
         before = int(np.flatnonzero(ends.following == worst)[0])
         angle = np.degrees(np.nanmin(ends.gap[[worst, before]]))
         return (
-            f"beam {edge} from node {i} to node {j} has no room: its edge is "
-            f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long, its setbacks are {setbacks[0]:.1f} and "
-            f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts and at least "
-            f"{self.rules.beams.least_length_mm:g} mm are needed (beams at node {ends.vertex[worst]} are "
+            f"the beam on edge {edge} from vertex {i} to vertex {j} has no room: the edge is "
+            f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long, the setbacks are {setbacks[0]:.1f} and "
+            f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts, and at least "
+            f"{self.rules.beams.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
             f"{angle:.1f} degrees apart)"
         )
 
     def _bare_nodes(self, ends: Ends) -> tuple[LeftOut, ...]:
         bare = np.flatnonzero((np.diff(ends.ring_starts) == 0) & self.structure.mesh.combinatorics.is_used)
-        return tuple(LeftOut("node", vertex, f"node {vertex} has no beams left to join") for vertex in bare.tolist())
+        return tuple(
+            LeftOut("node", vertex, f"the node at vertex {vertex} has no beams left to join")
+            for vertex in bare.tolist()
+        )
 
     # --- panels
 
@@ -145,9 +148,9 @@ class _Plan:
     def _eaten(self, face: int, shapes: PanelShapes, shortest: FloatArray) -> str:
         rules = self.rules.panels
         return (
-            f"panel {face} is eaten by its joint: at its level, {shapes.lift:.1f} mm above the mesh, and cut back by "
-            f"half the joint of {rules.joint_mm:g} mm, its shortest edge is {shortest[face]:.1f} mm and at least "
-            f"{rules.least_edge_mm:g} mm are needed"
+            f"the panel on face {face} is eaten by its joint: at {shapes.lift:.1f} mm above the mesh, "
+            f"cut back by half the joint of {rules.joint_mm:g} mm, its shortest edge is {shortest[face]:.1f} mm, and "
+            f"at least {rules.least_edge_mm:g} mm are needed"
         )
 
     def _lift_reason(self, lift: Lift, level: float) -> str:
@@ -160,11 +163,11 @@ class _Plan:
         if over_nodes >= over_beams:
             corner = int(lift.over_nodes.argmax())
             return (
-                f"the block of node {c.corners[corner]} stands {over_nodes:.1f} mm above face "
+                f"the node block at vertex {c.corners[corner]} stands {over_nodes:.1f} mm above face "
                 f"{c.corner_face[corner]}; the median node asks for {float(np.median(lift.over_nodes)):.1f} mm"
             )
         corner = int(lift.over_beams.argmax())
-        return f"beam {c.corner_edge[corner]} stands {over_beams:.1f} mm above face {c.corner_face[corner]}"
+        return f"the beam on edge {c.corner_edge[corner]} stands {over_beams:.1f} mm above face {c.corner_face[corner]}"
 
     # --- what cannot be made
 
@@ -194,7 +197,7 @@ class _Plan:
             sentences = "; ".join(dict.fromkeys(reasons.values()))
             raise DetailingError(
                 f"{len(reasons)} {kind}{'s' if len(reasons) > 1 else ''} cannot be built: {sentences}. Change the mesh "
-                "there or the sizes, or leave these parts out with --skip-unbuildable"
+                "there (counted from 0) or the sizes, or leave these parts out with --skip-unbuildable"
             )
         made[list(reasons)] = False
         self.left_out += [LeftOut(kind, element, reason) for element, reason in sorted(reasons.items())]
@@ -211,7 +214,7 @@ class _Plan:
             edge = int(c.corner_edge[corner])
             i, j = c.edges[edge].tolist()
             raise DetailingError(
-                f"the beam on edge {edge} from node {i} to node {j} does not point to the outside of face "
+                f"the beam on edge {edge} from vertex {i} to vertex {j} does not point to the outside of face "
                 f"{c.corner_face[corner]} (angle to its normal {np.degrees(np.arccos(facing[corner])):.0f} degrees, "
                 "less than 90 is needed): the Gauss image folds over there; change the mesh or the weights of the "
                 "Gauss image"

@@ -103,11 +103,7 @@ def _left_out(assembly: Assembly) -> str:
         return ""
     kinds = Counter(left.kind for left in assembly.left_out)
     counted = ", ".join(f"{count} {kind}{'s' if count > 1 else ''}" for kind, count in kinds.items())
-    elements = {"beam": "edge", "node": "vertex", "panel": "face"}
-    items = "\n".join(
-        f"<li>{escape(left.kind)} of {elements.get(left.kind, 'element')} {left.element}: {escape(left.reason)}</li>"
-        for left in assembly.left_out
-    )
+    items = "\n".join(f"<li>{escape(left.reason)}</li>" for left in assembly.left_out)
     return (
         f'<div class="left-out" role="alert"><h2>Left out: {escape(counted)}</h2>'
         f"<p>This structure is not complete. Left-out beams stand in red in the model.</p><ul>\n{items}\n</ul></div>"

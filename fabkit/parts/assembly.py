@@ -12,7 +12,8 @@ __all__ = ["Assembly", "LeftOut"]
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A part that was not made. kind: beam, node or panel; element: mesh edge, vertex or face; reason: a sentence."""
+    """A part that was not made. kind: beam, node or panel; element: mesh edge, vertex or face; reason: a sentence that
+    names it."""
 
     kind: str
     element: int

@@ -89,12 +89,7 @@ def _table(title: str, assembly: Assembly, parts: Sequence[P], columns: Sequence
     for name in ("Mass (kg)", "Area (m2)"):
         if name in names:
             totals[name] = float(sum(row[names.index(name)] for row in rows))
-    element = {"beams": "mesh edge", "nodes": "mesh vertex", "panels": "mesh face"}[title]
-    left_out = tuple(
-        f"left out: {element} {part.element}: {part.reason}"
-        for part in assembly.left_out
-        if part.kind == title.removesuffix("s")
-    )
+    left_out = tuple(f"left out: {part.reason}" for part in assembly.left_out if part.kind == title.removesuffix("s"))
     return Table(title, names, decimals, rows, tuple(totals.get(name) for name in names), left_out)
 
 

@@ -70,12 +70,27 @@ def minimise_quadratic(
         direction = residual + float(residual @ residual) / squared * direction
         if _largest(residual) < best.violation:
             best = Solution(x, multipliers, _largest(residual), step, Reason.STEP_LIMIT)
-    # rounding in the factor is of the order of the penalty: one refinement by what is left of the gradient
-    left = g - apply(H, best.x) - apply(transposed, best.multipliers + w * (apply(A, best.x) - b))
-    x = best.x + factor.solve(left)
-    refined = replace(best, x=x, violation=_largest(apply(A, x) - b))
-    if refined.violation <= max(tolerance, best.violation):
-        best = refined
+    return _refined(best, H, g, A, b, w, factor, tolerance)
+
+
+def _refined(
+    best: Solution,
+    H: SparseMatrix,
+    g: FloatArray,
+    A: SparseMatrix,
+    b: FloatArray,
+    w: float,
+    factor: SuperLU,
+    tolerance: float,
+) -> Solution:
+    """One more solve, for what is left of the gradient: the factor rounds by the size of the penalty, this does not."""
+    transposed = csr_array(A.T)
+    multipliers = best.multipliers + w * (apply(A, best.x) - b)
+    change = factor.solve(g - apply(H, best.x) - apply(transposed, multipliers))
+    x = best.x + change
+    violation = _largest(apply(A, x) - b)
+    if violation <= max(tolerance, best.violation):
+        best = replace(best, x=x, multipliers=multipliers + w * apply(A, change), violation=violation)
     return best if best.violation > tolerance else replace(best, reason=Reason.CONVERGED)
 
 

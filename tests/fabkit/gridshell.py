@@ -183,7 +183,9 @@ def gridshell(
         beams=tuple(one_beam(edge, ends) for edge, ends in enumerate(made)),
         nodes=tuple(one_node(vertex, neighbours[vertex]) for vertex in range(len(vertices))),
         panels=tuple(one_panel(face, corners, around[face]) for face, corners in enumerate(faces)),
-        left_out=tuple(LeftOut("beam", edge, "no room beside its neighbour") for edge in range(len(made), len(edges))),
+        left_out=tuple(
+            LeftOut("beam", edge, f"edge {edge}: no room beside its neighbour") for edge in range(len(made), len(edges))
+        ),
     )
 
 

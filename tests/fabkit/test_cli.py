@@ -77,7 +77,7 @@ def test_a_beam_shorter_than_its_setbacks(tmp_path: Path) -> None:
 
 def test_a_panel_that_its_joint_eats(tmp_path: Path) -> None:
     sentence = refused(tmp_path, QUAD_STRIP + "f 1 2 5 4\nf 2 3 6 5", "--joint", "1500")
-    assert "panel 0 is eaten by its joint" in sentence
+    assert "the panel on face 0 is eaten by its joint" in sentence
 
 
 def test_a_panel_larger_than_every_sheet(tmp_path: Path) -> None:

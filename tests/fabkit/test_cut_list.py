@@ -88,7 +88,7 @@ def test_nodes() -> None:
     assert column(table, "Setbacks (mm)") == ["40.00 / 40.00"]
     assert column(table, "Top spread (mm)") == ["0.50 to 1.50"]
     assert column(table, "Mass (kg)") == [pytest.approx(2 * 7850 * 0.08 * 0.08 * 0.13)]
-    assert table.left_out == ("left out: mesh vertex 2: two beams leave no room",)
+    assert table.left_out == ("left out: two beams leave no room",)
 
 
 def test_panels() -> None:
@@ -105,7 +105,7 @@ def test_panels() -> None:
     assert column(table, "Sheets") == ["1, 2", "3"]
     assert column(table, "File") == ["panels/P001.dxf", "panels/P002.dxf"]
     assert total(table, "Area (m2)") == pytest.approx(2.25)
-    assert table.left_out == ("left out: mesh face 3: its node is left out",)
+    assert table.left_out == ("left out: its node is left out",)
     assert column(cut_list(parts, None).panels, "Sheets") == ["", ""]
 
 

@@ -149,8 +149,8 @@ def test_beams_without_room_are_an_error_that_names_beams_nodes_and_cure() -> No
         detail(fan(1.5), DetailingRules(), name="fan")
     message = str(caught.value)
     for word in (
-        "beam 0 from node 0 to node 1",
-        "beam 2 from node 2 to node 0",
+        "the beam on edge 0 from vertex 0 to vertex 1",
+        "the beam on edge 2 from vertex 2 to vertex 0",
         "1.5 degrees apart",
         "--skip-unbuildable",
     ):
@@ -168,7 +168,7 @@ def test_beams_without_room_can_be_left_out_and_the_rest_is_built() -> None:
 
 def test_a_panel_eaten_by_its_joint_is_an_error() -> None:
     rules = DetailingRules(panels=PanelRules(joint_mm=1499.5))
-    with pytest.raises(DetailingError, match=r"panel 0 is eaten by its joint.*joint of 1499\.5 mm"):
+    with pytest.raises(DetailingError, match=r"the panel on face 0 is eaten by its joint.*joint of 1499\.5 mm"):
         detail(flat_grid(), rules, name="grid")
 
 

@@ -43,7 +43,11 @@ def test_it_builds_to_the_end(name: str, tmp_path: Path) -> None:
     ("mean_edge_mm", "cannot", "n_beams", "n_panels"),
     [
         pytest.param(
-            1000.0, r"beams cannot be built: beam \d+ from node \d+ to node \d+ has no room", 2, 0, id="beams"
+            1000.0,
+            r"beams cannot be built: the beam on edge \d+ from vertex \d+ to vertex \d+ has no room",
+            2,
+            0,
+            id="beams",
         ),
         pytest.param(1500.0, r"panel P\d+ on face \d+ is larger than a sheet less its borders", 0, 9, id="panels"),
     ],
