@@ -21,6 +21,9 @@ from geometry.parallel.support import SupportStructure
 
 __all__ = ["Detailed", "detail"]
 
+TOLD_IN_FULL = 3
+"""So many of the parts that cannot be built have a sentence of their own in an error; the others are only named."""
+
 
 @dataclass(frozen=True, eq=False)
 class Detailed:
@@ -194,13 +197,22 @@ class _Plan:
 
     def _leave_out(self, kind: str, made: BoolArray, reasons: dict[int, str]) -> None:
         if not self.skip_unbuildable:
-            sentences = "; ".join(dict.fromkeys(reasons.values()))
+            told = list(dict.fromkeys(reasons.values()))[:TOLD_IN_FULL]
+            if len(reasons) > TOLD_IN_FULL:
+                others = ", ".join(self._place(kind, element) for element in list(reasons)[TOLD_IN_FULL:])
+                told.append(f"and so it is with {others}")
             raise DetailingError(
-                f"{len(reasons)} {kind}{'s' if len(reasons) > 1 else ''} cannot be built: {sentences}. Change the mesh "
-                "there (counted from 0) or the sizes, or leave these parts out with --skip-unbuildable"
+                f"{len(reasons)} {kind}{'s' if len(reasons) > 1 else ''} cannot be built: {'; '.join(told)}. Change "
+                "the mesh there (counted from 0) or the sizes, or leave these parts out with --skip-unbuildable"
             )
         made[list(reasons)] = False
         self.left_out += [LeftOut(kind, element, reason) for element, reason in sorted(reasons.items())]
+
+    def _place(self, kind: str, element: int) -> str:
+        if kind == "panel":
+            return f"face {element}"
+        i, j = self.structure.mesh.combinatorics.edges[element].tolist()
+        return f"edge {element} (vertices {i} and {j})"
 
     def _check_outwards(self) -> None:
         c = self.structure.mesh.combinatorics

@@ -183,3 +183,13 @@ def test_a_gauss_image_that_points_inwards_is_an_error() -> None:
     upside_down = SupportStructure(grid.mesh, grid.gauss_image * -1, 120.0)
     with pytest.raises(DetailingError, match="does not point to the outside of face"):
         detail(upside_down, DetailingRules(), name="grid")
+
+
+def test_every_one_of_many_beams_without_room_is_named() -> None:
+    with pytest.raises(DetailingError) as caught:
+        detail(flat_grid(), DetailingRules(nodes=NodeRules(clearance_mm=730.0)), name="grid")
+    message = str(caught.value)
+    assert message.startswith("17 beams cannot be built: the beam on edge 0 from vertex 0 to vertex 1 has no room")
+    edges = flat_grid().mesh.combinatorics.edges.tolist()
+    assert all(f"edge {edge} (vertices {i} and {j})" in message for edge, (i, j) in enumerate(edges[3:], start=3))
+    assert len(message) < 2000

@@ -1,0 +1,107 @@
+"""Meshes of every kind go through detailing: closed, with holes, in pieces, pinched, with any number of corners."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fabkit.detailing.check import violations
+from fabkit.detailing.detail import detail
+from fabkit.detailing.rules import DetailingRules
+from fabkit.parts import Assembly
+from fabkit.production.marks import share_equal_parts
+from geometry.mesh import Mesh, shapes
+from geometry.meshing import planarise
+from geometry.parallel import SupportStructure, gauss_image
+
+
+def built(mesh: Mesh) -> Assembly:
+    """With edges of 1.5 m in the mean."""
+    planar = planarise(mesh * (1500.0 / mesh.mean_edge_length)).mesh
+    structure = SupportStructure(planar, gauss_image(planar), 120.0)
+    return share_equal_parts(detail(structure, DetailingRules(), name="shape").assembly)
+
+
+def marks(assembly: Assembly) -> list[int]:
+    return [len({part.mark for part in group}) for group in assembly.groups().values()]
+
+
+@pytest.mark.parametrize(
+    ("mesh", "n_marks"),
+    [
+        pytest.param(shapes.cube(), [1, 1, 1], id="cube"),
+        pytest.param(shapes.dodecahedron(), [1, 1, 1], id="dodecahedron"),
+        pytest.param(shapes.box(1, 2, 3), [3, 1, 3], id="box"),
+        pytest.param(shapes.regular_prism(7), [2, 1, 2], id="prism over a heptagon"),
+        pytest.param(shapes.grid(4, 5), [1, 3, 1], id="flat grid: nodes inside, on edges, at corners"),
+        # 8 rings of panels, meridian beams and nodes, and 9 rings of beams; a beam is its own mirror image
+        pytest.param(shapes.dome(24, 8), [8 + 9, 9, 8], id="dome, an annulus"),
+    ],
+)
+def test_as_many_marks_as_orbits_under_rotation(mesh: Mesh, n_marks: list[int]) -> None:
+    assembly = built(mesh)
+    assert not violations(assembly)
+    assert marks(assembly) == n_marks
+
+
+def saddle() -> Mesh:
+    line = np.linspace(-1, 1, 9)
+    return shapes.translation_surface(
+        np.stack([line, 0 * line, line**2 / 2], axis=1), np.stack([0 * line, line, -(line**2) / 2], axis=1)
+    )
+
+
+def pole(n: int) -> Mesh:
+    """Two rings of quads and a fan of n triangles on a sphere."""
+    turn = 2 * np.pi * np.arange(n) / n
+    rings = [
+        np.stack([np.sin(p) * np.cos(turn), np.sin(p) * np.sin(turn), np.cos(p) + 0 * turn], 1) for p in (0.3, 0.6, 0.9)
+    ]
+    fan = [[0, 1 + k, 1 + (k + 1) % n] for k in range(n)]
+    quads = [
+        [1 + n * ring + k, 1 + n * (ring + 1) + k, 1 + n * (ring + 1) + (k + 1) % n, 1 + n * ring + (k + 1) % n]
+        for ring in range(2)
+        for k in range(n)
+    ]
+    return Mesh.from_faces(np.concatenate([[[0.0, 0.0, 1.0]], *rings]), fan + quads)
+
+
+def two(mesh: Mesh) -> Mesh:
+    """Two copies beside each other."""
+    faces = mesh.combinatorics.faces()
+    beside = mesh.vertices + np.array([10.0, 0.0, 0.0])
+    return Mesh.from_faces(
+        np.concatenate([mesh.vertices, beside]), faces + [[v + mesh.n_vertices for v in face] for face in faces]
+    )
+
+
+PINCHED = Mesh.from_faces(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [-1, 0, 0], [-1, -1, 0], [0, -1, 0]], [[0, 1, 2, 3], [0, 4, 5, 6]]
+)
+NOT_CONVEX = Mesh.from_faces(
+    [[0, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 2, 0], [0, 2, 0], [2, 2, 0]], [[0, 1, 2, 3, 4, 5], [2, 6, 4, 3]]
+)
+STRAIGHT_CORNER = Mesh.from_faces(
+    [[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [0, -1, 0], [1, -1, 0], [2, -1, 0]],
+    [[0, 1, 2, 3, 4], [0, 5, 6, 1], [1, 6, 7, 2]],
+)
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        pytest.param(saddle(), id="saddle"),
+        pytest.param(saddle().reversed(), id="saddle from below"),
+        pytest.param(pole(16), id="triangles among quads, a node with 16 beams"),
+        pytest.param(two(shapes.dome(12, 3)), id="two pieces"),
+        pytest.param(PINCHED, id="two faces that meet in a vertex"),
+        pytest.param(NOT_CONVEX, id="a face that is not convex"),
+        pytest.param(STRAIGHT_CORNER, id="a corner of 180 degrees"),
+        pytest.param(shapes.grid(1, 1), id="one face"),
+    ],
+)
+def test_everything_is_built_and_fits(mesh: Mesh) -> None:
+    assembly = built(mesh)
+    assert not violations(assembly)
+    assert (len(assembly.beams), len(assembly.panels)) == (mesh.n_edges, mesh.n_faces)
+    assert len(assembly.nodes) == mesh.combinatorics.is_used.sum()
