@@ -1,1 +1,1 @@
-
+"""The only room that knows formats and kernels, a file each."""

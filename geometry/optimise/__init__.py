@@ -1,1 +1,1 @@
-"""How anything is minimised. Knows arrays, and no mesh."""
+"""How anything is minimised: arrays, no meshes."""
