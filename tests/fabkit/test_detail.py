@@ -166,6 +166,19 @@ def test_beams_without_room_can_be_left_out_and_the_rest_is_built() -> None:
     assert len(assembly.beams) + sum(kind == "beam" for kind, _ in left) == 6
 
 
+def test_a_node_may_keep_one_beam_only() -> None:
+    """The short sides of a slim rectangle have no room; without them, nothing holds the long ones back."""
+    mesh = Mesh.from_faces([(0, 0, 0), (SIDE, 0, 0), (SIDE, 60, 0), (0, 60, 0)], [[0, 1, 2, 3]])
+    structure = SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (4, 1))), 120.0)
+    assembly = detail(structure, DetailingRules(), name="slim", skip_unbuildable=True).assembly
+    assert {(part.kind, part.element) for part in assembly.left_out} == {("beam", 1), ("beam", 3)}
+    assert [beam.long_point_mm for beam in assembly.beams] == pytest.approx([SIDE - 2 * 5.0] * 2)
+    for node in assembly.nodes:
+        assert len(node.beams) == 1
+        assert node.solid.topology.n_vertices == 6  # a facet, and a corner behind the axis
+    assert not violations(assembly)
+
+
 def test_a_panel_eaten_by_its_joint_is_an_error() -> None:
     rules = DetailingRules(panels=PanelRules(joint_mm=1499.5))
     with pytest.raises(DetailingError, match=r"the panel on face 0 is eaten by its joint.*joint of 1499\.5 mm"):
