@@ -15,11 +15,14 @@ from geometry.meshing import planarise
 from geometry.parallel import SupportStructure, gauss_image
 
 
-def built(mesh: Mesh) -> Assembly:
+def supported(mesh: Mesh) -> SupportStructure:
     """With edges of 1.5 m in the mean."""
     planar = planarise(mesh * (1500.0 / mesh.mean_edge_length)).mesh
-    structure = SupportStructure(planar, gauss_image(planar), 120.0)
-    return share_equal_parts(detail(structure, DetailingRules(), name="shape").assembly)
+    return SupportStructure(planar, gauss_image(planar), 120.0)
+
+
+def built(mesh: Mesh) -> Assembly:
+    return share_equal_parts(detail(supported(mesh), DetailingRules(), name="shape").assembly)
 
 
 def marks(assembly: Assembly) -> list[int]:
@@ -105,3 +108,33 @@ def test_everything_is_built_and_fits(mesh: Mesh) -> None:
     assert not violations(assembly)
     assert (len(assembly.beams), len(assembly.panels)) == (mesh.n_edges, mesh.n_faces)
     assert len(assembly.nodes) == mesh.combinatorics.is_used.sum()
+
+
+@pytest.mark.parametrize("mesh", [saddle(), saddle().reversed(), shapes.dome(12, 3).reversed()])
+def test_panels_keep_half_a_joint_from_the_support_planes_through_their_thickness(mesh: Mesh) -> None:
+    structure = supported(mesh)
+    rules = DetailingRules()
+    for panel in detail(structure, rules, name="joint").assembly.panels:
+        corners = panel.placement.to_world(panel.solid.vertices)
+        centre = structure.mesh.vertices[structure.mesh.combinatorics.face(panel.element)].mean(axis=0)
+        for beam in panel.beams:
+            normal = structure.width_directions[beam]
+            start = structure.mesh.vertices[structure.mesh.combinatorics.edges[beam, 0]]
+            distances = (corners - start) @ normal * np.sign((centre - start) @ normal)
+            assert distances.min() == pytest.approx(rules.panels.joint_mm / 2, abs=1e-8)  # rounding at 10 m
+
+
+def test_the_spread_of_tops_is_what_the_beams_show() -> None:
+    assembly = built(saddle())
+    ends: dict[int, list[np.ndarray]] = {}
+    for beam in assembly.beams:
+        tops = beam.solid.vertices[np.abs(beam.solid.vertices[:, 2]) < 1e-9]  # the outer side
+        for node, at in zip(beam.nodes, (tops[:, 0].min(), tops[:, 0].max()), strict=True):
+            ends.setdefault(node, []).append(beam.placement.to_world(np.array([at, 0.0, 0.0])))
+    spreads = []
+    for node in assembly.nodes:
+        levels = node.placement.to_local(np.array(ends[node.element]))[:, 2]
+        assert node.top_spread_mm == pytest.approx(np.ptp(levels), abs=1e-7)
+        assert node.solid.vertices[:, 2].max() == pytest.approx(levels.max(), abs=1e-7)
+        spreads.append(node.top_spread_mm)
+    assert max(spreads) > 1.0
