@@ -10,7 +10,7 @@ import numpy as np
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
 from fabkit.detailing.check import Violation, in_one_sentence, violations
 from fabkit.detailing.ends import Ends, beam_ends
-from fabkit.detailing.lift import Lift, least_lift
+from fabkit.detailing.lift import heights_under_panels
 from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
 from fabkit.detailing.panels import PanelShapes, make_panels, panel_shapes
 from fabkit.detailing.rules import DetailingRules
@@ -70,7 +70,7 @@ class _Plan:
     def make(self, name: str) -> Detailed:
         ends, beams = self._fit_beams()
         nodes = node_shapes(self.structure, ends, self.rules.beams)
-        lift, panels = self._fit_panels(ends, nodes)
+        heights, panels = self._fit_panels(ends, nodes)
         with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
         assembly = Assembly(
             name,
@@ -92,7 +92,7 @@ class _Plan:
             ),
             tuple(self.left_out) + self._bare_nodes(ends),
         )
-        return Detailed(assembly, panels.lift, self._lift_reason(lift, panels.lift))
+        return Detailed(assembly, panels.lift, self._lift_reason(heights, panels.lift))
 
     # --- beams and nodes
 
@@ -130,23 +130,21 @@ class _Plan:
 
     # --- panels
 
-    def _fit_panels(self, ends: Ends, nodes: NodeShapes) -> tuple[Lift, PanelShapes]:
+    def _fit_panels(self, ends: Ends, nodes: NodeShapes) -> tuple[FloatArray, PanelShapes]:
+        """Heights of what stands under the corners of the panels that are made, and their shapes at the level above."""
         rules = self.rules.panels
+        standing = heights_under_panels(self.structure, ends, self.beams, nodes)
         while True:
-            lift = self._over_made_panels(least_lift(self.structure, ends, self.beams, nodes, self.rules.beams))
-            level = rules.lift_mm if rules.lift_mm is not None else lift.least + rules.seat_mm
+            heights = np.where(self.panels[self.structure.mesh.combinatorics.corner_face], standing, 0.0)
+            level = rules.lift_mm if rules.lift_mm is not None else max(0.0, float(heights.max())) + rules.seat_mm
             shapes = panel_shapes(self.structure, rules, level)
             c = self.structure.mesh.combinatorics
             shortest = np.minimum.reduceat(shapes.edge_lengths, c.face_starts[:-1])
             eaten = np.flatnonzero(self.panels & ~(shortest >= rules.least_edge_mm))
             if not len(eaten):
-                return lift, shapes
+                return heights, shapes
             reasons = {int(face): self._eaten(int(face), shapes, shortest) for face in eaten}
             self._leave_out("panel", self.panels, reasons)
-
-    def _over_made_panels(self, lift: Lift) -> Lift:
-        made = self.panels[self.structure.mesh.combinatorics.corner_face]
-        return Lift(np.where(made, lift.over_beams, 0.0), np.where(made, lift.over_nodes, 0.0))
 
     def _eaten(self, face: int, shapes: PanelShapes, shortest: FloatArray) -> str:
         rules = self.rules.panels
@@ -156,21 +154,17 @@ class _Plan:
             f"at least {rules.least_edge_mm:g} mm are needed"
         )
 
-    def _lift_reason(self, lift: Lift, level: float) -> str:
-        c = self.structure.mesh.combinatorics
-        over_nodes, over_beams = float(lift.over_nodes.max()), float(lift.over_beams.max())
+    def _lift_reason(self, heights: FloatArray, level: float) -> str:
         if self.rules.panels.lift_mm is not None:
             return f"given as {level:g} mm"
-        if lift.least == 0.0:
+        corner = int(heights.argmax())
+        if heights[corner] <= 0.0:
             return "nothing stands above the mesh under the panels"
-        if over_nodes >= over_beams:
-            corner = int(lift.over_nodes.argmax())
-            return (
-                f"the node block at vertex {c.corners[corner]} stands {over_nodes:.1f} mm above face "
-                f"{c.corner_face[corner]}; the median node asks for {float(np.median(lift.over_nodes)):.1f} mm"
-            )
-        corner = int(lift.over_beams.argmax())
-        return f"the beam on edge {c.corner_edge[corner]} stands {over_beams:.1f} mm above face {c.corner_face[corner]}"
+        c = self.structure.mesh.combinatorics
+        return (
+            f"the node block at vertex {c.corners[corner]} stands {heights[corner]:.1f} mm above face "
+            f"{c.corner_face[corner]}; the median node asks for {float(np.median(heights)):.1f} mm"
+        )
 
     # --- what cannot be made
 

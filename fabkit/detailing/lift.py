@@ -1,66 +1,27 @@
-"""How high the panels must lie to clear the beams and nodes under them."""
+"""How high the panels must lie to clear the nodes under them, and so the beams: a block encloses the ends of its beams,
+and a beam has one height above the face along its whole length, so it stands no higher than the blocks at its ends."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from fabkit.detailing.beams import height_range
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes
-from fabkit.detailing.rules import BeamRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.parallel.support import SupportStructure
 
-__all__ = ["Lift", "least_lift"]
+__all__ = ["heights_under_panels"]
 
 
-@dataclass(frozen=True, eq=False)
-class Lift:
-    """Least level in mm of the panels' lower side above each face.
+def heights_under_panels(structure: SupportStructure, ends: Ends, made: BoolArray, nodes: NodeShapes) -> FloatArray:
+    """(C,) how far in mm the node block at each corner of a face stands above the face within its cell; 0 without one.
 
-    over_beams, over_nodes (C,): what the beam on the edge of each corner, and the node block at the corner, ask.
-    """
-
-    over_beams: FloatArray
-    over_nodes: FloatArray
-
-    @property
-    def least(self) -> float:
-        return max(0.0, float(self.over_beams.max()), float(self.over_nodes.max()))
-
-
-def least_lift(structure: SupportStructure, ends: Ends, made: BoolArray, nodes: NodeShapes, rules: BeamRules) -> Lift:
-    """What stands highest over each face within its cell, that is between its support planes."""
-    c = structure.mesh.combinatorics
-    normals = structure.mesh.face_normals[c.corner_face]
-    over_beams = np.where(made[c.corner_edge], _over_beams(structure, normals, rules), 0.0)
-    return Lift(over_beams, _over_nodes(structure, ends, made, nodes, normals))
-
-
-def _over_beams(structure: SupportStructure, normals: FloatArray, rules: BeamRules) -> FloatArray:
-    c = structure.mesh.combinatorics
-    outer = height_range(rules)[1]
-    is_left = c.edge_corners[c.corner_edge, 0] == np.arange(c.n_corners)
-    inwards = structure.width_directions[c.corner_edge] * np.where(is_left, -1.0, 1.0)[:, None]
-    middle = outer * np.einsum("ck,ck->c", structure.height_directions[c.corner_edge], normals)
-    edge = rules.width_mm / 2 * np.einsum("ck,ck->c", inwards, normals)
-    highest: FloatArray = middle + np.maximum(0.0, edge)
-    return highest
-
-
-def _over_nodes(
-    structure: SupportStructure, ends: Ends, made: BoolArray, nodes: NodeShapes, normals: FloatArray
-) -> FloatArray:
-    """Highest point, above each face, of the part of the block's top that lies in the sector of the face.
-
-    That part is a polygon with the axis as a corner; its others are corners of the section, and the points where
-    the two sides of the sector leave the block: the middles of the facets there, where the beams are made. Where a
-    beam is not made, a point outside the block stands for it.
+    That part of the block's top is a polygon with the axis as a corner; its others are corners of the section, and the
+    points where the two sides of the sector leave the block: the middles of the facets there, where the beams are
+    made (E,). Where a beam is not made, a point outside the block stands for it.
     """
     c = structure.mesh.combinatorics
-    node = c.corners
+    node, normals = c.corners, structure.mesh.face_normals[c.corner_face]
     has_block = np.isfinite(nodes.top)[node]
     axis, top = structure.axes[node], np.where(has_block, nodes.top[node], 0.0)
     x = np.zeros((structure.mesh.n_vertices, 3))

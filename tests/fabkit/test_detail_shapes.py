@@ -7,7 +7,8 @@ import pytest
 
 from fabkit.detailing.check import violations
 from fabkit.detailing.detail import detail
-from fabkit.detailing.rules import DetailingRules
+from fabkit.detailing.rules import DetailingRules, PanelRules
+from fabkit.errors import DetailingError
 from fabkit.parts import Assembly
 from fabkit.production.marks import share_equal_parts
 from geometry.mesh import Mesh, shapes
@@ -138,3 +139,26 @@ def test_the_spread_of_tops_is_what_the_beams_show() -> None:
         assert node.solid.vertices[:, 2].max() == pytest.approx(levels.max(), abs=1e-7)
         spreads.append(node.top_spread_mm)
     assert max(spreads) > 1.0
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        pytest.param(shapes.dodecahedron(), id="dodecahedron"),
+        pytest.param(shapes.dome(12, 3), id="dome"),
+        pytest.param(shapes.rotational_mesh([(3.0, 0.0), (3.0, 1.0), (3.0, 2.0)], 9), id="barrel"),
+        pytest.param(saddle(), id="saddle"),
+        pytest.param(saddle().reversed(), id="saddle from below"),
+        pytest.param(
+            saddle().with_vertices(saddle().vertices @ np.array([[1.0, 0.0, 0.3], [0.4, 1.0, 0.0], [0.0, 0.0, 1.0]])),
+            id="skew saddle",
+        ),
+    ],
+)
+def test_the_lift_is_the_least_that_clears_what_stands_under_the_panels(mesh: Mesh) -> None:
+    structure = supported(mesh)
+    rules = DetailingRules(panels=PanelRules(seat_mm=0.0, joint_mm=0.02))
+    detailed = detail(structure, rules, name="lift")  # checks that nothing clashes
+    lower = PanelRules(lift_mm=detailed.lift_mm - 0.05, joint_mm=0.02)
+    with pytest.raises(DetailingError, match="panel"):
+        detail(structure, DetailingRules(panels=lower), name="lower")
