@@ -15,6 +15,7 @@ import pytest
 from fabkit import Built, Project, build, design
 from fabkit.detailing.check import violations
 from fabkit.errors import ProjectError
+from fabkit.parts import Beam
 
 ROOF = Path(__file__).parents[2] / "examples" / "roof.obj"
 N_BEAMS, N_NODES, N_PANELS = 612, 325, 288
@@ -71,7 +72,15 @@ def test_counts_agree_everywhere(made: tuple[Path, Built]) -> None:
 def test_a_symmetric_roof_has_equal_beams(made: tuple[Path, Built]) -> None:
     # 13 rows of 24 along, symmetric about the middle one; 25 arches of 12, each beam the mirror image of another,
     # which is the same beam turned end for end
-    assert len({beam.mark for beam in made[1].assembly.beams}) == 7 * 24 + 25 * 6
+    beams = made[1].assembly.beams
+    assert len({beam.mark for beam in beams}) == 7 * 24 + 25 * 6
+    first: dict[str, Beam] = {}
+    for beam in beams:  # what is said of equal beams is said from the same end
+        twin = first.setdefault(beam.mark, beam)
+        assert beam.cut_angles_deg == pytest.approx(twin.cut_angles_deg, abs=1e-8)
+        assert beam.solid is twin.solid
+        starts = beam.placement.origin - made[1].structure.mesh.vertices[list(beam.nodes)]
+        assert np.linalg.norm(starts[0]) < np.linalg.norm(starts[1])
 
 
 def test_what_is_written_fits(made: tuple[Path, Built]) -> None:

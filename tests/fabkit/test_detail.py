@@ -164,6 +164,8 @@ def test_beams_without_room_can_be_left_out_and_the_rest_is_built() -> None:
     assert {beam.element for beam in assembly.beams}.isdisjoint({0, 2})
     assert not violations(assembly)
     assert len(assembly.beams) + sum(kind == "beam" for kind, _ in left) == 6
+    joined = {vertex for beam in assembly.beams for vertex in beam.nodes}
+    assert {element for kind, element in left if kind == "node"} == set(range(5)) - joined == {1}
 
 
 def test_a_node_may_keep_one_beam_only() -> None:
