@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fabkit import design, load_project
 from geometry.mesh import read_mesh
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -23,3 +24,10 @@ def test_the_roof_that_ships_is_the_roof_that_the_script_makes(tmp_path: Path) -
     assert shipped.mended == ()
     assert shipped.mesh.face_normals[:, 2].min() > 0.5  # the outside is up
     assert np.abs(shipped.mesh.vertices - script["roof"]().vertices).max() <= 0.5e-4 + 1e-12  # four decimals
+
+
+def test_the_project_file_that_ships_is_one() -> None:
+    project = load_project(EXAMPLES / "roof.toml", {"nesting": {"mode": "off"}})
+    built = design(project)
+    assert built.assembly.name == "Freeform roof"
+    assert {beam.section.name for beam in built.assembly.beams} == {"flat 40x140"}

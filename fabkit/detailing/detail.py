@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
+from fabkit.detailing.cells import panels_outside_cells
 from fabkit.detailing.check import Violation, in_one_sentence, violations
 from fabkit.detailing.ends import Ends, beam_ends
 from fabkit.detailing.lift import heights_under_panels
@@ -45,7 +46,7 @@ def detail(
     plan = _Plan(structure, rules, skip_unbuildable)
     while True:
         detailed = plan.make(name)
-        found = violations(detailed.assembly)
+        found = plan.panels_outside_cells(detailed.assembly) + violations(detailed.assembly)
         if not found:
             return detailed
         plan.leave_out_violating(found)
@@ -167,6 +168,14 @@ class _Plan:
         )
 
     # --- what cannot be made
+
+    def panels_outside_cells(self, assembly: Assembly) -> tuple[Violation, ...]:
+        panels = [assembly.panels[k] for k in panels_outside_cells(self.structure, assembly.panels)]
+        cure = "the outline crosses the support planes of its face: change the mesh there, or lower the panels"
+        return tuple(
+            Violation(f"panel {panel.mark} (face {panel.element}) leaves its cell", cure, (("panel", panel.element),))
+            for panel in panels
+        )
 
     def leave_out_violating(self, found: tuple[Violation, ...]) -> None:
         """Leave out the panels of each violation, or its beams where no panel is concerned; or raise."""

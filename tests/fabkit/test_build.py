@@ -9,8 +9,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import ezdxf
 import numpy as np
 import pytest
+import shapely
 
 from fabkit import Built, Project, build, design
 from fabkit.detailing.check import violations
@@ -81,6 +83,17 @@ def test_a_symmetric_roof_has_equal_beams(made: tuple[Path, Built]) -> None:
         assert beam.solid is twin.solid
         starts = beam.placement.origin - made[1].structure.mesh.vertices[list(beam.nodes)]
         assert np.linalg.norm(starts[0]) < np.linalg.norm(starts[1])
+
+
+def test_the_sheets_hold_every_panel_once(made: tuple[Path, Built]) -> None:
+    out, built = made
+    found: list[float] = []
+    for path in sorted((out / "sheets").iterdir()):
+        for line in ezdxf.readfile(path).modelspace().query("LWPOLYLINE[layer=='CUT']"):
+            assert line.closed
+            found.append(shapely.Polygon([(x, y) for x, y, *_ in line]).area)
+    # coordinates are written to 1e-9 mm
+    assert sorted(found) == pytest.approx(sorted(panel.area_mm2 for panel in built.assembly.panels), rel=1e-9)
 
 
 def test_what_is_written_fits(made: tuple[Path, Built]) -> None:

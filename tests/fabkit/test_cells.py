@@ -1,0 +1,44 @@
+"""Panels inside their cells, judged from the node axes alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from fabkit.detailing.cells import panels_outside_cells
+from fabkit.detailing.detail import detail
+from fabkit.detailing.rules import DetailingRules, PanelRules
+from fabkit.parts import Frame
+from geometry.mesh import shapes
+from geometry.parallel import SupportStructure, gauss_image
+
+
+@pytest.fixture(scope="module")
+def structure() -> SupportStructure:
+    dome = shapes.dome(12, 3)
+    mesh = dome * (1500.0 / dome.mean_edge_length)
+    return SupportStructure(mesh, gauss_image(mesh), 120.0)
+
+
+@pytest.mark.parametrize("joint_mm", [0.0, 10.0])
+def test_panels_of_a_dome_fill_their_cells_and_no_more(structure: SupportStructure, joint_mm: float) -> None:
+    rules = DetailingRules(panels=PanelRules(joint_mm=joint_mm))
+    panels = detail(structure, rules, name="dome").assembly.panels
+    assert len(panels_outside_cells(structure, panels)) == 0
+    # half a joint to the side, and a little more since support planes are not quite upright, and a panel is outside
+    half = joint_mm / 2
+    for shift, outside in ((half * 0.98, 0), (half * 1.05 + 0.01, len(panels))):
+        moved = [
+            replace(p, placement=Frame(p.placement.origin - shift * p.placement.axes[1], p.placement.axes))
+            for p in panels
+        ]
+        assert len(panels_outside_cells(structure, moved)) == outside
+
+
+def test_where_cells_narrow_upwards_the_upper_side_counts(structure: SupportStructure) -> None:
+    inside_out = SupportStructure(structure.mesh.reversed(), structure.gauss_image.reversed() * -1, 120.0)
+    panels = detail(inside_out, DetailingRules(), name="bowl").assembly.panels
+    assert len(panels_outside_cells(inside_out, panels)) == 0
+    thicker = [replace(panel, thickness_mm=panel.thickness_mm + 200.0) for panel in panels]
+    assert len(panels_outside_cells(inside_out, thicker)) == len(panels)
