@@ -16,7 +16,7 @@ import shapely
 
 from fabkit import Built, Project, build, design
 from fabkit.detailing.check import violations
-from fabkit.errors import ProjectError
+from fabkit.errors import OutputError, ProjectError
 from fabkit.parts import Beam
 
 ROOF = Path(__file__).parents[2] / "examples" / "roof.obj"
@@ -138,6 +138,11 @@ def test_flipping_turns_the_outside_round() -> None:
     down = design(Project(mesh=ROOF, unit="m", flip=True, nesting={"mode": "off"})).structure
     assert up.gauss_image.vertices[:, 2].min() > 0 > down.gauss_image.vertices[:, 2].max()
     assert np.sort(up.heights) == pytest.approx(np.sort(down.heights), abs=1e-6)
+
+
+def test_a_folder_that_may_not_be_replaced_is_refused_before_any_work(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="exists already"):
+        build(Project(mesh=tmp_path / "not even there.obj", unit="m", out=tmp_path))
 
 
 def test_a_project_without_a_folder_is_refused_before_any_work() -> None:

@@ -162,3 +162,24 @@ def test_the_lift_is_the_least_that_clears_what_stands_under_the_panels(mesh: Me
     lower = PanelRules(lift_mm=detailed.lift_mm - 0.05, joint_mm=0.02)
     with pytest.raises(DetailingError, match="panel"):
         detail(structure, DetailingRules(panels=lower), name="lower")
+
+
+@pytest.mark.parametrize("mesh", [shapes.dodecahedron(), shapes.cube(), shapes.dome(7, 2), saddle()])
+def test_what_a_record_names_stands_where_it_says(mesh: Mesh) -> None:
+    """The k-th beam of a node lies in the direction of its k-th azimuth, that of a panel along its k-th edge."""
+    shared = built(mesh)
+    beams = {beam.element: beam for beam in shared.beams}
+    middles = {k: beam.placement.to_world(beam.solid.vertices.mean(axis=0)) for k, beam in beams.items()}
+    panels = {panel.element: panel for panel in shared.panels}
+    for node in shared.nodes:
+        towards = np.array([node.placement.to_local(middles[beam])[:2] for beam in node.beams])
+        found = np.degrees(np.arctan2(towards[:, 1], towards[:, 0]))
+        assert (found - node.azimuths_deg + 180) % 360 - 180 == pytest.approx(np.zeros(len(found)), abs=1e-6)
+    for panel in shared.panels:
+        edge_middles = (panel.outline + np.roll(panel.outline, -1, axis=0)) / 2
+        for k, (beam, neighbour) in enumerate(zip(panel.beams, panel.neighbours, strict=True)):
+            distances = [
+                np.linalg.norm(panel.placement.to_local(middles[b])[:2] - edge_middles[k]) for b in panel.beams
+            ]
+            assert panel.beams[int(np.argmin(distances))] == beam
+            assert neighbour == -1 or beam in panels[neighbour].beams

@@ -10,7 +10,7 @@ import pytest
 from fabkit.detailing.check import violations
 from fabkit.detailing.detail import detail
 from fabkit.detailing.rules import DetailingRules
-from fabkit.parts import Assembly, Part
+from fabkit.parts import Assembly, Frame, Panel, Part, Solid, prism_topology, prism_vertices
 from fabkit.production.marks import share_equal_parts
 from geometry.mesh import Mesh
 from geometry.parallel.support import SupportStructure
@@ -100,6 +100,41 @@ def test_a_mirrored_panel_and_another_material_have_marks_of_their_own() -> None
     marks = [part.mark for part in shared.panels]
     assert marks[0] == marks[1]  # a symmetric trapezoid is its own mirror image
     assert len({marks[0], marks[2], marks[3], marks[4]}) == 4
+
+
+def test_a_panel_framed_on_another_edge_is_the_same_panel() -> None:
+    """A kite has two longest edges: which one a frame stands on is a matter of rounding."""
+    kite = np.array([[0.0, 0.0], [1200.0, 0.0], [1400.0, 500.0], [400.0, 1131.3708]])
+
+    def plate(first: int, element: int) -> Panel:
+        """Beams and neighbours are numbered by the kite's own edges, wherever the frame stands."""
+        order = (first + np.arange(4)) % 4
+        x = kite[order[1]] - kite[order[0]]
+        x /= np.linalg.norm(x)
+        outline = (kite[order] - kite[order[0]]) @ np.array([x, [-x[1], x[0]]]).T
+        return replace(
+            barrel().panels[0],
+            element=element,
+            outline=outline,
+            solid=Solid(prism_vertices(outline, 0.0, 10.0), prism_topology(4)),
+            placement=Frame.world(),
+            thickness_mm=10.0,
+            edge_lengths_mm=tuple(np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1).tolist()),
+            corner_angles_deg=tuple((10.0 * order).tolist()),
+            dihedrals_deg=tuple((1.0 * order).tolist()),
+            beams=tuple((100 + order).tolist()),
+            neighbours=tuple((200 + order).tolist()),
+        )
+
+    for first in range(4):
+        one, other = share_equal_parts(replace(barrel(), panels=(plate(0, 0), plate(first, 1)))).panels
+        assert one.solid is other.solid
+        assert other.beams == one.beams == (100, 101, 102, 103)
+        assert other.neighbours == one.neighbours
+        assert other.dihedrals_deg == one.dihedrals_deg
+        assert other.corner_angles_deg == one.corner_angles_deg
+        assert other.edge_lengths_mm == pytest.approx(one.edge_lengths_mm)
+        assert other.outline == pytest.approx(one.outline)
 
 
 def test_nothing_to_share() -> None:
