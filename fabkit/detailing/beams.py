@@ -82,7 +82,7 @@ def make_beams(
     half = np.full(local.shape[:2], rules.width_mm / 2)
     lower = np.stack([local[..., 0], -half, local[..., 1]], axis=-1)
     vertices = np.concatenate([lower, lower * [1, -1, 1]], axis=1)
-    t, u = structure.edge_directions, structure.height_directions
+    t, u = structure.mesh.edge_directions, structure.height_directions
     tails = structure.mesh.vertices[structure.mesh.combinatorics.edges[:, 0]]
     origins = tails + start[:, :1] * t + start[:, 1:] * u
     axes = np.stack([t, np.cross(u, t), u], axis=1)

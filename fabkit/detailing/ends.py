@@ -51,7 +51,7 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
     edges = structure.mesh.combinatorics.edges
     vertex = edges.ravel()
     axis = structure.axes[vertex]
-    outward = (structure.edge_directions[:, None, :] * np.array([1.0, -1.0])[:, None]).reshape(-1, 3)
+    outward = (structure.mesh.edge_directions[:, None, :] * np.array([1.0, -1.0])[:, None]).reshape(-1, 3)
     sine = np.einsum("ek,ek->e", outward, axis)
     flat = outward - sine[:, None] * axis
     cosine = np.linalg.norm(flat, axis=1)

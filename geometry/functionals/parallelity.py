@@ -6,26 +6,11 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray
-from geometry.errors import MeshError
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Mesh
 from geometry.optimise.functional import LinearFunctional, SparseMatrix
 
-__all__ = ["edge_directions", "parallel_to"]
-
-
-def edge_directions(mesh: Mesh) -> FloatArray:
-    """(E, 3) unit vectors along the edges. Raises MeshError for an edge without length, which has no direction."""
-    shortest = int(mesh.edge_lengths.argmin())
-    if mesh.edge_lengths[shortest] == 0:
-        i, j = mesh.combinatorics.edges[shortest].tolist()
-        raise MeshError(
-            f"edge {shortest} from vertex {i} to vertex {j} has no length, so nothing is parallel to it: "
-            "make its two vertices one",
-            elements=[shortest],
-            value=0.0,
-        )
-    return mesh.edge_vectors / mesh.edge_lengths[:, None]
+__all__ = ["parallel_to"]
 
 
 def parallel_to(mesh: Mesh) -> LinearFunctional:
@@ -34,7 +19,7 @@ def parallel_to(mesh: Mesh) -> LinearFunctional:
     The paper takes the cross product with m_j - m_i: three equations of rank two, weighted by the length of the
     edge. Here the two rows are orthonormal, so that residuals are lengths in S.
     """
-    across = _across(edge_directions(mesh))
+    across = _across(mesh.edge_directions)
     values = np.stack([-across, across], axis=2)  # edge, row, end, coordinate
     columns = np.broadcast_to(coordinates(mesh.combinatorics.edges)[:, None], values.shape)
     starts = np.arange(0, values.size + 1, 6, dtype=np.int64)

@@ -101,6 +101,20 @@ class Mesh:
         return floats(np.linalg.norm(self.edge_vectors, axis=1))
 
     @cached_property
+    def edge_directions(self) -> FloatArray:
+        """(E, 3) unit vectors along the edges. Raises MeshError for an edge without length, which has no direction."""
+        shortest = int(self.edge_lengths.argmin())
+        if self.edge_lengths[shortest] == 0:
+            i, j = self.combinatorics.edges[shortest].tolist()
+            raise MeshError(
+                f"edge {shortest} from vertex {i} to vertex {j} has no length, so nothing is parallel to it: "
+                "make its two vertices one",
+                elements=[shortest],
+                value=0.0,
+            )
+        return floats(self.edge_vectors / self.edge_lengths[:, None])
+
+    @cached_property
     def mean_edge_length(self) -> float:
         return float(self.edge_lengths.mean())
 

@@ -12,7 +12,6 @@ from itertools import product
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.functionals.parallelity import edge_directions
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids, face_mean_edge_lengths, face_sums
 
@@ -40,7 +39,7 @@ def edge_distances(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
 
     Directions are those of M, so an edge of S may have no length.
     """
-    directions = edge_directions(mesh)
+    directions = mesh.edge_directions
     ends = gauss_image.vertices[mesh.combinatorics.edges]
     middles = ends.mean(axis=1)
     across = middles - np.einsum("ei,ei->e", middles, directions)[:, None] * directions
@@ -134,7 +133,7 @@ def edge_axis_twist(mesh: Mesh) -> FloatArray:
         if directions.shape[1] > 3:
             candidates = np.take_along_axis(candidates, deviations.argmin(axis=1)[:, None, None], axis=1)
         axes[vertices] = candidates
-    along = edge_directions(mesh)[:, None, :]
+    along = mesh.edge_directions[:, None, :]
     ends = axes[mesh.combinatorics.edges]
     first, second = (end - np.sum(end * along, axis=-1, keepdims=True) * along for end in ends.swapaxes(0, 1))
     angles = _angles(first[:, :, None], second[:, None, :])
@@ -144,7 +143,7 @@ def edge_axis_twist(mesh: Mesh) -> FloatArray:
 def _stars(mesh: Mesh, *, least_valence: int) -> Iterator[tuple[IntArray, FloatArray]]:
     """For each valence k: the vertices (n,) and the unit directions (n, k, 3) of their edges."""
     c = mesh.combinatorics
-    directions = edge_directions(mesh)
+    directions = mesh.edge_directions
     order = np.argsort(c.edges.T.ravel(), kind="stable")
     outwards = np.concatenate([directions, -directions])[order]
     starts = np.concatenate([[0], np.cumsum(c.vertex_degrees)])

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
 from geometry.errors import ConvergenceError, GeometryError, MeshError
-from geometry.functionals.parallelity import edge_directions, parallel_to
+from geometry.functionals.parallelity import parallel_to
 from geometry.mesh import Mesh
 from geometry.optimise.constrained import factorise
 from geometry.optimise.functional import SparseMatrix
@@ -55,7 +55,7 @@ def _along_and_across(mesh: Mesh, other: Mesh) -> tuple[FloatArray, FloatArray]:
     """(E,) and (E, 3): the edges of the other mesh, split by the edge directions of the mesh."""
     if not mesh.combinatorics.same_as(other.combinatorics):
         raise MeshError("the two meshes do not have the same faces, so they cannot be parallel")
-    directions = edge_directions(mesh)
+    directions = mesh.edge_directions
     along = np.einsum("ei,ei->e", other.edge_vectors, directions)
     return along, other.edge_vectors - along[:, None] * directions
 

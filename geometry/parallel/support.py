@@ -8,8 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import FloatArray, floats
-from geometry.errors import MeshError, ParallelityError
+from geometry.errors import GeometryError, MeshError, ParallelityError
 from geometry.mesh import Mesh
+from geometry.parallel.offsets import edge_distances
+from geometry.parallel.space import parallelity
 
 __all__ = ["PARALLEL_TOLERANCE", "SupportStructure"]
 
@@ -25,7 +27,7 @@ class SupportStructure:
     """The quads m_i, m_j, m_j + d s_j, m_i + d s_i over the edges of M [Pottmann2007, 2.1].
 
     mesh M and gauss_image S are parallel and share their combinatorics; S points outwards; distance d > 0.
-    Raises MeshError where the combinatorics differ, an edge of M has no length or a node axis lies in an edge,
+    Raises GeometryError where d is not positive, MeshError where the combinatorics differ, an edge of M has no length or a node axis lies in an edge,
     and ParallelityError, naming the worst edge, where M and S are not parallel.
     """
 
@@ -34,23 +36,16 @@ class SupportStructure:
     distance: float
 
     def __post_init__(self) -> None:
-        if not self.mesh.combinatorics.same_as(self.gauss_image.combinatorics):
-            raise MeshError("mesh and Gauss image do not have the same faces")
-        self._check_edges()
+        if not self.distance > 0:
+            raise GeometryError(f"the distance between the two meshes is {self.distance:g}, it must be above 0")
         self._check_parallel()
         self._check_heights()
 
     @cached_property
-    def edge_directions(self) -> FloatArray:
-        """(E, 3) unit directions t of the edges of M."""
-        return floats(self.mesh.edge_vectors / self.mesh.edge_lengths[:, None])
-
-    @cached_property
     def _transverse(self) -> FloatArray:
         """(E, 2, 3) what is left of s_i and s_j when their component along the edge is taken off."""
-        ends = self.gauss_image.vertices[self.mesh.combinatorics.edges]
-        t = self.edge_directions[:, None, :]
-        return floats(ends - np.einsum("enk,ek->en", ends, self.edge_directions)[..., None] * t)
+        ends, t = self.gauss_image.vertices[self.mesh.combinatorics.edges], self.mesh.edge_directions
+        return floats(ends - np.einsum("enk,ek->en", ends, t)[..., None] * t[:, None, :])
 
     @cached_property
     def axes(self) -> FloatArray:
@@ -64,7 +59,7 @@ class SupportStructure:
     @cached_property
     def heights(self) -> FloatArray:
         """(E,) distance of each edge line of S from the origin; times d, the height of the transverse quad."""
-        return floats(np.linalg.norm(self._transverse.mean(axis=1), axis=1))
+        return floats(edge_distances(self.mesh, self.gauss_image))
 
     @cached_property
     def height_directions(self) -> FloatArray:
@@ -74,7 +69,7 @@ class SupportStructure:
     @cached_property
     def width_directions(self) -> FloatArray:
         """(E, 3) unit normals b = t x u of the central planes; they point to the right face."""
-        return floats(np.cross(self.edge_directions, self.height_directions))
+        return floats(np.cross(self.mesh.edge_directions, self.height_directions))
 
     @cached_property
     def twists(self) -> FloatArray:
@@ -95,15 +90,8 @@ class SupportStructure:
         m, outer = self.mesh.vertices, self.offset_mesh.vertices
         return floats(np.stack([m[i], m[j], outer[j], outer[i]], axis=1))
 
-    def _check_edges(self) -> None:
-        lengths = self.mesh.edge_lengths
-        if lengths.min() <= 0:
-            edge = int(lengths.argmin())
-            i, j = self.mesh.combinatorics.edges[edge].tolist()
-            raise MeshError(f"edge {edge} from vertex {i} to vertex {j} has no length", elements=[edge], value=0.0)
-
     def _check_parallel(self) -> None:
-        sideways = np.linalg.norm(self._transverse[:, 1] - self._transverse[:, 0], axis=1)
+        sideways = parallelity(self.mesh, self.gauss_image)
         edge = int(sideways.argmax())
         if sideways[edge] > PARALLEL_TOLERANCE:
             i, j = self.mesh.combinatorics.edges[edge].tolist()

@@ -37,7 +37,7 @@ def test_parallel_meshes_give_axes_without_torsion(
     structure = SupportStructure(cube(700.0), gauss_image, 100.0)
     # Proposition 1: the planes through an edge and the axes at its ends are one
     assert structure.twists.max() < 1e-14 * 10
-    along = np.einsum("ek,ek->e", structure.width_directions, structure.edge_directions)
+    along = np.einsum("ek,ek->e", structure.width_directions, structure.mesh.edge_directions)
     assert np.abs(along).max() < 1e-14
     for end in (0, 1):
         axes = structure.axes[structure.mesh.combinatorics.edges[:, end]]
@@ -47,7 +47,9 @@ def test_parallel_meshes_give_axes_without_torsion(
 def test_heights_are_the_distances_of_the_edges_of_the_gauss_image() -> None:
     structure = SupportStructure(cube(700.0), cube(), 100.0)
     assert structure.heights == pytest.approx(np.full(12, np.sqrt(2)))
-    heights = np.linalg.norm(np.cross(structure.quads[:, 3] - structure.quads[:, 0], structure.edge_directions), axis=1)
+    heights = np.linalg.norm(
+        np.cross(structure.quads[:, 3] - structure.quads[:, 0], structure.mesh.edge_directions), axis=1
+    )
     assert heights == pytest.approx(structure.heights * 100.0)
     assert structure.offset_mesh.vertices == pytest.approx(cube(800.0).vertices)
 
@@ -75,3 +77,8 @@ def test_other_combinatorics_and_axes_in_edges_are_refused() -> None:
         SupportStructure(cube(700.0), cube().reversed(), 100.0)
     with pytest.raises(GeometryError, match="lie in the edge"):
         SupportStructure(cube(700.0), cube(0.0), 100.0)
+
+
+def test_a_distance_must_be_positive() -> None:
+    with pytest.raises(GeometryError, match="must be above 0"):
+        SupportStructure(cube(700.0), cube(), 0.0)
