@@ -27,8 +27,8 @@ class SupportStructure:
     """The quads m_i, m_j, m_j + d s_j, m_i + d s_i over the edges of M [Pottmann2007, 2.1].
 
     mesh M and gauss_image S are parallel and share their combinatorics; S points outwards; distance d > 0.
-    Raises GeometryError where d is not positive, MeshError where the combinatorics differ, an edge of M has no length or a node axis lies in an edge,
-    and ParallelityError, naming the worst edge, where M and S are not parallel.
+    Raises GeometryError where d is not positive, MeshError where the combinatorics differ, an edge of M has no length
+    or a node axis lies in an edge, and ParallelityError, naming the worst edge, where M and S are not parallel.
     """
 
     mesh: Mesh
