@@ -159,7 +159,7 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
         "versions": {
             "fabkit": version("fabkit"),
             "python": platform.python_version(),
-            **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely", "trimesh")},
+            **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely")},
         },
         "counts": {
             "vertices": summary.n_vertices,

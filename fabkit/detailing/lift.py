@@ -8,6 +8,7 @@ import numpy as np
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes
 from geometry.arrays import BoolArray, FloatArray, IntArray
+from geometry.mesh.runs import run_of_place
 from geometry.parallel.support import SupportStructure
 
 __all__ = ["heights_under_panels"]
@@ -29,10 +30,9 @@ def heights_under_panels(structure: SupportStructure, ends: Ends, made: BoolArra
     x[ends.vertex[first]] = ends.radial[first]
     y = np.cross(structure.axes, x)
 
-    is_left = c.edge_corners[c.corner_edge, 0] == np.arange(c.n_corners)
-    end_ahead = 2 * c.corner_edge + np.where(is_left, 0, 1)
+    end_ahead = 2 * c.corner_edge + np.where(c.runs_along_edge, 0, 1)
     before = c.previous_corner
-    end_back = 2 * c.corner_edge[before] + np.where(is_left[before], 1, 0)
+    end_back = 2 * c.corner_edge[before] + np.where(c.runs_along_edge[before], 1, 0)
     level = top * np.einsum("ck,ck->c", axis, normals)
     reach = np.zeros(structure.mesh.n_vertices)
     np.maximum.at(reach, _corner_nodes(nodes), np.linalg.norm(nodes.corners, axis=1))
@@ -53,7 +53,7 @@ def heights_under_panels(structure: SupportStructure, ends: Ends, made: BoolArra
 
 def _corner_nodes(nodes: NodeShapes) -> IntArray:
     """(K,) node of each corner of the sections."""
-    return np.repeat(np.arange(len(nodes.top)), np.diff(nodes.corner_starts))
+    return run_of_place(nodes.corner_starts)
 
 
 def _pairs(node: IntArray, nodes: NodeShapes) -> tuple[IntArray, IntArray]:

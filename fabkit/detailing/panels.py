@@ -50,7 +50,7 @@ class _Cuts:
 
 def _cuts(structure: SupportStructure) -> _Cuts:
     c = structure.mesh.combinatorics
-    along = np.where(c.edge_corners[c.corner_edge, 0] == np.arange(c.n_corners), 1.0, -1.0)[:, None]
+    along = np.where(c.runs_along_edge, 1.0, -1.0)[:, None]
     t = structure.mesh.edge_directions[c.corner_edge] * along
     n = structure.mesh.face_normals[c.corner_face]
     # t x u points to the right face, so seen from its own face the inside is on the other side
@@ -87,7 +87,7 @@ def make_panels(
     c = structure.mesh.combinatorics
     dihedrals = np.degrees(dihedral_angles(structure.mesh))
     left_right = c.edge_faces[c.corner_edge]
-    across = np.where(left_right[:, 0] == c.corner_face, left_right[:, 1], left_right[:, 0])
+    across = np.where(c.runs_along_edge, left_right[:, 1], left_right[:, 0])
     for alike, corners in c.faces_by_size():
         chosen = np.isin(alike, faces)
         if not chosen.any():

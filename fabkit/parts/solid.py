@@ -12,6 +12,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.mesh.runs import next_in_run, run_of_place
 
 __all__ = ["Solid", "Topology", "centroids", "face_normals", "prism_topology", "prism_vertices", "volumes"]
 
@@ -48,15 +49,12 @@ class Topology:
     @cached_property
     def next_corner(self) -> IntArray:
         """(C,) the corner after each corner in its loop."""
-        following = np.arange(1, len(self.corners) + 1)
-        following[self.loop_starts[1:] - 1] = self.loop_starts[:-1]
-        return integers(following)
+        return next_in_run(self.loop_starts)
 
     @cached_property
     def corner_face(self) -> IntArray:
         """(C,) face of each corner."""
-        corner_starts = self.loop_starts[self.face_starts]
-        return integers(np.repeat(np.arange(self.n_faces), np.diff(corner_starts)))
+        return run_of_place(self.loop_starts[self.face_starts])
 
     @cached_property
     def edges(self) -> IntArray:

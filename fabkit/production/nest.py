@@ -96,9 +96,6 @@ class Nest:
         """Area of the panels over the area of the sheets, 0 .. 1; zero without panels."""
         return self.panel_area_mm2 / (self.n_sheets * self.sheet.area_mm2) if self.placements else 0.0
 
-    def on_sheet(self, sheet: int) -> tuple[Placement, ...]:
-        return tuple(placement for placement in self.placements if placement.sheet == sheet)
-
 
 def turned(points: FloatArray, angle_deg: float) -> FloatArray:
     """Points (..., 2) turned counter-clockwise about the origin."""

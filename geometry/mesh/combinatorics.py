@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, IntArray, integers
 from geometry.errors import MeshError
+from geometry.mesh.runs import next_in_run, run_of_place
 
 __all__ = ["Combinatorics"]
 
@@ -69,14 +70,12 @@ class Combinatorics:
     @cached_property
     def corner_face(self) -> IntArray:
         """(C,) face of each corner."""
-        return integers(np.repeat(np.arange(self.n_faces), self.face_sizes))
+        return run_of_place(self.face_starts)
 
     @cached_property
     def next_corner(self) -> IntArray:
         """(C,) the corner after each corner, counter-clockwise in its face."""
-        following = np.arange(1, self.n_corners + 1)
-        following[self.face_starts[1:] - 1] = self.face_starts[:-1]
-        return integers(following)
+        return next_in_run(self.face_starts)
 
     @cached_property
     def previous_corner(self) -> IntArray:
@@ -152,6 +151,12 @@ class Combinatorics:
         twin[left] = right
         twin[right[right >= 0]] = left[right >= 0]
         return integers(twin)
+
+    @cached_property
+    def runs_along_edge(self) -> BoolArray:
+        """(C,) whether a corner's half-edge runs as its edge is directed, so that its face is the left one."""
+        along: BoolArray = self.edge_corners[self.corner_edge, 0] == np.arange(self.n_corners)
+        return along
 
     @cached_property
     def is_boundary_edge(self) -> BoolArray:

@@ -12,6 +12,7 @@ import numpy as np
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.errors import MeshError
 from geometry.mesh.mesh import Mesh
+from geometry.mesh.runs import next_in_run, run_of_place
 
 __all__ = ["PolygonSoup"]
 
@@ -80,14 +81,12 @@ class PolygonSoup:
     @cached_property
     def corner_face(self) -> IntArray:
         """(C,) face of each corner."""
-        return integers(np.repeat(np.arange(self.n_faces), self.face_sizes))
+        return run_of_place(self.face_starts)
 
     @cached_property
     def heads(self) -> IntArray:
         """(C,) the vertex after each corner's own in its face; no face may be empty."""
-        following = np.arange(1, len(self.corners) + 1)
-        following[self.face_starts[1:] - 1] = self.face_starts[:-1]
-        return integers(self.corners[following])
+        return integers(self.corners[next_in_run(self.face_starts)])
 
     @cached_property
     def corner_edge(self) -> IntArray:
