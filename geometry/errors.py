@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["ConvergenceError", "GeometryError", "MeshError", "MeshFileError", "ParallelityError"]
+__all__ = ["GeometryError", "MeshError", "MeshFileError", "ParallelityError", "RankError"]
 
 
 class GeometryError(ValueError):
@@ -41,5 +41,5 @@ class ParallelityError(GeometryError):
     """Two meshes that should be parallel are not."""
 
 
-class ConvergenceError(GeometryError):
-    """A solver stopped before it reached what was asked of it."""
+class RankError(GeometryError):
+    """The singular values have no gap, so that the dimension of a space cannot be told."""

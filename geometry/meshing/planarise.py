@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.errors import ConvergenceError, GeometryError, MeshError
+from geometry.errors import GeometryError, MeshError
 from geometry.functionals.fairness import strain
 from geometry.functionals.planarity import Planarity, face_deviations
 from geometry.mesh import Mesh
 from geometry.optimise.newton import nearest_feasible
-from geometry.optimise.solution import Reason, Solution
+from geometry.optimise.solution import ConvergenceError, Reason, Solution
 
 __all__ = ["Planarised", "planarise"]
 
@@ -109,7 +109,7 @@ def _check_planar(result: Mesh, solution: Solution, tolerance: float) -> None:
             f"face {face} still leaves its plane by {allowed}, after {solution.steps} steps: "
             f"{solution.reason.value}; lay the mesh along conjugate directions, or split that face"
         )
-    raise ConvergenceError(message, elements=[face], value=value, bound=tolerance)
+    raise ConvergenceError(message, solution=solution, elements=[face], value=value, bound=tolerance)
 
 
 def _check_not_folded(before: Mesh, after: Mesh) -> None:

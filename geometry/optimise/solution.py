@@ -1,13 +1,15 @@
-"""What a solver hands back."""
+"""What a solver hands back, and what is raised where that is not good enough."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 from geometry.arrays import FloatArray, floats
+from geometry.errors import GeometryError
 
-__all__ = ["Reason", "Solution"]
+__all__ = ["ConvergenceError", "Reason", "Solution"]
 
 
 class Reason(Enum):
@@ -35,3 +37,13 @@ class Solution:
     def __post_init__(self) -> None:
         object.__setattr__(self, "x", floats(self.x))
         object.__setattr__(self, "multipliers", floats(self.multipliers))
+
+
+class ConvergenceError(GeometryError):
+    """A solver stopped before it reached what was asked of it: `solution` is where, and says the reason."""
+
+    def __init__(
+        self, message: str, *, solution: Solution, elements: Sequence[int] = (), value: float, bound: float
+    ) -> None:
+        super().__init__(message, elements=elements, value=value, bound=bound)
+        self.solution = solution

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.errors import ConvergenceError, GeometryError
+from geometry.errors import GeometryError
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
 from geometry.functionals.parallelity import parallel_to
@@ -12,6 +12,7 @@ from geometry.functionals.planarity import face_deviations
 from geometry.mesh import Mesh
 from geometry.optimise.constrained import minimise_quadratic
 from geometry.optimise.functional import normal_equations
+from geometry.optimise.solution import ConvergenceError, Solution
 from geometry.parallel.space import parallelity
 
 __all__ = ["PARALLEL", "PLANAR", "gauss_image", "refuse_triangle_mesh"]
@@ -54,7 +55,7 @@ def gauss_image(mesh: Mesh, *, faces: float = 1.0, vertices: float = 0.1, fairne
     constraint = parallel_to(mesh)
     solution = minimise_quadratic(H, g, constraint.matrix, constraint.target, tolerance=PARALLEL / 100)
     image = mesh.with_vertices(solution.x.reshape(-1, 3))
-    _check_parallel(mesh, image)
+    _check_parallel(mesh, image, solution)
     return image
 
 
@@ -94,7 +95,7 @@ def _check_planar(mesh: Mesh) -> None:
         )
 
 
-def _check_parallel(mesh: Mesh, image: Mesh) -> None:
+def _check_parallel(mesh: Mesh, image: Mesh, solution: Solution) -> None:
     sideways = parallelity(mesh, image)
     edge = int(sideways.argmax())
     value = float(sideways[edge])
@@ -103,6 +104,7 @@ def _check_parallel(mesh: Mesh, image: Mesh) -> None:
         raise ConvergenceError(
             f"edge {edge} from vertex {i} to vertex {j} of the Gauss image is off the direction of its mesh edge by "
             f"{value:.1e}, allowed {PARALLEL:.0e}; move the mesh nearer to the origin, and planarise it further",
+            solution=solution,
             elements=[edge],
             value=value,
             bound=PARALLEL,

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
-from geometry.errors import ConvergenceError, GeometryError, MeshError
+from geometry.errors import GeometryError, MeshError, RankError
 from geometry.functionals.parallelity import parallel_to
 from geometry.mesh import Mesh
 from geometry.optimise.constrained import factorise
@@ -99,7 +99,7 @@ class ParallelSpace:
     def spectrum(self) -> Spectrum:
         """Found without a dense singular value decomposition, for up to some ten thousand vertices.
 
-        Vertices that belong to no face do not count. Raises ConvergenceError, saying the singular values, where
+        Vertices that belong to no face do not count. Raises RankError, saying the singular values, where
         they have no gap: mostly since the faces are not planar enough; and GeometryError for meshes too large.
         """
         used = np.repeat(self.mesh.combinatorics.is_used, 3)
@@ -118,7 +118,7 @@ def _spectrum(values: FloatArray, zero: float) -> Spectrum:
     last = float(values[dimension - 1])
     first = float(values[dimension]) if dimension < len(values) else np.inf
     if first < GAP * zero:
-        raise ConvergenceError(
+        raise RankError(
             f"the singular values have no gap that shows the dimension of P(M): {dimension} are up to {last:.1e}, the "
             f"next is {first:.1e}, and at least {GAP * zero:.1e} is needed; planarise the mesh first",
             value=first,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geometry.errors import ConvergenceError, GeometryError, MeshError
+from geometry.errors import GeometryError, MeshError, RankError
 from geometry.mesh import Mesh, shapes
 from geometry.parallel import space
 from geometry.parallel.space import ParallelSpace, edge_factors, parallelity
@@ -118,7 +118,7 @@ def test_a_mesh_with_bent_faces_has_no_gap() -> None:
     bent = shapes.grid(6, 6)
     heights = np.random.default_rng(0).uniform(-1e-3, 1e-3, size=bent.n_vertices)
     bent = bent.with_vertices(bent.vertices + np.outer(heights, [0, 0, 1]))
-    with pytest.raises(ConvergenceError, match=r"no gap .* planarise the mesh first"):
+    with pytest.raises(RankError, match=r"no gap .* planarise the mesh first"):
         _ = ParallelSpace(bent).dimension
 
 

@@ -10,10 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.errors import ConvergenceError, GeometryError, MeshError
+from geometry.errors import GeometryError, MeshError
 from geometry.functionals.planarity import Planarity, face_deviations
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
+from geometry.optimise.solution import ConvergenceError, Reason
 
 TOLERANCE = 1e-12
 seeds = st.integers(0, 2**32 - 1)
@@ -216,6 +217,8 @@ def test_too_few_steps_are_reported_with_the_worst_face() -> None:
     assert raised.value.bound == TOLERANCE
     assert raised.value.value is not None
     assert raised.value.value > TOLERANCE
+    assert raised.value.solution.reason is Reason.STEP_LIMIT
+    assert raised.value.solution.steps == 1
 
 
 def test_a_mesh_too_far_from_the_origin_is_refused_unless_more_is_allowed() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geometry.errors import ConvergenceError, GeometryError
+from geometry.errors import GeometryError, RankError
 from geometry.mesh import Mesh, read_mesh
 from geometry.meshing import Planarised, planarise
 from geometry.parallel.gauss_image import gauss_image
@@ -90,7 +90,7 @@ def test_dimensions(name: str, dimension: int, first_dropped: float) -> None:
 
 @pytest.mark.parametrize("name", [SIX_ARMED, YAS, GITTER])
 def test_there_is_no_gap_before_planarising(name: str) -> None:
-    with pytest.raises(ConvergenceError, match="no gap"):
+    with pytest.raises(RankError, match="no gap"):
         _ = ParallelSpace(read(name)).dimension
 
 
