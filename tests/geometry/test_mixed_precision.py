@@ -1,0 +1,71 @@
+"""The solver for large quadratics, judged by dense linear algebra and by the one for small ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.sparse import csr_array, random_array, vstack
+
+from geometry.mesh import shapes
+from geometry.optimise import constrained
+from geometry.optimise.constrained import minimise_quadratic
+from geometry.optimise.functional import SparseMatrix
+from geometry.optimise.mixed_precision import SaddlePoint
+from geometry.optimise.solution import Reason
+from geometry.parallel import gauss_image
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def problem(seed: int, n: int = 30, m: int = 12) -> tuple[SparseMatrix, SparseMatrix, np.random.Generator]:
+    """H positive definite and A with rows of unit length, the last of which is the sum of the first two."""
+    rng = np.random.default_rng(seed)
+    root = random_array((n, n), density=0.1, rng=rng, data_sampler=rng.standard_normal)
+    H = csr_array(root @ root.T + np.diag(rng.uniform(0.5, 2, n)))
+    A = rng.standard_normal((m, n)) * (rng.random((m, n)) < 0.3) + 0.1 * np.eye(m, n)
+    A /= np.linalg.norm(A, axis=1, keepdims=True)
+    return H, csr_array(vstack([csr_array(A), csr_array(A[:1] + A[1:2])])), rng
+
+
+@given(seeds)
+def test_it_solves_the_equations_of_the_minimiser(seed: int) -> None:
+    H, A, rng = problem(seed)
+    g, b = rng.standard_normal(H.shape[0]), A @ rng.standard_normal(H.shape[0])
+    solution = SaddlePoint(H, A).minimise(g, b, tolerance=1e-12)
+    assert solution.reason is Reason.CONVERGED
+    assert np.abs(A @ solution.x - b).max() == solution.violation <= 1e-12
+    full = np.block([[H.toarray(), A.toarray().T], [A.toarray(), np.zeros((A.shape[0], A.shape[0]))]])
+    expected = np.linalg.lstsq(full, np.concatenate([g, b]), rcond=1e-12)[0][: len(g)]
+    # the gradient is as good as the violation times sqrt(w), about 1e3; H is no worse conditioned than 1e2
+    assert np.abs(solution.x - expected).max() < 1e-7
+    assert np.abs(H @ solution.x + A.T @ solution.multipliers - g).max() < 1e-7
+
+
+@given(seeds)
+def test_contradicting_equations_stall(seed: int) -> None:
+    H, A, rng = problem(seed)
+    b = A @ rng.standard_normal(H.shape[0])
+    b[-1] += 1.0  # the last row is the sum of the first two
+    solution = SaddlePoint(H, A).minimise(np.zeros(H.shape[0]), b, tolerance=1e-12)
+    assert solution.reason is not Reason.CONVERGED
+    assert solution.violation > 0.1
+
+
+def test_large_problems_come_here_and_small_ones_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+    H, A, rng = problem(0)
+    g, b = rng.standard_normal(H.shape[0]), A @ rng.standard_normal(H.shape[0])
+    small = minimise_quadratic(H, g, A, b, tolerance=1e-13)
+    monkeypatch.setattr(constrained, "LARGE", 0)
+    monkeypatch.setattr(constrained, "factorise", None)  # would raise if it were called
+    large = minimise_quadratic(H, g, A, b, tolerance=1e-13)
+    assert np.abs(small.x - large.x).max() < 1e-8
+
+
+def test_a_gauss_image_is_the_same_either_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = shapes.dome(40, 30)
+    small = gauss_image(mesh)
+    monkeypatch.setattr(constrained, "LARGE", 0)
+    # the single-precision way stops at a gradient of about 1e-10, which is what separates the two
+    assert np.abs(gauss_image(mesh).vertices - small.vertices).max() < 1e-9
