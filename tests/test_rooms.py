@@ -14,13 +14,14 @@ GROUND = {"geometry.arrays", "geometry.errors"}
 PARTS = {"fabkit.parts", "fabkit.errors", "geometry.mesh", *GROUND}
 
 MAY_IMPORT: dict[str, set[str]] = {
-    "geometry": {"geometry.mesh", "geometry.meshing", "geometry.parallel", *GROUND},
+    "geometry": {"geometry.mesh", "geometry.meshing", "geometry.parallel", "geometry.curvature", *GROUND},
     "geometry.arrays": set(),
     "geometry.errors": set(),
     "geometry.optimise": GROUND,
     "geometry.mesh": GROUND,
     "geometry.functionals": {"geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.parallel": {"geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.curvature": {"geometry.parallel", "geometry.functionals", "geometry.mesh", *GROUND},
     "geometry.meshing": {"geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
     "fabkit": {"fabkit.build", "fabkit.project", "fabkit.errors", "fabkit.parts", "fabkit.detailing"},
     "fabkit.errors": set(),

@@ -15,6 +15,7 @@ __all__ = [
     "face_centroids",
     "face_mean_edge_lengths",
     "face_sums",
+    "mixed_areas",
     "planarity",
     "vector_areas",
 ]
@@ -35,6 +36,24 @@ def vector_areas(vertices: FloatArray, combinatorics: Combinatorics) -> FloatArr
     centres = face_centroids(vertices, combinatorics)
     here = vertices[combinatorics.corners] - centres[combinatorics.corner_face]
     return face_sums(combinatorics, np.cross(here, here[combinatorics.next_corner])) / 2
+
+
+def mixed_areas(
+    vertices_p: FloatArray, vertices_q: FloatArray, combinatorics: Combinatorics, normals: FloatArray
+) -> FloatArray:
+    """(F,) mixed area of the faces P of one mesh and the parallel faces Q of another [Pottmann2007, (4)].
+
+    vertices_p, vertices_q (N, 3): the two meshes; normals (F, 3): unit normals of the planes of the faces, which say
+    what counts as counter-clockwise. Symmetric and bilinear in P and Q, the same for translated faces; with Q = P the
+    signed area.
+    """
+    corners, faces = combinatorics.corners, combinatorics.corner_face
+    # about the centroids: far from the origin, products of coordinates would round
+    p = vertices_p[corners] - face_centroids(vertices_p, combinatorics)[faces]
+    q = vertices_q[corners] - face_centroids(vertices_q, combinatorics)[faces]
+    following = combinatorics.next_corner
+    crossed = np.cross(p, q[following]) + np.cross(q, p[following])
+    return np.asarray(np.einsum("fk,fk->f", face_sums(combinatorics, crossed), normals) / 4)
 
 
 def best_planes(vertices: FloatArray, combinatorics: Combinatorics) -> tuple[FloatArray, FloatArray]:

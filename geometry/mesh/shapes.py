@@ -1,8 +1,10 @@
-"""Exact meshes by name, with what is known about each. Faces run counter-clockwise seen from outside."""
+"""Exact meshes by name, with what is known about each. Faces run counter-clockwise seen from outside.
+
+The Platonic solids are found here too; the Archimedean ones are in `geometry.mesh.solids`.
+"""
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -11,18 +13,25 @@ from geometry.arrays import FloatArray, floats
 from geometry.errors import MeshError
 from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.mesh import Mesh
+from geometry.mesh.polygons import face_centroids
+from geometry.mesh.solids import cube, dodecahedron, icosahedron, octahedron, tetrahedron
 
 __all__ = [
     "box",
+    "cap",
+    "catenoid",
     "cube",
     "dodecahedron",
     "dome",
+    "double_ring",
     "grid",
+    "hexagonal_paraboloid",
     "icosahedron",
     "octahedron",
     "regular_prism",
     "rotational_mesh",
     "tetrahedron",
+    "torus",
     "translation_surface",
 ]
 
@@ -51,12 +60,20 @@ def rotational_mesh(profile: Any, n: int, *, closed: bool = True) -> Mesh:
 
     Raises MeshError where a radius is not positive or n is less than 3 (closed) or 2.
     """
-    radii, heights = floats(profile).T
-    if n < 2 + closed or not (radii > 0).all():
-        raise MeshError(f"a rotational mesh needs positive radii and at least {2 + closed} meridians, not {n}")
-    angles = np.arange(n) * (2 * np.pi / n if closed else np.pi / (n - 1))
-    rings = [radii * np.cos(angles)[:, None], radii * np.sin(angles)[:, None], np.tile(heights, (n, 1))]
-    return Mesh(np.stack(rings, axis=2).reshape(-1, 3), _quads(n if closed else n - 1, len(radii) - 1, wrap=closed))
+    vertices = _turned(profile, n, closed=closed)
+    return Mesh(vertices, _quads(n - (not closed), len(vertices) // n - 1, closed_x=closed))
+
+
+def torus(profile: Any, n: int) -> Mesh:
+    """A closed profile (m, 2) of radii and heights, turned n times about the z axis: genus 1.
+
+    Planar, circular and conical; numbered as `rotational_mesh`. A profile that runs counter-clockwise, radii to the
+    right and heights upwards, is seen from outside. The last point of the profile is not the first one again.
+
+    Raises MeshError where a radius is not positive or n is less than 3.
+    """
+    vertices = _turned(profile, n, closed=True)
+    return Mesh(vertices, _quads(n, len(vertices) // n, closed_x=True, closed_y=True))
 
 
 def dome(n: int, rings: int) -> Mesh:
@@ -67,6 +84,38 @@ def dome(n: int, rings: int) -> Mesh:
     """
     latitudes = np.radians(np.linspace(10.0, 80.0, rings + 1))
     return rotational_mesh(np.stack([np.cos(latitudes), np.sin(latitudes)], axis=1), n)
+
+
+def catenoid(n: int, rings: int) -> Mesh:
+    """A discrete minimal surface of negative curvature: an annulus of n x rings planar, circular, conical trapezoids.
+
+    Its Gauss image of the vertex type is the rotational mesh with the radii cos t and heights -sin t, for t from -60
+    to 60 degrees in equal steps [Pottmann2007, Fig. 17]; the meridians reverse their orientation. Ring j has
+    the radius 1 / cos t_j. The faces between rings j and j + 1 have H = 0 and K = -(cos t_j cos t_{j+1})^2.
+    """
+    latitudes = np.radians(np.linspace(-60.0, 60.0, rings + 1))
+    radii, heights = 1 / np.cos(latitudes), np.sin(latitudes)
+    rises = np.diff(heights) * radii[1:] * radii[:-1]
+    profile = np.stack([radii, np.concatenate([[0.0], np.cumsum(rises)]) - rises.sum() / 2], axis=1)
+    return rotational_mesh(profile, n)
+
+
+def hexagonal_paraboloid(nx: int, ny: int) -> Mesh:
+    """A disc of nx by ny planar hexagons that touch the paraboloid z = (x^2 + y^2) / 2 at their centres.
+
+    Seen from above, regular hexagons of edge 1; interior vertices have valence 3, so it is conical. All vertices lie
+    on the paraboloid that is lower by 1/2. Row j is shifted by half a hexagon against row j - 1, to and fro; the
+    plan is centred at the origin.
+    """
+    j, i = np.divmod(np.arange(nx * ny), nx)
+    angles = np.pi / 6 + np.pi / 3 * np.arange(6)
+    # in halves of the width sqrt(3) and of the edge 1, corners are integers: equal ones are found exactly
+    centres = np.stack([2 * i + j % 2 + 1, 3 * j + 2], axis=1)
+    around = np.rint(np.stack([2 * np.cos(angles) / 3**0.5, 2 * np.sin(angles)], axis=1)).astype(np.int64)
+    places, corners = np.unique((centres[:, None] + around).reshape(-1, 2), axis=0, return_inverse=True)
+    plan = (places - places.max(axis=0) / 2) * np.array([3**0.5 / 2, 0.5])  # the least places are 0
+    vertices = np.insert(plan, 2, (np.square(plan).sum(axis=1) - 1) / 2, axis=1)
+    return Mesh(vertices, Combinatorics(len(plan), corners.ravel(), np.arange(0, corners.size + 1, 6)))
 
 
 def regular_prism(n: int) -> Mesh:
@@ -86,64 +135,68 @@ def box(length: float, width: float, height: float) -> Mesh:
     return cube().with_vertices(cube().vertices * (np.array([length, width, height]) / 2))
 
 
-# --- Platonic solids about the origin; each says its edge length and the mid-radius, at which it touches all edges
+def double_ring() -> Mesh:
+    """A closed mesh of genus 2: 28 planar quads, 26 vertices of valence 4 and, where three ridges meet, 6.
 
-
-def tetrahedron() -> Mesh:
-    """Vertices (+-1, +-1, +-1) with an even number of minus signs; edge 2 sqrt(2), mid-radius 1, volume 8/3."""
-    corners = _CUBE[_CUBE.prod(axis=1) > 0]
-    return _convex(corners, -corners)
-
-
-def cube() -> Mesh:
-    """Vertices (+-1, +-1, +-1); edge 2, in-radius 1, mid-radius sqrt(2), volume 8."""
-    return _convex(_CUBE, _AXES)
-
-
-def octahedron() -> Mesh:
-    """Vertices +-e_k; edge sqrt(2), mid-radius 1/sqrt(2), volume 4/3."""
-    return _convex(_AXES, _CUBE)
-
-
-def icosahedron() -> Mesh:
-    """Vertices (0, +-1, +-g) and cyclically, g the golden ratio; edge 2, mid-radius g, volume (10/3) (3 + sqrt(5))."""
-    return _convex(_ICOSAHEDRON, _DODECAHEDRON)
-
-
-def dodecahedron() -> Mesh:
-    """Vertices (+-1, +-1, +-1), (0, +-g, +-1/g) and cyclically, g the golden ratio; edge 2/g, mid-radius g."""
-    return _convex(_DODECAHEDRON, _ICOSAHEDRON)
-
-
-def _cyclic(a: float, b: float) -> FloatArray:
-    """(12, 3) the points (0, +-a, +-b) and those with their coordinates moved on."""
-    points = np.array([(0.0, i * a, j * b) for i, j in product((-1, 1), repeat=2)])
-    return np.concatenate([np.roll(points, shift, axis=1) for shift in range(3)])
-
-
-_GOLDEN = (1 + 5**0.5) / 2
-_CUBE = np.array(list(product((-1.0, 1.0), repeat=3)))
-_AXES = np.concatenate([-np.eye(3), np.eye(3)])
-_ICOSAHEDRON = _cyclic(1.0, _GOLDEN)
-_DODECAHEDRON = np.concatenate([_CUBE, _cyclic(_GOLDEN, 1 / _GOLDEN)])
-
-
-def _convex(vertices: FloatArray, normals: FloatArray) -> Mesh:
-    """The convex polyhedron with these vertices and outer face normals."""
+    A figure of eight of bars, each a roof of slope 1 above the plane z = 0 and its mirror image below; a bar is 1 wide
+    at its foot and 1/2 high. As all faces are equally steep it is conical; no two that share an edge are coplanar.
+    """
+    outline = [(0.0, 2.0), (-3.0, 1.0), (-3.0, -1.0), (0.0, -2.0), (3.0, -1.0), (3.0, 1.0)]
+    ridges = np.array(outline)
+    left, right = ridges[:4], ridges[[3, 4, 5, 0]]
+    foot = np.concatenate([_moved_inwards(ridges, -0.5), _moved_inwards(left, 0.5), _moved_inwards(right, 0.5)])
+    top, bottom = (np.insert(ridges, 2, height, axis=1) for height in (0.5, -0.5))
+    ridge_of_foot = np.array([0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 3, 4, 5, 0])
     faces = []
-    for normal in normals:
-        heights = vertices @ normal
-        face = np.flatnonzero(heights > heights.max() - 1e-9)  # rounding; other vertices are lower by 0.5 and more
-        spokes = vertices[face] - vertices[face].mean(axis=0)
-        angles = np.arctan2(np.cross(spokes[0], spokes) @ normal / np.linalg.norm(normal), spokes @ spokes[0])
-        faces.append(face[np.argsort(angles)].tolist())
-    return Mesh.from_faces(vertices, faces)
+    for loop, side in ((range(6), 1), (range(6, 10), -1), (range(10, 14), -1)):
+        for a, b in zip(loop, [*loop[1:], loop[0]], strict=True):
+            above = [a, b, 14 + ridge_of_foot[b], 14 + ridge_of_foot[a]][::side]
+            below = [b, a, 20 + ridge_of_foot[a], 20 + ridge_of_foot[b]][::side]
+            faces += [above, below]
+    return Mesh.from_faces(np.concatenate([np.insert(foot, 2, 0.0, axis=1), top, bottom]), faces)
 
 
-def _quads(nx: int, ny: int, *, wrap: bool = False) -> Combinatorics:
-    """Quads (i, j), (i+1, j), (i+1, j+1), (i, j+1) of vertices numbered i (ny + 1) + j; wrap: i counts modulo nx."""
-    n_columns = nx if wrap else nx + 1
+def cap(mesh: Mesh, height: float) -> Mesh:
+    """The faces of a mesh whose centroids are higher than `height`, with the vertices they need.
+
+    Of a convex solid: a disc; of `rhombicosidodecahedron` it has triangles, squares and pentagons.
+    Raises MeshError where no face is so high.
+    """
+    kept = face_centroids(mesh.vertices, mesh.combinatorics)[:, 2] > height
+    c = mesh.combinatorics
+    used, corners = np.unique(c.corners[kept[c.corner_face]], return_inverse=True)
+    starts = np.concatenate([[0], np.cumsum(c.face_sizes[kept])])
+    return Mesh(mesh.vertices[used], Combinatorics(len(used), corners, starts))
+
+
+# --- parts of the above
+
+
+def _turned(profile: Any, n: int, *, closed: bool) -> FloatArray:
+    """(n m, 3) the points of a profile (m, 2) in n half-planes through the z axis, around or over half a turn."""
+    radii, heights = floats(profile).T
+    if n < 2 + closed or not (radii > 0).all():
+        raise MeshError(f"a rotational mesh needs positive radii and at least {2 + closed} meridians, not {n}")
+    angles = np.arange(n) * (2 * np.pi / n if closed else np.pi / (n - 1))
+    rings = [radii * np.cos(angles)[:, None], radii * np.sin(angles)[:, None], np.tile(heights, (n, 1))]
+    vertices: FloatArray = np.stack(rings, axis=2).reshape(-1, 3)
+    return vertices
+
+
+def _moved_inwards(polygon: FloatArray, distance: float) -> FloatArray:
+    """(k, 2) the polygon (k, 2), counter-clockwise, with all its edges moved to the left by a distance."""
+    along = np.roll(polygon, -1, axis=0) - polygon
+    left = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
+    both = left + np.roll(left, 1, axis=0)
+    moved: FloatArray = polygon + 2 * distance * both / np.square(both).sum(axis=1, keepdims=True)
+    return moved
+
+
+def _quads(nx: int, ny: int, *, closed_x: bool = False, closed_y: bool = False) -> Combinatorics:
+    """Quads (i, j), (i+1, j), (i+1, j+1), (i, j+1) of vertices numbered i n_rows + j; closed: i, j go around."""
+    n_columns, n_rows = nx + (not closed_x), ny + (not closed_y)
     i, j = np.divmod(np.arange(nx * ny), ny)
-    here, there = i * (ny + 1) + j, (i + 1) % n_columns * (ny + 1) + j
-    corners = np.stack([here, there, there + 1, here + 1], axis=1)
-    return Combinatorics(n_columns * (ny + 1), corners.ravel(), np.arange(0, corners.size + 1, 4))
+    here, there = i * n_rows, (i + 1) % n_columns * n_rows
+    above = (j + 1) % n_rows
+    corners = np.stack([here + j, there + j, there + above, here + above], axis=1)
+    return Combinatorics(n_columns * n_rows, corners.ravel(), np.arange(0, corners.size + 1, 4))

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
 from geometry.mesh import Mesh, shapes
-from geometry.mesh.polygons import best_planes, face_centroids, face_mean_edge_lengths
+from geometry.mesh.polygons import best_planes, face_centroids, face_mean_edge_lengths, mixed_areas
 
 EPS = float(np.finfo(float).eps)
 SHAPES = [
@@ -127,6 +127,33 @@ def test_planar_faces_have_their_area_along_their_normal(mesh: Mesh) -> None:
     np.testing.assert_allclose(mesh.planarity, 0, atol=1e-13)  # shapes promise rounding only
     areas = np.einsum("fk,fk->f", mesh.vector_areas, mesh.face_normals)
     np.testing.assert_allclose(areas, np.linalg.norm(mesh.vector_areas, axis=1), rtol=100 * EPS)
+
+
+@given(meshes(), seeds, st.floats(-10, 10))
+def test_mixed_areas_are_a_symmetric_bilinear_form(p: Mesh, seed: int, t: float) -> None:
+    """Whose squares are the signed areas; on any polygons, parallel or not, seen along any normals."""
+    c = p.combinatorics
+    q, r = (_random(seed + k, p.vertices.shape) for k in (1, 2))
+    normals = _random(seed, (p.n_faces, 3))
+
+    def mixed(first: FloatArray, second: FloatArray) -> FloatArray:
+        return mixed_areas(first, second, c, normals)
+
+    close = {"rtol": 0, "atol": 1e4 * EPS}  # areas up to 5 times 10, sums over up to 6 corners
+    np.testing.assert_allclose(mixed(p.vertices, q), mixed(q, p.vertices), **close)
+    np.testing.assert_allclose(mixed(p.vertices, q + t * r), mixed(p.vertices, q) + t * mixed(p.vertices, r), **close)
+    np.testing.assert_allclose(mixed(p.vertices + np.array([t, 1, -t]), q + t), mixed(p.vertices, q), **close)
+    signed = np.einsum("fk,fk->f", p.vector_areas, normals)
+    np.testing.assert_allclose(mixed(p.vertices, p.vertices), signed, **close)
+
+
+def test_mixed_area_of_rectangles() -> None:
+    """Of a x b and c x d, sides along each other: (a d + b c) / 2."""
+    c = shapes.grid(1, 1).combinatorics
+    corners = shapes.grid(1, 1).vertices
+    for up in (1.0, -1.0):
+        found = mixed_areas(corners * [2, 3, 0], corners * [5, 7, 0] + 100, c, np.array([[0, 0, up]]))
+        np.testing.assert_allclose(found, [up * (2 * 7 + 3 * 5) / 2], rtol=1e3 * EPS)  # 100 takes two digits
 
 
 def test_planarity_of_a_known_skew_quad() -> None:

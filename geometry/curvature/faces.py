@@ -1,0 +1,107 @@
+"""Mean, Gaussian and principal curvatures of faces, from how their areas grow in offsets [Pottmann2007, 5].
+
+Signs are those of (5): the sphere of radius r with its outward S has H = -1/r and K = 1/r^2, so H is positive where the
+surface bends towards the side to which S points. Turning S to -S turns H, and leaves K alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.errors import MeshError
+from geometry.mesh import Mesh
+from geometry.mesh.polygons import face_mean_edge_lengths, mixed_areas
+from geometry.parallel.parallelity import check_parallel, check_planar
+from geometry.parallel.support import PARALLEL_TOLERANCE
+
+__all__ = ["LEAST_AREA", "NEGATIVE", "FaceCurvatures", "face_curvatures", "steiner_area", "steiner_areas"]
+
+LEAST_AREA = 1e-9
+"""Least area of a face over the square of its mean edge length: rounding takes as many digits from its curvatures."""
+
+NEGATIVE = 1e-9
+"""H^2 - K down to minus this passes for zero, over the square of l l' / area(F) with the mean edge lengths l and l' of
+the face and its image: meshes count as parallel to 1e-9, which may change it by so much."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceCurvatures:
+    """Curvatures of each face of M with respect to a Gauss image S [Pottmann2007, (7)].
+
+    areas (F,): of the faces F of M, positive. mean (F,): H = -area(F, sigma(F)) / area(F), one over a length.
+    gaussian (F,): K = area(sigma(F)) / area(F), negative where the face and its image run around in opposite ways.
+    principal (F, 2): kappa_1 >= kappa_2, the roots of x^2 - 2 H x + K; NaN in the faces `without_principal`.
+    """
+
+    areas: FloatArray
+    mean: FloatArray
+    gaussian: FloatArray
+    principal: FloatArray
+
+    @property
+    def without_principal(self) -> IntArray:
+        """Faces with H^2 < K, which have no principal curvatures; neither they nor their images are strictly convex."""
+        return integers(np.flatnonzero(np.isnan(self.principal[:, 0])))
+
+
+def face_curvatures(mesh: Mesh, gauss_image: Mesh, *, negative: float = NEGATIVE) -> FaceCurvatures:
+    """The curvatures of the faces of M with respect to a mesh S parallel to it [Pottmann2007, (7)].
+
+    S may be any Gauss image, exact or not; it is understood to have unit size. They do not change when M or
+    S is moved, nor when both are turned; M twice as large has half the H and a quarter of the K.
+
+    `negative`: how far below zero rounding may take H^2 - K where both principal curvatures are equal; see `NEGATIVE`.
+
+    Raises MeshError where the combinatorics differ, an edge of M has no length or a face no area, GeometryError where a
+    face of M is not planar, and ParallelityError where M and S are not parallel.
+    """
+    c = mesh.combinatorics
+    check_parallel(mesh, gauss_image, PARALLEL_TOLERANCE, what="the Gauss image")
+    check_planar(mesh)
+    areas = np.linalg.norm(mesh.vector_areas, axis=1)
+    lengths = face_mean_edge_lengths(mesh.vertices, c)
+    _check_areas(areas / lengths**2)
+    normals = mesh.vector_areas / areas[:, None]  # hence area(F) > 0, as Prop. 5 asks
+    mean = -mixed_areas(mesh.vertices, gauss_image.vertices, c, normals) / areas
+    gaussian = mixed_areas(gauss_image.vertices, gauss_image.vertices, c, normals) / areas
+    scale = (face_mean_edge_lengths(gauss_image.vertices, c) * lengths / areas) ** 2
+    return FaceCurvatures(floats(areas), floats(mean), floats(gaussian), _principal(mean, gaussian, negative * scale))
+
+
+def steiner_areas(mesh: Mesh, gauss_image: Mesh, d: float) -> FloatArray:
+    """(F,) areas (1 - 2 d H + d^2 K) area(F) of the faces of the offset M + d S [Pottmann2007, (6)].
+
+    Exact for every d, also negative ones; a face that has turned over in the offset counts negative. Raises as
+    `face_curvatures` does.
+    """
+    curvatures = face_curvatures(mesh, gauss_image)
+    return (1 - 2 * d * curvatures.mean + d * d * curvatures.gaussian) * curvatures.areas
+
+
+def steiner_area(mesh: Mesh, gauss_image: Mesh, d: float) -> float:
+    """The area of the offset M + d S, as the sum of `steiner_areas` [Pottmann2007, Prop. 5]."""
+    return float(steiner_areas(mesh, gauss_image, d).sum())
+
+
+def _principal(mean: FloatArray, gaussian: FloatArray, rounding: FloatArray) -> FloatArray:
+    """(F, 2) the roots of x^2 - 2 H x + K, the larger one first; NaN where there are none."""
+    squares = mean**2 - gaussian
+    squares[(squares < 0) & (squares >= -rounding)] = 0.0
+    half = np.sqrt(squares, out=np.full_like(squares, np.nan), where=squares >= 0)
+    return floats(np.stack([mean + half, mean - half], axis=1))
+
+
+def _check_areas(relative: FloatArray) -> None:
+    """relative (F,): areas over the squares of the mean edge lengths."""
+    face = int(relative.argmin())
+    if not relative[face] >= LEAST_AREA:
+        raise MeshError(
+            f"face {face} has an area of {relative[face]:.1e} of its mean edge length squared, at least "
+            f"{LEAST_AREA:.0e} is needed: it has no curvature; remove the face, or list its corners in their order",
+            elements=[face],
+            value=float(relative[face]),
+            bound=LEAST_AREA,
+        )
