@@ -1,26 +1,70 @@
-"""What makes a parallel mesh S a Gauss image of M: nearness to the unit sphere [Pottmann2007, 4.2]."""
+"""What makes a parallel mesh S a Gauss image of M: nearness to the unit sphere [Pottmann2007, 4.1, 4.2].
+
+Distances from the origin are linear in S where the direction to the nearest point is known: for faces it is their
+normal; for edges and vertices it must be estimated.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
+from geometry.arrays import FloatArray, IntArray, floats
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Mesh
 from geometry.optimise.functional import LinearFunctional, SparseMatrix
 
-__all__ = ["close_to_vertex_normals", "unit_face_distances"]
+__all__ = [
+    "close_to_vertex_normals",
+    "edge_normals",
+    "unit_edge_distances",
+    "unit_face_distances",
+    "unit_vertex_distances",
+]
+
+FOLDED = 1e-6
+"""Length of the mean of the unit normals on both sides of an edge, below which it says nothing of the edge."""
 
 
 def unit_face_distances(mesh: Mesh) -> LinearFunctional:
     """f_faces: n_F . s_i - 1 for one corner i of each face; where S is parallel, its corners agree."""
     c = mesh.combinatorics
-    columns = coordinates(c.corners[c.face_starts[:-1]]).ravel()
-    starts = np.arange(0, len(columns) + 1, 3)
-    matrix: SparseMatrix = csr_array((mesh.face_normals.ravel(), columns, starts), shape=(c.n_faces, 3 * c.n_vertices))
-    return LinearFunctional(matrix, np.ones(c.n_faces))
+    return _unit_distances(mesh.face_normals, c.corners[c.face_starts[:-1]], mesh)
+
+
+def unit_edge_distances(mesh: Mesh, directions: FloatArray) -> LinearFunctional:
+    """f_edges: u_e . s_i - 1 for the tail i of each edge; where S is parallel, both ends agree.
+
+    directions (E, 3): u_e, perpendicular to the edges; unit vectors, or zero for an edge of which nothing is known.
+    """
+    return _unit_distances(directions, mesh.combinatorics.edges[:, 0], mesh)
+
+
+def unit_vertex_distances(mesh: Mesh, directions: FloatArray) -> LinearFunctional:
+    """n_i . s_i - 1 for each vertex, n_i (N, 3): unit vectors, or zero for a vertex of which nothing is asked."""
+    return _unit_distances(directions, np.arange(mesh.n_vertices), mesh)
 
 
 def close_to_vertex_normals(mesh: Mesh) -> LinearFunctional:
     """f_vert: s_i minus the estimated unit normal at m_i."""
     return LinearFunctional(csr_array(eye_array(3 * mesh.n_vertices)), mesh.vertex_normals.ravel())
+
+
+def edge_normals(mesh: Mesh) -> FloatArray:
+    """(E, 3) unit vectors across the edges, halfway between the normals of the faces; zero at a sharp fold."""
+    left, right = mesh.combinatorics.edge_faces.T
+    normals = mesh.face_normals
+    means = (normals[left] + normals[np.where(right < 0, left, right)]) / 2
+    along = mesh.edge_directions
+    means -= np.einsum("ek,ek->e", means, along)[:, None] * along
+    lengths = np.linalg.norm(means, axis=1, keepdims=True)
+    return floats(np.divide(means, lengths, out=np.zeros_like(means), where=lengths > FOLDED))
+
+
+def _unit_distances(directions: FloatArray, vertices: IntArray, mesh: Mesh) -> LinearFunctional:
+    """directions (m, 3) . s_i - 1 at the vertices i (m,); a zero direction asks for nothing."""
+    columns = coordinates(vertices).ravel()
+    starts = np.arange(0, len(columns) + 1, 3)
+    shape = (len(vertices), 3 * mesh.n_vertices)
+    matrix: SparseMatrix = csr_array((directions.ravel(), columns, starts), shape=shape)
+    return LinearFunctional(matrix, directions.any(axis=1).astype(float))

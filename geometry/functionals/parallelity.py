@@ -1,16 +1,18 @@
-"""Parallelity to a given mesh: linear in the other mesh."""
+"""Parallelity of two meshes: linear in the other mesh where one is given, or of both together."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray
 from geometry.functionals.unknowns import coordinates
-from geometry.mesh import Mesh
+from geometry.mesh import Combinatorics, Mesh
 from geometry.optimise.functional import LinearFunctional, SparseMatrix
 
-__all__ = ["parallel_to"]
+__all__ = ["Parallelity", "parallel_to", "two_across"]
 
 
 def parallel_to(mesh: Mesh) -> LinearFunctional:
@@ -19,7 +21,7 @@ def parallel_to(mesh: Mesh) -> LinearFunctional:
     The paper takes the cross product with m_j - m_i: three equations of rank two, weighted by the length of the
     edge. Here the two rows are orthonormal, so that residuals are lengths in S.
     """
-    across = _across(mesh.edge_directions)
+    across = two_across(mesh.edge_directions)
     values = np.stack([-across, across], axis=2)  # edge, row, end, coordinate
     columns = np.broadcast_to(coordinates(mesh.combinatorics.edges)[:, None], values.shape)
     starts = np.arange(0, values.size + 1, 6, dtype=np.int64)
@@ -28,9 +30,50 @@ def parallel_to(mesh: Mesh) -> LinearFunctional:
     return LinearFunctional(matrix, np.zeros(shape[0]))
 
 
-def _across(directions: FloatArray) -> FloatArray:
-    """(E, 2, 3) two unit vectors perpendicular to each direction and to each other."""
+@dataclass(frozen=True, eq=False)
+class Parallelity:
+    """f_par of a mesh M and a mesh S, both unknown: x (6N,) is the coordinates of M, then those of S.
+
+    Three residuals an edge, e x (s_j - s_i) with e the unit vector along m_j - m_i [Pottmann2007, 4.4]: lengths in S,
+    of rank two. Edges of M must have a length; those of S need not. The Jacobian is exact everywhere.
+    """
+
+    combinatorics: Combinatorics
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        directions, _, other = self._edges(x)
+        return np.cross(directions, other).ravel()
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        directions, lengths, other = self._edges(x)
+        # de is the part of d(m_j - m_i) across e, over the length; e x (s_j - s_i) is linear in either
+        along = directions[:, :, None] * directions[:, None, :]
+        by_mesh = -_cross_matrices(other) @ (np.eye(3) - along) / lengths[:, None, None]
+        by_other = _cross_matrices(directions)
+        values = np.stack([-by_mesh, by_mesh, -by_other, by_other], axis=2)  # edge, row, end, coordinate
+        c = self.combinatorics
+        ends = np.concatenate([c.edges, c.edges + c.n_vertices], axis=1)
+        columns = np.broadcast_to(coordinates(ends)[:, None], values.shape)
+        starts = np.arange(0, values.size + 1, 12)
+        return csr_array((values.ravel(), columns.ravel(), starts), shape=(3 * c.n_edges, 6 * c.n_vertices))
+
+    def _edges(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Directions (E, 3) and lengths (E,) in M, and vectors (E, 3) in S."""
+        positions = x.reshape(2, -1, 3)
+        i, j = self.combinatorics.edges.T
+        edges, other = positions[:, j] - positions[:, i]
+        lengths = np.linalg.norm(edges, axis=1)
+        return edges / lengths[:, None], lengths, other
+
+
+def two_across(directions: FloatArray) -> FloatArray:
+    """(n, 2, 3) two unit vectors perpendicular to each unit direction (n, 3) and to each other."""
     smallest = np.eye(3)[np.abs(directions).argmin(axis=1)]
     first = np.cross(directions, smallest)
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     return np.stack([first, np.cross(directions, first)], axis=1)
+
+
+def _cross_matrices(vectors: FloatArray) -> FloatArray:
+    """(E, 3, 3) the matrices of w -> v x w."""
+    return np.cross(vectors[:, None, :], np.eye(3)).swapaxes(1, 2)

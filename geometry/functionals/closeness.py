@@ -1,0 +1,97 @@
+"""Closeness to given points, to a design surface, to a curve."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array
+
+from geometry.arrays import FloatArray, IntArray, integers
+from geometry.errors import MeshError
+from geometry.functionals.parallelity import two_across
+from geometry.functionals.unknowns import coordinates
+from geometry.mesh.curve import Curve
+from geometry.mesh.surface import Surface, check_points
+from geometry.optimise.functional import LinearFunctional, SparseMatrix
+
+__all__ = ["OnCurve", "OnSurface", "close_to"]
+
+
+def close_to(points: FloatArray) -> LinearFunctional:
+    """x - points, for all vertices; points (N, 3). Raises GeometryError for points that are not finite."""
+    targets = check_points(points)
+    return LinearFunctional(csr_array(eye_array(targets.size)), targets.ravel())
+
+
+@dataclass(frozen=True, eq=False)
+class OnSurface:
+    """f_close of chosen vertices and a design surface Phi [Pottmann2007, 4.4]; x (3 n_vertices,) is all coordinates.
+
+    One residual each: the distance along the normal of Phi at the closest point, positive on its side. The vertices
+    glide freely along Phi, and beyond its boundary. The Jacobian is exact on the triangles of Phi, up to terms of the
+    order of the distance; it jumps from triangle to triangle, by about the angle between them. So demand r = 0 only
+    on a Phi much finer than the mesh; on a coarse one, as on the triangles of the mesh itself, make |r|^2 small.
+    Raises MeshError for a vertex that does not exist.
+    """
+
+    surface: Surface
+    vertices: IntArray
+    n_vertices: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", _checked(self.vertices, self.n_vertices))
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        return self.surface.distances(x.reshape(-1, 3)[self.vertices])[0]
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        gradients = self.surface.distances(x.reshape(-1, 3)[self.vertices])[1]
+        return _rows(gradients[:, None, :], self.vertices, self.n_vertices)
+
+
+@dataclass(frozen=True, eq=False)
+class OnCurve:
+    """Chosen vertices on a curve; x (3 n_vertices,) is all coordinates.
+
+    Two residuals each: the distances along two directions across the tangent at the closest point. The vertices
+    glide freely along the curve, and straight on beyond its ends; corners they do not turn by themselves, so hold
+    the vertices there. The Jacobian is exact up to terms of the order of the distance.
+    Raises MeshError for a vertex that does not exist.
+    """
+
+    curve: Curve
+    vertices: IntArray
+    n_vertices: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", _checked(self.vertices, self.n_vertices))
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        points = x.reshape(-1, 3)[self.vertices]
+        feet, tangents = self.curve.closest(points)
+        return np.asarray(np.einsum("nki,ni->nk", two_across(tangents), points - feet).ravel())
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        _, tangents = self.curve.closest(x.reshape(-1, 3)[self.vertices])
+        return _rows(two_across(tangents), self.vertices, self.n_vertices)
+
+
+def _checked(vertices: IntArray, n_vertices: int) -> IntArray:
+    chosen = integers(vertices).ravel()
+    wrong = chosen[(chosen < 0) | (chosen >= n_vertices)]
+    if len(wrong):
+        raise MeshError(
+            f"there is no vertex {wrong[0]}: the vertices end at {n_vertices - 1}",
+            elements=wrong.tolist(),
+            value=float(wrong[0]),
+            bound=n_vertices - 1,
+        )
+    return chosen
+
+
+def _rows(gradients: FloatArray, vertices: IntArray, n_vertices: int) -> SparseMatrix:
+    """(n r, 3 n_vertices) from the gradients (n, r, 3) of r residuals of each vertex."""
+    columns = np.broadcast_to(coordinates(vertices)[:, None, :], gradients.shape)
+    starts = np.arange(0, gradients.size + 1, 3)
+    return csr_array((gradients.ravel(), columns.ravel(), starts), shape=(gradients.size // 3, 3 * n_vertices))

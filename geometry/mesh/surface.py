@@ -1,0 +1,184 @@
+"""A design surface Phi: what a mesh is laid on, and glides on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import igl
+import numpy as np
+
+from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
+from geometry.errors import GeometryError, MeshError
+from geometry.mesh.mesh import Mesh
+from geometry.mesh.polygons import face_centroids
+
+__all__ = ["Surface", "check_points"]
+
+LEAST_AREA = 1e-9
+"""Area of a triangle over the square of its longest edge, below which it has no direction: six digits say no more."""
+
+LARGEST = 1e100
+"""Largest coordinate of a point: the square of a distance must be a number."""
+
+ON_EDGE = 1e-9
+"""Barycentric coordinate up to which a foot is on an edge, and offset over the size of a triangle up to which a
+point is straight above it: well above rounding, and of no consequence otherwise."""
+
+
+def check_points(points: FloatArray) -> FloatArray:
+    """The points (n, 3) as floats. Raises GeometryError for another shape, and where a coordinate is no number."""
+    array = np.ascontiguousarray(points, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise GeometryError(f"points have shape {array.shape}, (n, 3) is needed")
+    broken = np.flatnonzero(~(np.abs(array) <= LARGEST).all(axis=1))
+    if len(broken):
+        raise GeometryError(
+            f"point {broken[0]} is {array[broken[0]].tolist()}: coordinates must be finite numbers up to {LARGEST:.0e}",
+            elements=broken.tolist(),
+            bound=LARGEST,
+        )
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """The surface of the triangles of a mesh; faces with more corners are cut into triangles about their centroids.
+
+    Normals are interpolated from those at the vertices, so that they turn steadily along the surface. Raises
+    MeshError for triangles without area, faces that cannot be cut that way, and vertices without a normal.
+    """
+
+    mesh: Mesh
+
+    def __post_init__(self) -> None:
+        self._check_areas()
+        lengths = np.linalg.norm(self._normals[self._triangles], axis=2)
+        if (lengths == 0).any():
+            vertex = int(self._triangles[lengths == 0][0])
+            raise MeshError(
+                f"the faces at vertex {vertex} look in opposite directions, so that the surface has no normal there: "
+                "take one of its two layers",
+                elements=[vertex],
+            )
+
+    def closest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Feet (n, 3) of points (n, 3), the nearest points of the surface, and unit normals (n, 3) there.
+
+        Raises GeometryError for points that are not finite.
+        """
+        feet, _, normals, _ = self._locate(check_points(points))
+        return feet, normals
+
+    def distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Distances (n,) of points (n, 3) along the normals at their feet, and their gradients (n, 3).
+
+        Positive on the side of the normals. Beyond the boundary, the surface goes on across its normals. The gradients
+        are exact up to terms of the order of the distance from the foot. They are not quite the normals at the
+        feet, which the flat triangles are not perpendicular to.
+        """
+        points = check_points(points)
+        feet, triangles, normals, weights = self._locate(points)
+        away = points - feet
+        flat, size = self._triangle_normals[triangles], self._sizes[triangles]
+        aside = away - np.einsum("ni,ni->n", away, flat)[:, None] * flat
+        moves = weights > ON_EDGE  # a foot moves in its triangle, along its edge, or not at all
+        above = moves.all(axis=1) | (np.linalg.norm(aside, axis=1) <= ON_EDGE * size)
+        on_edge = ~above & (moves.sum(axis=1) == 2)
+        gradients = normals.copy()
+        gradients[above] = _along(normals[above], flat[above])
+        edges = self._opposite_edges(triangles[on_edge], ~moves[on_edge])
+        gradients[on_edge] -= _along(normals[on_edge], edges)
+        return np.einsum("ni,ni->n", away, normals), gradients
+
+    def _locate(self, points: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
+        """Feet (n, 3), their triangles (n,), normals (n, 3) and barycentric coordinates (n, 3) in the triangles."""
+        _, triangles, feet = self._tree.squared_distance(self._vertices, self._triangles, points)
+        triangles = np.asarray(triangles, dtype=np.int64).reshape(-1)
+        feet = np.asarray(feet, dtype=np.float64).reshape(-1, 3)
+        corners = self._vertices[self._triangles[triangles]]
+        areas = np.cross(corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]], feet[:, None] - corners[:, [1, 2, 0]])
+        weights = np.einsum("nki,ni->nk", areas, self._triangle_normals[triangles]).clip(min=0.0)
+        weights /= weights.sum(axis=1, keepdims=True)
+        normals = np.einsum("nk,nki->ni", weights, self._normals[self._triangles[triangles]])
+        return feet, triangles, normals / np.linalg.norm(normals, axis=1, keepdims=True), weights
+
+    def _opposite_edges(self, triangles: IntArray, corners: BoolArray) -> FloatArray:
+        """(n, 3) unit vectors along the edges opposite to one corner of each triangle; corners (n, 3) marks it."""
+        corner = corners.argmax(axis=1)
+        vertices = self._triangles[triangles]
+        rows = np.arange(len(vertices))
+        edges = self._vertices[vertices[rows, corner - 1]] - self._vertices[vertices[rows, corner - 2]]
+        return np.asarray(edges / np.linalg.norm(edges, axis=1, keepdims=True))
+
+    # --- triangles
+
+    @cached_property
+    def _pieces(self) -> tuple[IntArray, IntArray]:
+        """Triangles (T, 3), and their faces (T,); centroid f stands at number N + f."""
+        c = self.mesh.combinatorics
+        whole = np.flatnonzero(c.face_sizes == 3)
+        cut = np.flatnonzero(c.face_sizes[c.corner_face] > 3)
+        about = np.stack([c.corners[cut], c.corners[c.next_corner[cut]], c.n_vertices + c.corner_face[cut]], axis=1)
+        triangles = np.concatenate([c.corners[c.face_starts[whole][:, None] + np.arange(3)], about])
+        return integers(triangles), integers(np.concatenate([whole, c.corner_face[cut]]))
+
+    @property
+    def _triangles(self) -> IntArray:
+        return self._pieces[0]
+
+    @cached_property
+    def _vertices(self) -> FloatArray:
+        """(N + F, 3)"""
+        vertices = self.mesh.vertices
+        return floats(np.concatenate([vertices, face_centroids(vertices, self.mesh.combinatorics)]))
+
+    @cached_property
+    def _normals(self) -> FloatArray:
+        """(N + F, 3) at the vertices and centroids."""
+        return floats(np.concatenate([self.mesh.vertex_normals, self.mesh.face_normals]))
+
+    @cached_property
+    def _areas(self) -> FloatArray:
+        """(T, 3) twice the vector areas of the triangles."""
+        a, b, c = self._vertices[self._triangles].swapaxes(0, 1)
+        return floats(np.cross(b - a, c - a))
+
+    @cached_property
+    def _triangle_normals(self) -> FloatArray:
+        """(T, 3)"""
+        return floats(self._areas / np.linalg.norm(self._areas, axis=1, keepdims=True))
+
+    @cached_property
+    def _sizes(self) -> FloatArray:
+        """(T,) longest edges."""
+        corners = self._vertices[self._triangles]
+        return floats(np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(axis=1))
+
+    @cached_property
+    def _tree(self) -> igl.AABB:
+        tree = igl.AABB()
+        tree.init(self._vertices, self._triangles)
+        return tree
+
+    def _check_areas(self) -> None:
+        faces = self._pieces[1]
+        upright = np.einsum("ti,ti->t", self._areas, self.mesh.face_normals[faces]) / 2
+        relative = upright / np.maximum(self._sizes, np.finfo(float).tiny) ** 2
+        worst = int(relative.argmin())
+        if not relative[worst] > LEAST_AREA:
+            face = int(faces[worst])
+            larger = self.mesh.combinatorics.face_sizes[face] > 3
+            what = "cannot be cut into triangles about its centroid" if larger else "has no area"
+            raise MeshError(
+                f"face {face} {what}: a triangle of it has {relative[worst]:.1e} times the square of its longest edge, "
+                f"more than {LEAST_AREA:.0e} is needed; {'cut the face into triangles' if larger else 'remove it'}",
+                elements=[face],
+                value=float(relative[worst]),
+                bound=LEAST_AREA,
+            )
+
+
+def _along(vectors: FloatArray, directions: FloatArray) -> FloatArray:
+    """The parts of vectors (n, 3) along unit directions (n, 3)."""
+    return np.asarray(np.einsum("ni,ni->n", vectors, directions)[:, None] * directions)
