@@ -19,21 +19,30 @@ _STRICT = ConfigDict(extra="forbid", frozen=True)
 
 
 class GaussImageWeights(BaseModel):
-    """Weights of face distance, vertex normals and fairness when the Gauss image is computed."""
+    """Weights of face distance, beam height, vertex normals and fairness when the Gauss image is computed.
+
+    rounds: how often directions are estimated anew, so that distances themselves go to 1.
+    """
 
     model_config = _STRICT
 
     faces: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    edges: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     vertices: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     fairness: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    rounds: Annotated[int, Field(ge=1)] | None = None
 
 
 class PlanariseWeights(BaseModel):
-    """Weight of the shape of the edges against closeness to the given vertices when faces are made planar."""
+    """Weight of the shape of the edges against closeness to the given vertices when faces are made planar.
+
+    keep_boundary: vertices of the boundary slide on the curve through them.
+    """
 
     model_config = _STRICT
 
     fairness: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    keep_boundary: bool | None = None
 
 
 class Nesting(BaseModel):

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import geometry
 from fabkit.project import project_from
 
 ROOT = Path(__file__).parents[1]
@@ -45,3 +47,13 @@ def test_shipped_text_holds_no_machine_paths() -> None:
     for path in [*tracked, ROOT / "README.md", ROOT / "pyproject.toml"]:
         if path.suffix in (".py", ".md", ".toml", ".js", ".css", ".html", ".obj", ".bib"):
             assert not re.search(r"/(home|root|Users)/\w", path.read_text(encoding="utf-8")), path
+
+
+def test_the_how_to_on_parallel_meshes_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    text = (ROOT / "docs" / "howto" / "parallel-meshes.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(block, names)
+    assert names["structure"].twists.max() < 1e-9
+    assert geometry.parallelity(names["mesh"], names["blend"]).max() < 1e-9

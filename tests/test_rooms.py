@@ -14,7 +14,14 @@ GROUND = {"geometry.arrays", "geometry.errors"}
 PARTS = {"fabkit.parts", "fabkit.errors", "geometry.mesh", *GROUND}
 
 MAY_IMPORT: dict[str, set[str]] = {
-    "geometry": {"geometry.mesh", "geometry.meshing", "geometry.parallel", "geometry.curvature", *GROUND},
+    "geometry": {
+        "geometry.mesh",
+        "geometry.meshing",
+        "geometry.optimise",
+        "geometry.parallel",
+        "geometry.curvature",
+        *GROUND,
+    },
     "geometry.arrays": set(),
     "geometry.errors": set(),
     "geometry.optimise": GROUND,

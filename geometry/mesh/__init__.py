@@ -1,10 +1,22 @@
 """What the things are: combinatorics, meshes, polygons, files. Knows no optimisation."""
 
-from geometry.mesh import shapes
+from geometry.mesh import shapes, solids
 from geometry.mesh.checks import check_faces
 from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.files import MeshFile, read_mesh, write_mesh
 from geometry.mesh.mending import mend
 from geometry.mesh.mesh import Mesh
+from geometry.mesh.surface import Surface
 
-__all__ = ["Combinatorics", "Mesh", "MeshFile", "check_faces", "mend", "read_mesh", "shapes", "write_mesh"]
+__all__ = [
+    "Combinatorics",
+    "Mesh",
+    "MeshFile",
+    "Surface",
+    "check_faces",
+    "mend",
+    "read_mesh",
+    "shapes",
+    "solids",
+    "write_mesh",
+]

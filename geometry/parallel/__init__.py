@@ -1,6 +1,8 @@
-"""Mesh parallelism [Pottmann2007, 2 to 4]: parallel meshes, Gauss images, offsets, support structures."""
+"""Mesh parallelism [Pottmann2007, 2 to 4]: parallel meshes, Gauss images, offsets, node axes, support structures."""
 
+from geometry.parallel.exact import edge_gauss_image, exact_gauss_images, face_gauss_image, vertex_gauss_image
 from geometry.parallel.gauss_image import gauss_image, refuse_triangle_mesh
+from geometry.parallel.node_axes import node_axes, parallel_from_axes
 from geometry.parallel.offsets import (
     circularity,
     conicality,
@@ -10,7 +12,8 @@ from geometry.parallel.offsets import (
     face_distances,
     vertex_distances,
 )
-from geometry.parallel.space import ParallelSpace, Spectrum, edge_factors, parallelity
+from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.space import ParallelSpace, Spectrum
 from geometry.parallel.support import SupportStructure
 
 __all__ = [
@@ -23,9 +26,15 @@ __all__ = [
     "edge_cone_deviation",
     "edge_distances",
     "edge_factors",
+    "edge_gauss_image",
+    "exact_gauss_images",
     "face_distances",
+    "face_gauss_image",
     "gauss_image",
+    "node_axes",
+    "parallel_from_axes",
     "parallelity",
     "refuse_triangle_mesh",
     "vertex_distances",
+    "vertex_gauss_image",
 ]

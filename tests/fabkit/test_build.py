@@ -18,6 +18,7 @@ from fabkit import Built, Project, build, design
 from fabkit.detailing.check import violations
 from fabkit.errors import OutputError, ProjectError
 from fabkit.parts import Beam
+from geometry.mesh import read_mesh
 
 ROOF = Path(__file__).parents[2] / "examples" / "roof.obj"
 N_BEAMS, N_NODES, N_PANELS = 612, 325, 288
@@ -138,6 +139,17 @@ def test_flipping_turns_the_outside_round() -> None:
     down = design(Project(mesh=ROOF, unit="m", flip=True, nesting={"mode": "off"})).structure
     assert up.gauss_image.vertices[:, 2].min() > 0 > down.gauss_image.vertices[:, 2].max()
     assert np.sort(up.heights) == pytest.approx(np.sort(down.heights), abs=1e-6)
+
+
+def test_heights_and_the_boundary_are_what_the_project_asks_for(made: tuple[Path, Built]) -> None:
+    usual = made[1].structure
+    wishes = {"gauss_image": {"faces": 0.0, "edges": 1.0, "rounds": 5}, "planarise": {"keep_boundary": True}}
+    asked = design(Project(mesh=ROOF, unit="m", nesting={"mode": "off"}, **wishes)).structure
+    assert asked.heights.std() < 0.9 * usual.heights.std()
+    corners = asked.mesh.combinatorics.vertex_degrees == 2
+    given = read_mesh(ROOF).mesh.vertices[corners] * 1000
+    assert np.abs(asked.mesh.vertices[corners] - given).max() < 1e-9  # corners of the boundary stay
+    assert np.abs(usual.mesh.vertices[corners] - given).max() > 1e-3
 
 
 def test_a_folder_that_may_not_be_replaced_is_refused_before_any_work(tmp_path: Path) -> None:
