@@ -24,7 +24,7 @@ from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.units import MM_PER_UNIT
 from geometry.mesh import Mesh, MeshFile, read_mesh
-from geometry.meshing.planarise import Planarised, planarise
+from geometry.meshing import OptimisedMesh, planarise
 from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.support import SupportStructure
 
@@ -122,7 +122,7 @@ def _summary(
     project: Project,
     file: MeshFile,
     scale: float,
-    planar: Planarised,
+    planar: OptimisedMesh,
     structure: SupportStructure,
     detailed: Detailed,
 ) -> Summary:

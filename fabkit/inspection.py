@@ -11,7 +11,7 @@ import numpy as np
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh, MeshFile, read_mesh
-from geometry.meshing.planarise import Planarised, planarise
+from geometry.meshing import OptimisedMesh, planarise
 from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.offsets import circularity, conicality, edge_axis_twist, edge_cone_deviation, edge_distances
 
@@ -31,7 +31,7 @@ class Inspection:
     """
 
     file: MeshFile
-    planar: Planarised | None
+    planar: OptimisedMesh | None
     heights: FloatArray | None
     trouble: tuple[str, ...]
 
@@ -90,7 +90,7 @@ def _boundaries(mesh: Mesh) -> str:
     return f"{len(loops)} of {sizes} vertices; {parts}, Euler characteristic {mesh.combinatorics.euler_characteristic}"
 
 
-def _moves(planar: Planarised) -> str:
+def _moves(planar: OptimisedMesh) -> str:
     if planar.iterations == 0:
         return "nothing to do"
     return (

@@ -1,5 +1,8 @@
-"""From a design surface to a mesh that can be built [Pottmann2007, 4.3]: meshes with planar faces."""
+"""From a design surface to a mesh that can be built [Pottmann2007, 4.3]: planar, circular and conical meshes."""
 
-from geometry.meshing.planarise import Planarised, planarise
+from geometry.meshing.circular import make_circular
+from geometry.meshing.conical import make_conical
+from geometry.meshing.optimised import OptimisedMesh
+from geometry.meshing.planarise import planarise
 
-__all__ = ["Planarised", "planarise"]
+__all__ = ["OptimisedMesh", "make_circular", "make_conical", "planarise"]

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, vstack
 
 from geometry.arrays import FloatArray, floats
 
-__all__ = ["Functional", "LinearFunctional", "SparseMatrix", "apply", "normal_equations"]
+__all__ = ["Functional", "LinearFunctional", "SparseMatrix", "Stack", "apply", "normal_equations"]
 
 SparseMatrix: TypeAlias = "csr_array[np.float64, tuple[int, int]]"
 
@@ -44,6 +44,19 @@ class LinearFunctional:
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
         return self.matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """The residuals of several functionals of the same unknowns, one after the other."""
+
+    parts: Sequence[Functional]
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        return np.concatenate([part.residual(x) for part in self.parts])
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        return csr_array(vstack([part.jacobian(x) for part in self.parts], format="csr"))
 
 
 def normal_equations(terms: Iterable[tuple[float, LinearFunctional]]) -> tuple[SparseMatrix, FloatArray]:

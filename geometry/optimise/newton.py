@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray
+from geometry.optimise.bounded import minimise_bounded
 from geometry.optimise.constrained import minimise_quadratic
-from geometry.optimise.functional import Functional, SparseMatrix, apply
+from geometry.optimise.functional import Functional, LinearFunctional, SparseMatrix, apply, normal_equations
 from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["nearest_feasible"]
@@ -19,8 +22,17 @@ STEP_PENALTY = 1e8
 STEP_ACCURACY = 1e-8
 """Violation a linearised step may leave, over what it finds: too little to slow quadratic convergence."""
 
+CORRECTIONS = 20
+"""Of a linearised step, one solve each, where constraints nearly contradict each other; elsewhere one or two do."""
+
 HALVINGS = 12
 """How often a step may be halved in search of progress."""
+
+ROUNDS = 6
+"""How often inequalities that a step turns out to break may be added to it; the line search sees to the rest."""
+
+SETTLED = 1e-4
+"""Longest move of a coordinate in a step, over the longest allowed, below which the wishes are taken to be met."""
 
 
 def nearest_feasible(
@@ -28,71 +40,137 @@ def nearest_feasible(
     start: FloatArray,
     metric: SparseMatrix,
     *,
+    wishes: Sequence[tuple[float, Functional]] = (),
+    inequality: Functional | None = None,
+    least: float = 0.0,
     tolerance: float,
     longest_step: float,
     held_steps: int,
     max_steps: int,
 ) -> Solution:
-    """A point x with c(x) = 0, to `tolerance`, near to `start` (n,) in the metric (n, n), positive definite.
+    """A point x with c(x) = 0 and, where asked, e(x) >= `least`, to `tolerance`, near to `start` (n,).
 
-    The first `held_steps` also pull back towards the start; each later one takes the shortest way to c = 0, which is
-    what converges quadratically. No coordinate moves by more than `longest_step` in one step, and a step
-    is halved until it lowers an exact penalty function.
+    Near: x - start is short in the metric (n, n), positive definite, and the sum of weight |r(x)|^2 over the wishes is
+    small. The first `held_steps` pull towards that; each later one takes the shortest way to c = 0, which is what
+    converges quadratically. With wishes, all held steps are taken, unless they become short. No coordinate
+    moves by more than `longest_step` in one step, and a step is halved until it lowers an exact penalty function.
+
+    The multipliers of the solution are those of c, then of the e that held the last step.
     """
-    problem = _Problem(constraint, metric, longest_step)
-    x = target = start
-    residual, multipliers = constraint.residual(start), np.zeros(0)
+    problem = _Problem(constraint, inequality, least, metric, tuple(wishes), start, longest_step)
+    here, multipliers = problem.state(start), np.zeros(0)
+    settled = not wishes
     for step in range(max_steps + 1):
-        violation = float(np.abs(residual).max(initial=0.0))
-        if violation <= tolerance:
-            return Solution(x, multipliers, violation, step, Reason.CONVERGED)
+        if here.violation <= tolerance and (settled or step >= held_steps):
+            return Solution(here.x, multipliers, here.violation, step, Reason.CONVERGED)
         if step == max_steps:
             break
-        target = target if step < held_steps else x
-        move, multipliers = problem.newton_step(x, target, residual)
-        moved = problem.search(x, move, target, residual, multipliers)
-        if moved is None and target is not x:  # the pull back is in the way
+        held = step < held_steps
+        move, found = problem.newton_step(here, held)
+        if found.reason is Reason.INFEASIBLE:
+            return Solution(here.x, multipliers, here.violation, step, Reason.INFEASIBLE)
+        multipliers = found.multipliers
+        moved = problem.search(here, move, held, multipliers)
+        if moved is None and held:  # the pull back is in the way
             held_steps = 0
         elif moved is None:
-            return Solution(x, multipliers, violation, step, Reason.STALLED)
+            return Solution(here.x, multipliers, here.violation, step, Reason.STALLED)
         else:
-            x, residual = moved
-    return Solution(x, multipliers, violation, max_steps, Reason.STEP_LIMIT)
+            settled = settled or float(np.abs(moved.x - here.x).max()) <= SETTLED * longest_step
+            here = moved
+    return Solution(here.x, multipliers, here.violation, max_steps, Reason.STEP_LIMIT)
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """A point, c there, and how far e is below what is asked there."""
+
+    x: FloatArray
+    residual: FloatArray
+    shortfall: FloatArray
+
+    @property
+    def violation(self) -> float:
+        return float(max(np.abs(self.residual).max(initial=0.0), self.shortfall.max(initial=0.0)))
 
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
     constraint: Functional
+    inequality: Functional | None
+    least: float
     metric: SparseMatrix
+    wishes: tuple[tuple[float, Functional], ...]
+    start: FloatArray
     longest_step: float
 
-    def newton_step(self, x: FloatArray, target: FloatArray, residual: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The move towards the point of the linearised constraint nearest to the target, and its multipliers."""
-        solution = minimise_quadratic(
-            self.metric,
-            apply(self.metric, target - x),
-            self.constraint.jacobian(x),
-            -residual,
-            tolerance=STEP_ACCURACY * float(np.abs(residual).max()),
-            penalty=STEP_PENALTY,
-            max_steps=3,
-        )
-        longest = max(self.longest_step, float(np.abs(solution.x).max()))
-        return solution.x * (self.longest_step / longest), solution.multipliers
+    def state(self, x: FloatArray) -> _State:
+        values = np.zeros(0) if self.inequality is None else self.inequality.residual(x) - self.least
+        return _State(x, self.constraint.residual(x), np.maximum(-values, 0.0))
 
-    def search(
-        self, x: FloatArray, move: FloatArray, target: FloatArray, residual: FloatArray, multipliers: FloatArray
-    ) -> tuple[FloatArray, FloatArray] | None:
-        """The first of x + move, x + move/2, ... that lowers the penalty function, and the residual there."""
-        weight = 1.5 * float(np.abs(multipliers).max())  # more than the largest multiplier: the penalty is exact
-        before = self._penalty(x, target, residual, weight)
+    def newton_step(self, here: _State, held: bool) -> tuple[FloatArray, Solution]:
+        """The best move under the linearised constraints, cut to the longest step; and where it comes from."""
+        H, g = self._model(here.x, held)
+        jacobian = self.constraint.jacobian(here.x)
+        tolerance = STEP_ACCURACY * max(here.violation, self.longest_step * SETTLED)
+        found = minimise_quadratic(
+            H, g, jacobian, -here.residual, tolerance=tolerance, penalty=STEP_PENALTY, max_steps=CORRECTIONS
+        )
+        if self.inequality is not None:
+            found = self._bounded(found, here.x, H, g, jacobian, -here.residual, tolerance)
+        longest = max(self.longest_step, float(np.abs(found.x).max()))
+        return found.x * (self.longest_step / longest), found
+
+    def _model(self, x: FloatArray, held: bool) -> tuple[SparseMatrix, FloatArray]:
+        """H and g of the objective d H d / 2 - g d of a move d, by Gauss-Newton. Not held: the length of the move."""
+        pull = apply(self.metric, self.start - x)
+        H = self.metric
+        if self.wishes:
+            linearised = [(w, LinearFunctional(f.jacobian(x), -f.residual(x))) for w, f in self.wishes]
+            more, gradient = normal_equations(linearised)
+            H, pull = csr_array(H + more), pull + gradient
+        return H, pull if held else np.zeros(len(x))
+
+    def _bounded(
+        self,
+        found: Solution,
+        x: FloatArray,
+        H: SparseMatrix,
+        g: FloatArray,
+        A: SparseMatrix,
+        b: FloatArray,
+        tolerance: float,
+    ) -> Solution:
+        """The same step, kept within those linearised inequalities that it would break."""
+        assert self.inequality is not None
+        values, rows = self.inequality.residual(x) - self.least, self.inequality.jacobian(x)
+        asked = np.zeros(len(values), dtype=bool)
+        for _ in range(ROUNDS):
+            broken = values + apply(rows, found.x) < -tolerance
+            if not (broken & ~asked).any():
+                break
+            asked |= broken
+            lower = -values[asked]
+            unlimited = np.full(len(lower), np.inf)
+            found = minimise_bounded(H, g, A, b, csr_array(rows[asked]), lower, unlimited, tolerance=tolerance)
+            if found.reason is Reason.INFEASIBLE:
+                break
+        return found
+
+    def search(self, here: _State, move: FloatArray, held: bool, multipliers: FloatArray) -> _State | None:
+        """The state at the first of x + move, x + move/2, ... that lowers the penalty function."""
+        weight = 1.5 * float(np.abs(multipliers).max(initial=0.0))  # above the largest: the penalty is exact
+        origin = self.start if held else here.x
+        before = self._penalty(here, origin, held, weight)
         for _ in range(HALVINGS):
-            there = self.constraint.residual(x + move)
-            if self._penalty(x + move, target, there, weight) < before:
-                return x + move, there
+            there = self.state(here.x + move)
+            if self._penalty(there, origin, held, weight) < before:
+                return there
             move = move / 2
         return None
 
-    def _penalty(self, x: FloatArray, target: FloatArray, residual: FloatArray, weight: float) -> float:
-        away = x - target
-        return float(away @ apply(self.metric, away)) / 2 + weight * float(np.abs(residual).sum())
+    def _penalty(self, state: _State, origin: FloatArray, held: bool, weight: float) -> float:
+        away = state.x - origin
+        wished = sum(w * float(f.residual(state.x) @ f.residual(state.x)) for w, f in self.wishes) if held else 0.0
+        violations = float(np.abs(state.residual).sum() + state.shortfall.sum())
+        return (float(away @ apply(self.metric, away)) + wished) / 2 + weight * violations

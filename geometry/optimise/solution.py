@@ -18,6 +18,8 @@ class Reason(Enum):
     CONVERGED = "the constraints hold"
     STALLED = "no step makes progress"
     STEP_LIMIT = "the allowed number of steps is used up"
+    INFEASIBLE = "the constraints contradict each other"
+    UNBOUNDED = "there is no least value"
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
+from geometry.optimise.affine import AffineMap, At
 from geometry.optimise.constrained import minimise_quadratic
-from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, Stack, normal_equations
 from geometry.optimise.newton import nearest_feasible
-from geometry.optimise.solution import Reason
+from geometry.optimise.solution import Reason, Solution
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -160,3 +161,74 @@ def test_a_feasible_start_is_left_alone() -> None:
     solution = find(1.0, start)
     assert solution.steps == 0
     np.testing.assert_array_equal(solution.x, start)
+
+
+# --- fewer unknowns, several functionals
+
+
+@given(seeds)
+def test_stacked_functionals_of_fewer_unknowns_have_the_derivatives_of_their_residuals(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, held = rng.normal(size=6), rng.random(6) < 0.5
+    linear = LinearFunctional(csr_array(rng.normal(size=(3, 6))), rng.normal(size=3))
+    free = AffineMap.holding(x, held)
+    functional = At(At(Stack([OnSphere(2.0), linear]), AffineMap.scaling(3.0, rng.normal(size=6))), free)
+    y, change = x[~held], rng.normal(size=int((~held).sum()))
+    np.testing.assert_array_equal(free(y), x)
+    np.testing.assert_array_equal(free(y + change)[held], x[held])
+    # all residuals are quadratic, so central differences are exact up to rounding
+    differences = (functional.residual(y + change) - functional.residual(y - change)) / 2
+    np.testing.assert_allclose(functional.jacobian(y) @ change, differences, atol=1e-9)
+
+
+@given(seeds, st.floats(0.01, 100.0))
+def test_linear_wishes_weigh_against_the_way_from_the_start(seed: int, weight: float) -> None:
+    rng = np.random.default_rng(seed)
+    H, _, A, b = random_problem(seed)
+    B, wanted, start = rng.normal(size=(5, 8)), rng.normal(size=5), rng.normal(size=8)
+    solution = nearest_feasible(
+        LinearFunctional(csr_array(A), b),
+        start,
+        csr_array(H),
+        wishes=[(weight, LinearFunctional(csr_array(B), wanted))],
+        tolerance=1e-12,
+        longest_step=100.0,
+        held_steps=20,
+        max_steps=40,
+    )
+    assert solution.reason is Reason.CONVERGED
+    expected = by_elimination(H + weight * B.T @ B, H @ start + weight * B.T @ wanted, A, b)
+    # the penalty of 1e8 times rounding, and the conditioning of random matrices
+    np.testing.assert_allclose(solution.x, expected, atol=1e-5)
+
+
+def bounded(least: float, start: list[float]) -> Solution:
+    """The point of the unit circle nearest to the start with a first coordinate of `least` and more."""
+    return nearest_feasible(
+        OnSphere(1.0),
+        np.array(start),
+        csr_array(eye_array(2)),
+        inequality=LinearFunctional(csr_array([[1.0, 0.0]]), np.zeros(1)),
+        least=least,
+        tolerance=1e-12,
+        longest_step=0.5,
+        held_steps=8,
+        max_steps=40,
+    )
+
+
+@given(st.floats(-0.9, 0.9), st.floats(-1.4, 1.4), st.floats(0.5, 1.5))
+def test_inequalities_hold_where_they_are_asked_for(least: float, angle: float, distance: float) -> None:
+    start = np.array([np.cos(angle), np.sin(angle)]) * distance
+    solution = bounded(least, start.tolist())
+    assert solution.reason is Reason.CONVERGED
+    assert solution.x[0] >= least - 1e-12
+    if np.cos(angle) < least:  # held by the bound
+        expected = [least, np.copysign((1 - least**2) ** 0.5, np.sin(angle))]
+        np.testing.assert_allclose(solution.x, expected, atol=1e-6)
+
+
+def test_inequalities_that_contradict_the_equations_are_reported() -> None:
+    solution = bounded(1.5, [0.9, 0.1])
+    assert solution.reason is not Reason.CONVERGED
+    assert solution.violation > 0.1

@@ -10,7 +10,7 @@ import pytest
 
 from geometry.errors import GeometryError, RankError
 from geometry.mesh import Mesh, read_mesh
-from geometry.meshing import Planarised, planarise
+from geometry.meshing import OptimisedMesh, planarise
 from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.offsets import (
     circularity,
@@ -42,7 +42,7 @@ def read(name: str) -> Mesh:
 
 
 @cache
-def planar(name: str) -> Planarised:
+def planar(name: str) -> OptimisedMesh:
     return planarise(read(name))
 
 

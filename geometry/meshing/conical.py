@@ -1,0 +1,62 @@
+"""Conical meshes: planar faces tangent to a cone about each vertex, hence face offsets [Pottmann2007, Prop. 2]."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from geometry.arrays import IntArray, integers
+from geometry.functionals.conicality import Conicality, closed_fans
+from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh.surface import Surface
+from geometry.meshing.guides import Faces, Guides, Indices
+from geometry.meshing.optimised import OptimisedMesh, optimised
+from geometry.meshing.outcome import Aim
+
+__all__ = ["make_conical"]
+
+
+def make_conical(
+    mesh: Mesh,
+    *,
+    tolerance: float = 1e-12,
+    fairness: float = 0.3,
+    surface: Surface | None = None,
+    fixed: Indices = (),
+    curves: Sequence[Indices] = (),
+    keep_boundary: bool = False,
+    convex: Faces = (),
+    held_steps: int = 8,
+    max_steps: int = 50,
+) -> OptimisedMesh:
+    """Move vertices so that each face is planar and the faces at each interior vertex are tangent to a cone.
+
+    Planar to `tolerance` l, conical to `tolerance` radians. Both are asked at once, in the way of `planarise`, where
+    all arguments are explained. That takes small moves where edges follow the principal curvature lines of the
+    shape, as those of conical meshes do [LiuPottmann2006]; elsewhere edges would have to turn far, or collapse, which
+    is refused.
+
+    Raises as `planarise` does, and ConvergenceError where faces are not tangent to cones.
+    """
+    c = mesh.combinatorics
+    aim = Aim(
+        "making the mesh conical",
+        "lay the mesh along principal curvature lines",
+        Conicality(c),
+        _vertices_of_residuals(c),
+        "vertex",
+        "is not conical",
+        "radians",
+    )
+    guides = Guides.of(mesh, surface, fixed, curves, keep_boundary, convex)
+    return optimised(
+        mesh, aim, guides, tolerance=tolerance, fairness=fairness, held_steps=held_steps, max_steps=max_steps
+    )
+
+
+def _vertices_of_residuals(combinatorics: Combinatorics) -> IntArray:
+    """(m,) the vertex of each residual of `Conicality`."""
+    fans = [fan for fan in closed_fans(combinatorics) if fan.shape[1] > 3]
+    parts = [np.repeat(combinatorics.corners[fan[:, 0]], fan.shape[1] - 3) for fan in fans]
+    return integers(np.concatenate([np.zeros(0), *parts]))

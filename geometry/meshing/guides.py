@@ -1,0 +1,128 @@
+"""What guides the vertices of a mesh while its faces are optimised: a surface, curves, fixed places, convexity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from geometry.arrays import BoolArray, FloatArray, IntArray, integers
+from geometry.errors import GeometryError, MeshError
+from geometry.mesh import Mesh
+from geometry.mesh.curve import Curve
+from geometry.mesh.surface import Surface
+
+__all__ = ["Faces", "Guides", "Indices", "edge_name", "in_edge_lengths"]
+
+Indices: TypeAlias = "Sequence[int] | IntArray"
+"""Vertices or faces by their numbers."""
+
+Faces: TypeAlias = "Indices | Literal['all']"
+"""Faces by their numbers, or all of them."""
+
+
+def in_edge_lengths(mesh: Mesh) -> FloatArray:
+    """(N, 3) vertices from their centroid, in mean edge lengths."""
+    return np.asarray((mesh.vertices - mesh.vertices.mean(axis=0)) / mesh.mean_edge_length)
+
+
+def edge_name(mesh: Mesh, edge: int) -> str:
+    i, j = mesh.combinatorics.edges[edge].tolist()
+    return f"edge {edge} from vertex {i} to vertex {j}"
+
+
+@dataclass(frozen=True, eq=False)
+class Guides:
+    """surface: where vertices glide, if any. is_fixed (N,): vertices that stay. curves: each with the vertices that
+    slide on it, from the centroid of the mesh and in mean edge lengths. convex: faces to be convex.
+    """
+
+    surface: Surface | None
+    is_fixed: BoolArray
+    curves: tuple[tuple[Curve, IntArray], ...]
+    convex: IntArray
+
+    @classmethod
+    def of(
+        cls,
+        mesh: Mesh,
+        surface: Surface | None,
+        fixed: Indices,
+        curves: Sequence[Indices],
+        keep_boundary: bool,
+        convex: Faces,
+    ) -> Guides:
+        """Checked. Ends and corners of curves stay, and so do vertices on two curves.
+
+        Raises MeshError for an edge without length and GeometryError for what is not a Surface, a vertex or face that
+        does not exist, and a curve that does not run along edges or meets itself.
+        """
+        _check_edges(mesh)
+        if surface is not None and not isinstance(surface, Surface):
+            raise GeometryError(f"the surface is a {type(surface).__name__}: make it one by Surface(mesh)")
+        is_fixed = np.zeros(mesh.n_vertices, dtype=bool)
+        is_fixed[_indices("fixed", fixed, mesh.n_vertices, "vertices")] = True
+        paths = [_path(mesh, number, curve) for number, curve in enumerate(curves)]
+        if keep_boundary:
+            paths += [(loop, True) for loop in mesh.combinatorics.boundary_loops]
+        positions = in_edge_lengths(mesh)
+        made = [(Curve.through(positions[path], closed=closed), path) for path, closed in paths]
+        met = np.bincount(
+            np.concatenate([np.zeros(0, np.int64), *(path for path, _ in paths)]), minlength=len(is_fixed)
+        )
+        is_fixed |= met > 1
+        for curve, path in made:
+            is_fixed[path[curve.corners]] = True
+            is_fixed[path[:0] if curve.closed else path[[0, -1]]] = True
+        faces = range(mesh.n_faces) if isinstance(convex, str) and convex == "all" else convex
+        return cls(
+            surface,
+            is_fixed,
+            tuple((curve, integers(path[~is_fixed[path]])) for curve, path in made),
+            _indices("convex", faces, mesh.n_faces, "faces"),
+        )
+
+
+def _check_edges(mesh: Mesh) -> None:
+    if mesh.edge_lengths.min() == 0:
+        edge = int(mesh.edge_lengths.argmin())
+        raise MeshError(f"{edge_name(mesh, edge)} has no length: make its two vertices one", elements=[edge], value=0.0)
+
+
+def _indices(name: str, values: Any, count: int, noun: str) -> IntArray:
+    """The values as they stand, where they are indices; otherwise GeometryError."""
+    found = np.array([]) if isinstance(values, str) else np.asarray(values)
+    if isinstance(values, str) or found.ndim != 1 or (found.size and found.dtype.kind not in "iu"):
+        raise GeometryError(f"{name} is {values!r}: {noun} are given by their numbers, in a sequence")
+    wrong = found[(found < 0) | (found >= count)]
+    if len(wrong):
+        raise GeometryError(
+            f"{name} names {wrong[0]}, but {noun} have the numbers 0 to {count - 1}",
+            elements=wrong.tolist(),
+            value=float(wrong[0]),
+            bound=count - 1,
+        )
+    return integers(found)
+
+
+def _path(mesh: Mesh, number: int, curve: Indices) -> tuple[IntArray, bool]:
+    """The vertices along a curve, each once, and whether it goes on from the last to the first."""
+    name = f"curve {number}"
+    path = _indices(name, curve, mesh.n_vertices, "vertices")
+    closed = len(path) > 1 and bool(path[0] == path[-1])
+    once = path[:-1] if closed else path
+    if len(once) < 2 + closed:
+        raise GeometryError(f"{name} has {len(once)} vertices: at least 2 are needed, and 3 where it is closed")
+    values, counts = np.unique(once, return_counts=True)
+    if counts.max() > 1:
+        vertex = int(values[counts.argmax()])
+        raise GeometryError(f"{name} meets vertex {vertex} twice: make two curves of it", elements=[vertex])
+    steps = np.sort(np.stack([path[:-1], path[1:]], axis=1), axis=1) @ [mesh.n_vertices, 1]
+    edges = np.sort(mesh.combinatorics.edges, axis=1) @ [mesh.n_vertices, 1]
+    off = np.flatnonzero(~np.isin(steps, edges))
+    if len(off):
+        i, j = path[off[0] : off[0] + 2].tolist()
+        raise GeometryError(f"{name} goes from vertex {i} to vertex {j}, where there is no edge", elements=[i, j])
+    return once, closed

@@ -1,0 +1,213 @@
+"""The engine behind planar, circular and conical meshes: constrained Newton steps of least moves and strain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array
+
+from geometry.arrays import FloatArray, integers
+from geometry.errors import GeometryError
+from geometry.functionals.closeness import OnCurve, OnSurface
+from geometry.functionals.convexity import Convexity
+from geometry.functionals.fairness import strain
+from geometry.functionals.planarity import Planarity, face_deviations
+from geometry.mesh import Mesh
+from geometry.meshing.guides import Guides, in_edge_lengths
+from geometry.meshing.outcome import LEAST_TURN, Aim, check_fixed_faces, check_outcome
+from geometry.optimise.affine import AffineMap, At
+from geometry.optimise.functional import Functional, SparseMatrix, Stack
+from geometry.optimise.newton import nearest_feasible
+from geometry.optimise.solution import Reason, Solution
+
+__all__ = ["OptimisedMesh", "optimised"]
+
+LONGEST_STEP = 0.5
+"""Longest move in a coordinate in one step, over the mean edge length."""
+
+SURFACE = 10.0
+"""Weight of squared distances from a surface, over that of squared moves. With more, vertices come nearer in the mean,
+but glide so far that edges collapse: Newton's steps leave out how constraints curve."""
+
+
+@dataclass(frozen=True, eq=False)
+class OptimisedMesh:
+    """A mesh with planar faces, and what it took.
+
+    Planarity is the largest distance of a corner from its face's best plane. The deviation is what a circular or
+    conical mesh is off by: the largest circularity of a face or conicality (radians) of a vertex, as the norm of what
+    the functional of that name finds; zero where neither is asked. surface_distance: the largest distance of a vertex
+    from the surface, None without one. Lengths are parts of the mean edge length l of the mesh as given. `reason` says
+    why the method stopped.
+    """
+
+    mesh: Mesh
+    iterations: int
+    planarity_before: float
+    planarity_after: float
+    deviation_before: float
+    deviation_after: float
+    largest_move: float
+    mean_move: float
+    surface_distance: float | None
+    reason: str
+
+
+def optimised(
+    mesh: Mesh,
+    aim: Aim,
+    guides: Guides,
+    *,
+    tolerance: float,
+    fairness: float,
+    held_steps: int,
+    max_steps: int,
+) -> OptimisedMesh:
+    """The mesh with planar faces that reaches the aim, near to the one given or on the surface.
+
+    Raises GeometryError for numbers out of range, ConvergenceError where something is off by more than the tolerance,
+    and GeometryError where an edge or face folded over on the way.
+    """
+    for name, number in [
+        ("tolerance", tolerance),
+        ("fairness", fairness),
+        ("held_steps", held_steps),
+        ("max_steps", max_steps),
+    ]:
+        if not 0 <= number < np.inf:
+            raise GeometryError(f"{name} is {number}: a number from 0 upwards is needed", value=number, bound=0)
+    task = _Task(mesh, aim, guides, fairness)
+    if task.is_done(tolerance):
+        return task.record(mesh, 0, "nothing was to be done")
+    if guides.is_fixed.any():
+        check_fixed_faces(mesh, guides, tolerance)
+    solution = task.solve(tolerance, held_steps, max_steps)
+    result = task.mesh_at(solution.x)
+    check_outcome(mesh, result, aim, guides, solution, tolerance)
+    return task.record(result, solution.steps, solution.reason.value)
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """The unknown x (3N,): vertices as `in_edge_lengths` has them."""
+
+    mesh: Mesh
+    aim: Aim
+    guides: Guides
+    fairness: float
+
+    @cached_property
+    def start(self) -> FloatArray:
+        return in_edge_lengths(self.mesh).ravel()
+
+    @cached_property
+    def world(self) -> AffineMap:
+        """From x to the coordinates of the mesh."""
+        centre = self.mesh.vertices.mean(axis=0)
+        return AffineMap.scaling(self.mesh.mean_edge_length, np.tile(centre, self.mesh.n_vertices))
+
+    def mesh_at(self, x: FloatArray) -> Mesh:
+        moved = self.world(x).reshape(-1, 3)
+        return self.mesh.with_vertices(np.where(self.guides.is_fixed[:, None], self.mesh.vertices, moved))
+
+    def is_done(self, tolerance: float) -> bool:
+        """Whether the mesh may stay as it is."""
+        convex = self.guides.convex
+        return (
+            self.planarity_before <= tolerance
+            and self.deviation_before <= tolerance
+            and (not len(convex) or float(self.turns.residual(self.start).min()) >= LEAST_TURN - tolerance)
+            and (self.surface_distance(self.mesh) or 0.0) <= tolerance
+        )
+
+    @cached_property
+    def planarity_before(self) -> float:
+        return float(face_deviations(self.mesh).max())
+
+    @cached_property
+    def deviation_before(self) -> float:
+        return float(self.aim.deviations(self.mesh).max(initial=0.0))
+
+    # --- what is asked
+
+    @cached_property
+    def constraint(self) -> Functional:
+        """To be zero."""
+        n = self.mesh.n_vertices
+        planar = Planarity(self.mesh.combinatorics)
+        aims = [] if self.aim.functional is None else [self.aim.functional]
+        curves = [OnCurve(curve, vertices, n) for curve, vertices in self.guides.curves if len(vertices)]
+        return Stack([planar, *aims, *curves]) if aims or curves else planar
+
+    @cached_property
+    def turns(self) -> Convexity:
+        """To be at least `LEAST_TURN`."""
+        return Convexity(self.mesh.combinatorics, self.guides.convex)
+
+    @cached_property
+    def wishes(self) -> list[tuple[float, Functional]]:
+        """To be small, with their weights."""
+        surface = self.guides.surface
+        if surface is None:
+            return []
+        vertices = integers(np.flatnonzero(self.mesh.combinatorics.is_used))
+        distances = At(OnSurface(surface, vertices, self.mesh.n_vertices), self.world)
+        return [(SURFACE / self.mesh.mean_edge_length**2, distances)]
+
+    @cached_property
+    def metric(self) -> SparseMatrix:
+        """Of moves."""
+        return csr_array(eye_array(len(self.start)) + self.fairness * strain(self.mesh))
+
+    def solve(self, tolerance: float, held_steps: int, max_steps: int) -> Solution:
+        """By the entries that are free: those of fixed vertices are eliminated. In the solution, x has all of them."""
+        fixed = np.repeat(self.guides.is_fixed, 3)
+        if fixed.all():
+            violation = float(np.abs(self.constraint.residual(self.start)).max(initial=0.0))
+            return Solution(self.start, np.zeros(0), violation, 0, Reason.STALLED)
+        some, rest = bool(fixed.any()), AffineMap.holding(self.start, fixed)
+
+        def of_free(functional: Functional) -> Functional:
+            return At(functional, rest) if some else functional
+
+        free = np.flatnonzero(~fixed)
+        found = nearest_feasible(
+            of_free(self.constraint),
+            self.start[free],
+            csr_array(self.metric[free][:, free]) if some else self.metric,
+            wishes=[(weight, of_free(functional)) for weight, functional in self.wishes],
+            inequality=of_free(self.turns) if len(self.guides.convex) else None,
+            least=LEAST_TURN,
+            tolerance=tolerance / 4,  # a corner's distance is at most its face's residuals' norm
+            longest_step=LONGEST_STEP,
+            held_steps=held_steps,
+            max_steps=max_steps,
+        )
+        return Solution(rest(found.x), found.multipliers, found.violation, found.steps, found.reason)
+
+    # --- what came of it
+
+    def surface_distance(self, mesh: Mesh) -> float | None:
+        """Largest distance of a vertex from the surface, in mean edge lengths of the mesh as given."""
+        if self.guides.surface is None:
+            return None
+        points = mesh.vertices[mesh.combinatorics.is_used]
+        feet = self.guides.surface.closest(points)[0]
+        return float(np.linalg.norm(points - feet, axis=1).max()) / self.mesh.mean_edge_length
+
+    def record(self, result: Mesh, iterations: int, reason: str) -> OptimisedMesh:
+        moves = np.linalg.norm(result.vertices - self.mesh.vertices, axis=1) / self.mesh.mean_edge_length
+        return OptimisedMesh(
+            mesh=result,
+            iterations=iterations,
+            planarity_before=self.planarity_before,
+            planarity_after=float(face_deviations(result).max()),
+            deviation_before=self.deviation_before,
+            deviation_after=float(self.aim.deviations(result).max(initial=0.0)),
+            largest_move=float(moves.max()),
+            mean_move=float(moves.mean()),
+            surface_distance=self.surface_distance(result),
+            reason=reason,
+        )

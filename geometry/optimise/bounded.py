@@ -1,0 +1,190 @@
+"""Minimising a convex quadratic under equations and bounds: interior points [GoulartChen2024], then a polish.
+
+Interior points stop short of the bounds that hold them, and of the equations, by 1e-8 or so. The polish takes the
+bounds found active as equations and solves once more, so that equations and active bounds hold to rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import clarabel
+import numpy as np
+from scipy.sparse import csc_array, csr_array, eye_array, triu, vstack
+
+from geometry.arrays import BoolArray, FloatArray
+from geometry.optimise.constrained import minimise_quadratic
+from geometry.optimise.functional import SparseMatrix, apply
+from geometry.optimise.solution import Reason, Solution
+
+__all__ = ["minimise_bounded"]
+
+ACCURACY = 1e-12
+"""Asked of the interior-point method, of a problem whose numbers are about 1: which bounds hold shows last."""
+
+ENOUGH = 1e-8
+"""What is accepted of it where it gets no further."""
+
+PROXIMITY = 1e-6
+"""Pull towards the interior point while polishing, over the size of H: H need not be definite."""
+
+POLISHES = 5
+"""How often the set of active bounds may be mended. Mostly it is right at once; it is hard to find where bounds depend
+on each other, but then the interior point mostly is good enough."""
+
+NO_WORSE = 1e-9
+"""How much the polish may add to the least value, over the size of its terms."""
+
+REASONS = {
+    clarabel.SolverStatus.Solved: Reason.CONVERGED,
+    clarabel.SolverStatus.AlmostSolved: Reason.CONVERGED,
+    clarabel.SolverStatus.PrimalInfeasible: Reason.INFEASIBLE,
+    clarabel.SolverStatus.AlmostPrimalInfeasible: Reason.INFEASIBLE,
+    clarabel.SolverStatus.DualInfeasible: Reason.UNBOUNDED,
+    clarabel.SolverStatus.AlmostDualInfeasible: Reason.UNBOUNDED,
+    clarabel.SolverStatus.MaxIterations: Reason.STEP_LIMIT,
+}
+
+
+def minimise_bounded(
+    H: SparseMatrix,
+    g: FloatArray,
+    A: SparseMatrix,
+    b: FloatArray,
+    G: SparseMatrix,
+    lower: FloatArray,
+    upper: FloatArray,
+    *,
+    tolerance: float,
+    max_steps: int = 200,
+) -> Solution:
+    """Minimise x H x / 2 - g x under A x = b and lower <= G x <= upper.
+
+    H (n, n) symmetric, positive semi-definite; A (m, n) and G (k, n) with rows of about unit length, dependent or
+    not; lower and upper (k,) may be infinite, and are an equation where they are equal. Where the minimiser is not
+    unique, one of them is found.
+
+    Solution: violation is the largest of |A x - b| and of what G x is beyond its bounds. multipliers (m + k,), of A,
+    then of G, satisfy H x - g + (A, G)^T multipliers = 0; they are positive where an upper bound holds x, negative
+    where a lower one does. The reason is CONVERGED where the violation is at most `tolerance` at a minimiser,
+    INFEASIBLE where no x satisfies the constraints and UNBOUNDED where there is no minimum: x has no meaning then.
+    """
+    x_size, size = _sizes(H, g, b, lower, upper)
+    problem = _Problem(
+        csr_array((1 / size) * H),
+        g / (size * x_size),
+        A,
+        b / x_size,
+        G,
+        lower / x_size,
+        upper / x_size,
+        tolerance / x_size,
+    )
+    found = problem.interior_point(max_steps)
+    if found.reason not in (Reason.INFEASIBLE, Reason.UNBOUNDED):
+        found = problem.polished(found)
+    return Solution(
+        found.x * x_size, found.multipliers * (size * x_size), found.violation * x_size, found.steps, found.reason
+    )
+
+
+def _sizes(H: SparseMatrix, g: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[float, float]:
+    """A size of x, and of the objective over its square."""
+    bounds = np.concatenate([b, lower, upper])
+    x = float(np.abs(bounds[np.isfinite(bounds)]).max(initial=0.0))
+    curvature, gradient = float(H.diagonal().mean()), float(np.abs(g).max(initial=0.0))
+    if x == 0:
+        x = gradient / curvature if curvature * gradient > 0 else 1.0
+    return x, max(curvature, gradient / x) or 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """Scaled, so that its numbers are about 1."""
+
+    H: SparseMatrix
+    g: FloatArray
+    A: SparseMatrix
+    b: FloatArray
+    G: SparseMatrix
+    lower: FloatArray
+    upper: FloatArray
+    tolerance: float
+
+    @property
+    def equal(self) -> BoolArray:
+        """(k,) which bounds are equations."""
+        found: BoolArray = self.lower == self.upper
+        return found
+
+    def interior_point(self, max_steps: int) -> Solution:
+        equal, above, below = self.equal, np.isfinite(self.upper), np.isfinite(self.lower)
+        above, below = above & ~equal, below & ~equal
+        rows = csc_array(vstack([self.A, self.G[equal], self.G[above], -self.G[below]]))
+        bounds = np.concatenate([self.b, self.upper[equal], self.upper[above], -self.lower[below]])
+        n_equations = len(self.b) + int(equal.sum())
+        cones = [clarabel.ZeroConeT(n_equations), clarabel.NonnegativeConeT(len(bounds) - n_equations)]
+        P = csc_array(triu(self.H))
+        found = clarabel.DefaultSolver(P, -self.g, rows, bounds, cones, _settings(max_steps)).solve()
+        x, duals = np.asarray(found.x), np.split(found.z, np.cumsum([len(self.b), equal.sum(), above.sum()]))
+        of_bounds = np.zeros(len(self.lower))
+        of_bounds[equal] = duals[1]
+        of_bounds[above] = duals[2]
+        of_bounds[below] -= duals[3]
+        reason = REASONS.get(found.status, Reason.STALLED)
+        return Solution(x, np.concatenate([duals[0], of_bounds]), self.violation(x), found.iterations, reason)
+
+    def polished(self, interior: Solution) -> Solution:
+        """What the bounds active at the interior point, as equations, lead to, where that is no worse."""
+        values, of_bounds = apply(self.G, interior.x), interior.multipliers[len(self.b) :]
+        above, below = of_bounds > self.upper - values, -of_bounds > values - self.lower
+        least, size = self.objective(interior.x)
+        best = interior
+        for _ in range(POLISHES):
+            above, below = above | self.equal, below & ~self.equal
+            found = self.on_bounds(above, below, best)
+            is_least = self.objective(found.x)[0] <= least + NO_WORSE * size
+            if is_least and found.violation <= max(self.tolerance, best.violation):
+                best = found
+            if best.violation <= self.tolerance:
+                break
+            values, of_bounds = apply(self.G, found.x), found.multipliers[len(self.b) :]
+            over, under = values > self.upper + self.tolerance, values < self.lower - self.tolerance
+            above, below = above & ~(of_bounds < 0) | over, below & ~(of_bounds > 0) | under
+        missed = best.reason is Reason.CONVERGED and best.violation > self.tolerance
+        return replace(best, reason=Reason.STALLED) if missed else best
+
+    def on_bounds(self, above: BoolArray, below: BoolArray, near: Solution) -> Solution:
+        """The minimiser near to a solution on some bounds, whatever becomes of the others."""
+        held = above | below
+        found = minimise_quadratic(
+            csr_array(self.H + PROXIMITY * eye_array(len(self.g))),
+            self.g + PROXIMITY * near.x,
+            csr_array(vstack([self.A, self.G[held]])),
+            np.concatenate([self.b, np.where(above, self.upper, self.lower)[held]]),
+            tolerance=self.tolerance / 10,  # so that summing in another order makes no difference
+        )
+        multipliers = np.zeros(len(self.b) + len(self.lower))
+        multipliers[np.concatenate([np.ones(len(self.b), dtype=bool), held])] = found.multipliers
+        return Solution(found.x, multipliers, self.violation(found.x), near.steps, near.reason)
+
+    def violation(self, x: FloatArray) -> float:
+        values = apply(self.G, x)
+        off = [np.abs(apply(self.A, x) - self.b), values - self.upper, self.lower - values]
+        return float(max(part.max(initial=0.0) for part in off))
+
+    def objective(self, x: FloatArray) -> tuple[float, float]:
+        """Its value, and the size of its terms."""
+        quadratic, linear = float(x @ apply(self.H, x)) / 2, float(self.g @ x)
+        return quadratic - linear, quadratic + abs(linear)
+
+
+def _settings(max_steps: int) -> clarabel.DefaultSettings:
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_iter = max_steps
+    settings.direct_solve_method = "qdldl"  # on meshes three times as fast as the other one
+    settings.max_threads = 1
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = ACCURACY
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = ENOUGH
+    return settings
