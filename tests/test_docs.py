@@ -57,3 +57,10 @@ def test_the_how_to_on_parallel_meshes_runs(monkeypatch: pytest.MonkeyPatch) -> 
         exec(block, names)
     assert names["structure"].twists.max() < 1e-9
     assert geometry.parallelity(names["mesh"], names["blend"]).max() < 1e-9
+
+
+def test_the_python_of_the_readme_on_geometry_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    (block,) = [block for block in blocks if block.startswith("import geometry")]
+    exec(block, {})
