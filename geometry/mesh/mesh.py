@@ -83,6 +83,13 @@ class Mesh:
             raise MeshError("the two meshes do not have the same faces: linear combinations need equal combinatorics")
         return other
 
+    def translated(self, vector: Any) -> Mesh:
+        """All vertices moved by a vector (3,). Translates of a Gauss image are Gauss images [Pottmann2007, 4.4]."""
+        shift = floats(vector)
+        if shift.shape != (3,):
+            raise MeshError(f"a mesh is translated by a vector of 3 numbers, not by an array of shape {shift.shape}")
+        return self.with_vertices(self.vertices + shift)
+
     def reversed(self) -> Mesh:
         """The same mesh seen from the other side."""
         return Mesh(self.vertices, self.combinatorics.reversed())

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import clarabel
 import numpy as np
-from scipy.sparse import csc_array, csr_array, eye_array, triu, vstack
+from scipy.sparse import csc_array, csr_array, triu, vstack
 
 from geometry.arrays import BoolArray, FloatArray
-from geometry.optimise.constrained import minimise_quadratic
 from geometry.optimise.functional import SparseMatrix, apply
+from geometry.optimise.semidefinite import minimise_semidefinite
 from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["minimise_bounded"]
@@ -25,14 +25,11 @@ ACCURACY = 1e-12
 ENOUGH = 1e-8
 """What is accepted of it where it gets no further."""
 
-PROXIMITY = 1e-6
-"""Pull towards the interior point while polishing, over the size of H: H need not be definite."""
-
 POLISHES = 5
 """How often the set of active bounds may be mended. Mostly it is right at once; it is hard to find where bounds depend
 on each other, but then the interior point mostly is good enough."""
 
-NO_WORSE = 1e-9
+NO_WORSE = 1e-11
 """How much the polish may add to the least value, over the size of its terms."""
 
 REASONS = {
@@ -157,13 +154,12 @@ class _Problem:
     def on_bounds(self, above: BoolArray, below: BoolArray, near: Solution) -> Solution:
         """The minimiser near to a solution on some bounds, whatever becomes of the others."""
         held = above | below
-        found = minimise_quadratic(
-            csr_array(self.H + PROXIMITY * eye_array(len(self.g))),
-            self.g + PROXIMITY * near.x,
-            csr_array(vstack([self.A, self.G[held]])),
-            np.concatenate([self.b, np.where(above, self.upper, self.lower)[held]]),
-            tolerance=self.tolerance / 10,  # so that summing in another order makes no difference
-        )
+        rows = csr_array(vstack([self.A, self.G[held]]))
+        bounds = np.concatenate([self.b, np.where(above, self.upper, self.lower)[held]])
+        size = max(float(np.abs(values).max(initial=0.0)) for values in (near.x, bounds))
+        # a tenth, so that summing in another order makes no difference
+        accuracy = self.tolerance / (10 * (size or 1.0))
+        found = minimise_semidefinite(self.H, self.g, rows, bounds, near.x, accuracy=accuracy)
         multipliers = np.zeros(len(self.b) + len(self.lower))
         multipliers[np.concatenate([np.ones(len(self.b), dtype=bool), held])] = found.multipliers
         return Solution(found.x, multipliers, self.violation(found.x), near.steps, near.reason)

@@ -1,26 +1,19 @@
 """Minimising a quadratic under equality constraints where they may not determine the minimiser.
 
-The saddle point system
-
-    H x + A^T y = g,   A x = b
-
-is preconditioned by the factor of K = H + pull + w A^T A and its Krylov iterations begin at a given point. They never
-leave it along directions without curvature, since K maps these to themselves, and the residual has no part in them:
-so of many minimisers the nearest is found. Where there is none, what remains of the residual is a proof of that.
+Iterations as in `saddle_point` begin at a given point. They never leave it along directions without curvature, since
+K = H + pull + w A^T A maps these to themselves, and the residual has no part in them: so of many minimisers the nearest
+is found. Where there is none, K also finds the direction that proves it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array, eye_array
-from scipy.sparse.linalg import LinearOperator, SuperLU, gcrotmk
 
 from geometry.arrays import FloatArray
-from geometry.optimise.constrained import factorise
 from geometry.optimise.functional import SparseMatrix, apply
+from geometry.optimise.saddle_point import SaddlePoint
 from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["minimise_semidefinite"]
@@ -31,17 +24,23 @@ PULL = 1e-4
 PENALTY = 1e4
 """w over the mean of the diagonal of H. Less: an iteration for each small singular value of A; more: rounding."""
 
-CYCLE = 30
-"""Iterations before the residual is computed afresh; their vectors are kept until then."""
-
-STATIONARY = 1e-12
-"""What may remain of the gradient, over the size of its terms."""
+STATIONARY = 1e-11
+"""What may remain of the gradient, over the size of its terms; iterations aim at a tenth of it."""
 
 SETTLED = 1e-9
 """The same, and what may remain of the equations over the size of theirs, where rounding lets iterations end before."""
 
+DIGITS = 1e-10
+"""What a cycle may leave: beyond it there is rounding, which iterations would turn into directions of their own."""
+
+AWAY = 1e6
+"""Size of x over the size of what it depends on, at which it is asked whether there is a minimiser."""
+
+POWER = 20
+"""Solves for a proof that there is no minimiser."""
+
 PROOF = 1e-6
-"""Curvature and violation along what remains, over those of a general direction, below which they are none."""
+"""What is taken for zero in it, over the size of a general direction."""
 
 
 def minimise_semidefinite(
@@ -59,20 +58,22 @@ def minimise_semidefinite(
     H (n, n) symmetric, positive semi-definite; A (m, n) with rows of about unit length, dependent or not. A step is a
     cycle of up to 30 solves with one factor.
 
-    The reason is CONVERGED where the largest |A x - b| is at most `accuracy` times the largest |x| or |b|; UNBOUNDED where there is
-    no least value, INFEASIBLE where the constraints contradict each other; STALLED where rounding is in the way.
+    The reason is CONVERGED where the largest |A x - b| is at most `accuracy` times the largest |x| or |b|; UNBOUNDED
+    where there is no least value, INFEASIBLE where the constraints contradict each other; STALLED where rounding is in
+    the way.
     """
-    problem = _SaddlePoint(H, A)
-    here = problem.state(near, np.zeros(len(b)), g, b)
+    system = SaddlePoint(H, A, PENALTY, PULL)
+    start = here = _state(system, near, np.zeros(len(b)), g, b)
+    longest = np.inf
     for step in range(1, max_steps + 1):
         if here.left(accuracy) <= 1:
             return here.solution(step - 1, Reason.CONVERGED)
-        x, y = problem.correction(here, accuracy)
-        there = problem.state(here.x + x, here.y + y, g, b)
-        if there.left(accuracy) > here.left(accuracy) / 2:
+        x, y = system.correction(here.gradient, here.residual, aim=_aim(system, here, accuracy), digits=DIGITS)
+        there = here if _largest(x) > longest else _state(system, here.x + x, here.y + y, g, b)
+        if there.left(accuracy) > here.left(accuracy) / 2 or _runs_away(system, there, start):
             best = min(here, there, key=lambda state: state.left(accuracy))
-            return best.solution(step, problem.reason(best, accuracy))
-        here = there
+            return best.solution(step, _reason(system, start, best, accuracy))
+        here, longest = there, _largest(x)  # where there is only rounding left to correct, moves become longer
     return here.solution(max_steps, Reason.STEP_LIMIT)
 
 
@@ -97,70 +98,53 @@ class _State:
         return Solution(self.x, self.y, _largest(self.residual), steps, reason)
 
 
-@dataclass(frozen=True, eq=False)
-class _SaddlePoint:
-    H: SparseMatrix
-    A: SparseMatrix
+def _state(system: SaddlePoint, x: FloatArray, y: FloatArray, g: FloatArray, b: FloatArray) -> _State:
+    hold = apply(system.transposed, y)
+    sizes = max(_largest(g), system.curvature * _largest(x), _largest(hold)), max(_largest(b), _largest(x))
+    return _State(x, y, g - apply(system.H, x) - hold, b - apply(system.A, x), *sizes)
 
-    @cached_property
-    def curvature(self) -> float:
-        """Of a general direction; 1 where H is zero."""
-        return float(self.H.diagonal().mean()) or 1.0
 
-    @cached_property
-    def transposed(self) -> SparseMatrix:
-        return csr_array(self.A.T)
+def _aim(system: SaddlePoint, state: _State, accuracy: float) -> float:
+    """A norm over all that is left; the largest is some three times the mean."""
+    aim = min(STATIONARY / 10 * state.gradient_size, system.scale * accuracy * state.residual_size)
+    return float(aim * np.sqrt(len(state.x) + len(state.y)) / 3)
 
-    @cached_property
-    def scale(self) -> float:
-        """sqrt(w): A x = b and y are scaled by it, so that both equations weigh as they do in K."""
-        return float(np.sqrt(PENALTY * self.curvature))
 
-    @cached_property
-    def factor(self) -> SuperLU:
-        pull = PULL * self.curvature * eye_array(self.H.shape[0])
-        return factorise(csr_array(self.H + pull + self.scale**2 * (self.transposed @ self.A)))
+def _runs_away(system: SaddlePoint, state: _State, start: _State) -> bool:
+    """Whether x is very much larger than all it depends on."""
+    return _largest(state.x) > AWAY * max(start.gradient_size / system.curvature, start.residual_size)
 
-    def state(self, x: FloatArray, y: FloatArray, g: FloatArray, b: FloatArray) -> _State:
-        image, hold, values = apply(self.H, x), apply(self.transposed, y), apply(self.A, x)
-        sizes = max(_largest(g), _largest(image), _largest(hold)), max(_largest(b), _largest(x))
-        return _State(x, y, g - image - hold, b - values, *sizes)
 
-    def correction(self, state: _State, accuracy: float) -> tuple[FloatArray, FloatArray]:
-        """By one cycle of iterations."""
-        n, size = len(state.x), len(state.x) + len(state.y)
-        operator = LinearOperator((size, size), matvec=self._apply, dtype=np.float64)
-        inverse = LinearOperator((size, size), matvec=self._precondition, dtype=np.float64)
-        target = np.concatenate([state.gradient, self.scale * state.residual])
-        aim = min(STATIONARY * state.gradient_size, self.scale * accuracy * state.residual_size)
-        aim *= np.sqrt(size) / 3  # a norm over all; the largest is some three times the mean
-        z = gcrotmk(operator, target, rtol=0.0, atol=aim, m=CYCLE, maxiter=1, M=inverse)[0]
-        return z[:n], self.scale * z[n:]
+def _reason(system: SaddlePoint, start: _State, end: _State, accuracy: float) -> Reason:
+    """Why iterations make no progress."""
+    settled = _largest(end.gradient) <= SETTLED * end.gradient_size
+    settled = settled and _largest(end.residual) <= accuracy * end.residual_size
+    if settled and not _runs_away(system, end, start):
+        return Reason.CONVERGED
+    if _contradicts(system, start):
+        return Reason.INFEASIBLE
+    return Reason.UNBOUNDED if _falls(system, start) else Reason.STALLED
 
-    def reason(self, state: _State, accuracy: float) -> Reason:
-        """Why iterations make no progress. What remains minimises its norm, so that where there is no solution the
-        matrix takes it to zero, and it is the proof."""
-        gradient, residual = state.gradient, state.residual
-        settled = _largest(gradient) <= SETTLED * state.gradient_size
-        if settled and _largest(residual) <= accuracy * state.residual_size:
-            return Reason.CONVERGED
-        contradicts = _largest(apply(self.transposed, residual)) <= PROOF * _largest(residual)
-        if contradicts and _largest(residual) > SETTLED * state.residual_size:
-            return Reason.INFEASIBLE
-        falls = max(_largest(apply(self.H, gradient)) / self.curvature, _largest(apply(self.A, gradient)))
-        if falls <= PROOF * _largest(gradient) and not settled:
-            return Reason.UNBOUNDED
-        return Reason.STALLED
 
-    def _apply(self, z: FloatArray) -> FloatArray:
-        x, y = np.split(z, [self.H.shape[0]])
-        gradient = apply(self.H, x) + self.scale * apply(self.transposed, y)
-        return np.concatenate([gradient, self.scale * apply(self.A, x)])
+def _contradicts(system: SaddlePoint, start: _State) -> bool:
+    """Whether there is a combination of the rows of A that is zero, while that of the residual is not.
 
-    def _precondition(self, z: FloatArray) -> FloatArray:
-        gradient, residual = np.split(z, [self.H.shape[0]])
-        x = self.factor.solve(gradient + self.scale * apply(self.transposed, residual))
-        return np.concatenate([x, self.scale * apply(self.A, x) - residual])
+    Step by step, the part that a change of x can take away is taken away.
+    """
+    rest = start.residual
+    for _ in range(POWER):
+        rest = rest - apply(system.A, system.solve(system.scale**2 * apply(system.transposed, rest)))
+    is_void = _largest(apply(system.transposed, rest)) <= PROOF * _largest(rest)
+    return is_void and _largest(rest) > SETTLED * start.residual_size
+
+
+def _falls(system: SaddlePoint, start: _State) -> bool:
+    """Whether there is a direction with a slope, but without curvature, in A x = 0: powers of pull / K find it."""
+    direction = start.gradient
+    for _ in range(POWER):
+        direction = system.solve(PULL * system.curvature * direction)
+    bends = max(_largest(apply(system.H, direction)) / system.curvature, _largest(apply(system.A, direction)))
+    return bends <= PROOF * _largest(direction) and _largest(direction) > SETTLED * start.gradient_size
 
 
 def _largest(values: FloatArray) -> float:

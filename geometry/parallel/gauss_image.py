@@ -6,57 +6,70 @@ import numpy as np
 
 from geometry.errors import GeometryError
 from geometry.functionals.fairness import laplacian
-from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
-from geometry.functionals.parallelity import parallel_to
-from geometry.functionals.planarity import face_deviations
+from geometry.functionals.normals import (
+    close_to_vertex_normals,
+    edge_normals,
+    unit_edge_distances,
+    unit_face_distances,
+)
 from geometry.mesh import Mesh
-from geometry.optimise.constrained import minimise_quadratic
 from geometry.optimise.functional import normal_equations
-from geometry.optimise.solution import ConvergenceError, Solution
-from geometry.parallel.space import parallelity
+from geometry.parallel.parallelity import check_planar
+from geometry.parallel.refine import PARALLEL, nearest_parallel, refine_distances
 
-__all__ = ["PARALLEL", "PLANAR", "gauss_image", "refuse_triangle_mesh"]
-
-PLANAR = 1e-12
-"""How far a corner may be off its face's plane, over the mean edge length: what `planarise` reaches."""
-
-PARALLEL = 1e-11
-"""How far an end of an edge of S may be off the direction of its edge of M; S has unit size. The solver aims at
-1e-13, and mostly reaches 1e-15; faces planar to 1e-12 only, or coordinates far from the origin, leave more."""
+__all__ = ["gauss_image", "refuse_triangle_mesh"]
 
 LEAST_VERTEX_WEIGHT = 1e-8
 """Least weight of the vertices over the largest weight: with less, rounding decides what they should."""
 
 
-def gauss_image(mesh: Mesh, *, faces: float = 1.0, vertices: float = 0.1, fairness: float = 0.0) -> Mesh:
-    """The mesh S parallel to M that minimises faces f_faces + vertices f_vert + fairness f_Laplacian.
+def gauss_image(
+    mesh: Mesh,
+    *,
+    faces: float = 1.0,
+    edges: float = 0.0,
+    vertices: float = 0.1,
+    fairness: float = 0.0,
+    rounds: int = 1,
+) -> Mesh:
+    """The mesh S parallel to M that minimises faces f_faces + edges f_edges + vertices f_vert + fairness f_Laplacian.
 
-    [Pottmann2007, 4.2 and (3)]. f_faces asks for faces at distance 1 from the origin, f_vert for vertices at the
+    [Pottmann2007, 4.2 and (3)]. f_faces asks for faces at distance 1 from the origin, f_edges the same of edge lines,
+    in the direction halfway between the normals of their faces (beam heights), f_vert for vertices at the
     estimated normals of M, f_Laplacian for a fair S: beam heights hardly need that, and it doubles the time.
     S shares the combinatorics of M, and depends neither on the size nor on the place of M. Vertices that belong to no
     face are at the origin.
 
+    The paper takes one round. Each further one takes the directions of edges and vertices from the S before, and asks
+    of the vertices not to be at normals but only at distance 1: the rounds lower
+    faces sum (dist_F - 1)^2 + edges sum (dist_e - 1)^2 + vertices sum (|s_i| - 1)^2 + fairness f_Laplacian,
+    and what this leaves free stays; see `refine_distances`. So `faces=0, edges=1, vertices=0, rounds=10` finds the S
+    with all beams of equal height, if there is one near. Without faces and edges many rounds lead to S = one
+    point, where |s_i| = 1 too. A round takes about as long as the first.
+
     Unlike the paper this needs no basis of P(M), hence no singular value decomposition.
 
-    Raises GeometryError for weights that do not determine S, for a face that is not planar (the bound is `PLANAR`)
-    and for a mesh of triangles only; MeshError for an edge without length; ConvergenceError where S is parallel
-    to M no better than `PARALLEL`.
+    Raises GeometryError for weights that do not determine S, for a face that is not planar and for a mesh of triangles
+    only; MeshError for an edge without length; ConvergenceError where S is not parallel to M.
     """
-    _check_weights(faces, vertices, fairness)
+    _check_weights(faces, edges, vertices, fairness, rounds)
     refuse_triangle_mesh(mesh)
-    _check_planar(mesh)
-    H, g = normal_equations(
-        [
-            (vertices, close_to_vertex_normals(mesh)),
-            (faces, unit_face_distances(mesh)),
-            (fairness, laplacian(mesh.combinatorics)),
-        ]
+    check_planar(mesh)
+    terms = [
+        (max(vertices, LEAST_VERTEX_WEIGHT * max(faces, edges, fairness)), close_to_vertex_normals(mesh)),
+        (faces, unit_face_distances(mesh)),
+    ]
+    if edges > 0:
+        terms.append((edges, unit_edge_distances(mesh, edge_normals(mesh))))
+    if fairness > 0:
+        terms.append((fairness, laplacian(mesh.combinatorics)))
+    H, g = normal_equations(terms)
+    image = nearest_parallel(mesh, H, g, tolerance=PARALLEL / 100)  # mostly 1e-15 is reached
+    if rounds == 1:
+        return image
+    return refine_distances(
+        mesh, image, faces=faces, edges=edges, vertices=vertices, fairness=fairness, rounds=rounds - 1
     )
-    constraint = parallel_to(mesh)
-    solution = minimise_quadratic(H, g, constraint.matrix, constraint.target, tolerance=PARALLEL / 100)
-    image = mesh.with_vertices(solution.x.reshape(-1, 3))
-    _check_parallel(mesh, image, solution)
-    return image
 
 
 def refuse_triangle_mesh(mesh: Mesh) -> None:
@@ -68,44 +81,18 @@ def refuse_triangle_mesh(mesh: Mesh) -> None:
         )
 
 
-def _check_weights(faces: float, vertices: float, fairness: float) -> None:
-    for name, weight in [("faces", faces), ("vertices", vertices), ("fairness", fairness)]:
+def _check_weights(faces: float, edges: float, vertices: float, fairness: float, rounds: int) -> None:
+    if rounds < 1:
+        raise GeometryError(f"the number of rounds is {rounds}, at least 1 is needed", value=rounds, bound=1)
+    for name, weight in [("faces", faces), ("edges", edges), ("vertices", vertices), ("fairness", fairness)]:
         if not (np.isfinite(weight) and weight >= 0):
             raise GeometryError(f"the weight {name} is {weight}: weights are numbers from 0 upwards", value=weight)
-    if vertices < LEAST_VERTEX_WEIGHT * max(faces, fairness, 1e-300):
+    if rounds > 1 and max(faces, edges) > 0:
+        return  # later rounds leave what the distances do not determine where the first one put it
+    if vertices < LEAST_VERTEX_WEIGHT * max(faces, edges, fairness, 1e-300):
         raise GeometryError(
             f"the weight vertices is {vertices:g}: at least {LEAST_VERTEX_WEIGHT:g} of the largest weight is needed, "
             "because faces alone do not determine the Gauss image at the boundary, nor fairness where it lies",
             value=vertices,
-            bound=LEAST_VERTEX_WEIGHT * max(faces, fairness),
-        )
-
-
-def _check_planar(mesh: Mesh) -> None:
-    deviations = face_deviations(mesh)
-    face = int(deviations.argmax())
-    value = float(deviations[face])
-    if value > PLANAR:
-        raise GeometryError(
-            f"face {face} leaves its plane by {value:.1e} of the mean edge length, allowed {PLANAR:.0e}; "
-            "planarise the mesh first",
-            elements=[face],
-            value=value,
-            bound=PLANAR,
-        )
-
-
-def _check_parallel(mesh: Mesh, image: Mesh, solution: Solution) -> None:
-    sideways = parallelity(mesh, image)
-    edge = int(sideways.argmax())
-    value = float(sideways[edge])
-    if not value <= PARALLEL:
-        i, j = mesh.combinatorics.edges[edge].tolist()
-        raise ConvergenceError(
-            f"edge {edge} from vertex {i} to vertex {j} of the Gauss image is off the direction of its mesh edge by "
-            f"{value:.1e}, allowed {PARALLEL:.0e}; move the mesh nearer to the origin, and planarise it further",
-            solution=solution,
-            elements=[edge],
-            value=value,
-            bound=PARALLEL,
+            bound=LEAST_VERTEX_WEIGHT * max(faces, edges, fairness),
         )

@@ -6,14 +6,12 @@ edges at each vertex lie on a cone of revolution, Prop. 3. Each measure here is 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from itertools import product
-
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import FloatArray
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids, face_mean_edge_lengths, face_sums
+from geometry.parallel.cones import angles_between, best_cones, edge_stars
 
 __all__ = [
     "circularity",
@@ -99,7 +97,7 @@ def conicality(mesh: Mesh) -> FloatArray:
     flat = away - up[:, None] * middle
     scatter = _vertex_sums(mesh, flat[:, :, None] * flat[:, None, :])
     axes = middle - _least_norm(scatter, _vertex_sums(mesh, flat * up[:, None]))[c.corners]
-    angles = _angles(normals, axes)
+    angles = angles_between(normals, axes)
     off = np.abs(angles - (_vertex_sums(mesh, angles) / counts)[c.corners])
     largest = np.zeros(c.n_vertices)
     np.maximum.at(largest, c.corners, off)
@@ -110,13 +108,13 @@ def edge_cone_deviation(mesh: Mesh) -> FloatArray:
     """(N,) how far the edges at a vertex are from a cone of revolution, in radians [Pottmann2007, Prop. 3].
 
     Largest difference between the angle of an edge line with the best axis and the mean of these angles. In the Gauss
-    image some edges may run the other way (Fig. 11), so the edges may lie on either half of the cone; the least
-    deviation over all choices counts. NaN for vertices with less than 4 edges, of which nothing is asked:
+    image some edges may run the other way (Fig. 11), so the edges may lie on either half of the cone; the best of the
+    cones of `best_cones` counts. NaN for vertices with less than 4 edges, of which nothing is asked:
     three lines always lie on a cone. Zero everywhere is necessary for an edge offset, not sufficient.
     """
     deviations = np.full(mesh.n_vertices, np.nan)
-    for vertices, directions in _stars(mesh, least_valence=4):
-        deviations[vertices] = _cones(directions)[1].min(axis=1)
+    for vertices, directions in edge_stars(mesh, least_valence=4):
+        deviations[vertices] = best_cones(directions)[1].min(axis=1)
     return deviations
 
 
@@ -128,40 +126,16 @@ def edge_axis_twist(mesh: Mesh) -> FloatArray:
     least angle over these counts. NaN where an end has less than 3 edges.
     """
     axes = np.full((mesh.n_vertices, 4, 3), np.nan)
-    for vertices, directions in _stars(mesh, least_valence=3):
-        candidates, deviations = _cones(directions)
+    for vertices, directions in edge_stars(mesh, least_valence=3):
+        candidates, deviations = best_cones(directions)
         if directions.shape[1] > 3:
             candidates = np.take_along_axis(candidates, deviations.argmin(axis=1)[:, None, None], axis=1)
         axes[vertices] = candidates
     along = mesh.edge_directions[:, None, :]
     ends = axes[mesh.combinatorics.edges]
     first, second = (end - np.sum(end * along, axis=-1, keepdims=True) * along for end in ends.swapaxes(0, 1))
-    angles = _angles(first[:, :, None], second[:, None, :])
+    angles = angles_between(first[:, :, None], second[:, None, :])
     return np.asarray(np.minimum(angles, np.pi - angles).min(axis=(1, 2)))
-
-
-def _stars(mesh: Mesh, *, least_valence: int) -> Iterator[tuple[IntArray, FloatArray]]:
-    """For each valence k: the vertices (n,) and the unit directions (n, k, 3) of their edges."""
-    c = mesh.combinatorics
-    directions = mesh.edge_directions
-    order = np.argsort(c.edges.T.ravel(), kind="stable")
-    outwards = np.concatenate([directions, -directions])[order]
-    starts = np.concatenate([[0], np.cumsum(c.vertex_degrees)])
-    for valence in np.unique(c.vertex_degrees[c.vertex_degrees >= least_valence]):
-        vertices = np.flatnonzero(c.vertex_degrees == valence)
-        yield vertices, outwards[starts[vertices][:, None] + np.arange(valence)]
-
-
-def _cones(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Axes (n, c, 3) and deviations (n, c) of the best cones of lines (n, k, 3), for each choice of their halves."""
-    axes, deviations = [], []
-    for signs in product((1.0, -1.0), repeat=directions.shape[1] - 1):
-        rays = directions * np.array((1.0, *signs))[:, None]
-        away = rays - rays.mean(axis=1, keepdims=True)
-        axes.append(np.linalg.eigh(np.einsum("nki,nkj->nij", away, away))[1][:, :, 0])
-        angles = _angles(rays, axes[-1][:, None, :])
-        deviations.append(np.abs(angles - angles.mean(axis=1, keepdims=True)).max(axis=1))
-    return np.stack(axes, axis=1), np.stack(deviations, axis=1)
 
 
 def _vertex_sums(mesh: Mesh, per_corner: FloatArray) -> FloatArray:
@@ -174,9 +148,3 @@ def _vertex_sums(mesh: Mesh, per_corner: FloatArray) -> FloatArray:
 def _least_norm(scatter: FloatArray, moments: FloatArray) -> FloatArray:
     """(n, 3) x of least norm with scatter x nearest to moments; scatter (n, 3, 3) symmetric, of any rank."""
     return np.asarray(np.einsum("nij,nj->ni", np.linalg.pinv(scatter, rcond=RANK, hermitian=True), moments))
-
-
-def _angles(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Angles in radians between vectors, exact for small ones too."""
-    crossed = np.linalg.norm(np.cross(first, second), axis=-1)
-    return np.asarray(np.arctan2(crossed, np.sum(first * second, axis=-1)))

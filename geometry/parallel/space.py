@@ -1,84 +1,57 @@
-"""The space P(M) of the meshes parallel to a mesh M: who belongs to it, edge factors, dimension."""
+"""The space P(M) of the meshes parallel to a mesh M [Pottmann2007, 2.2]."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray
-from geometry.errors import GeometryError, MeshError, RankError
+from geometry.arrays import FloatArray, floats
+from geometry.errors import GeometryError, MeshError
 from geometry.functionals.parallelity import parallel_to
 from geometry.mesh import Mesh
-from geometry.optimise.constrained import factorise
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise.constrained import ConstrainedQuadratic
+from geometry.optimise.functional import LinearFunctional, SparseMatrix
+from geometry.parallel.closing import Closing
+from geometry.parallel.conditions import FactorBounds, Fixed, Objective
+from geometry.parallel.members import Members
+from geometry.parallel.minimising import PARALLEL, check_solved, minimum
+from geometry.parallel.parallelity import check_parallel, check_planar, edge_factors, parallelity
+from geometry.parallel.spectrum import Spectrum, least_singular_vectors, passing
 
 __all__ = ["ParallelSpace", "Spectrum", "edge_factors", "parallelity"]
 
-GAP = 100.0
-"""Least ratio of the first singular value that is not zero to the largest one that passes for zero."""
-
-ZERO = 1e-9
-"""Singular values up to this pass for zero, where faces are planar; faces planar to p leave up to about 10 p."""
-
-LARGEST_ZERO = 1e-3
-"""Where faces are less planar than a tenth of this, no gap is to be found, so none is looked for."""
-
-SHIFT = 1e-10
-"""Added to A^T A for inverse iteration: well above rounding, so that the factor is good, and below squared gaps."""
-
 LARGEST_BASIS = 50_000_000
-"""Numbers in the vectors of the inverse iteration: 0.4 GB."""
+"""Numbers in a basis: 0.4 GB."""
 
+INDEPENDENT = 1e-10
+"""What a random member adds to the span of those before it, over the largest: less is rounding."""
 
-def parallelity(mesh: Mesh, other: Mesh) -> FloatArray:
-    """(E,) how far s_j - s_i is off the direction of m_j - m_i, in the unit of S = `other`; zero where parallel.
-
-    Raises MeshError where the meshes do not have the same faces, and for an edge of `mesh` without length.
-    """
-    _, across = _along_and_across(mesh, other)
-    return np.asarray(np.linalg.norm(across, axis=1))
-
-
-def edge_factors(mesh: Mesh, other: Mesh) -> FloatArray:
-    """(E,) the factors lambda of s_j - s_i = lambda (m_j - m_i), by projection [Pottmann2007, (1)].
-
-    Negative where the correspondence of the edges reverses their orientation. Raises as `parallelity` does.
-    """
-    along, _ = _along_and_across(mesh, other)
-    return along / mesh.edge_lengths
-
-
-def _along_and_across(mesh: Mesh, other: Mesh) -> tuple[FloatArray, FloatArray]:
-    """(E,) and (E, 3): the edges of the other mesh, split by the edge directions of the mesh."""
-    if not mesh.combinatorics.same_as(other.combinatorics):
-        raise MeshError("the two meshes do not have the same faces, so they cannot be parallel")
-    directions = mesh.edge_directions
-    along = np.einsum("ei,ei->e", other.edge_vectors, directions)
-    return along, other.edge_vectors - along[:, None] * directions
-
-
-@dataclass(frozen=True)
-class Spectrum:
-    """The dimension of P(M), and the singular values of (2) on either side of the gap that shows it."""
-
-    dimension: int
-    last_kept: float
-    first_dropped: float
+NEARLY_DEPENDENT = 1e-2
+"""The same: less costs digits of parallelity when members are made orthonormal, so they are mended afterwards."""
 
 
 @dataclass(frozen=True, eq=False)
 class ParallelSpace:
-    """P(M): the meshes S over the same combinatorics whose edges are parallel to those of M [Pottmann2007, 2.2]."""
+    """P(M): the meshes S over the same combinatorics whose edges are parallel to those of M.
+
+    `dimension`, `spectrum` and `expected_dimension` take any mesh; all else asks for planar faces and raises
+    GeometryError where there are others (the bound is `PLANAR`). Everything raises MeshError for an edge of M without
+    length, and for other meshes that have not the faces of M. Factors are kept for the next call.
+    """
 
     mesh: Mesh
 
     @cached_property
     def matrix(self) -> SparseMatrix:
-        """A (2E, 3N): A s = 0 says that s is in P(M). Raises MeshError for an edge without length."""
+        """A (2E, 3N): A s = 0 says that s is in P(M)."""
         return parallel_to(self.mesh).matrix
+
+    # --- dimension
 
     @property
     def expected_dimension(self) -> int:
@@ -97,63 +70,169 @@ class ParallelSpace:
 
     @cached_property
     def spectrum(self) -> Spectrum:
-        """Found without a dense singular value decomposition, for up to some ten thousand vertices.
+        """Found by inverse iteration on few vectors, for up to a million faces.
 
         Vertices that belong to no face do not count. Raises RankError, saying the singular values, where
-        they have no gap: mostly since the faces are not planar enough; and GeometryError for meshes too large.
+        they have no gap: mostly since the faces are not planar enough; and GeometryError where very many singular
+        values are zero and the mesh is large.
         """
-        used = np.repeat(self.mesh.combinatorics.is_used, 3)
-        matrix = csr_array(self.matrix[:, np.flatnonzero(used)])
-        zero = min(max(ZERO, 10 * float(self.mesh.planarity.max())), LARGEST_ZERO)
-        count = max(self.expected_dimension, 4) + 20
-        values = _least_singular_values(matrix, count)
-        while values[-1] <= zero and len(values) < matrix.shape[1]:
-            values = _least_singular_values(matrix, 2 * len(values))
-        return _spectrum(values, zero)
+        closing = self._closing
+        equations, unknowns = closing.matrix.shape
+        spare = max(0, unknowns - equations) + 3 * self._n_parts
+        return Spectrum.of(self._least[0], spare, closing.deviation)
 
+    @cached_property
+    def _closing(self) -> Closing:
+        return Closing(self.mesh)
 
-def _spectrum(values: FloatArray, zero: float) -> Spectrum:
-    """values: ascending; zero: what passes for zero."""
-    dimension = int((values <= zero).sum())
-    last = float(values[dimension - 1])
-    first = float(values[dimension]) if dimension < len(values) else np.inf
-    if first < GAP * zero:
-        raise RankError(
-            f"the singular values have no gap that shows the dimension of P(M): {dimension} are up to {last:.1e}, the "
-            f"next is {first:.1e}, and at least {GAP * zero:.1e} is needed; planarise the mesh first",
-            value=first,
-            bound=GAP * zero,
+    @cached_property
+    def _least(self) -> tuple[FloatArray, FloatArray]:
+        return least_singular_vectors(self._closing, passing(self._closing.deviation))
+
+    @cached_property
+    def _members(self) -> Members:
+        check_planar(self.mesh)
+        values, vectors = self._least
+        return Members(self._closing, vectors[:, values <= passing(self._closing.deviation)])
+
+    @property
+    def _n_parts(self) -> int:
+        return len(np.unique(self._closing.parts[self.mesh.combinatorics.is_used]))
+
+    # --- members
+
+    @cached_property
+    def basis(self) -> FloatArray:
+        """(dimension, N, 3), read-only: orthonormal as vectors (3N,). Translations come first.
+
+        Vertices that belong to no face stay at the origin. Raises RankError where the dimension cannot be told, and
+        GeometryError where the basis has more than `LARGEST_BASIS` numbers: take `elements` then.
+        """
+        check_planar(self.mesh)
+        numbers = 3.0 * self.mesh.n_vertices * self.dimension
+        if numbers > LARGEST_BASIS:
+            raise GeometryError(
+                f"a basis of P(M) takes {self.dimension} meshes of {self.mesh.n_vertices} vertices, {numbers:.1e} "
+                f"numbers; at most {LARGEST_BASIS:.0e} are allowed; take some `elements`, or minimise without a basis",
+                value=numbers,
+                bound=LARGEST_BASIS,
+            )
+        members = self._orthonormal(self.dimension - 3 * self._n_parts, seed=0)
+        return floats(np.concatenate([self._translations(), members]))
+
+    def elements(self, count: int, *, seed: int = 0) -> list[Mesh]:
+        """Random members of P(M), orthonormal as vectors (3N,), each part with its mean at the origin.
+
+        Others for another seed. For any size, with one factor of a matrix of twice the number of faces.
+        Raises GeometryError where P(M) has not so many dimensions, beside translations.
+        """
+        if count < 1:
+            raise GeometryError(f"{count} elements are asked for, it must be 1 or more", value=count, bound=1)
+        return [self.mesh.with_vertices(vertices) for vertices in self._orthonormal(count, seed)]
+
+    def project(self, mesh: Mesh) -> Mesh:
+        """The member of P(M) nearest to a mesh: the sum of squared distances of the vertices is least.
+
+        Parallel to M within `PARALLEL` times the size of that mesh; raises ConvergenceError where that is not reached.
+        """
+        if not self.mesh.combinatorics.same_as(mesh.combinatorics):
+            raise MeshError("the two meshes do not have the same faces, so they cannot be parallel")
+        centre = mesh.vertices.mean(axis=0)  # translations are members: they can be kept out of rounding
+        wanted = (mesh.vertices - centre).ravel()
+        size = float(np.abs(wanted).max())
+        solution = self._nearest.minimise(wanted, np.zeros(2 * mesh.n_edges), tolerance=PARALLEL / 10 * size)
+        found = self.mesh.with_vertices(solution.x.reshape(-1, 3))
+        check_solved(self.mesh, found, solution, size)
+        return found.with_vertices(found.vertices + centre)
+
+    def contains(self, mesh: Mesh) -> bool:
+        """Whether a mesh is parallel to M, within `PARALLEL` times its largest coordinate."""
+        return bool(parallelity(self.mesh, mesh).max() <= self._allowed(mesh))
+
+    def blend(self, weights: Sequence[float], members: Sequence[Mesh]) -> Mesh:
+        """The linear combination of members of P(M) [Pottmann2007, Fig. 5].
+
+        Raises ParallelityError, naming the edge, for a mesh that is no member, and GeometryError where
+        weights are not finite or not as many as members.
+        """
+        if len(weights) != len(members) or not len(members):
+            raise GeometryError(f"{len(weights)} weights are given for {len(members)} members: one each is needed")
+        for place, (weight, member) in enumerate(zip(weights, members, strict=True)):
+            if not np.isfinite(weight):
+                raise GeometryError(f"the weight of member {place} is {weight}", elements=[place], value=weight)
+            check_parallel(self.mesh, member, self._allowed(member), what=f"member {place}")
+        vertices = np.einsum("k,kni->ni", np.asarray(weights, dtype=np.float64), [m.vertices for m in members])
+        return self.mesh.with_vertices(vertices)
+
+    def minimise(
+        self,
+        quadratic: Iterable[tuple[float, LinearFunctional]] = (),
+        *,
+        linear: Any = None,
+        fixed: Mapping[int, Any] | None = None,
+        factor_bounds: tuple[Any, Any] | None = None,
+    ) -> Mesh:
+        """The member of P(M) at which the sum of weight |r(x)|^2 and of linear . x is least.
+
+        quadratic: weights and functionals of all coordinates x (3N,); linear (3N,) or (N, 3): a gradient;
+        fixed: positions of some vertices; factor_bounds: lower and upper bounds of the edge factors (1), numbers or
+        arrays (E,), infinite where there is none. Signs are the bounds (0, inf) and (-inf, 0): [Pottmann2007, Fig. 11].
+
+        What all this leaves open is as in M, as nearly as can be: if only fairness is asked for, the mesh shrinks to a
+        point, and that is the centroid of M. With bounds, any of the minimisers may be found.
+
+        Edges are parallel, and vertices where they are fixed, within `PARALLEL` times the largest coordinate; bounds
+        are kept within `BOUND` times that. Raises GeometryError where fixed vertices, or bounds, contradict each other,
+        where there is no least value, and for what is not finite or of the wrong shape; ConvergenceError where the
+        solver does not reach that accuracy.
+        """
+        return minimum(
+            self.mesh,
+            self._planar_matrix,
+            Objective.of(self.mesh, quadratic, linear),
+            Fixed.of(self.mesh, fixed or {}),
+            None if factor_bounds is None else FactorBounds.of(self.mesh, factor_bounds),
         )
-    return Spectrum(dimension, last, first)
+
+    # --- how
+
+    @cached_property
+    def _planar_matrix(self) -> SparseMatrix:
+        check_planar(self.mesh)
+        return self.matrix
+
+    @cached_property
+    def _nearest(self) -> ConstrainedQuadratic:
+        A = self._planar_matrix
+        return ConstrainedQuadratic(csr_array(eye_array(A.shape[1])), A)
+
+    def _orthonormal(self, count: int, seed: int) -> FloatArray:
+        """(count, N, 3) orthonormal members, each part with its mean at the origin."""
+        members = self._members
+        columns, sizes = _orthonormalised(members.random(count, seed))
+        if sizes.min() < INDEPENDENT * sizes.max():
+            rank = int((sizes >= INDEPENDENT * sizes.max()).sum())
+            raise GeometryError(
+                f"{count} independent elements are asked for, but P(M) has {rank} dimensions only, beside translations",
+                value=count,
+                bound=rank,
+            )
+        if sizes.min() < NEARLY_DEPENDENT * sizes.max():
+            columns, _ = _orthonormalised(members.nearest(columns.T.reshape(count, -1, 3)))
+        return columns.T.reshape(count, -1, 3)
+
+    def _allowed(self, member: Mesh) -> float:
+        return PARALLEL * float(np.abs(member.vertices).max())
+
+    def _translations(self) -> FloatArray:
+        """(3 parts, N, 3) orthonormal."""
+        parts = self._closing.parts
+        used = np.unique(parts[self.mesh.combinatorics.is_used])
+        inside = (parts == used[:, None]) / np.sqrt(np.bincount(parts)[used])[:, None]
+        return np.asarray(np.einsum("cn,ik->cink", inside, np.eye(3)).reshape(-1, self.mesh.n_vertices, 3))
 
 
-def _least_singular_values(matrix: SparseMatrix, count: int) -> FloatArray:
-    """The `count` least singular values of A (m, n), ascending, or all n where that is easier.
-
-    Inverse iteration on a block of vectors with the factor of A^T A + shift; then A times the Ritz vectors, whose
-    norms are good to rounding, not only to its root as eigenvalues of A^T A are.
-    """
-    n = matrix.shape[1]
-    if count > n // 3:
-        if n * n > LARGEST_BASIS:
-            raise _too_large(n, n)
-        values = np.linalg.svd(matrix.toarray(), compute_uv=False)
-        return np.sort(np.concatenate([values, np.zeros(max(0, n - len(values)))]))
-    if n * count > LARGEST_BASIS:
-        raise _too_large(n, count)
-    factor = factorise(csr_array(csr_array(matrix.T) @ matrix + SHIFT * eye_array(n)))
-    vectors = np.random.default_rng(0).standard_normal((n, count))
-    for _ in range(2):  # each takes 1e-10 over a squared singular value off what is not near the null space
-        vectors = np.linalg.qr(factor.solve(vectors))[0]
-    images = np.asarray(matrix @ vectors)
-    rotation = np.linalg.eigh(images.T @ images)[1]
-    return np.sort(np.linalg.norm(images @ rotation, axis=0))
-
-
-def _too_large(n: int, count: int) -> GeometryError:
-    return GeometryError(
-        f"the dimension of P(M) needs {count} vectors of {n} numbers, at most {LARGEST_BASIS:.0e} numbers in all are "
-        "allowed; go by `expected_dimension`, or look at a part of the mesh",
-        value=float(n) * count,
-        bound=LARGEST_BASIS,
-    )
+def _orthonormalised(meshes: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Columns (3N, k) that span the same as meshes (k, N, 3), and what each added to those before (k,)."""
+    columns, triangle = np.linalg.qr(meshes.reshape(len(meshes), -1).T)
+    return columns, np.abs(np.diag(triangle))

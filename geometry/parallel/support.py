@@ -8,10 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import FloatArray, floats
-from geometry.errors import GeometryError, MeshError, ParallelityError
+from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh
+from geometry.parallel.node_axes import axis_directions
 from geometry.parallel.offsets import edge_distances
-from geometry.parallel.space import parallelity
+from geometry.parallel.parallelity import check_parallel
 
 __all__ = ["PARALLEL_TOLERANCE", "SupportStructure"]
 
@@ -38,7 +39,7 @@ class SupportStructure:
     def __post_init__(self) -> None:
         if not self.distance > 0:
             raise GeometryError(f"the distance between the two meshes is {self.distance:g}, it must be above 0")
-        self._check_parallel()
+        check_parallel(self.mesh, self.gauss_image, PARALLEL_TOLERANCE, what="the Gauss image")
         self._check_heights()
 
     @cached_property
@@ -50,11 +51,7 @@ class SupportStructure:
     @cached_property
     def axes(self) -> FloatArray:
         """(N, 3) unit node axes, outwards; zero for vertices that belong to no edge. [Pottmann2007, Prop. 1]"""
-        s = self.gauss_image.vertices
-        lengths = np.linalg.norm(s, axis=1, keepdims=True)
-        axes = np.divide(s, lengths, out=np.zeros_like(s), where=lengths > 0)
-        axes[~self.mesh.combinatorics.is_used] = 0
-        return floats(axes)
+        return axis_directions(self.mesh, self.gauss_image.vertices)
 
     @cached_property
     def heights(self) -> FloatArray:
@@ -89,19 +86,6 @@ class SupportStructure:
         i, j = self.mesh.combinatorics.edges.T
         m, outer = self.mesh.vertices, self.offset_mesh.vertices
         return floats(np.stack([m[i], m[j], outer[j], outer[i]], axis=1))
-
-    def _check_parallel(self) -> None:
-        sideways = parallelity(self.mesh, self.gauss_image)
-        edge = int(sideways.argmax())
-        if sideways[edge] > PARALLEL_TOLERANCE:
-            i, j = self.mesh.combinatorics.edges[edge].tolist()
-            raise ParallelityError(
-                f"edge {edge} from vertex {i} to vertex {j} of the Gauss image leaves the direction of its mesh edge "
-                f"by {sideways[edge]:.1e}, allowed {PARALLEL_TOLERANCE:.0e}: the two meshes are not parallel",
-                elements=[edge],
-                value=float(sideways[edge]),
-                bound=PARALLEL_TOLERANCE,
-            )
 
     def _check_heights(self) -> None:
         edge = int(self.heights.argmin())

@@ -8,6 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
+from geometry.errors import MeshError
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.offsets import (
     circularity,
@@ -18,6 +19,7 @@ from geometry.parallel.offsets import (
     face_distances,
     vertex_distances,
 )
+from geometry.parallel.parallelity import parallelity
 
 ROUNDING = 1e-13  # some hundred operations on numbers near 1
 seeds = st.integers(0, 2**32 - 1)
@@ -132,6 +134,14 @@ def test_edges_on_either_half_of_a_cone_are_recognised(seed: int, n: int, steepn
     assert np.isnan(found[1:]).all()  # neighbours have three edges
 
 
+def test_many_edges_at_a_vertex_take_no_longer() -> None:
+    angles = spread_angles(np.random.default_rng(0), 60)  # 2^59 ways to choose halves
+    spokes = np.stack([np.cos(angles), np.sin(angles), 0.3 * np.where(np.arange(60) % 3, 1, -1)], axis=1)
+    assert edge_cone_deviation(pyramid(spokes))[0] <= ROUNDING
+    spokes[7, 2] *= 1.01
+    assert edge_cone_deviation(pyramid(spokes))[0] > 1e-3
+
+
 def test_koebe_polyhedra_have_edge_offsets_and_so_have_meshes_parallel_to_them() -> None:
     for mesh in (shapes.cube(), shapes.dodecahedron(), shapes.icosahedron(), shapes.box(1, 2, 3)):
         assert edge_axis_twist(mesh).max() <= ROUNDING
@@ -175,6 +185,30 @@ def test_edges_of_the_image_without_length_have_the_direction_of_the_mesh(point:
     axis = np.abs(mesh.edge_vectors).argmax(axis=1)
     expected = np.linalg.norm(np.where(np.arange(3) == axis[:, None], 0.0, point), axis=1)
     np.testing.assert_allclose(edge_distances(mesh, image), expected, atol=1e-15)
+
+
+@given(st.tuples(*[st.floats(-2, 2)] * 3))
+def test_translates_of_a_gauss_image(vector: tuple[float, float, float]) -> None:
+    mesh = shapes.dodecahedron()
+    image = mesh.translated(vector)
+    assert image.combinatorics is mesh.combinatorics
+    np.testing.assert_allclose(vertex_distances(image), np.linalg.norm(mesh.vertices + vector, axis=1))
+    # planes move by the part of the vector across them, and so do lines
+    moved = face_distances(mesh, image) - face_distances(mesh, mesh)
+    np.testing.assert_allclose(moved, mesh.face_normals @ vector, atol=1e-14)
+    middles = mesh.vertices[mesh.combinatorics.edges].mean(axis=1) + vector
+    across = np.linalg.norm(np.cross(middles, mesh.edge_directions), axis=1)
+    np.testing.assert_allclose(edge_distances(mesh, image), across, atol=1e-14)
+    np.testing.assert_allclose(parallelity(mesh, image), 0, atol=1e-14)
+
+
+def test_only_a_vector_translates() -> None:
+    mesh = shapes.cube()
+    for wrong in (1.0, [1.0, 2.0], mesh.vertices):
+        with pytest.raises(MeshError, match="translated by a vector of 3 numbers"):
+            mesh.translated(wrong)
+    with pytest.raises(MeshError, match="must be finite"):
+        mesh.translated([0.0, np.nan, 0.0])
 
 
 def test_turned_over_image_has_negative_face_distances() -> None:

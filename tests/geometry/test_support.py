@@ -67,7 +67,7 @@ def test_meshes_that_are_not_parallel_are_refused_with_the_worst_edge() -> None:
     gauss_image = cube()
     moved = gauss_image.vertices.copy()
     moved[3] += [0, 0, 1e-6]
-    with pytest.raises(ParallelityError, match=r"leaves the direction of its mesh edge by 1\.0e-06") as caught:
+    with pytest.raises(ParallelityError, match=r"is off the direction of its mesh edge by 1\.0e-06") as caught:
         SupportStructure(cube(700.0), gauss_image.with_vertices(moved), 100.0)
     assert 3 in cube().combinatorics.edges[caught.value.elements[0]]
 

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import csr_array, random_array, vstack
 
+from geometry.arrays import FloatArray
 from geometry.mesh import shapes
-from geometry.optimise import constrained
+from geometry.optimise import constrained, saddle_point
 from geometry.optimise.constrained import minimise_quadratic
 from geometry.optimise.functional import SparseMatrix
-from geometry.optimise.mixed_precision import SaddlePoint
-from geometry.optimise.solution import Reason
+from geometry.optimise.solution import Reason, Solution
 from geometry.parallel import gauss_image
 
 seeds = st.integers(0, 2**32 - 1)
@@ -29,11 +29,18 @@ def problem(seed: int, n: int = 30, m: int = 12) -> tuple[SparseMatrix, SparseMa
     return H, csr_array(vstack([csr_array(A), csr_array(A[:1] + A[1:2])])), rng
 
 
+def minimised(H: SparseMatrix, g: FloatArray, A: SparseMatrix, b: FloatArray) -> Solution:
+    """As if the problem were large."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(constrained, "LARGE", 0)
+        return minimise_quadratic(H, g, A, b, tolerance=1e-12)
+
+
 @given(seeds)
 def test_it_solves_the_equations_of_the_minimiser(seed: int) -> None:
     H, A, rng = problem(seed)
     g, b = rng.standard_normal(H.shape[0]), A @ rng.standard_normal(H.shape[0])
-    solution = SaddlePoint(H, A).minimise(g, b, tolerance=1e-12)
+    solution = minimised(H, g, A, b)
     assert solution.reason is Reason.CONVERGED
     assert np.abs(A @ solution.x - b).max() == solution.violation <= 1e-12
     full = np.block([[H.toarray(), A.toarray().T], [A.toarray(), np.zeros((A.shape[0], A.shape[0]))]])
@@ -48,19 +55,22 @@ def test_contradicting_equations_stall(seed: int) -> None:
     H, A, rng = problem(seed)
     b = A @ rng.standard_normal(H.shape[0])
     b[-1] += 1.0  # the last row is the sum of the first two
-    solution = SaddlePoint(H, A).minimise(np.zeros(H.shape[0]), b, tolerance=1e-12)
+    solution = minimised(H, np.zeros(H.shape[0]), A, b)
     assert solution.reason is not Reason.CONVERGED
     assert solution.violation > 0.1
 
 
-def test_large_problems_come_here_and_small_ones_agree(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_large_problems_are_factored_in_single_precision_and_small_ones_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     H, A, rng = problem(0)
     g, b = rng.standard_normal(H.shape[0]), A @ rng.standard_normal(H.shape[0])
     small = minimise_quadratic(H, g, A, b, tolerance=1e-13)
-    monkeypatch.setattr(constrained, "LARGE", 0)
-    monkeypatch.setattr(constrained, "factorise", None)  # would raise if it were called
-    large = minimise_quadratic(H, g, A, b, tolerance=1e-13)
-    assert np.abs(small.x - large.x).max() < 1e-8
+    asked = []
+    factorise = saddle_point.factorise
+    monkeypatch.setattr(
+        saddle_point, "factorise", lambda K, *, single: asked.append(single) or factorise(K, single=single)
+    )
+    assert np.abs(small.x - minimised(H, g, A, b).x).max() < 1e-8
+    assert asked == [True]
 
 
 def test_a_gauss_image_is_the_same_either_way(monkeypatch: pytest.MonkeyPatch) -> None:

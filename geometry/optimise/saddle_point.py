@@ -1,0 +1,101 @@
+"""The equations of a minimiser under equality constraints, solved by iteration with an approximate factor.
+
+    H x + A^T y = g,   A x = b
+
+are preconditioned by the factor of K = H + pull + w A^T A. Krylov iterations on the equations themselves, applied in
+double precision, take away what the factor rounds, what the penalty w leaves and what the pull adds. Rows of A
+that depend on each other do no harm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array
+from scipy.sparse.linalg import LinearOperator, SuperLU, gcrotmk, splu
+
+from geometry.arrays import FloatArray
+from geometry.optimise.functional import SparseMatrix, apply
+
+__all__ = ["SaddlePoint", "factorise"]
+
+CYCLE = 30
+"""Iterations, one solve each, of a correction; it holds that many vectors of x and y."""
+
+
+def factorise(matrix: SparseMatrix, *, single: bool = False) -> SuperLU:
+    """The factor of a sparse symmetric positive definite matrix; single: half the memory and time."""
+    options = {"SymmetricMode": True}
+    if single:
+        rounded = matrix.astype(np.float32).tocsc()
+        return splu(rounded, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, panel_size=20, options=options)
+    return splu(matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+
+
+@dataclass(frozen=True, eq=False)
+class SaddlePoint:
+    """H (n, n) symmetric, positive semi-definite; A (m, n) with rows of about unit length, dependent or not.
+
+    penalty: w over the mean of the diagonal of H; pull: the same, of a multiple of the identity, for an H that is not
+    definite; single: whether K is factored in single precision.
+    """
+
+    H: SparseMatrix
+    A: SparseMatrix
+    penalty: float
+    pull: float = 0.0
+    single: bool = False
+
+    def correction(
+        self, gradient: FloatArray, residual: FloatArray, *, aim: float, digits: float = 0.0
+    ) -> tuple[FloatArray, FloatArray]:
+        """x (n,) and y (m,) for which the equations give g = gradient and b = residual, as nearly as a cycle comes.
+
+        It ends where what is left, as a norm of gradient and sqrt(w) residual, is at most `aim`, or `digits` times
+        what was there.
+        """
+        n, size = len(gradient), len(gradient) + len(residual)
+        operator = LinearOperator((size, size), matvec=self._apply, dtype=np.float64)
+        inverse = LinearOperator((size, size), matvec=self._precondition, dtype=np.float64)
+        target = np.concatenate([gradient, self.scale * residual])
+        z = gcrotmk(operator, target, rtol=digits, atol=aim, m=CYCLE, maxiter=1, M=inverse)[0]
+        return z[:n], self.scale * z[n:]
+
+    @cached_property
+    def curvature(self) -> float:
+        """Of a general direction: the mean of the diagonal of H; 1 where H is zero."""
+        return float(self.H.diagonal().mean()) or 1.0
+
+    @cached_property
+    def transposed(self) -> SparseMatrix:
+        return csr_array(self.A.T)
+
+    @cached_property
+    def scale(self) -> float:
+        """sqrt(w): A x = b and y are scaled by it, so that both equations weigh as they do in K."""
+        return float(np.sqrt(self.penalty * self.curvature))
+
+    @cached_property
+    def _factor(self) -> SuperLU:
+        K = csr_array(self.H + self.scale**2 * (self.transposed @ self.A))
+        if self.pull > 0:
+            K = csr_array(K + self.pull * self.curvature * eye_array(K.shape[0]))
+        return factorise(K, single=self.single)
+
+    def solve(self, values: FloatArray) -> FloatArray:
+        """K^-1 values, to the precision of the factor."""
+        if self.single:
+            return np.asarray(self._factor.solve(values.astype(np.float32)), dtype=np.float64)
+        return np.asarray(self._factor.solve(values))
+
+    def _apply(self, z: FloatArray) -> FloatArray:
+        x, y = np.split(z, [self.H.shape[0]])
+        gradient = apply(self.H, x) + self.scale * apply(self.transposed, y)
+        return np.concatenate([gradient, self.scale * apply(self.A, x)])
+
+    def _precondition(self, z: FloatArray) -> FloatArray:
+        gradient, residual = np.split(z, [self.H.shape[0]])
+        x = self.solve(gradient + self.scale * apply(self.transposed, residual))
+        return np.concatenate([x, self.scale * apply(self.A, x) - residual])

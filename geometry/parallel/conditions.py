@@ -1,0 +1,151 @@
+"""What can be asked of a mesh in P(M): something to minimise, fixed vertices, bounds on edge factors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.errors import GeometryError
+from geometry.functionals.unknowns import coordinates
+from geometry.mesh import Mesh
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
+
+__all__ = ["FactorBounds", "Fixed", "Objective"]
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """x H x / 2 - g x of all coordinates x (3N,); is_square: a sum of squares, which has a least value."""
+
+    H: SparseMatrix
+    g: FloatArray
+    is_square: bool
+
+    @classmethod
+    def of(cls, mesh: Mesh, quadratic: Iterable[tuple[float, LinearFunctional]], linear: Any) -> Objective:
+        """Half the sum of weight |r(x)|^2 over the terms and of linear . x; linear (3N,) or (N, 3), or None."""
+        n = 3 * mesh.n_vertices
+        terms = list(quadratic)
+        for place, (weight, term) in enumerate(terms):
+            _check_term(place, weight, term, n)
+        if any(weight > 0 for weight, _ in terms):
+            H, g = normal_equations(terms)
+        elif linear is None:
+            raise GeometryError("nothing is to be minimised: give a quadratic of positive weight, or something linear")
+        else:
+            H, g = csr_array((n, n), dtype=np.float64), np.zeros(n)
+        return cls(H, g, True) if linear is None else cls(H, g - _gradient(linear, mesh) / 2, False)
+
+
+def _check_term(place: int, weight: float, term: LinearFunctional, n: int) -> None:
+    if not (np.isfinite(weight) and weight >= 0):
+        raise GeometryError(
+            f"quadratic {place} has the weight {weight}: weights are numbers from 0 upwards",
+            elements=[place],
+            value=weight,
+            bound=0.0,
+        )
+    rows, columns = term.matrix.shape
+    if columns != n or term.target.shape != (rows,):
+        raise GeometryError(
+            f"quadratic {place} takes {columns} unknowns to {rows} residuals with {len(term.target)} targets, but the "
+            f"mesh has {n} coordinates",
+            elements=[place],
+            value=columns,
+            bound=n,
+        )
+    if not (np.isfinite(term.target).all() and np.isfinite(term.matrix.data).all()):
+        raise GeometryError(f"quadratic {place} has numbers that are not finite", elements=[place])
+
+
+def _gradient(linear: Any, mesh: Mesh) -> FloatArray:
+    gradient = floats(linear)
+    if gradient.shape not in ((3 * mesh.n_vertices,), (mesh.n_vertices, 3)):
+        raise GeometryError(
+            f"the linear functional has shape {gradient.shape}, the mesh needs ({mesh.n_vertices}, 3) or "
+            f"({3 * mesh.n_vertices},)"
+        )
+    broken = np.flatnonzero(~np.isfinite(gradient.reshape(-1, 3)).all(axis=1))
+    if len(broken):
+        raise GeometryError(f"the linear functional is not finite at vertex {broken[0]}", elements=broken.tolist())
+    return gradient.ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class Fixed:
+    """vertices (k,) that have to be at positions (k, 3)."""
+
+    vertices: IntArray
+    positions: FloatArray
+
+    @classmethod
+    def of(cls, mesh: Mesh, fixed: Mapping[int, Any]) -> Fixed:
+        """Raises GeometryError, naming the vertex, where it does not exist or its position is not three numbers."""
+        for vertex, position in fixed.items():
+            if not 0 <= vertex < mesh.n_vertices:
+                raise GeometryError(
+                    f"vertex {vertex} is to be fixed, but there are {mesh.n_vertices} vertices",
+                    elements=[vertex],
+                    value=vertex,
+                    bound=mesh.n_vertices - 1,
+                )
+            if np.shape(position) != (3,) or not np.isfinite(position).all():
+                raise GeometryError(
+                    f"vertex {vertex} is to be fixed at {position}: that takes three finite numbers",
+                    elements=[vertex],
+                )
+        return cls(integers(list(fixed)), floats(np.array(list(fixed.values()), dtype=np.float64).reshape(-1, 3)))
+
+    def rows(self, n_vertices: int) -> SparseMatrix:
+        """(3k, 3N)"""
+        columns = coordinates(self.vertices).ravel()
+        places = (np.arange(len(columns)), columns)
+        return csr_array(coo_array((np.ones(len(columns)), places), shape=(len(columns), 3 * n_vertices)))
+
+    def distances(self, positions: FloatArray) -> FloatArray:
+        """(k,) of vertices (N, 3) from where they have to be."""
+        return np.asarray(np.linalg.norm(positions[self.vertices] - self.positions, axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class FactorBounds:
+    """lower and upper (E,) bounds of the edge factors."""
+
+    lower: FloatArray
+    upper: FloatArray
+
+    @classmethod
+    def of(cls, mesh: Mesh, bounds: tuple[Any, Any]) -> FactorBounds:
+        """From two numbers or arrays (E,), which may be infinite. Raises GeometryError, naming an edge without room."""
+        lower, upper = (floats(bound) for bound in bounds)
+        for name, values in (("lower", lower), ("upper", upper)):
+            if values.shape not in ((), (mesh.n_edges,)):
+                raise GeometryError(
+                    f"the {name} bounds of the edge factors have shape {values.shape}, there are {mesh.n_edges} edges"
+                )
+        lower, upper = (floats(np.broadcast_to(values, mesh.n_edges)) for values in (lower, upper))
+        wrong = np.flatnonzero(~(lower <= upper) | (lower == np.inf) | (upper == -np.inf))
+        if len(wrong):
+            edge = int(wrong[0])
+            i, j = mesh.combinatorics.edges[edge].tolist()
+            raise GeometryError(
+                f"edge {edge} from vertex {i} to vertex {j} is to have a factor from {lower[edge]} to {upper[edge]}: "
+                "there is no such number",
+                elements=wrong.tolist(),
+                value=float(lower[edge]),
+                bound=float(upper[edge]),
+            )
+        return cls(lower, upper)
+
+    def rows(self, mesh: Mesh) -> SparseMatrix:
+        """(E, 3N) t . (s_j - s_i), the factor times the length of the edge in M, t its unit direction."""
+        t = mesh.edge_directions
+        columns = coordinates(mesh.combinatorics.edges).reshape(-1, 6)
+        starts = np.arange(0, columns.size + 1, 6)
+        values = np.concatenate([-t, t], axis=1).ravel()
+        return csr_array((values, columns.ravel(), starts), shape=(mesh.n_edges, 3 * mesh.n_vertices))

@@ -1,0 +1,78 @@
+"""Closed paths of edges that no faces fill: round holes, round and through handles."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+from geometry.arrays import IntArray, integers
+from geometry.mesh import Combinatorics
+from geometry.optimise.functional import SparseMatrix
+
+__all__ = ["independent_loops"]
+
+
+def independent_loops(combinatorics: Combinatorics) -> SparseMatrix:
+    """(L, E): 1 where a loop runs along an edge, -1 where against it.
+
+    What sums to zero around each face and along these loops does so along every closed path, and none of the loops can
+    be spared: 1 - chi of them for a mesh in one piece with a boundary, 2 - chi for one without.
+
+    By tree and cotree [EricksonWhittlesey2005]: a tree reaches all vertices; a second one, across edges that are not
+    in the first, all faces and what is outside the boundaries. Each edge left over closes one loop of the first tree.
+    """
+    c = combinatorics
+    parents, through = _parents(c.n_vertices, c.edges)
+    left_over = np.ones(c.n_edges, dtype=bool)
+    left_over[through[through >= 0]] = False
+
+    others = np.flatnonzero(left_over)
+    faces = np.sort(np.where(c.edge_faces[others] < 0, c.n_faces, c.edge_faces[others]), axis=1)
+    _, first = np.unique(faces[:, 0] * (c.n_faces + 1) + faces[:, 1], return_index=True)  # faces may share more edges
+    _, across = _parents(c.n_faces + 1, faces[first])
+    left_over[others[first[across[across >= 0]]]] = False
+    return _closed_in_tree(c, np.flatnonzero(left_over), parents, through)
+
+
+def _parents(n: int, pairs: IntArray) -> tuple[IntArray, IntArray]:
+    """For each of n nodes its parent in a spanning forest and the pair between them, -1 at the roots.
+
+    pairs (m, 2), none of them twice.
+    """
+    components = connected_components(_graph(n, pairs), directed=False)[1]
+    roots = np.unique(components, return_index=True)[1]
+    above = np.stack([np.full(len(roots), n), roots], axis=1)  # one node more stands above all roots
+    before = breadth_first_order(_graph(n + 1, np.concatenate([pairs, above])), n, directed=False)[1][:n]
+    parents = integers(np.where(before == n, -1, before))
+
+    order = np.lexsort((pairs.min(axis=1), pairs.max(axis=1)))
+    keys = pairs.max(axis=1)[order] * n + pairs.min(axis=1)[order]
+    nodes = np.flatnonzero(parents >= 0)
+    sought = np.maximum(nodes, parents[nodes]) * n + np.minimum(nodes, parents[nodes])
+    through = np.full(n, -1, dtype=np.int64)
+    through[nodes] = order[np.searchsorted(keys, sought)]
+    return parents, integers(through)
+
+
+def _graph(n: int, pairs: IntArray) -> SparseMatrix:
+    return csr_array(coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n)))
+
+
+def _closed_in_tree(c: Combinatorics, closing: IntArray, parents: IntArray, through: IntArray) -> SparseMatrix:
+    """Each closing edge, with the way through the tree from the root to its tail, and from its head back."""
+    n = len(closing)
+    loops, edges, signs = [np.arange(n)], [closing], [np.ones(n)]
+    for end, sign in ((0, 1.0), (1, -1.0)):
+        loop, vertices = np.arange(n), c.edges[closing, end]
+        while (inner := through[vertices] >= 0).any():
+            loop, vertices = loop[inner], vertices[inner]
+            edge = through[vertices]
+            loops.append(loop)
+            edges.append(edge)
+            signs.append(np.where(c.edges[edge, 1] == vertices, sign, -sign))
+            vertices = parents[vertices]
+    places = (np.concatenate(loops), np.concatenate(edges))
+    matrix = csr_array(coo_array((np.concatenate(signs), places), shape=(n, c.n_edges)))
+    matrix.eliminate_zeros()  # what both ways share
+    return matrix

@@ -1,0 +1,137 @@
+"""The mesh in P(M) at which something quadratic or linear is least, under conditions."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array, vstack
+
+from geometry.arrays import FloatArray
+from geometry.errors import GeometryError
+from geometry.mesh import Mesh
+from geometry.optimise.bounded import minimise_bounded
+from geometry.optimise.functional import SparseMatrix
+from geometry.optimise.semidefinite import minimise_semidefinite
+from geometry.optimise.solution import ConvergenceError, Reason, Solution
+from geometry.parallel.conditions import FactorBounds, Fixed, Objective
+from geometry.parallel.parallelity import edge_factors, parallelity
+
+__all__ = ["PARALLEL", "check_solved", "minimum"]
+
+PARALLEL = 1e-12
+"""How far an edge of S may be off the direction of its edge of M, over the size of S."""
+
+COLLAPSED = 1e-2
+"""Size of S over that of M, below which accuracy goes by that of M: where the edges of S vanish, only that has one."""
+
+BOUND = 1e-9
+"""By how much an edge may be longer or shorter than the bounds of its factor allow, over the size of S."""
+
+AIM = 0.1
+"""Violation asked of the solvers, over what is allowed."""
+
+CONTRADICTION = 1e-9
+"""Violation, over the size of M and of what is fixed, above which it is a contradiction, and not rounding."""
+
+
+def minimum(mesh: Mesh, matrix: SparseMatrix, objective: Objective, fixed: Fixed, bounds: FactorBounds | None) -> Mesh:
+    """matrix: A s = 0 says that s is in P(M)."""
+    A = csr_array(vstack([matrix, fixed.rows(mesh.n_vertices)]))
+    b = np.concatenate([np.zeros(matrix.shape[0]), fixed.positions.ravel()])
+    solution = _determined(mesh, objective, A, b) if bounds is None else _bounded(mesh, objective, A, b, bounds)
+    found = mesh.with_vertices(solution.x.reshape(-1, 3))
+    if bounds is not None:
+        _check_bounds(mesh, found, bounds, solution)
+    if len(fixed.vertices):
+        _check_fixed(mesh, found, fixed, solution)
+    size = max(_largest(found.vertices), _largest(fixed.positions), COLLAPSED * _largest(mesh.vertices))
+    check_solved(mesh, found, solution, size)
+    return found
+
+
+def _determined(mesh: Mesh, objective: Objective, A: SparseMatrix, b: FloatArray) -> Solution:
+    """The minimiser, or the one nearest to M."""
+    near = mesh.vertices.ravel()
+    solution = minimise_semidefinite(objective.H, objective.g, A, b, near, accuracy=AIM * PARALLEL)
+    if solution.reason is Reason.UNBOUNDED:
+        raise _without_end()
+    return solution
+
+
+def _bounded(mesh: Mesh, objective: Objective, A: SparseMatrix, b: FloatArray, bounds: FactorBounds) -> Solution:
+    lower, upper = bounds.lower * mesh.edge_lengths, bounds.upper * mesh.edge_lengths
+    numbers = np.concatenate([b, lower, upper])
+    curvature = float(objective.H.diagonal().mean()) or np.inf
+    size = max(_largest(numbers[np.isfinite(numbers)]), _largest(objective.g) / curvature) or _largest(mesh.vertices)
+    solution = minimise_bounded(
+        objective.H, objective.g, A, b, bounds.rows(mesh), lower, upper, tolerance=AIM * PARALLEL * size
+    )
+    if solution.reason is Reason.UNBOUNDED:
+        raise _without_end()
+    if solution.reason is Reason.INFEASIBLE:
+        raise GeometryError(
+            "no mesh parallel to M has its fixed vertices where they are wanted and all edge factors within their "
+            "bounds: free some vertices, or widen the bounds"
+        )
+    identity, x = csr_array(eye_array(A.shape[1])), solution.x  # what is left of A x = b goes by the shortest way
+    return minimise_semidefinite(identity, x, A, b, x, accuracy=AIM * PARALLEL)
+
+
+def _without_end() -> GeometryError:
+    return GeometryError(
+        "what is to be minimised has no least value: it falls without end as the mesh moves or grows within P(M); "
+        "add a quadratic that resists, fix vertices, or bound the edge factors from both sides"
+    )
+
+
+def _check_fixed(mesh: Mesh, found: Mesh, fixed: Fixed, solution: Solution) -> None:
+    """Only where they contradict each other do fixed vertices, and with them edges, end up elsewhere."""
+    distances = fixed.distances(found.vertices)
+    bound = CONTRADICTION * max(_largest(mesh.vertices), _largest(fixed.positions))
+    if solution.violation > bound:
+        worst = fixed.vertices[np.argsort(-distances)]
+        raise GeometryError(
+            "the fixed vertices contradict each other: no mesh parallel to M has all of them where they are wanted. At "
+            f"best, they or edges are missed by {solution.violation:.1e}, allowed {bound:.1e}; above all free or move "
+            f"vertex {worst[0]}",
+            elements=worst.tolist(),
+            value=solution.violation,
+            bound=bound,
+        )
+
+
+def _check_bounds(mesh: Mesh, found: Mesh, bounds: FactorBounds, solution: Solution) -> None:
+    factors = edge_factors(mesh, found)
+    off = np.maximum(factors - bounds.upper, bounds.lower - factors) * mesh.edge_lengths
+    edge = int(off.argmax())
+    value, bound = float(off[edge]), BOUND * _largest(found.vertices)
+    if value > bound:
+        raise ConvergenceError(
+            f"edge {edge} has the factor {factors[edge]}, which is to be from {bounds.lower[edge]} to "
+            f"{bounds.upper[edge]}: it is too long or short by {value:.1e}, allowed {bound:.1e}; the solver stopped "
+            f"since {solution.reason.value}",
+            solution=solution,
+            elements=[edge],
+            value=value,
+            bound=bound,
+        )
+
+
+def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> None:
+    """Raise ConvergenceError, naming the worst edge, where what has been found is off by more than PARALLEL x size."""
+    sideways = parallelity(mesh, found)
+    edge = int(sideways.argmax())
+    value, bound = float(sideways[edge]), PARALLEL * size
+    if not value <= bound:
+        i, j = mesh.combinatorics.edges[edge].tolist()
+        raise ConvergenceError(
+            f"edge {edge} from vertex {i} to vertex {j} is off the direction of its edge of M by {value:.1e}, allowed "
+            f"{bound:.1e}: the solver stopped since {solution.reason.value}; planarise the mesh further",
+            solution=solution,
+            elements=[edge],
+            value=value,
+            bound=bound,
+        )
+
+
+def _largest(values: FloatArray) -> float:
+    return float(np.abs(values).max(initial=0.0))

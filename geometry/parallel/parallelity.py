@@ -1,0 +1,73 @@
+"""How parallel two meshes are, edge by edge; the factors between their edges; and what a mesh must be for that."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.arrays import FloatArray
+from geometry.errors import GeometryError, MeshError, ParallelityError
+from geometry.functionals.planarity import face_deviations
+from geometry.mesh import Mesh
+
+__all__ = ["PLANAR", "check_parallel", "check_planar", "edge_factors", "parallelity"]
+
+PLANAR = 1e-12
+"""How far a corner may be off its face's plane, over the mean edge length: what `planarise` reaches."""
+
+
+def parallelity(mesh: Mesh, other: Mesh) -> FloatArray:
+    """(E,) how far s_j - s_i is off the direction of m_j - m_i, in the unit of S = `other`; zero where parallel.
+
+    Raises MeshError where the meshes do not have the same faces, and for an edge of `mesh` without length.
+    """
+    _, across = _along_and_across(mesh, other)
+    return np.asarray(np.linalg.norm(across, axis=1))
+
+
+def edge_factors(mesh: Mesh, other: Mesh) -> FloatArray:
+    """(E,) the factors lambda of s_j - s_i = lambda (m_j - m_i), by projection [Pottmann2007, (1)].
+
+    Negative where the correspondence of the edges reverses their orientation. Raises as `parallelity` does.
+    """
+    along, _ = _along_and_across(mesh, other)
+    return along / mesh.edge_lengths
+
+
+def check_parallel(mesh: Mesh, other: Mesh, bound: float, *, what: str) -> None:
+    """Raise ParallelityError, naming the worst edge, where `parallelity` is above the bound; `what` the other is."""
+    sideways = parallelity(mesh, other)
+    edge = int(sideways.argmax())
+    value = float(sideways[edge])
+    if value > bound:
+        i, j = mesh.combinatorics.edges[edge].tolist()
+        raise ParallelityError(
+            f"edge {edge} from vertex {i} to vertex {j} of {what} is off the direction of its mesh edge by "
+            f"{value:.1e}, allowed {bound:.1e}: the two meshes are not parallel",
+            elements=[edge],
+            value=value,
+            bound=bound,
+        )
+
+
+def check_planar(mesh: Mesh) -> None:
+    """Raise GeometryError where a face leaves its plane by more than `PLANAR` times the mean edge length."""
+    deviations = face_deviations(mesh)
+    face = int(deviations.argmax())
+    value = float(deviations[face])
+    if value > PLANAR:
+        raise GeometryError(
+            f"face {face} leaves its plane by {value:.1e} of the mean edge length, allowed {PLANAR:.0e}; "
+            "planarise the mesh first",
+            elements=[face],
+            value=value,
+            bound=PLANAR,
+        )
+
+
+def _along_and_across(mesh: Mesh, other: Mesh) -> tuple[FloatArray, FloatArray]:
+    """(E,) and (E, 3): the edges of the other mesh, split by the edge directions of the mesh."""
+    if not mesh.combinatorics.same_as(other.combinatorics):
+        raise MeshError("the two meshes do not have the same faces, so they cannot be parallel")
+    directions = mesh.edge_directions
+    along = np.einsum("ei,ei->e", other.edge_vectors, directions)
+    return along, other.edge_vectors - along[:, None] * directions

@@ -1,0 +1,149 @@
+"""From one parallel mesh to a better one: quadratic problems in P(M), and distances that are made equal to 1."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array
+
+from geometry.arrays import FloatArray
+from geometry.functionals.fairness import laplacian
+from geometry.functionals.normals import unit_edge_distances, unit_face_distances, unit_vertex_distances
+from geometry.functionals.parallelity import parallel_to
+from geometry.mesh import Mesh
+from geometry.optimise.constrained import minimise_quadratic
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, normal_equations
+from geometry.optimise.solution import ConvergenceError, Solution
+from geometry.parallel.node_axes import axis_directions
+from geometry.parallel.parallelity import parallelity
+
+__all__ = ["LINEAR_DAMPING", "PARALLEL", "foot_directions", "nearest_parallel", "refine_distances"]
+
+PARALLEL = 1e-11
+"""How far an end of an edge of S may be off the direction of its edge of M; S has unit size. Faces planar to
+1e-12 only, short edges, or coordinates far from the origin leave no less."""
+
+DAMPING = 1e-3
+"""Weight of the moves in the first round, over the sum of the weights; a tenth after each round that gains."""
+
+LINEAR_DAMPING = 1e-6
+"""The same for faces alone, whose distances are linear in S, so that there is no step too long."""
+
+LEAST_DAMPING = 1e-9
+"""With less, rounding decides where vertices move that the distances leave free."""
+
+MOST_DAMPING = 1e3
+"""If rounds gain nothing even with this, none will."""
+
+SETTLED = 1e-15
+"""Mean square of the distances' deviations from 1 is zero below the square of this."""
+
+
+def nearest_parallel(
+    mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: FloatArray | None = None, tolerance: float = PARALLEL / 2
+) -> Mesh:
+    """The mesh S parallel to M, or start (3N,) plus one, that minimises x H x / 2 - g x; x is S, or S minus start.
+
+    The solver stops where S is parallel to `tolerance`. Where rounding has turned edges of M by nearly as much, a
+    smaller one asks for more than there is: S gives up freedom for it, and can be far from the minimiser.
+
+    Raises ConvergenceError where S is parallel to M no better than `PARALLEL`.
+    """
+    constraint = parallel_to(mesh)
+    origin = np.zeros(len(g)) if start is None else start
+    target = -apply(constraint.matrix, origin)
+    solution = minimise_quadratic(H, g, constraint.matrix, target, tolerance=tolerance)
+    image = mesh.with_vertices((origin + solution.x).reshape(-1, 3))
+    _check_parallel(mesh, image, solution)
+    return image
+
+
+def refine_distances(
+    mesh: Mesh,
+    image: Mesh,
+    *,
+    faces: float = 0.0,
+    edges: float = 0.0,
+    vertices: float = 0.0,
+    fairness: float = 0.0,
+    rounds: int,
+    least_gain: float = 0.0,
+) -> Mesh:
+    """Lower the sum of weight (distance - 1)^2 over the faces, edges and vertices of S, plus fairness f_Laplacian.
+
+    image: parallel to M; so is the result. Levenberg-Marquardt in P(M): each round takes the directions from the
+    origin to vertices and edges as they are, which makes distances linear, and adds a weight on how far
+    vertices move, so that those that the distances leave free stay. That weight falls as rounds gain, and rises where
+    one does not, which then changes nothing. Stops after `rounds`, each one solve; where all distances are 1;
+    and where a round gains less than the part `least_gain` of what is left.
+    """
+    weights = faces, edges, vertices, fairness
+    heaviest = sum(weights)
+    damping = DAMPING if edges + vertices > 0 else LINEAR_DAMPING
+    value = _value(mesh, image, weights)
+    for _ in range(rounds):
+        if value <= SETTLED**2 * heaviest * mesh.n_vertices or damping > MOST_DAMPING:
+            break
+        tried = _moved(mesh, image, weights, damping * heaviest)
+        reached = _value(mesh, tried, weights)
+        if not reached < value:
+            damping *= 10
+            continue
+        enough = reached < (1 - least_gain) * value
+        image, value = tried, reached
+        damping = max(damping / 10, LEAST_DAMPING)
+        if not enough:
+            break
+    return image
+
+
+def foot_directions(mesh: Mesh, image: Mesh) -> FloatArray:
+    """(E, 3) unit vectors from the origin to the nearest points of the edge lines of S; zero for lines through it."""
+    middles = image.vertices[mesh.combinatorics.edges].mean(axis=1)
+    along = mesh.edge_directions
+    feet = middles - np.einsum("ek,ek->e", middles, along)[:, None] * along
+    lengths = np.linalg.norm(feet, axis=1, keepdims=True)
+    return np.asarray(np.divide(feet, lengths, out=np.zeros_like(feet), where=lengths > 0))
+
+
+def _terms(mesh: Mesh, image: Mesh, weights: tuple[float, ...]) -> list[tuple[float, LinearFunctional]]:
+    faces, edges, vertices, fairness = weights
+    terms = []
+    if faces > 0:
+        terms.append((faces, unit_face_distances(mesh)))
+    if edges > 0:
+        terms.append((edges, unit_edge_distances(mesh, foot_directions(mesh, image))))
+    if vertices > 0:
+        terms.append((vertices, unit_vertex_distances(mesh, axis_directions(mesh, image.vertices))))
+    if fairness > 0:
+        terms.append((fairness, laplacian(mesh.combinatorics)))
+    return terms
+
+
+def _value(mesh: Mesh, image: Mesh, weights: tuple[float, ...]) -> float:
+    """The residuals of the terms taken at S itself are its distances minus 1."""
+    x = image.vertices.ravel()
+    return sum(w * float(np.square(term.residual(x)).sum()) for w, term in _terms(mesh, image, weights))
+
+
+def _moved(mesh: Mesh, image: Mesh, weights: tuple[float, ...], damping: float) -> Mesh:
+    x = image.vertices.ravel()
+    still = LinearFunctional(csr_array(eye_array(len(x))), np.zeros(len(x)))
+    moves = [(w, LinearFunctional(term.matrix, -term.residual(x))) for w, term in _terms(mesh, image, weights)]
+    H, g = normal_equations([*moves, (damping, still)])
+    return nearest_parallel(mesh, H, g, start=x)
+
+
+def _check_parallel(mesh: Mesh, image: Mesh, solution: Solution) -> None:
+    sideways = parallelity(mesh, image)
+    edge = int(sideways.argmax())
+    value = float(sideways[edge])
+    if not value <= PARALLEL:
+        i, j = mesh.combinatorics.edges[edge].tolist()
+        raise ConvergenceError(
+            f"edge {edge} from vertex {i} to vertex {j} of the Gauss image is off the direction of its mesh edge by "
+            f"{value:.1e}, allowed {PARALLEL:.0e}; move the mesh nearer to the origin, and planarise it further",
+            solution=solution,
+            elements=[edge],
+            value=value,
+            bound=PARALLEL,
+        )

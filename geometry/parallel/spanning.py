@@ -1,0 +1,62 @@
+"""From vertex to neighbouring vertex over a whole mesh: a spanning forest, breadth first, level by level."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+from geometry.arrays import IntArray, integers
+
+__all__ = ["Level", "SpanningForest", "spanning_forest"]
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """Vertices first reached in the same step: parents (n,) of the level before, children (n,), edges (n,) between."""
+
+    parents: IntArray
+    children: IntArray
+    edges: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class SpanningForest:
+    """roots (c,): a vertex of each component; components (N,): the component of each vertex; levels: outwards."""
+
+    roots: IntArray
+    components: IntArray
+    levels: tuple[Level, ...]
+
+
+def spanning_forest(n_vertices: int, edges: IntArray, *, start: int = 0) -> SpanningForest:
+    """The forest over all vertices along edges (E, 2), with as few levels as its roots allow.
+
+    The root of a component is its first vertex, or `start`. A vertex without edges is a component of its own.
+    """
+    n = n_vertices
+    ends = np.concatenate([edges, edges[:, ::-1]])
+    names = np.tile(np.arange(1.0, len(edges) + 1), 2)  # an edge of value 0 would be none
+    graph = coo_array((names, ends.T), shape=(n, n)).tocsr()
+    components = connected_components(graph, directed=False)[1]
+    roots = np.unique(components, return_index=True)[1]
+    roots[components[start]] = start
+
+    rooted = np.stack([np.full(len(roots), n), roots], axis=1)  # vertex n stands above all roots
+    above = np.concatenate([ends, rooted])
+    ones = np.ones(len(above))
+    order, parents = breadth_first_order(coo_array((ones, above.T), shape=(n + 1, n + 1)).tocsr(), n)
+    place = np.empty(n + 1, dtype=np.int64)
+    place[order] = np.arange(n + 1)
+    parent_places = place[parents[order[1:]]]  # ascending
+    levels = []
+    first, last = 1, 1 + len(roots)
+    while last < n + 1:
+        first, last = last, int(np.searchsorted(parent_places, last)) + 1
+        children = order[first:last].astype(np.int64)
+        its_parents = parents[children].astype(np.int64)
+        its_edges = np.asarray(graph[its_parents, children]).ravel().astype(np.int64) - 1
+        levels.append(Level(integers(its_parents), integers(children), integers(its_edges)))
+    return SpanningForest(integers(roots), integers(components), tuple(levels))

@@ -1,0 +1,116 @@
+"""The dimension of P(M), from the gap in the singular values of `Closing`, without a dense decomposition."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.arrays import FloatArray
+from geometry.errors import GeometryError, RankError
+from geometry.parallel.closing import Closing
+
+__all__ = ["Spectrum", "least_singular_vectors", "passing"]
+
+GAP = 100.0
+"""Least ratio of the first singular value that is not zero to the largest one that passes for zero."""
+
+ZERO = 1e-9
+"""Singular values up to this pass for zero, however planar the faces are: what real files state to ten digits."""
+
+LARGEST_ZERO = 1e-3
+"""Where faces are less planar than this, no gap is to be found, so it is not looked for further."""
+
+ITERATIONS = 20
+"""At most; three to five do."""
+
+BLOCK = 8
+"""Vectors of the first inverse iteration."""
+
+LARGEST_BLOCK = 50_000_000
+"""Numbers in the vectors of an inverse iteration: 0.4 GB."""
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """The dimension of P(M), and the singular values on either side of the gap that shows it.
+
+    They are those of the closing of faces and loops with edge lengths in the directions of M as unknowns (pure numbers,
+    the largest about 2). last_kept also bounds what faces that leave their planes add to them.
+    """
+
+    dimension: int
+    last_kept: float
+    first_dropped: float
+
+    @classmethod
+    def of(cls, values: FloatArray, spare: int, deviation: float) -> Spectrum:
+        """values: the least singular values, ascending, up to one above `passing(deviation)`, or all.
+
+        spare: dimensions beside those of singular values that pass for zero. Raises RankError where there is no gap.
+        """
+        zero = passing(deviation)
+        kept = int((values <= zero).sum())
+        last = max([deviation, *values[:kept][-1:]])
+        first = float(values[kept]) if kept < len(values) else np.inf
+        needed = GAP * max(zero, last)
+        if first < needed:
+            raise RankError(
+                f"the singular values have no gap that shows the dimension of P(M): it is {spare + kept} if those up "
+                f"to {last:.1e} are zero, but the next is {first:.1e}, and at least {needed:.1e} is needed; planarise "
+                "the mesh first",
+                value=first,
+                bound=needed,
+            )
+        return cls(spare + kept, float(last), first)
+
+
+def passing(deviation: float) -> float:
+    """What passes for zero where faces leave their planes such that singular values change by up to `deviation`."""
+    return min(max(ZERO, deviation), LARGEST_ZERO)
+
+
+def least_singular_vectors(closing: Closing, above: float) -> tuple[FloatArray, FloatArray]:
+    """The least singular values (k,) of A = closing.narrow (m, n), ascending, and right singular vectors (n, k).
+
+    All up to `above` and at least one more, or k = n. Inverse iteration on a block of vectors with the factor of
+    A^T A + shift; then A times the Ritz vectors, so that singular values are good to rounding, not only to its root as
+    eigenvalues of A^T A are. Those that are not near zero may be a little too large.
+
+    Raises GeometryError where too many vectors are needed.
+    """
+    n = closing.narrow.shape[1]
+    count = BLOCK
+    while count <= n // 3:
+        _check_size(n, count)
+        values, vectors = _inverse_iteration(closing, count, above)
+        if values[-1] > above:
+            return values, vectors
+        count *= 4
+    _check_size(n, n)
+    rows = np.linalg.qr(closing.narrow.toarray(), mode="r")
+    _, values, directions = np.linalg.svd(rows)
+    return values[::-1], directions[::-1].T
+
+
+def _inverse_iteration(closing: Closing, count: int, above: float) -> tuple[FloatArray, FloatArray]:
+    vectors = np.random.default_rng(0).standard_normal((closing.narrow.shape[1], count))
+    first = np.inf
+    for _ in range(ITERATIONS):
+        vectors = np.linalg.qr(closing.factor.solve(vectors))[0]
+        _, values, rotation = np.linalg.svd(np.asarray(closing.narrow @ vectors), full_matrices=False)
+        values, vectors = values[::-1], vectors @ rotation[::-1].T
+        before, first = first, values[min(int((values <= above).sum()), count - 1)]
+        if first > 0.99 * before:
+            break
+    return values, vectors
+
+
+def _check_size(n: int, count: int) -> None:
+    if n * count > LARGEST_BLOCK:
+        raise GeometryError(
+            f"the dimension of P(M) needs {count} vectors of {n} numbers, at most {LARGEST_BLOCK:.0e} numbers in all "
+            "are allowed; go by `expected_dimension`, or look at a part of the mesh",
+            value=float(n) * count,
+            bound=LARGEST_BLOCK,
+        )

@@ -1,0 +1,255 @@
+"""Minimising over P(M) against dense linear algebra in the basis, closed forms and the conditions of a minimum."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import linprog
+from scipy.sparse import csr_array, eye_array
+
+from geometry.arrays import FloatArray
+from geometry.errors import GeometryError
+from geometry.functionals.fairness import laplacian
+from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
+from geometry.mesh import Mesh, shapes
+from geometry.optimise.functional import LinearFunctional, normal_equations
+from geometry.parallel.gauss_image import gauss_image
+from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.space import ParallelSpace
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def bent(mesh: Mesh, strength: float = 0.1) -> Mesh:
+    """A projective image: its faces are planar, but parallels are gone."""
+    away = strength * np.array([1.0, 0.7, 0.4]) / np.linalg.norm(mesh.vertices, axis=1).max()
+    return mesh.with_vertices(mesh.vertices / (1 + mesh.vertices @ away)[:, None])
+
+
+DISC = bent(shapes.rotational_mesh(np.stack([np.linspace(1, 0.5, 6), np.linspace(0, 1.5, 6)], axis=1), 7, closed=False))
+HEXAGONS = bent(shapes.hexagonal_paraboloid(3, 4) * 0.2)
+TORUS = bent(shapes.torus(np.array([[2.0, -1.0], [3.5, -0.5], [3.0, 1.0], [2.2, 0.8]]), 6))
+meshes = st.sampled_from([DISC, HEXAGONS, TORUS])
+
+
+def close_to(points: FloatArray) -> LinearFunctional:
+    return LinearFunctional(csr_array(eye_array(points.size)), points.ravel())
+
+
+def by_basis(mesh: Mesh, H: Any, g: FloatArray, fixed: dict[int, FloatArray]) -> FloatArray:
+    """x H x / 2 - g x is least, in the basis of P(M), by a dense basis of what leaves the fixed vertices."""
+    basis = ParallelSpace(mesh).basis
+    rows = basis.reshape(len(basis), -1)
+    held = basis[:, list(fixed)].reshape(len(basis), -1).T
+    wanted = np.array(list(fixed.values())).ravel()
+    start = np.linalg.lstsq(held, wanted)[0] if fixed else np.zeros(len(basis))
+    free = np.linalg.svd(held)[2][len(wanted) :].T
+    reduced = free.T @ (rows @ (H @ rows.T)) @ free
+    step = np.linalg.solve(reduced, free.T @ (rows @ (g - H @ (rows.T @ start))))
+    return np.asarray(((start + free @ step) @ rows).reshape(-1, 3))
+
+
+@given(meshes, seeds, st.integers(0, 2), st.booleans())
+@settings(max_examples=30)
+def test_the_minimum_is_that_in_the_basis(mesh: Mesh, seed: int, n_fixed: int, with_linear: bool) -> None:
+    rng = np.random.default_rng(seed)
+    terms = [(1.0, laplacian(mesh.combinatorics)), (0.01, close_to(rng.normal(size=mesh.vertices.shape)))]
+    linear = 0.1 * rng.normal(size=mesh.vertices.shape) if with_linear else None
+    n_fixed = min(n_fixed, 1 if mesh is TORUS else 2)  # all that is parallel to the torus is scaled and moved copies
+    ends = rng.permutation([0, mesh.n_vertices - 1])[:n_fixed].tolist()
+    fixed = {vertex: mesh.vertices[vertex] + rng.normal(size=3) for vertex in ends}
+    found = ParallelSpace(mesh).minimise(terms, linear=linear, fixed=fixed)
+    H, g = normal_equations(terms)
+    expected = by_basis(mesh, H, g if linear is None else g - linear.ravel() / 2, fixed)
+    size = np.abs(expected).max()
+    np.testing.assert_allclose(found.vertices, expected, atol=1e-8 * size)  # rounding over the least curvature, 1e-4
+    assert parallelity(mesh, found).max() <= 1e-12 * size
+    for vertex, position in fixed.items():
+        np.testing.assert_allclose(found.vertices[vertex], position, atol=1e-12 * size)
+
+
+@given(st.sampled_from([DISC, HEXAGONS]), seeds)
+@settings(max_examples=15)
+def test_fair_members_through_fixed_vertices(mesh: Mesh, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    fixed = {v: mesh.vertices[v] + 0.3 * rng.normal(size=3) for v in (0, mesh.n_vertices - 1)}
+    L = laplacian(mesh.combinatorics)
+    found = ParallelSpace(mesh).minimise([(3.0, L)], fixed=fixed)
+    H, g = normal_equations([(1.0, L)])
+    expected = by_basis(mesh, H, g, fixed)
+    np.testing.assert_allclose(found.vertices, expected, atol=1e-8 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("mesh", [DISC, HEXAGONS, TORUS])
+def test_the_gauss_image_is_such_a_minimum(mesh: Mesh) -> None:
+    terms = [(1.0, unit_face_distances(mesh)), (0.1, close_to_vertex_normals(mesh))]
+    found = ParallelSpace(mesh).minimise(terms)
+    np.testing.assert_allclose(found.vertices, gauss_image(mesh).vertices, atol=1e-9)
+
+
+@pytest.mark.parametrize("mesh", [DISC, HEXAGONS, TORUS])
+def test_what_is_left_open_stays_as_it_is_in_the_mesh(mesh: Mesh) -> None:
+    # fairness alone: a mesh that has shrunk to a point is the fairest; which point is left open
+    far = mesh.with_vertices(mesh.vertices + np.array([5.0, -7.0, 11.0]))
+    found = ParallelSpace(far).minimise([(1.0, laplacian(mesh.combinatorics))])
+    np.testing.assert_allclose(
+        found.vertices, np.broadcast_to(far.vertices.mean(axis=0), (mesh.n_vertices, 3)), atol=1e-5
+    )
+    # one vertex wanted elsewhere: the nearest member that has it there is M moved, as far as that is the shortest way
+    wanted = far.vertices[2] + [0.1, 0.2, 0.3]
+    rows = csr_array((np.ones(3), ([0, 1, 2], [6, 7, 8])), shape=(3, 3 * mesh.n_vertices))
+    found = ParallelSpace(far).minimise([(1.0, LinearFunctional(rows, wanted))])
+    np.testing.assert_allclose(found.vertices[2], wanted, atol=1e-10)
+    basis = ParallelSpace(far).basis
+    nearest = np.linalg.lstsq(basis[:, 2].T, wanted - far.vertices[2])[0]  # the shortest coefficients
+    np.testing.assert_allclose(found.vertices - far.vertices, np.einsum("k,kni->ni", nearest, basis), atol=1e-8)
+
+
+def test_scaling_and_moving_everything_scales_and_moves_the_minimum() -> None:
+    rng = np.random.default_rng(0)
+    points = DISC.vertices + 0.2 * rng.normal(size=DISC.vertices.shape)
+    shift = np.array([10.0, 20.0, -5.0])
+    found = ParallelSpace(DISC).minimise([(1.0, close_to(points))], fixed={3: points[3]})
+    moved = DISC.with_vertices(1e3 * DISC.vertices + shift)
+    again = ParallelSpace(moved).minimise([(1.0, close_to(1e3 * points + shift))], fixed={3: 1e3 * points[3] + shift})
+    np.testing.assert_allclose(again.vertices, 1e3 * found.vertices + shift, atol=1e-8)
+
+
+# --- bounds of edge factors
+
+
+def conditions_of_a_minimum(
+    mesh: Mesh, found: Mesh, gradient: FloatArray, lower: FloatArray, upper: FloatArray
+) -> float:
+    """How far the gradient in P(M) is from being held by the bounds that are met: a non-negative least squares fit,
+    as a linear programme, over the norm of the gradient."""
+    basis = ParallelSpace(mesh).basis
+    factors = edge_factors(mesh, found)
+    change = np.stack([edge_factors(mesh, mesh.with_vertices(member)) for member in basis])
+    held_below, held_above = factors < lower + 1e-7, factors > upper - 1e-7
+    pushes = np.concatenate([change[:, held_below], -change[:, held_above]], axis=1)
+    along = basis.reshape(len(basis), -1) @ gradient.ravel()
+    size = np.abs(along).max()
+    n, k = pushes.shape
+    # least t with |along - pushes y| <= t and y >= 0
+    rows = np.block([[-pushes, -np.ones((n, 1))], [pushes, -np.ones((n, 1))]])
+    fit = linprog(np.append(np.zeros(k), 1.0), A_ub=rows, b_ub=np.concatenate([-along, along]) / size)
+    return float(fit.fun)
+
+
+@given(meshes, seeds, st.floats(0.0, 0.5), st.floats(1.0, 2.0))
+@settings(max_examples=12)
+def test_bounds_hold_and_the_minimum_is_one(mesh: Mesh, seed: int, low: float, high: float) -> None:
+    rng = np.random.default_rng(seed)
+    points = 2.0 * mesh.vertices + 0.5 * rng.normal(size=mesh.vertices.shape)
+    terms = [(1.0, close_to(points)), (0.5, laplacian(mesh.combinatorics))]
+    found = ParallelSpace(mesh).minimise(terms, factor_bounds=(low, high))
+    factors = edge_factors(mesh, found)
+    room = 1e-9 * np.abs(found.vertices).max() / mesh.edge_lengths.min()
+    assert low - room <= factors.min() <= factors.max() <= high + room
+    assert parallelity(mesh, found).max() <= 1e-12 * np.abs(found.vertices).max()
+    H, g = normal_equations(terms)
+    gradient = H @ found.vertices.ravel() - g
+    assert (
+        conditions_of_a_minimum(mesh, found, gradient, np.full(mesh.n_edges, low), np.full(mesh.n_edges, high)) < 1e-6
+    )
+
+
+def test_wide_bounds_change_nothing() -> None:
+    terms = [(1.0, close_to(np.random.default_rng(0).normal(size=DISC.vertices.shape)))]
+    free = ParallelSpace(DISC).minimise(terms, fixed={0: DISC.vertices[0]})
+    bounded = ParallelSpace(DISC).minimise(terms, fixed={0: DISC.vertices[0]}, factor_bounds=(-1e3, np.inf))
+    np.testing.assert_allclose(bounded.vertices, free.vertices, atol=1e-9)
+
+
+def test_signs_may_differ_from_edge_to_edge() -> None:
+    """As in [Pottmann2007, Fig. 11]: the fairest member of P(S) with the signs of one that is known."""
+    parallel = ParallelSpace(DISC)
+    known = parallel.elements(1, seed=5)[0] * 20.0
+    signs = np.sign(edge_factors(DISC, known))
+    assert 5 < (signs < 0).sum() < DISC.n_edges - 5
+    bounds = np.where(signs > 0, 0.05, -np.inf), np.where(signs > 0, np.inf, -0.05)
+    found = parallel.minimise([(1.0, laplacian(DISC.combinatorics))], factor_bounds=bounds)
+    factors = edge_factors(DISC, found)
+    np.testing.assert_array_equal(np.sign(factors), signs)
+    assert np.abs(factors).min() >= 0.05 - 1e-8
+    fairness = [float((laplacian(DISC.combinatorics).residual(m.vertices.ravel()) ** 2).sum()) for m in (found, known)]
+    scaled = known * (0.05 / np.abs(edge_factors(DISC, known)).min())  # it too keeps the bounds
+    assert fairness[0] < float((laplacian(DISC.combinatorics).residual(scaled.vertices.ravel()) ** 2).sum())
+
+
+def test_equal_bounds_are_equations() -> None:
+    lower = np.full(DISC.n_edges, -np.inf)
+    upper = np.full(DISC.n_edges, np.inf)
+    lower[[4, 17]] = upper[[4, 17]] = 1.5, -0.25
+    found = ParallelSpace(DISC).minimise([(1.0, close_to(DISC.vertices))], factor_bounds=(lower, upper))
+    np.testing.assert_allclose(edge_factors(DISC, found)[[4, 17]], [1.5, -0.25], atol=1e-9)
+
+
+def test_something_linear_within_bounds() -> None:
+    """The largest extent along z of a box with edges up to twice as long: a linear programme."""
+    box = shapes.box(1, 2, 3)
+    found = ParallelSpace(box).minimise(
+        linear=-box.vertices * [0, 0, 1], fixed={0: box.vertices[0]}, factor_bounds=(0.5, 2.0)
+    )
+    factors = edge_factors(box, found)
+    np.testing.assert_allclose(factors[np.abs(box.edge_vectors[:, 2]) > 0], 2.0, atol=1e-9)
+
+
+# --- what is refused
+
+
+def test_fixed_vertices_that_contradict_each_other_are_named() -> None:
+    i, j = DISC.combinatorics.edges[0].tolist()
+    turned = DISC.vertices[j] + np.cross(DISC.edge_vectors[0], [0, 0, 0.01])
+    with pytest.raises(GeometryError, match=r"the fixed vertices contradict each other.*vertex") as caught:
+        ParallelSpace(DISC).minimise([(1.0, close_to(DISC.vertices))], fixed={i: DISC.vertices[i], j: turned})
+    assert set(caught.value.elements) == {i, j}
+
+
+@pytest.mark.parametrize("bounds", [None, (0.0, np.inf)])
+def test_what_falls_without_end_is_refused(bounds: tuple[float, float] | None) -> None:
+    linear = -DISC.vertices  # longer is less
+    with pytest.raises(GeometryError, match="has no least value"):
+        ParallelSpace(DISC).minimise(linear=linear, factor_bounds=bounds)
+    with pytest.raises(GeometryError, match="has no least value"):
+        ParallelSpace(DISC).minimise(
+            [(1.0, laplacian(DISC.combinatorics))], linear=np.ones(DISC.vertices.shape), factor_bounds=bounds
+        )
+
+
+def test_bounds_that_no_member_keeps_are_refused() -> None:
+    fixed = {0: DISC.vertices[0], DISC.n_vertices - 1: DISC.vertices[-1]}
+    with pytest.raises(GeometryError, match=r"no mesh parallel to M has .* widen the bounds"):
+        ParallelSpace(DISC).minimise([(1.0, close_to(DISC.vertices))], fixed=fixed, factor_bounds=(1.1, 2.0))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ({}, "nothing is to be minimised"),
+        ({"quadratic": [(-1.0, close_to(DISC.vertices))]}, "quadratic 0 has the weight -1.0"),
+        ({"quadratic": [(np.nan, close_to(DISC.vertices))]}, "quadratic 0 has the weight nan"),
+        ({"quadratic": [(1.0, close_to(TORUS.vertices))]}, "takes 72 unknowns .* the mesh has 126 coordinates"),
+        ({"quadratic": [(1.0, close_to(np.full((42, 3), np.inf)))]}, "quadratic 0 has numbers that are not finite"),
+        ({"linear": np.ones(7)}, r"the linear functional has shape \(7,\), the mesh needs \(42, 3\) or \(126,\)"),
+        ({"linear": np.full((42, 3), np.nan)}, "the linear functional is not finite at vertex 0"),
+        ({"fixed": {42: np.zeros(3)}}, "vertex 42 is to be fixed, but there are 42 vertices"),
+        ({"fixed": {-1: np.zeros(3)}}, "vertex -1 is to be fixed"),
+        ({"fixed": {5: [0.0, np.nan, 1.0]}}, "vertex 5 is to be fixed at .* three finite numbers"),
+        ({"fixed": {5: [0.0, 1.0]}}, "vertex 5 is to be fixed at .* three finite numbers"),
+        ({"factor_bounds": (np.zeros(3), np.inf)}, r"the lower bounds of the edge factors have shape \(3,\)"),
+        ({"factor_bounds": (1.0, 0.5)}, r"edge 0 from vertex \d+ to vertex \d+ is to have a factor from 1.0 to 0.5"),
+        ({"factor_bounds": (np.nan, 0.5)}, "edge 0 .* from nan to 0.5"),
+        ({"factor_bounds": (np.inf, np.inf)}, "edge 0 .* from inf to inf"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(arguments: dict[str, Any], sentence: str) -> None:
+    if arguments and "quadratic" not in arguments and "linear" not in arguments:
+        arguments = {"quadratic": [(1.0, close_to(DISC.vertices))], **arguments}
+    with pytest.raises(GeometryError, match=sentence):
+        ParallelSpace(DISC).minimise(**arguments)
