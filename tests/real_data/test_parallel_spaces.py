@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from time import process_time
 
 import numpy as np
 import pytest
@@ -66,22 +65,6 @@ def test_bases(name: str) -> None:
     np.testing.assert_allclose(rows @ rows.T, np.eye(len(rows)), atol=1e-11)
     worst = max(parallelity(mesh, mesh.with_vertices(member)).max() for member in basis)
     assert worst < (1e-11 if "hexagonal" in name else 1e-12)
-
-
-def test_a_basis_takes_a_small_part_of_the_time_of_a_dense_decomposition() -> None:
-    """A hundredth for the 649 vertices of the paper, which takes too long for a test; so a part of that."""
-    mesh = planar("dos/planarizednormalized_six_quad.obj")
-    few = mesh.combinatorics.faces()[:200]
-    used, names = np.unique(np.concatenate(few), return_inverse=True)
-    part = Mesh.from_faces(mesh.vertices[used], names.reshape(-1, 4).tolist())
-    _ = ParallelSpace(part).basis  # once to load what it needs
-    begun = process_time()
-    basis = ParallelSpace(part).basis
-    between = process_time()
-    np.linalg.svd(ParallelSpace(part).matrix.toarray())
-    ended = process_time()
-    assert len(basis) > 10
-    assert (ended - between) > 10 * (between - begun)
 
 
 @pytest.mark.parametrize("name", ["dos/conical1.obj", "libhedra/YasIsland.off", "libhedra/gitter.off"])
