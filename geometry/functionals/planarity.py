@@ -16,7 +16,6 @@ import numpy as np
 from geometry.arrays import FloatArray
 from geometry.functionals.frames import LargerFaces
 from geometry.mesh import Combinatorics, Mesh
-from geometry.mesh.polygons import face_mean_edge_lengths, planarity
 from geometry.optimise.functional import SparseMatrix
 
 __all__ = ["Planarity", "face_deviations"]
@@ -24,9 +23,7 @@ __all__ = ["Planarity", "face_deviations"]
 
 def face_deviations(mesh: Mesh) -> FloatArray:
     """(F,) largest distance of a corner from the best plane of its face, over the mean edge length of the mesh."""
-    local = mesh.vertices - mesh.vertices.mean(axis=0)  # far from the origin, sums of coordinates would round
-    lengths = face_mean_edge_lengths(local, mesh.combinatorics)
-    return planarity(local, mesh.combinatorics) * lengths / mesh.mean_edge_length
+    return mesh.plane_deviations / mesh.mean_edge_length
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 from geometry.arrays import FloatArray, floats
 from geometry.errors import MeshError
 from geometry.mesh.combinatorics import Combinatorics
-from geometry.mesh.polygons import best_planes, planarity, vector_areas
+from geometry.mesh.polygons import best_planes, face_mean_edge_lengths, vector_areas
 
 __all__ = ["Mesh"]
 
@@ -130,15 +130,25 @@ class Mesh:
         """(F, 3) area times unit normal of each face."""
         return floats(vector_areas(self.vertices, self.combinatorics))
 
-    @cached_property
+    @property
     def face_normals(self) -> FloatArray:
         """(F, 3) unit normals of the faces' best planes, outwards."""
-        return floats(best_planes(self.vertices, self.combinatorics)[1])
+        return self._planes[0]
+
+    @property
+    def plane_deviations(self) -> FloatArray:
+        """(F,) largest distance of a corner from the face's best plane."""
+        return self._planes[1]
+
+    @cached_property
+    def _planes(self) -> tuple[FloatArray, FloatArray]:
+        normals, deviations = best_planes(self.vertices, self.combinatorics)
+        return floats(normals), floats(deviations)
 
     @cached_property
     def planarity(self) -> FloatArray:
         """(F,) largest distance of a corner from the face's best plane, over the face's mean edge length."""
-        return floats(planarity(self.vertices, self.combinatorics))
+        return floats(self.plane_deviations / face_mean_edge_lengths(self.vertices, self.combinatorics))
 
     @cached_property
     def vertex_normals(self) -> FloatArray:

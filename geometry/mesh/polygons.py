@@ -16,7 +16,6 @@ __all__ = [
     "face_mean_edge_lengths",
     "face_sums",
     "mixed_areas",
-    "planarity",
     "vector_areas",
 ]
 
@@ -57,18 +56,19 @@ def mixed_areas(
 
 
 def best_planes(vertices: FloatArray, combinatorics: Combinatorics) -> tuple[FloatArray, FloatArray]:
-    """Centroids (F, 3) and unit normals (F, 3) of the planes with the least squared distance to the corners.
+    """Unit normals (F, 3) of the planes with the least squared distance to the corners, and the largest distance (F,).
 
     Normals point to the side of the vector area. A face whose corners lie on a line has no best plane; any
     plane through the line is returned for it.
     """
-    centres = face_centroids(vertices, combinatorics)
-    here = vertices[combinatorics.corners] - centres[combinatorics.corner_face]
-    scatter = face_sums(combinatorics, here[:, :, None] * here[:, None, :])
-    normals = np.linalg.eigh(scatter)[1][:, :, 0]
-    inwards = np.einsum("fk,fk->f", normals, vector_areas(vertices, combinatorics)) < 0
-    normals[inwards] *= -1
-    return centres, normals
+    local = vertices - vertices.mean(axis=0)  # far from the origin, sums of coordinates would round
+    faces = combinatorics.corner_face
+    here = local[combinatorics.corners] - face_centroids(local, combinatorics)[faces]
+    normals = np.linalg.eigh(face_sums(combinatorics, here[:, :, None] * here[:, None, :]))[1][:, :, 0]
+    areas = face_sums(combinatorics, np.cross(here, here[combinatorics.next_corner]))
+    normals[np.einsum("fk,fk->f", normals, areas) < 0] *= -1
+    distances = np.abs(np.einsum("ck,ck->c", here, normals[faces]))
+    return normals, np.maximum.reduceat(distances, combinatorics.face_starts[:-1])
 
 
 def face_mean_edge_lengths(vertices: FloatArray, combinatorics: Combinatorics) -> FloatArray:
@@ -76,12 +76,3 @@ def face_mean_edge_lengths(vertices: FloatArray, combinatorics: Combinatorics) -
     ends = vertices[combinatorics.corners]
     lengths = np.linalg.norm(ends[combinatorics.next_corner] - ends, axis=1)
     return face_sums(combinatorics, lengths) / combinatorics.face_sizes
-
-
-def planarity(vertices: FloatArray, combinatorics: Combinatorics) -> FloatArray:
-    """(F,) largest distance of a corner from the best plane, over the mean edge length of the face."""
-    centres, normals = best_planes(vertices, combinatorics)
-    faces = combinatorics.corner_face
-    distances = np.einsum("ck,ck->c", vertices[combinatorics.corners] - centres[faces], normals[faces])
-    largest = np.maximum.reduceat(np.abs(distances), combinatorics.face_starts[:-1])
-    return largest / face_mean_edge_lengths(vertices, combinatorics)

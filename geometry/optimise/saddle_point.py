@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array, eye_array
+from scipy.sparse import csc_array, csr_array, eye_array
 from scipy.sparse.linalg import LinearOperator, SuperLU, gcrotmk, splu
 
 from geometry.arrays import FloatArray
@@ -27,11 +27,11 @@ CYCLE = 30
 
 def factorise(matrix: SparseMatrix, *, single: bool = False) -> SuperLU:
     """The factor of a sparse symmetric positive definite matrix; single: half the memory and time."""
-    options = {"SymmetricMode": True}
+    options, columns = {"SymmetricMode": True}, csc_array(matrix.T)  # the same matrix, without work
     if single:
-        rounded = matrix.astype(np.float32).tocsc()
+        rounded = columns.astype(np.float32)
         return splu(rounded, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, panel_size=20, options=options)
-    return splu(matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+    return splu(columns, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
 @dataclass(frozen=True, eq=False)
