@@ -25,10 +25,6 @@ ACCURACY = 1e-12
 ENOUGH = 1e-8
 """What is accepted of it where it gets no further."""
 
-POLISHES = 5
-"""How often the set of active bounds may be mended. Mostly it is right at once; it is hard to find where bounds depend
-on each other, but then the interior point mostly is good enough."""
-
 NO_WORSE = 1e-11
 """How much the polish may add to the least value, over the size of its terms."""
 
@@ -132,27 +128,27 @@ class _Problem:
         return Solution(x, np.concatenate([duals[0], of_bounds]), self.violation(x), found.iterations, reason)
 
     def polished(self, interior: Solution) -> Solution:
-        """What the bounds active at the interior point, as equations, lead to, where that is no worse."""
+        """What the bounds active at the interior point, as equations, lead to, where that is no worse.
+
+        Where bounds depend on each other it may be worse, as which are active is hard to tell then; but the interior
+        point mostly is good enough.
+        """
         values, of_bounds = apply(self.G, interior.x), interior.multipliers[len(self.b) :]
-        above, below = of_bounds > self.upper - values, -of_bounds > values - self.lower
+        above = (of_bounds > self.upper - values) | self.equal
+        below = (-of_bounds > values - self.lower) & ~self.equal
+        found = self.on_bounds(above, below, interior)
         least, size = self.objective(interior.x)
-        best = interior
-        for _ in range(POLISHES):
-            above, below = above | self.equal, below & ~self.equal
-            found = self.on_bounds(above, below, best)
-            is_least = self.objective(found.x)[0] <= least + NO_WORSE * size
-            if is_least and found.violation <= max(self.tolerance, best.violation):
-                best = found
-            if best.violation <= self.tolerance:
-                break
-            values, of_bounds = apply(self.G, found.x), found.multipliers[len(self.b) :]
-            over, under = values > self.upper + self.tolerance, values < self.lower - self.tolerance
-            above, below = above & ~(of_bounds < 0) | over, below & ~(of_bounds > 0) | under
-        missed = best.reason is Reason.CONVERGED and best.violation > self.tolerance
-        return replace(best, reason=Reason.STALLED) if missed else best
+        is_least = self.objective(found.x)[0] <= least + NO_WORSE * size
+        if is_least and found.violation <= max(self.tolerance, interior.violation):
+            interior = found
+        missed = interior.reason is Reason.CONVERGED and interior.violation > self.tolerance
+        return replace(interior, reason=Reason.STALLED) if missed else interior
 
     def on_bounds(self, above: BoolArray, below: BoolArray, near: Solution) -> Solution:
-        """The minimiser near to a solution on some bounds, whatever becomes of the others."""
+        """The minimiser near to a solution on some bounds, whatever becomes of the others.
+
+        CONVERGED where no bound pulls: then it is the minimiser, if no other bound is passed.
+        """
         held = above | below
         rows = csr_array(vstack([self.A, self.G[held]]))
         bounds = np.concatenate([self.b, np.where(above, self.upper, self.lower)[held]])
@@ -162,7 +158,10 @@ class _Problem:
         found = minimise_semidefinite(self.H, self.g, rows, bounds, near.x, accuracy=accuracy)
         multipliers = np.zeros(len(self.b) + len(self.lower))
         multipliers[np.concatenate([np.ones(len(self.b), dtype=bool), held])] = found.multipliers
-        return Solution(found.x, multipliers, self.violation(found.x), near.steps, near.reason)
+        of_bounds = multipliers[len(self.b) :]
+        pulls = (above & (of_bounds < 0) | below & (of_bounds > 0)) & ~self.equal
+        reason = near.reason if pulls.any() or found.reason is not Reason.CONVERGED else Reason.CONVERGED
+        return Solution(found.x, multipliers, self.violation(found.x), near.steps, reason)
 
     def violation(self, x: FloatArray) -> float:
         values = apply(self.G, x)

@@ -24,20 +24,26 @@ PULL = 1e-4
 PENALTY = 1e4
 """w over the mean of the diagonal of H. Less: an iteration for each small singular value of A; more: rounding."""
 
+LARGE = 300_000
+"""Unknowns above which the factor is in single precision, to save memory."""
+
+NEAR = 1e-2
+"""Part of the size of the point begun at, below which a minimiser is not asked to be accurate for its own size."""
+
 STATIONARY = 1e-11
 """What may remain of the gradient, over the size of its terms; iterations aim at a tenth of it."""
 
 SETTLED = 1e-9
 """The same, and what may remain of the equations over the size of theirs, where rounding lets iterations end before."""
 
-DIGITS = 1e-10
+DIGITS = 1e-8
 """What a cycle may leave: beyond it there is rounding, which iterations would turn into directions of their own."""
 
 AWAY = 1e6
 """Size of x over the size of what it depends on, at which it is asked whether there is a minimiser."""
 
 POWER = 20
-"""Solves for a proof that there is no minimiser."""
+"""Solves that tell directions without curvature, or combinations of A without effect, from others."""
 
 PROOF = 1e-6
 """What is taken for zero in it, over the size of a general direction."""
@@ -58,22 +64,25 @@ def minimise_semidefinite(
     H (n, n) symmetric, positive semi-definite; A (m, n) with rows of about unit length, dependent or not. A step is a
     cycle of up to 30 solves with one factor.
 
-    The reason is CONVERGED where the largest |A x - b| is at most `accuracy` times the largest |x| or |b|; UNBOUNDED
-    where there is no least value, INFEASIBLE where the constraints contradict each other; STALLED where rounding is in
-    the way.
+    The reason is CONVERGED where the largest |A x - b| is at most `accuracy` times the largest |x|, |b|, |near|/100;
+    UNBOUNDED where there is no least value, INFEASIBLE where the constraints contradict each other; STALLED where
+    rounding is in the way.
     """
-    system = SaddlePoint(H, A, PENALTY, PULL)
-    start = here = _state(system, near, np.zeros(len(b)), g, b)
+    system = SaddlePoint(H, A, PENALTY, PULL, single=len(g) > LARGE)
+    least_size = max(_largest(b), NEAR * _largest(near))
+    start = here = _state(system, near, np.zeros(len(b)), g, b, least_size)
     longest = np.inf
     for step in range(1, max_steps + 1):
         if here.left(accuracy) <= 1:
             return here.solution(step - 1, Reason.CONVERGED)
-        x, y = system.correction(here.gradient, here.residual, aim=_aim(system, here, accuracy), digits=DIGITS)
-        there = here if _largest(x) > longest else _state(system, here.x + x, here.y + y, g, b)
+        x, y = system.correction(*here.wanting(accuracy), aim=_aim(system, here, accuracy), digits=DIGITS)
+        if _largest(x) > longest:  # rounding in directions without curvature, where nothing stops it
+            x = x - _flat_part(system, x)
+        there = _state(system, here.x + x, here.y + y, g, b, least_size)
         if there.left(accuracy) > here.left(accuracy) / 2 or _runs_away(system, there, start):
             best = min(here, there, key=lambda state: state.left(accuracy))
             return best.solution(step, _reason(system, start, best, accuracy))
-        here, longest = there, _largest(x)  # where there is only rounding left to correct, moves become longer
+        here, longest = there, _largest(x)
     return here.solution(max_steps, Reason.STEP_LIMIT)
 
 
@@ -90,18 +99,30 @@ class _State:
 
     def left(self, accuracy: float) -> float:
         """At most 1 where it is done."""
-        allowed = STATIONARY * self.gradient_size
-        gradient = _largest(self.gradient) / allowed if allowed else 0.0
-        return max(gradient, _largest(self.residual) / (accuracy * self.residual_size or 1.0))
+        return max(self._gradient_left, self._residual_left(accuracy))
+
+    def wanting(self, accuracy: float) -> tuple[FloatArray, FloatArray]:
+        """The gradient and the residual, or zero for what is done: rounding is not to be corrected too."""
+        gradient = self.gradient if self._gradient_left > 1 else np.zeros_like(self.gradient)
+        return gradient, self.residual if self._residual_left(accuracy) > 1 else np.zeros_like(self.residual)
+
+    @property
+    def _gradient_left(self) -> float:
+        return _largest(self.gradient) / (STATIONARY * self.gradient_size or 1.0)
+
+    def _residual_left(self, accuracy: float) -> float:
+        return _largest(self.residual) / (accuracy * self.residual_size or 1.0)
 
     def solution(self, steps: int, reason: Reason) -> Solution:
         return Solution(self.x, self.y, _largest(self.residual), steps, reason)
 
 
-def _state(system: SaddlePoint, x: FloatArray, y: FloatArray, g: FloatArray, b: FloatArray) -> _State:
-    hold = apply(system.transposed, y)
-    sizes = max(_largest(g), system.curvature * _largest(x), _largest(hold)), max(_largest(b), _largest(x))
-    return _State(x, y, g - apply(system.H, x) - hold, b - apply(system.A, x), *sizes)
+def _state(
+    system: SaddlePoint, x: FloatArray, y: FloatArray, g: FloatArray, b: FloatArray, least_size: float
+) -> _State:
+    hold, size = apply(system.transposed, y), max(least_size, _largest(x))
+    gradient_size = max(_largest(g), _largest(hold), system.curvature * size)
+    return _State(x, y, g - apply(system.H, x) - hold, b - apply(system.A, x), gradient_size, size)
 
 
 def _aim(system: SaddlePoint, state: _State, accuracy: float) -> float:
@@ -139,12 +160,17 @@ def _contradicts(system: SaddlePoint, start: _State) -> bool:
 
 
 def _falls(system: SaddlePoint, start: _State) -> bool:
-    """Whether there is a direction with a slope, but without curvature, in A x = 0: powers of pull / K find it."""
-    direction = start.gradient
-    for _ in range(POWER):
-        direction = system.solve(PULL * system.curvature * direction)
+    """Whether there is a direction with a slope, but without curvature, in A x = 0."""
+    direction = _flat_part(system, start.gradient)
     bends = max(_largest(apply(system.H, direction)) / system.curvature, _largest(apply(system.A, direction)))
     return bends <= PROOF * _largest(direction) and _largest(direction) > SETTLED * start.gradient_size
+
+
+def _flat_part(system: SaddlePoint, x: FloatArray) -> FloatArray:
+    """The part of x (n,) in A x = 0 that is without curvature, as powers of pull / K leave it alone."""
+    for _ in range(POWER):
+        x = system.solve(PULL * system.curvature * x)
+    return x
 
 
 def _largest(values: FloatArray) -> float:

@@ -28,18 +28,14 @@ def independent_loops(combinatorics: Combinatorics) -> SparseMatrix:
     left_over[through[through >= 0]] = False
 
     others = np.flatnonzero(left_over)
-    faces = np.sort(np.where(c.edge_faces[others] < 0, c.n_faces, c.edge_faces[others]), axis=1)
-    _, first = np.unique(faces[:, 0] * (c.n_faces + 1) + faces[:, 1], return_index=True)  # faces may share more edges
-    _, across = _parents(c.n_faces + 1, faces[first])
-    left_over[others[first[across[across >= 0]]]] = False
+    faces = np.where(c.edge_faces[others] < 0, c.n_faces, c.edge_faces[others])
+    _, across = _parents(c.n_faces + 1, faces)
+    left_over[others[across[across >= 0]]] = False
     return _closed_in_tree(c, np.flatnonzero(left_over), parents, through)
 
 
 def _parents(n: int, pairs: IntArray) -> tuple[IntArray, IntArray]:
-    """For each of n nodes its parent in a spanning forest and the pair between them, -1 at the roots.
-
-    pairs (m, 2), none of them twice.
-    """
+    """For each of n nodes its parent in a spanning forest and the pair (m, 2) between them, -1 at the roots."""
     components = connected_components(_graph(n, pairs), directed=False)[1]
     roots = np.unique(components, return_index=True)[1]
     above = np.stack([np.full(len(roots), n), roots], axis=1)  # one node more stands above all roots

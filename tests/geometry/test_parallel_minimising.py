@@ -99,6 +99,9 @@ def test_what_is_left_open_stays_as_it_is_in_the_mesh(mesh: Mesh) -> None:
     np.testing.assert_allclose(
         found.vertices, np.broadcast_to(far.vertices.mean(axis=0), (mesh.n_vertices, 3)), atol=1e-5
     )
+    about_origin = mesh.with_vertices(mesh.vertices - mesh.vertices.mean(axis=0))
+    found = ParallelSpace(about_origin).minimise([(1.0, laplacian(mesh.combinatorics))])
+    np.testing.assert_allclose(found.vertices, 0, atol=1e-5)
     # one vertex wanted elsewhere: the nearest member that has it there is M moved, as far as that is the shortest way
     wanted = far.vertices[2] + [0.1, 0.2, 0.3]
     rows = csr_array((np.ones(3), ([0, 1, 2], [6, 7, 8])), shape=(3, 3 * mesh.n_vertices))
