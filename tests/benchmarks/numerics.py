@@ -1,4 +1,4 @@
-"""How long planarising and Gauss images take, and how good they are: `python tests/benchmarks/numerics.py [sizes]`.
+"""How long planar, circular, conical meshes and Gauss images take: `python tests/benchmarks/numerics.py [sizes]`.
 
 First the real meshes, where they are at hand, then smooth meshes of about the given numbers of vertices. Times are in
 milliseconds, the best of three; lengths in mean edge lengths. Set OPENBLAS_NUM_THREADS=1 where cores are shared.
@@ -16,8 +16,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh, read_mesh, shapes
-from geometry.meshing import planarise
+from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
 from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.offsets import circularity, conicality, edge_axis_twist, edge_distances, vertex_distances
 from geometry.parallel.space import ParallelSpace, parallelity
@@ -81,6 +82,16 @@ def planarise_row(name: str, mesh: Mesh) -> tuple[Mesh, list[str]]:
     ]
 
 
+def principal_row(name: str, mesh: Mesh, make: Callable[[Mesh], OptimisedMesh]) -> list[str]:
+    """Circular or conical: only meshes along principal curvature lines can be, and the others are refused."""
+    try:
+        result, milliseconds = timed(lambda: make(fresh(mesh)), repeats=1)
+    except GeometryError as refused:
+        return [name, make.__name__, "", "", f"refused: {refused.message[:44]}...", ""]
+    after = f"{max(result.planarity_after, result.deviation_after):.1e}"
+    return [name, make.__name__, f"{milliseconds:.0f}", str(result.iterations), after, f"{result.largest_move:.3f}"]
+
+
 def gauss_row(name: str, mesh: Mesh) -> list[str]:
     image, milliseconds = timed(lambda: gauss_image(fresh(mesh)), repeats=3 if mesh.n_vertices < 50_000 else 1)
     heights = np.percentile(edge_distances(mesh, image), [0, 5, 50, 95, 100])
@@ -123,6 +134,7 @@ def table(title: str, *columns: str) -> Table:
 def main(sizes: tuple[int, ...]) -> None:
     console = Console(width=120)
     planar = table("Planarise", "mesh", "V / F", "ms", "steps", "before", "after", "largest move", "mean")
+    principal = table("Circular and conical", "mesh", "by", "ms", "steps", "planar and so on to", "largest move")
     gauss = table("Gauss image", "mesh", "V", "ms", "off parallel", "heights 0 5 50 95 100 %", "|s|")
     spaces = table("P(M)", "mesh", "dimension (count)", "last kept", "first dropped", "ms")
     fitness = table("Medians of", "mesh", "circularity", "conicality", "edge axis twist")
@@ -130,12 +142,14 @@ def main(sizes: tuple[int, ...]) -> None:
         name = path.stem
         mesh, row = planarise_row(name, read_mesh(path).mesh)
         planar.add_row(*row)
+        for make in (make_circular, make_conical):
+            principal.add_row(*principal_row(name, mesh, make))
         gauss.add_row(*gauss_row(name, mesh))
         spaces.add_row(*space_row(name, mesh))
         fitness.add_row(*fitness_row(name, mesh))
     for size in sizes:
         gauss.add_row(*gauss_row("smooth", smooth(size)))
-    for filled in (planar, gauss, spaces, fitness):
+    for filled in (planar, principal, gauss, spaces, fitness):
         console.print(filled)
 
 

@@ -17,7 +17,13 @@ from geometry.functionals.closeness import close_to
 from geometry.functionals.conicality import Conicality, closed_fans
 from geometry.functionals.convexity import Convexity
 from geometry.functionals.fairness import laplacian, strain
-from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
+from geometry.functionals.normals import (
+    close_to_vertex_normals,
+    edge_normals,
+    unit_edge_distances,
+    unit_face_distances,
+    unit_vertex_distances,
+)
 from geometry.functionals.parallelity import Parallelity, parallel_to
 from geometry.functionals.planarity import Planarity
 from geometry.mesh import Combinatorics, Mesh, shapes
@@ -199,6 +205,8 @@ LINEAR: dict[str, Callable[[Mesh], LinearFunctional]] = {
     "laplacian": lambda mesh: laplacian(mesh.combinatorics),
     "parallel_to": parallel_to,
     "unit_face_distances": unit_face_distances,
+    "unit_edge_distances": lambda mesh: unit_edge_distances(mesh, edge_normals(mesh)),
+    "unit_vertex_distances": lambda mesh: unit_vertex_distances(mesh, mesh.vertex_normals),
     "close_to_vertex_normals": close_to_vertex_normals,
     "close_to": lambda mesh: close_to(mesh.vertices),
 }
@@ -356,6 +364,10 @@ def test_fairness_and_parallelity_do_not_see_place_nor_attitude(seed: int, scale
     np.testing.assert_allclose(
         lengths(unit_face_distances(moved), other @ turn, 1), lengths(unit_face_distances(mesh), other, 1), atol=1e-11
     )
+    for name in ("unit_edge_distances", "unit_vertex_distances"):
+        np.testing.assert_allclose(
+            lengths(LINEAR[name](moved), other @ turn, 1), lengths(LINEAR[name](mesh), other, 1), atol=1e-11
+        )
     np.testing.assert_allclose(
         lengths(close_to_vertex_normals(moved), other @ turn, 3),
         lengths(close_to_vertex_normals(mesh), other, 3),

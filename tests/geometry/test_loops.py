@@ -7,12 +7,7 @@ import pytest
 
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.loops import independent_loops
-
-TORUS = shapes.torus(np.array([[2.0, -1.0], [3.5, -0.5], [3.0, 1.0], [2.2, 0.8]]), 5)
-
-
-def without(mesh: Mesh, *faces: int) -> Mesh:
-    return Mesh.from_faces(mesh.vertices, [f for k, f in enumerate(mesh.combinatorics.faces()) if k not in faces])
+from tests.geometry.topologies import TORUS, without
 
 
 @pytest.mark.parametrize(
