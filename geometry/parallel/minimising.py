@@ -125,7 +125,8 @@ def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> No
         i, j = mesh.combinatorics.edges[edge].tolist()
         raise ConvergenceError(
             f"edge {edge} from vertex {i} to vertex {j} is off the direction of its edge of M by {value:.1e}, allowed "
-            f"{bound:.1e}: the solver stopped since {solution.reason.value}; planarise the mesh further",
+            f"{bound:.1e}: the solver stopped since {solution.reason.value}; planarise the mesh further, or ask for "
+            "some closeness beside fairness",
             solution=solution,
             elements=[edge],
             value=value,
