@@ -7,9 +7,10 @@ normal; for edges and vertices it must be estimated.
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array, eye_array
+from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray, IntArray, floats
+from geometry.functionals.closeness import close_to
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Mesh
 from geometry.optimise.functional import LinearFunctional, SparseMatrix
@@ -47,7 +48,7 @@ def unit_vertex_distances(mesh: Mesh, directions: FloatArray) -> LinearFunctiona
 
 def close_to_vertex_normals(mesh: Mesh) -> LinearFunctional:
     """f_vert: s_i minus the estimated unit normal at m_i."""
-    return LinearFunctional(csr_array(eye_array(3 * mesh.n_vertices)), mesh.vertex_normals.ravel())
+    return close_to(mesh.vertex_normals)
 
 
 def edge_normals(mesh: Mesh) -> FloatArray:

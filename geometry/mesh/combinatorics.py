@@ -137,6 +137,11 @@ class Combinatorics:
         """(C,) edge from each corner to the next."""
         return self._edge_tables[2]
 
+    def edge_name(self, edge: int) -> str:
+        """What an error calls an edge."""
+        i, j = self.edges[edge].tolist()
+        return f"edge {edge} from vertex {i} to vertex {j}"
+
     @cached_property
     def edge_faces(self) -> IntArray:
         """(E, 2) left and right face, -1 where there is none."""

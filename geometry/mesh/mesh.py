@@ -112,9 +112,8 @@ class Mesh:
         """(E, 3) unit vectors along the edges. Raises MeshError for an edge without length, which has no direction."""
         shortest = int(self.edge_lengths.argmin())
         if self.edge_lengths[shortest] == 0:
-            i, j = self.combinatorics.edges[shortest].tolist()
             raise MeshError(
-                f"edge {shortest} from vertex {i} to vertex {j} has no length, so nothing is parallel to it: "
+                f"{self.combinatorics.edge_name(shortest)} has no length, so nothing is parallel to it: "
                 "make its two vertices one",
                 elements=[shortest],
                 value=0.0,

@@ -14,7 +14,7 @@ from geometry.mesh import Mesh
 from geometry.mesh.curve import Curve
 from geometry.mesh.surface import Surface
 
-__all__ = ["Faces", "Guides", "Indices", "edge_name", "in_edge_lengths"]
+__all__ = ["Faces", "Guides", "Indices", "in_edge_lengths"]
 
 Indices: TypeAlias = "Sequence[int] | IntArray"
 """Vertices or faces by their numbers."""
@@ -26,11 +26,6 @@ Faces: TypeAlias = "Indices | Literal['all']"
 def in_edge_lengths(mesh: Mesh) -> FloatArray:
     """(N, 3) vertices from their centroid, in mean edge lengths."""
     return np.asarray((mesh.vertices - mesh.vertices.mean(axis=0)) / mesh.mean_edge_length)
-
-
-def edge_name(mesh: Mesh, edge: int) -> str:
-    i, j = mesh.combinatorics.edges[edge].tolist()
-    return f"edge {edge} from vertex {i} to vertex {j}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +83,9 @@ class Guides:
 def _check_edges(mesh: Mesh) -> None:
     if mesh.edge_lengths.min() == 0:
         edge = int(mesh.edge_lengths.argmin())
-        raise MeshError(f"{edge_name(mesh, edge)} has no length: make its two vertices one", elements=[edge], value=0.0)
+        raise MeshError(
+            f"{mesh.combinatorics.edge_name(edge)} has no length: make its two vertices one", elements=[edge], value=0.0
+        )
 
 
 def _indices(name: str, values: Any, count: int, noun: str) -> IntArray:

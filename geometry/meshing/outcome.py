@@ -12,7 +12,7 @@ from geometry.functionals.closeness import OnCurve
 from geometry.functionals.convexity import Convexity
 from geometry.functionals.planarity import face_deviations
 from geometry.mesh import Mesh
-from geometry.meshing.guides import Guides, edge_name, in_edge_lengths
+from geometry.meshing.guides import Guides, in_edge_lengths
 from geometry.optimise.functional import Functional
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
 
@@ -177,8 +177,8 @@ def _check_not_folded(before: Mesh, after: Mesh, aim: Aim) -> None:
     edge = int(along.argmin())
     if along[edge] < LEAST_LENGTH:
         raise GeometryError(
-            f"{edge_name(before, edge)} folded over while {aim.task}: along its old direction it has {along[edge]:.2g} "
-            f"times its old length, at least {LEAST_LENGTH} is allowed; {advice}",
+            f"{before.combinatorics.edge_name(edge)} folded over while {aim.task}: along its old direction it has "
+            f"{along[edge]:.2g} times its old length, at least {LEAST_LENGTH} is allowed; {advice}",
             elements=[edge],
             value=float(along[edge]),
             bound=LEAST_LENGTH,

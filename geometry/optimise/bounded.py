@@ -13,7 +13,7 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array, triu, vstack
 
 from geometry.arrays import BoolArray, FloatArray
-from geometry.optimise.functional import SparseMatrix, apply
+from geometry.optimise.functional import SparseMatrix, apply, largest
 from geometry.optimise.semidefinite import minimise_semidefinite
 from geometry.optimise.solution import Reason, Solution
 
@@ -84,8 +84,8 @@ def minimise_bounded(
 def _sizes(H: SparseMatrix, g: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[float, float]:
     """A size of x, and of the objective over its square."""
     bounds = np.concatenate([b, lower, upper])
-    x = float(np.abs(bounds[np.isfinite(bounds)]).max(initial=0.0))
-    curvature, gradient = float(H.diagonal().mean()), float(np.abs(g).max(initial=0.0))
+    x = largest(bounds[np.isfinite(bounds)])
+    curvature, gradient = float(H.diagonal().mean()), largest(g)
     if x == 0:
         x = gradient / curvature if curvature * gradient > 0 else 1.0
     return x, max(curvature, gradient / x) or 1.0
@@ -152,7 +152,7 @@ class _Problem:
         held = above | below
         rows = csr_array(vstack([self.A, self.G[held]]))
         bounds = np.concatenate([self.b, np.where(above, self.upper, self.lower)[held]])
-        size = max(float(np.abs(values).max(initial=0.0)) for values in (near.x, bounds))
+        size = max(largest(near.x), largest(bounds))
         # a tenth, so that summing in another order makes no difference
         accuracy = self.tolerance / (10 * (size or 1.0))
         found = minimise_semidefinite(self.H, self.g, rows, bounds, near.x, accuracy=accuracy)

@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import SuperLU
 
 from geometry.arrays import FloatArray
-from geometry.optimise.functional import SparseMatrix, apply
+from geometry.optimise.functional import SparseMatrix, apply, largest
 from geometry.optimise.saddle_point import SaddlePoint, factorise
 from geometry.optimise.solution import Reason, Solution
 
@@ -84,7 +84,7 @@ class ConstrainedQuadratic:
         x = factor.solve(g + w * apply(self._transposed, b))
         direction = residual = apply(self.A, x) - b
         multipliers = np.zeros(len(b))  # H x - g + A^T (multipliers + w residual) = 0 at every x
-        best = Solution(x, w * residual, _largest(residual), 0, Reason.STEP_LIMIT)
+        best = Solution(x, w * residual, largest(residual), 0, Reason.STEP_LIMIT)
         for step in range(1, max_steps + 1):
             if best.violation <= tolerance:
                 break
@@ -98,8 +98,8 @@ class ConstrainedQuadratic:
             x, multipliers = x - length * change, multipliers + length * direction
             residual = apply(self.A, x) - b
             direction = residual + float(residual @ residual) / squared * direction
-            if _largest(residual) < best.violation:
-                best = Solution(x, multipliers, _largest(residual), step, Reason.STEP_LIMIT)
+            if largest(residual) < best.violation:
+                best = Solution(x, multipliers, largest(residual), step, Reason.STEP_LIMIT)
         return self._refined(best, g, b, tolerance)
 
     def _refined(self, best: Solution, g: FloatArray, b: FloatArray, tolerance: float) -> Solution:
@@ -107,7 +107,7 @@ class ConstrainedQuadratic:
         multipliers = best.multipliers + self._weight * (apply(self.A, best.x) - b)
         change = self._factor.solve(g - apply(self.H, best.x) - apply(self._transposed, multipliers))
         x = best.x + change
-        violation = _largest(apply(self.A, x) - b)
+        violation = largest(apply(self.A, x) - b)
         if violation <= max(tolerance, best.violation):
             multipliers = multipliers + self._weight * apply(self.A, change)
             best = replace(best, x=x, multipliers=multipliers, violation=violation)
@@ -135,7 +135,7 @@ class ConstrainedQuadratic:
             gradient = g - apply(self.H, x) - apply(self._transposed, y)
             moved, pushed = system.correction(gradient, b - apply(self.A, x), aim=aim)
             x, y = x + moved, y + pushed
-            violation = _largest(apply(self.A, x) - b)
+            violation = largest(apply(self.A, x) - b)
             if violation >= best.violation:
                 return replace(best, steps=cycle, reason=Reason.STALLED)
             reason = Reason.CONVERGED if violation <= tolerance else Reason.STEP_LIMIT
@@ -154,7 +154,3 @@ class ConstrainedQuadratic:
     @cached_property
     def _saddle_point(self) -> SaddlePoint:
         return SaddlePoint(self.H, self.A, LARGE_PENALTY, single=True)
-
-
-def _largest(values: FloatArray) -> float:
-    return float(np.abs(values).max(initial=0.0))

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array, vstack
 
 from geometry.arrays import FloatArray, floats
 
-__all__ = ["Functional", "LinearFunctional", "SparseMatrix", "Stack", "apply", "normal_equations"]
+__all__ = ["Functional", "LinearFunctional", "SparseMatrix", "Stack", "apply", "largest", "normal_equations"]
 
 SparseMatrix: TypeAlias = "csr_array[np.float64, tuple[int, int]]"
 
@@ -19,6 +19,11 @@ SparseMatrix: TypeAlias = "csr_array[np.float64, tuple[int, int]]"
 def apply(matrix: SparseMatrix, x: FloatArray) -> FloatArray:
     """The product (m,) of a sparse matrix (m, n) and a vector (n,)."""
     return np.asarray(matrix @ x)
+
+
+def largest(values: FloatArray) -> float:
+    """The largest absolute value; zero of none."""
+    return float(np.abs(values).max(initial=0.0))
 
 
 class Functional(Protocol):

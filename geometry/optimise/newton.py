@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 from geometry.arrays import FloatArray
 from geometry.optimise.bounded import minimise_bounded
 from geometry.optimise.constrained import minimise_quadratic
-from geometry.optimise.functional import Functional, LinearFunctional, SparseMatrix, apply, normal_equations
+from geometry.optimise.functional import Functional, LinearFunctional, SparseMatrix, apply, largest, normal_equations
 from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["nearest_feasible"]
@@ -91,7 +91,7 @@ class _State:
 
     @property
     def violation(self) -> float:
-        return float(max(np.abs(self.residual).max(initial=0.0), self.shortfall.max(initial=0.0)))
+        return max(largest(self.residual), largest(self.shortfall))
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +159,7 @@ class _Problem:
 
     def search(self, here: _State, move: FloatArray, held: bool, multipliers: FloatArray) -> _State | None:
         """The state at the first of x + move, x + move/2, ... that lowers the penalty function."""
-        weight = 1.5 * float(np.abs(multipliers).max(initial=0.0))  # above the largest: the penalty is exact
+        weight = 1.5 * largest(multipliers)  # above the largest: the penalty is exact
         origin = self.start if held else here.x
         before = self._penalty(here, origin, held, weight)
         for _ in range(HALVINGS):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray
-from geometry.optimise.functional import SparseMatrix, apply
+from geometry.optimise.functional import SparseMatrix, apply, largest
 from geometry.optimise.saddle_point import SaddlePoint
 from geometry.optimise.solution import Reason, Solution
 
@@ -69,20 +69,20 @@ def minimise_semidefinite(
     rounding is in the way.
     """
     system = SaddlePoint(H, A, PENALTY, PULL, single=len(g) > LARGE)
-    least_size = max(_largest(b), NEAR * _largest(near))
+    least_size = max(largest(b), NEAR * largest(near))
     start = here = _state(system, near, np.zeros(len(b)), g, b, least_size)
     longest = np.inf
     for step in range(1, max_steps + 1):
         if here.left(accuracy) <= 1:
             return here.solution(step - 1, Reason.CONVERGED)
         x, y = system.correction(*here.wanting(accuracy), aim=_aim(system, here, accuracy), digits=DIGITS)
-        if _largest(x) > longest:  # rounding in directions without curvature, where nothing stops it
+        if largest(x) > longest:  # rounding in directions without curvature, where nothing stops it
             x = x - _flat_part(system, x)
         there = _state(system, here.x + x, here.y + y, g, b, least_size)
         if there.left(accuracy) > here.left(accuracy) / 2 or _runs_away(system, there, start):
             best = min(here, there, key=lambda state: state.left(accuracy))
             return best.solution(step, _reason(system, start, best, accuracy))
-        here, longest = there, _largest(x)
+        here, longest = there, largest(x)
     return here.solution(max_steps, Reason.STEP_LIMIT)
 
 
@@ -108,20 +108,20 @@ class _State:
 
     @property
     def _gradient_left(self) -> float:
-        return _largest(self.gradient) / (STATIONARY * self.gradient_size or 1.0)
+        return largest(self.gradient) / (STATIONARY * self.gradient_size or 1.0)
 
     def _residual_left(self, accuracy: float) -> float:
-        return _largest(self.residual) / (accuracy * self.residual_size or 1.0)
+        return largest(self.residual) / (accuracy * self.residual_size or 1.0)
 
     def solution(self, steps: int, reason: Reason) -> Solution:
-        return Solution(self.x, self.y, _largest(self.residual), steps, reason)
+        return Solution(self.x, self.y, largest(self.residual), steps, reason)
 
 
 def _state(
     system: SaddlePoint, x: FloatArray, y: FloatArray, g: FloatArray, b: FloatArray, least_size: float
 ) -> _State:
-    hold, size = apply(system.transposed, y), max(least_size, _largest(x))
-    gradient_size = max(_largest(g), _largest(hold), system.curvature * size)
+    hold, size = apply(system.transposed, y), max(least_size, largest(x))
+    gradient_size = max(largest(g), largest(hold), system.curvature * size)
     return _State(x, y, g - apply(system.H, x) - hold, b - apply(system.A, x), gradient_size, size)
 
 
@@ -133,13 +133,13 @@ def _aim(system: SaddlePoint, state: _State, accuracy: float) -> float:
 
 def _runs_away(system: SaddlePoint, state: _State, start: _State) -> bool:
     """Whether x is very much larger than all it depends on."""
-    return _largest(state.x) > AWAY * max(start.gradient_size / system.curvature, start.residual_size)
+    return largest(state.x) > AWAY * max(start.gradient_size / system.curvature, start.residual_size)
 
 
 def _reason(system: SaddlePoint, start: _State, end: _State, accuracy: float) -> Reason:
     """Why iterations make no progress."""
-    settled = _largest(end.gradient) <= SETTLED * end.gradient_size
-    settled = settled and _largest(end.residual) <= accuracy * end.residual_size
+    settled = largest(end.gradient) <= SETTLED * end.gradient_size
+    settled = settled and largest(end.residual) <= accuracy * end.residual_size
     if settled and not _runs_away(system, end, start):
         return Reason.CONVERGED
     if _contradicts(system, start):
@@ -155,15 +155,15 @@ def _contradicts(system: SaddlePoint, start: _State) -> bool:
     rest = start.residual
     for _ in range(POWER):
         rest = rest - apply(system.A, system.solve(system.scale**2 * apply(system.transposed, rest)))
-    is_void = _largest(apply(system.transposed, rest)) <= PROOF * _largest(rest)
-    return is_void and _largest(rest) > SETTLED * start.residual_size
+    is_void = largest(apply(system.transposed, rest)) <= PROOF * largest(rest)
+    return is_void and largest(rest) > SETTLED * start.residual_size
 
 
 def _falls(system: SaddlePoint, start: _State) -> bool:
     """Whether there is a direction with a slope, but without curvature, in A x = 0."""
     direction = _flat_part(system, start.gradient)
-    bends = max(_largest(apply(system.H, direction)) / system.curvature, _largest(apply(system.A, direction)))
-    return bends <= PROOF * _largest(direction) and _largest(direction) > SETTLED * start.gradient_size
+    bends = max(largest(apply(system.H, direction)) / system.curvature, largest(apply(system.A, direction)))
+    return bends <= PROOF * largest(direction) and largest(direction) > SETTLED * start.gradient_size
 
 
 def _flat_part(system: SaddlePoint, x: FloatArray) -> FloatArray:
@@ -171,7 +171,3 @@ def _flat_part(system: SaddlePoint, x: FloatArray) -> FloatArray:
     for _ in range(POWER):
         x = system.solve(PULL * system.curvature * x)
     return x
-
-
-def _largest(values: FloatArray) -> float:
-    return float(np.abs(values).max(initial=0.0))

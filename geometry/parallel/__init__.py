@@ -13,7 +13,8 @@ from geometry.parallel.offsets import (
     vertex_distances,
 )
 from geometry.parallel.parallelity import edge_factors, parallelity
-from geometry.parallel.space import ParallelSpace, Spectrum
+from geometry.parallel.space import ParallelSpace
+from geometry.parallel.spectrum import Spectrum
 from geometry.parallel.support import SupportStructure
 
 __all__ = [

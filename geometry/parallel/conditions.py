@@ -20,11 +20,10 @@ __all__ = ["FactorBounds", "Fixed", "Objective"]
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """x H x / 2 - g x of all coordinates x (3N,); is_square: a sum of squares, which has a least value."""
+    """x H x / 2 - g x of all coordinates x (3N,)."""
 
     H: SparseMatrix
     g: FloatArray
-    is_square: bool
 
     @classmethod
     def of(cls, mesh: Mesh, quadratic: Iterable[tuple[float, LinearFunctional]], linear: Any) -> Objective:
@@ -39,7 +38,7 @@ class Objective:
             raise GeometryError("nothing is to be minimised: give a quadratic of positive weight, or something linear")
         else:
             H, g = csr_array((n, n), dtype=np.float64), np.zeros(n)
-        return cls(H, g, True) if linear is None else cls(H, g - _gradient(linear, mesh) / 2, False)
+        return cls(H, g if linear is None else g - _gradient(linear, mesh) / 2)
 
 
 def _check_term(place: int, weight: float, term: LinearFunctional, n: int) -> None:
@@ -132,9 +131,8 @@ class FactorBounds:
         wrong = np.flatnonzero(~(lower <= upper) | (lower == np.inf) | (upper == -np.inf))
         if len(wrong):
             edge = int(wrong[0])
-            i, j = mesh.combinatorics.edges[edge].tolist()
             raise GeometryError(
-                f"edge {edge} from vertex {i} to vertex {j} is to have a factor from {lower[edge]} to {upper[edge]}: "
+                f"{mesh.combinatorics.edge_name(edge)} is to have a factor from {lower[edge]} to {upper[edge]}: "
                 "there is no such number",
                 elements=wrong.tolist(),
                 value=float(lower[edge]),

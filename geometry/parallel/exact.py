@@ -90,11 +90,10 @@ def edge_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Me
     image, deviations = _midscribed(mesh, tolerance)
     edge = int(deviations.argmax())
     if not deviations[edge] <= tolerance:
-        i, j = mesh.combinatorics.edges[edge].tolist()
-        cones = float(np.nan_to_num(edge_cone_deviation(mesh)[[i, j]]).max())
+        cones = float(np.nan_to_num(edge_cone_deviation(mesh)[mesh.combinatorics.edges[edge]]).max())
         twist = float(np.nan_to_num(edge_axis_twist(mesh)[edge]))
         raise GeometryError(
-            f"no edge offset is found: edge {edge} from vertex {i} to vertex {j} of the nearest Gauss image is "
+            f"no edge offset is found: {mesh.combinatorics.edge_name(edge)} of the nearest Gauss image is "
             f"{deviations[edge]:.1e} off distance 1 from the origin, allowed {tolerance:.0e}; the edges at its ends "
             f"leave cones of revolution by {cones:.1e}, and the axes of these cones differ by {twist:.1e} radians over "
             "the edge; use a mesh parallel to a Koebe polyhedron, or the approximate `gauss_image` with a weight for "

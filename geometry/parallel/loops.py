@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 
-from geometry.arrays import IntArray, integers
+from geometry.arrays import IntArray
 from geometry.mesh import Combinatorics
 from geometry.optimise.functional import SparseMatrix
+from geometry.parallel.spanning import spanning_forest
 
 __all__ = ["independent_loops"]
 
@@ -36,23 +36,11 @@ def independent_loops(combinatorics: Combinatorics) -> SparseMatrix:
 
 def _parents(n: int, pairs: IntArray) -> tuple[IntArray, IntArray]:
     """For each of n nodes its parent in a spanning forest and the pair (m, 2) between them, -1 at the roots."""
-    components = connected_components(_graph(n, pairs), directed=False)[1]
-    roots = np.unique(components, return_index=True)[1]
-    above = np.stack([np.full(len(roots), n), roots], axis=1)  # one node more stands above all roots
-    before = breadth_first_order(_graph(n + 1, np.concatenate([pairs, above])), n, directed=False)[1][:n]
-    parents = integers(np.where(before == n, -1, before))
-
-    order = np.lexsort((pairs.min(axis=1), pairs.max(axis=1)))
-    keys = pairs.max(axis=1)[order] * n + pairs.min(axis=1)[order]
-    nodes = np.flatnonzero(parents >= 0)
-    sought = np.maximum(nodes, parents[nodes]) * n + np.minimum(nodes, parents[nodes])
-    through = np.full(n, -1, dtype=np.int64)
-    through[nodes] = order[np.searchsorted(keys, sought)]
-    return parents, integers(through)
-
-
-def _graph(n: int, pairs: IntArray) -> SparseMatrix:
-    return csr_array(coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n)))
+    parents, through = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
+    for level in spanning_forest(n, pairs).levels:
+        parents[level.children] = level.parents
+        through[level.children] = level.edges
+    return parents, through
 
 
 def _closed_in_tree(c: Combinatorics, closing: IntArray, parents: IntArray, through: IntArray) -> SparseMatrix:

@@ -15,6 +15,7 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
 from geometry.parallel.cones import angles_between, best_cones, edge_stars, line_spread
+from geometry.parallel.parallelity import across_directions
 from geometry.parallel.spanning import spanning_forest
 
 __all__ = ["midscribed_candidate"]
@@ -70,7 +71,7 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     programming from its leaves; of the four, the one that costs least over all edges.
     """
     ends, along = mesh.combinatorics.edges[edges], mesh.edge_directions[edges]
-    feet = _across(candidates[ends], along[:, None, None])  # edge, end, candidate
+    feet = across_directions(candidates[ends], along[:, None, None])  # edge, end, candidate
     products = np.einsum("eai,ebi->eab", feet[:, 0], feet[:, 1])
     squares = np.einsum("enci,enci->enc", feet, feet)
     between = np.minimum(squares[:, 0, :, None] + squares[:, 1, None, :] - 2 * np.abs(products), LARGEST_COST)
@@ -95,7 +96,7 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
         sign[level.children] = sign[level.parents] * np.where(product < 0, -1.0, 1.0)
     s = np.take_along_axis(candidates, choice[..., None], axis=1) * sign[..., None]
 
-    gaps = _across(s[ends[:, 0]] - s[ends[:, 1]], along[:, None])
+    gaps = across_directions(s[ends[:, 0]] - s[ends[:, 1]], along[:, None])
     total = np.zeros((len(forest.roots), 4))
     np.add.at(total, forest.components, np.take_along_axis(costs, choice, axis=1))
     np.add.at(total, forest.components[ends[:, 0]], np.minimum(np.einsum("eci,eci->ec", gaps, gaps), LARGEST_COST))
@@ -162,7 +163,7 @@ def _feet(mesh: Mesh, s: FloatArray, known: BoolArray) -> tuple[FloatArray, Bool
     c = mesh.combinatorics
     from_known = np.logical_or(*known[c.edges].T)
     end = np.where(known[c.edges[:, 0]], c.edges[:, 0], c.edges[:, 1])
-    feet = _across(s[end], mesh.edge_directions)
+    feet = across_directions(s[end], mesh.edge_directions)
 
     normals, edges = mesh.face_normals[c.corner_face], c.corner_edge
     forwards = np.where(c.runs_along_edge, 1.0, -1.0)
@@ -179,8 +180,3 @@ def _feet(mesh: Mesh, s: FloatArray, known: BoolArray) -> tuple[FloatArray, Bool
     has_foot = from_known.copy()
     has_foot[edges[corners]] = True
     return feet, has_foot
-
-
-def _across(vectors: FloatArray, along: FloatArray) -> FloatArray:
-    """What is left of vectors (..., 3) when the component along unit vectors is taken off."""
-    return np.asarray(vectors - np.sum(vectors * along, axis=-1, keepdims=True) * along)

@@ -9,7 +9,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh
 from geometry.optimise.bounded import minimise_bounded
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise.functional import SparseMatrix, largest
 from geometry.optimise.semidefinite import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
 from geometry.parallel.conditions import FactorBounds, Fixed, Objective
@@ -43,7 +43,7 @@ def minimum(mesh: Mesh, matrix: SparseMatrix, objective: Objective, fixed: Fixed
         _check_bounds(mesh, found, bounds, solution)
     if len(fixed.vertices):
         _check_fixed(mesh, found, fixed, solution)
-    size = max(_largest(found.vertices), _largest(fixed.positions), COLLAPSED * _largest(mesh.vertices))
+    size = max(largest(found.vertices), largest(fixed.positions), COLLAPSED * largest(mesh.vertices))
     check_solved(mesh, found, solution, size)
     return found
 
@@ -61,7 +61,7 @@ def _bounded(mesh: Mesh, objective: Objective, A: SparseMatrix, b: FloatArray, b
     lower, upper = bounds.lower * mesh.edge_lengths, bounds.upper * mesh.edge_lengths
     numbers = np.concatenate([b, lower, upper])
     curvature = float(objective.H.diagonal().mean()) or np.inf
-    size = max(_largest(numbers[np.isfinite(numbers)]), _largest(objective.g) / curvature) or _largest(mesh.vertices)
+    size = max(largest(numbers[np.isfinite(numbers)]), largest(objective.g) / curvature) or largest(mesh.vertices)
     solution = minimise_bounded(
         objective.H, objective.g, A, b, bounds.rows(mesh), lower, upper, tolerance=AIM * PARALLEL * size
     )
@@ -86,7 +86,7 @@ def _without_end() -> GeometryError:
 def _check_fixed(mesh: Mesh, found: Mesh, fixed: Fixed, solution: Solution) -> None:
     """Only where they contradict each other do fixed vertices, and with them edges, end up elsewhere."""
     distances = fixed.distances(found.vertices)
-    bound = CONTRADICTION * max(_largest(mesh.vertices), _largest(fixed.positions))
+    bound = CONTRADICTION * max(largest(mesh.vertices), largest(fixed.positions))
     if solution.violation > bound:
         worst = fixed.vertices[np.argsort(-distances)]
         raise GeometryError(
@@ -103,7 +103,7 @@ def _check_bounds(mesh: Mesh, found: Mesh, bounds: FactorBounds, solution: Solut
     factors = edge_factors(mesh, found)
     off = np.maximum(factors - bounds.upper, bounds.lower - factors) * mesh.edge_lengths
     edge = int(off.argmax())
-    value, bound = float(off[edge]), BOUND * _largest(found.vertices)
+    value, bound = float(off[edge]), BOUND * largest(found.vertices)
     if value > bound:
         raise ConvergenceError(
             f"edge {edge} has the factor {factors[edge]}, which is to be from {bounds.lower[edge]} to "
@@ -122,9 +122,8 @@ def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> No
     edge = int(sideways.argmax())
     value, bound = float(sideways[edge]), PARALLEL * size
     if not value <= bound:
-        i, j = mesh.combinatorics.edges[edge].tolist()
         raise ConvergenceError(
-            f"edge {edge} from vertex {i} to vertex {j} is off the direction of its edge of M by {value:.1e}, allowed "
+            f"{mesh.combinatorics.edge_name(edge)} is off the direction of its edge of M by {value:.1e}, allowed "
             f"{bound:.1e}: the solver stopped since {solution.reason.value}; planarise the mesh further, or ask for "
             "some closeness beside fairness",
             solution=solution,
@@ -132,7 +131,3 @@ def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> No
             value=value,
             bound=bound,
         )
-
-
-def _largest(values: FloatArray) -> float:
-    return float(np.abs(values).max(initial=0.0))

@@ -9,7 +9,7 @@ import numpy as np
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError, MeshError, ParallelityError
 from geometry.mesh import Mesh
-from geometry.parallel.parallelity import check_parallel
+from geometry.parallel.parallelity import across_directions, check_parallel
 from geometry.parallel.spanning import SpanningForest, spanning_forest
 
 __all__ = ["AXIS_TOLERANCE", "axis_directions", "node_axes", "parallel_from_axes"]
@@ -98,19 +98,19 @@ def _carried(forest: SpanningForest, mesh: Mesh, ratio: FloatArray, distance: fl
 def _across(mesh: Mesh, axes: FloatArray) -> FloatArray:
     """(E, 2, 3) what is left of the axes at both ends when their component along the edge is taken off."""
     ends, along = axes[mesh.combinatorics.edges], mesh.edge_directions
-    across = ends - np.einsum("enk,ek->en", ends, along)[..., None] * along[:, None, :]
+    across = across_directions(ends, along[:, None])
     sines = np.linalg.norm(across, axis=2)
     edge, end = (int(i) for i in np.unravel_index(sines.argmin(), sines.shape))
     if sines[edge, end] < LEAST_ANGLE:
         vertex = int(mesh.combinatorics.edges[edge, end])
         raise GeometryError(
-            f"the node axis at vertex {vertex} lies in {_edge(mesh, edge)}: the angle between them is "
+            f"the node axis at vertex {vertex} lies in {mesh.combinatorics.edge_name(edge)}: the angle between them is "
             f"{np.degrees(sines[edge, end]):.1e} degrees, at least {np.degrees(LEAST_ANGLE):.1e} is needed",
             elements=[edge],
             value=float(sines[edge, end]),
             bound=LEAST_ANGLE,
         )
-    return np.asarray(across)
+    return across
 
 
 def _checked_axes(mesh: Mesh, axes: Any) -> FloatArray:
@@ -142,9 +142,9 @@ def _check_coplanar(mesh: Mesh, across: FloatArray, tolerance: float) -> None:
     edge = int(twists.argmax())
     if not twists[edge] <= tolerance:
         raise ParallelityError(
-            f"the axes at both ends of {_edge(mesh, edge)} are not coplanar: the planes that they span with the edge "
-            f"differ by {np.degrees(twists[edge]):.2g} degrees, allowed {np.degrees(tolerance):.1e}; "
-            "no mesh parallel to this one has its vertices on these axes",
+            f"the axes at both ends of {mesh.combinatorics.edge_name(edge)} are not coplanar: the planes that they "
+            f"span with the edge differ by {np.degrees(twists[edge]):.2g} degrees, allowed "
+            f"{np.degrees(tolerance):.1e}; no mesh parallel to this one has its vertices on these axes",
             elements=[edge],
             value=float(twists[edge]),
             bound=tolerance,
@@ -159,14 +159,10 @@ def _check_closed(mesh: Mesh, across: FloatArray, t: FloatArray, tolerance: floa
     if not gaps[edge] <= tolerance:
         raise ParallelityError(
             f"the axes are coplanar over each edge, but no parallel mesh has its vertices on them: carried along a "
-            f"loop of edges through {_edge(mesh, edge)}, its vertices return {gaps[edge]:.2g} of their distance off, "
-            f"allowed {tolerance:.0e}; this happens around a hole, or where axes lie in the plane of a face",
+            f"loop of edges through {mesh.combinatorics.edge_name(edge)}, its vertices return {gaps[edge]:.2g} of "
+            f"their distance off, allowed {tolerance:.0e}; this happens around a hole, or where axes lie in the plane "
+            "of a face",
             elements=[edge],
             value=float(gaps[edge]),
             bound=tolerance,
         )
-
-
-def _edge(mesh: Mesh, edge: int) -> str:
-    i, j = mesh.combinatorics.edges[edge].tolist()
-    return f"edge {edge} from vertex {i} to vertex {j}"

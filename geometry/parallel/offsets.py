@@ -12,6 +12,7 @@ from geometry.arrays import FloatArray
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids, face_mean_edge_lengths, face_sums
 from geometry.parallel.cones import angles_between, best_cones, edge_stars
+from geometry.parallel.parallelity import across_directions
 
 __all__ = [
     "circularity",
@@ -19,6 +20,7 @@ __all__ = [
     "edge_axis_twist",
     "edge_cone_deviation",
     "edge_distances",
+    "edge_feet",
     "face_distances",
     "vertex_distances",
 ]
@@ -37,11 +39,13 @@ def edge_distances(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
 
     Directions are those of M, so an edge of S may have no length.
     """
-    directions = mesh.edge_directions
-    ends = gauss_image.vertices[mesh.combinatorics.edges]
-    middles = ends.mean(axis=1)
-    across = middles - np.einsum("ei,ei->e", middles, directions)[:, None] * directions
-    return np.asarray(np.linalg.norm(across, axis=1))
+    return np.asarray(np.linalg.norm(edge_feet(mesh, gauss_image), axis=1))
+
+
+def edge_feet(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
+    """(E, 3) the nearest points to the origin of the edge lines of S, in the directions of M."""
+    middles = gauss_image.vertices[mesh.combinatorics.edges].mean(axis=1)
+    return across_directions(middles, mesh.edge_directions)
 
 
 def face_distances(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
@@ -133,7 +137,7 @@ def edge_axis_twist(mesh: Mesh) -> FloatArray:
         axes[vertices] = candidates
     along = mesh.edge_directions[:, None, :]
     ends = axes[mesh.combinatorics.edges]
-    first, second = (end - np.sum(end * along, axis=-1, keepdims=True) * along for end in ends.swapaxes(0, 1))
+    first, second = (across_directions(end, along) for end in ends.swapaxes(0, 1))
     angles = angles_between(first[:, :, None], second[:, None, :])
     return np.asarray(np.minimum(angles, np.pi - angles).min(axis=(1, 2)))
 

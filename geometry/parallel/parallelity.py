@@ -9,7 +9,7 @@ from geometry.errors import GeometryError, MeshError, ParallelityError
 from geometry.functionals.planarity import face_deviations
 from geometry.mesh import Mesh
 
-__all__ = ["PLANAR", "check_parallel", "check_planar", "edge_factors", "parallelity"]
+__all__ = ["PLANAR", "across_directions", "check_parallel", "check_planar", "edge_factors", "parallelity"]
 
 PLANAR = 1e-12
 """How far a corner may be off its face's plane, over the mean edge length: what `planarise` reaches."""
@@ -33,15 +33,20 @@ def edge_factors(mesh: Mesh, other: Mesh) -> FloatArray:
     return along / mesh.edge_lengths
 
 
+def across_directions(vectors: FloatArray, directions: FloatArray) -> FloatArray:
+    """What is left of vectors (..., 3) when their components along unit directions (..., 3) are taken off."""
+    along = np.einsum("...k,...k->...", vectors, directions)
+    return np.asarray(vectors - along[..., None] * directions)
+
+
 def check_parallel(mesh: Mesh, other: Mesh, bound: float, *, what: str) -> None:
     """Raise ParallelityError, naming the worst edge, where `parallelity` is above the bound; `what` the other is."""
     sideways = parallelity(mesh, other)
     edge = int(sideways.argmax())
     value = float(sideways[edge])
     if value > bound:
-        i, j = mesh.combinatorics.edges[edge].tolist()
         raise ParallelityError(
-            f"edge {edge} from vertex {i} to vertex {j} of {what} is off the direction of its mesh edge by "
+            f"{mesh.combinatorics.edge_name(edge)} of {what} is off the direction of its mesh edge by "
             f"{value:.1e}, allowed {bound:.1e}: the two meshes are not parallel",
             elements=[edge],
             value=value,

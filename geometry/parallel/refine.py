@@ -14,6 +14,7 @@ from geometry.optimise.constrained import minimise_quadratic
 from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, normal_equations
 from geometry.optimise.solution import ConvergenceError, Solution
 from geometry.parallel.node_axes import axis_directions
+from geometry.parallel.offsets import edge_feet
 from geometry.parallel.parallelity import parallelity
 
 __all__ = ["LINEAR_DAMPING", "PARALLEL", "foot_directions", "nearest_parallel", "refine_distances"]
@@ -98,9 +99,7 @@ def refine_distances(
 
 def foot_directions(mesh: Mesh, image: Mesh) -> FloatArray:
     """(E, 3) unit vectors from the origin to the nearest points of the edge lines of S; zero for lines through it."""
-    middles = image.vertices[mesh.combinatorics.edges].mean(axis=1)
-    along = mesh.edge_directions
-    feet = middles - np.einsum("ek,ek->e", middles, along)[:, None] * along
+    feet = edge_feet(mesh, image)
     lengths = np.linalg.norm(feet, axis=1, keepdims=True)
     return np.asarray(np.divide(feet, lengths, out=np.zeros_like(feet), where=lengths > 0))
 
@@ -138,9 +137,8 @@ def _check_parallel(mesh: Mesh, image: Mesh, solution: Solution) -> None:
     edge = int(sideways.argmax())
     value = float(sideways[edge])
     if not value <= PARALLEL:
-        i, j = mesh.combinatorics.edges[edge].tolist()
         raise ConvergenceError(
-            f"edge {edge} from vertex {i} to vertex {j} of the Gauss image is off the direction of its mesh edge by "
+            f"{mesh.combinatorics.edge_name(edge)} of the Gauss image is off the direction of its mesh edge by "
             f"{value:.1e}, allowed {PARALLEL:.0e}; move the mesh nearer to the origin, and planarise it further",
             solution=solution,
             elements=[edge],

@@ -20,10 +20,10 @@ from geometry.parallel.closing import Closing
 from geometry.parallel.conditions import FactorBounds, Fixed, Objective
 from geometry.parallel.members import Members
 from geometry.parallel.minimising import PARALLEL, check_solved, minimum
-from geometry.parallel.parallelity import check_parallel, check_planar, edge_factors, parallelity
+from geometry.parallel.parallelity import check_parallel, check_planar, parallelity
 from geometry.parallel.spectrum import Spectrum, least_singular_vectors, passing
 
-__all__ = ["ParallelSpace", "Spectrum", "edge_factors", "parallelity"]
+__all__ = ["ParallelSpace"]
 
 LARGEST_BASIS = 50_000_000
 """Numbers in a basis: 0.4 GB."""

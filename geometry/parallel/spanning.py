@@ -34,12 +34,13 @@ class SpanningForest:
 def spanning_forest(n_vertices: int, edges: IntArray, *, start: int = 0) -> SpanningForest:
     """The forest over all vertices along edges (E, 2), with as few levels as its roots allow.
 
+    Several edges may join the same two vertices.
+
     The root of a component is its first vertex, or `start`. A vertex without edges is a component of its own.
     """
     n = n_vertices
     ends = np.concatenate([edges, edges[:, ::-1]])
-    names = np.tile(np.arange(1.0, len(edges) + 1), 2)  # an edge of value 0 would be none
-    graph = coo_array((names, ends.T), shape=(n, n)).tocsr()
+    graph = coo_array((np.ones(len(ends)), ends.T), shape=(n, n)).tocsr()
     components = connected_components(graph, directed=False)[1]
     roots = np.unique(components, return_index=True)[1]
     roots[components[start]] = start
@@ -51,12 +52,14 @@ def spanning_forest(n_vertices: int, edges: IntArray, *, start: int = 0) -> Span
     place = np.empty(n + 1, dtype=np.int64)
     place[order] = np.arange(n + 1)
     parent_places = place[parents[order[1:]]]  # ascending
+    keys, any_edge = np.unique(edges.min(axis=1) * n + edges.max(axis=1), return_index=True)
     levels = []
     first, last = 1, 1 + len(roots)
     while last < n + 1:
         first, last = last, int(np.searchsorted(parent_places, last)) + 1
         children = order[first:last].astype(np.int64)
         its_parents = parents[children].astype(np.int64)
-        its_edges = np.asarray(graph[its_parents, children]).ravel().astype(np.int64) - 1
+        pairs = np.minimum(its_parents, children) * n + np.maximum(its_parents, children)
+        its_edges = any_edge[np.searchsorted(keys, pairs)]
         levels.append(Level(integers(its_parents), integers(children), integers(its_edges)))
     return SpanningForest(integers(roots), integers(components), tuple(levels))

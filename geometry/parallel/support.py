@@ -12,7 +12,7 @@ from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh
 from geometry.parallel.node_axes import axis_directions
 from geometry.parallel.offsets import edge_distances
-from geometry.parallel.parallelity import check_parallel
+from geometry.parallel.parallelity import across_directions, check_parallel
 
 __all__ = ["PARALLEL_TOLERANCE", "SupportStructure"]
 
@@ -46,7 +46,7 @@ class SupportStructure:
     def _transverse(self) -> FloatArray:
         """(E, 2, 3) what is left of s_i and s_j when their component along the edge is taken off."""
         ends, t = self.gauss_image.vertices[self.mesh.combinatorics.edges], self.mesh.edge_directions
-        return floats(ends - np.einsum("enk,ek->en", ends, t)[..., None] * t[:, None, :])
+        return floats(across_directions(ends, t[:, None]))
 
     @cached_property
     def axes(self) -> FloatArray:
@@ -90,9 +90,8 @@ class SupportStructure:
     def _check_heights(self) -> None:
         edge = int(self.heights.argmin())
         if self.heights[edge] < LEAST_HEIGHT:
-            i, j = self.mesh.combinatorics.edges[edge].tolist()
             raise MeshError(
-                f"the node axes at edge {edge} from vertex {i} to vertex {j} lie in the edge: its height is "
+                f"the node axes at {self.mesh.combinatorics.edge_name(edge)} lie in the edge: its height is "
                 f"{self.heights[edge]:.1e} of the nominal one, at least {LEAST_HEIGHT:.0e} is needed; "
                 "give more weight to the vertices when computing the Gauss image, or change the mesh there",
                 elements=[edge],

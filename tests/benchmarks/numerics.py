@@ -21,7 +21,8 @@ from geometry.mesh import Combinatorics, Mesh, read_mesh, shapes
 from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
 from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.offsets import circularity, conicality, edge_axis_twist, edge_distances, vertex_distances
-from geometry.parallel.space import ParallelSpace, parallelity
+from geometry.parallel.parallelity import parallelity
+from geometry.parallel.space import ParallelSpace
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 REAL = (
