@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from fabkit import FabkitError, Project, build, design
+from tests.real_data.meshes import DATA, needs_data
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of real meshes is not beside the project")
+pytestmark = needs_data
 
 # hexagons with edges of 1.5 m fit on no stock sheet
 MEAN_EDGE_MM = {

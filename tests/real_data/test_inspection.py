@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from fabkit.inspection import inspect_mesh
+from tests.real_data.meshes import DATA, needs_data
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of real meshes is not beside the project")
+pytestmark = needs_data
 
 
 @pytest.mark.parametrize(

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from geometry.errors import GeometryError, RankError
-from geometry.mesh import Mesh, read_mesh
 from geometry.meshing import OptimisedMesh, planarise
 from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.offsets import (
@@ -20,25 +18,23 @@ from geometry.parallel.offsets import (
     face_distances,
     vertex_distances,
 )
-from geometry.parallel.space import ParallelSpace, parallelity
+from geometry.parallel.parallelity import parallelity
+from geometry.parallel.space import ParallelSpace
+from tests.real_data.meshes import (
+    BOTANIC,
+    CATENOID,
+    CIRCULAR,
+    CONICAL,
+    CONJUGATE,
+    GITTER,
+    HEXAGONAL,
+    SIX_ARMED,
+    YAS,
+    needs_data,
+    read,
+)
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the real meshes are not at {DATA}")
-
-CONICAL = "dos/conical1.obj"
-SIX_ARMED = "dos/planarizednormalized_six_quad.obj"
-BOTANIC = "dos/botanic-garden-bubble-0.obj"
-YAS = "libhedra/YasIsland.off"
-GITTER = "libhedra/gitter.off"
-HEXAGONAL = "libhedra/hexagonalminimal_plusgauss.off"
-CATENOID = "libhedra/catenoid3.off"
-CIRCULAR = "libhedra/circular_wo_boundary.off"
-CONJUGATE = "directional/inspired_mesh_quads_Conjugate.off"
-
-
-@cache
-def read(name: str) -> Mesh:
-    return read_mesh(DATA / name).mesh
+pytestmark = needs_data
 
 
 @cache

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from geometry.errors import GeometryError, ParallelityError
-from geometry.mesh import Mesh, read_mesh
+from geometry.mesh import Mesh
 from geometry.meshing import planarise
 from geometry.parallel.exact import edge_gauss_image, exact_gauss_images, face_gauss_image, vertex_gauss_image
 from geometry.parallel.gauss_image import gauss_image
@@ -17,20 +16,14 @@ from geometry.parallel.node_axes import node_axes, parallel_from_axes
 from geometry.parallel.offsets import edge_distances, face_distances, vertex_distances
 from geometry.parallel.parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
+from tests.real_data.meshes import CATENOID, CONICAL, HEXAGONAL, SIX_ARMED, YAS, needs_data, read
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the real meshes are not at {DATA}")
-
-CONICAL = "dos/conical1.obj"
-SIX_ARMED = "dos/planarizednormalized_six_quad.obj"
-YAS = "libhedra/YasIsland.off"
-HEXAGONAL = "libhedra/hexagonalminimal_plusgauss.off"
-CATENOID = "libhedra/catenoid3.off"
+pytestmark = needs_data
 
 
 @cache
 def planar(name: str) -> Mesh:
-    return planarise(read_mesh(DATA / name).mesh).mesh
+    return planarise(read(name)).mesh
 
 
 def test_the_hexagonal_koebe_polyhedron_is_its_own_edge_gauss_image() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,9 +14,9 @@ from geometry.meshing import planarise
 from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
+from tests.real_data.meshes import DATA, needs_data, read
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the real meshes are not at {DATA}")
+pytestmark = needs_data
 
 DIMENSIONS = {
     # E - 2F + 3 chi, but for the hexagonal Koebe polyhedron, where it is 220
@@ -34,7 +33,7 @@ DIMENSIONS = {
 @cache
 def planar(name: str) -> Mesh:
     """Planarised, about the origin, with edges of mean length 1."""
-    mesh = planarise(read_mesh(DATA / name).mesh).mesh
+    mesh = planarise(read(name)).mesh
     return mesh.with_vertices((mesh.vertices - mesh.vertices.mean(axis=0)) / mesh.mean_edge_length)
 
 

@@ -3,34 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh, read_mesh
+from geometry.mesh import Mesh
 from geometry.mesh.curve import Curve
 from geometry.mesh.surface import Surface
 from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
 from geometry.parallel.offsets import circularity, conicality
+from tests.real_data.meshes import BOTANIC, CIRCULAR, CONICAL, CONJUGATE, SIX_ARMED, YAS, needs_data, read
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the real meshes are not at {DATA}")
+pytestmark = needs_data
 
-CONICAL = "dos/conical1.obj"
-SIX_ARMED = "dos/planarizednormalized_six_quad.obj"
-BOTANIC = "dos/botanic-garden-bubble-0.obj"
-YAS = "libhedra/YasIsland.off"
-CIRCULAR = "libhedra/circular_wo_boundary.off"
-CONJUGATE = "directional/inspired_mesh_quads_Conjugate.off"
 ROOF = "directional/botanic-garden-bubble.off"
-
-
-@cache
-def read(name: str) -> Mesh:
-    return read_mesh(DATA / name).mesh
 
 
 @pytest.mark.parametrize(

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 import pytest
 
 from geometry.mesh import check_faces, read_mesh
+from tests.real_data.meshes import DATA, needs_data
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
-pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the real meshes are not at {DATA}")
+pytestmark = needs_data
 
 BASE_1 = ("face indices started at 1; counted from 0",)
 WELDED = ("6500 of 9900 vertices welded to others at most 4.8e-05 of the mean edge length away (tolerance 1e-04)",)
