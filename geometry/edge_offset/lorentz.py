@@ -1,0 +1,114 @@
+"""The Lorentz group: 4 x 4 matrices A with A^T J A = J, J = diag(1, 1, 1, -1) [Pottmann2007, 3.3].
+
+It acts on the points (x, 1) of space as the Moebius group of the unit sphere (moebius.py), and on the oriented spheres
+(m, r) as the linear part of the Laguerre group (laguerre.py). Each of its matrices is, up to a sign, a boost after a
+rotation or a reflection of space.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from geometry.arrays import FloatArray, floats
+from geometry.errors import GeometryError
+
+__all__ = ["FORM", "LORENTZ_TOLERANCE", "boost", "deviation", "inverse", "orthonormalised", "product", "rotation"]
+
+FORM = floats(np.diag([1.0, 1.0, 1.0, -1.0]))
+"""J, the matrix of the Lorentz product."""
+
+LORENTZ_TOLERANCE = 1e-9
+"""How far A^T J A may be from J, over the square of the norm of A: matrices written down with ten digits pass, and
+orthonormalising moves them by no more than that."""
+
+ROUNDING = 1e-14
+"""`deviation` of a product of a hundred matrices; below it there is nothing to make orthonormal."""
+
+
+def product(x: Any, y: Any) -> FloatArray:
+    """(...) Lorentz products x1 y1 + x2 y2 + x3 y3 - x4 y4 of vectors (..., 4)."""
+    return np.asarray(np.einsum("...i,i,...i->...", x, np.diag(FORM), y))
+
+
+def boost(velocity: Any) -> FloatArray:
+    """(4, 4) the boost that takes (0, 0, 0, 1) to a multiple of (velocity, 1): the symmetric matrix among all that do.
+
+    velocity (3,). boost(-velocity) is its inverse; boost(0) the identity. As a Moebius transformation it moves the
+    origin to `velocity` along a line.
+
+    Raises GeometryError where the velocity has length 1 or more, at or beyond the cone, or is not finite.
+    """
+    v = _array(velocity, (3,), "a velocity")
+    length = float(np.linalg.norm(v))
+    if length >= 1:
+        raise GeometryError(
+            f"the velocity of the boost has length {length:.6g}, at or beyond the cone; it must be less than 1",
+            value=length,
+            bound=1.0,
+        )
+    return floats(_boost(v / np.sqrt((1 - length) * (1 + length))))
+
+
+def _boost(celerity: FloatArray) -> FloatArray:
+    """The boost with last column (u, gamma), u = gamma v: no velocity of it is too great."""
+    gamma = np.sqrt(1 + celerity @ celerity)
+    matrix = np.empty((4, 4))
+    matrix[:3, :3] = np.eye(3) + np.outer(celerity, celerity) / (1 + gamma)
+    matrix[:3, 3] = matrix[3, :3] = celerity
+    matrix[3, 3] = gamma
+    return matrix
+
+
+def rotation(orthogonal: Any) -> FloatArray:
+    """(4, 4) a rotation or a reflection (3, 3) of space as a Lorentz matrix. Raises GeometryError where it is none."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = _array(orthogonal, (3, 3), "a rotation")
+    return orthonormalised(matrix)
+
+
+def inverse(matrix: FloatArray) -> FloatArray:
+    """(4, 4) J A^T J, the inverse of a Lorentz matrix A."""
+    return floats(FORM @ matrix.T @ FORM)
+
+
+def deviation(matrix: FloatArray) -> float:
+    """Largest entry of A^T J A - J over the square of the norm of A: 0 for a Lorentz matrix A."""
+    return float(np.abs(matrix.T @ FORM @ matrix - FORM).max() / np.linalg.norm(matrix, 2) ** 2)
+
+
+def orthonormalised(matrix: Any, *, tolerance: float = LORENTZ_TOLERANCE) -> FloatArray:
+    """(4, 4) the Lorentz matrix that A is but for rounding: products of many do not drift from the group.
+
+    Its last column has the direction of that of A; what remains without the boost to there is made orthogonal. A is
+    returned as it is where it deviates by rounding only.
+    Raises GeometryError where `deviation` exceeds `tolerance`, or the shape or an entry is wrong.
+    """
+    given = _array(matrix, (4, 4), "a Lorentz matrix")
+    off = deviation(given) if given.any() else 1.0
+    if off > tolerance:
+        raise GeometryError(
+            f"A^T J A differs from J = diag(1, 1, 1, -1) by {off:.1e} of the square of the norm of A, allowed "
+            f"{tolerance:.1e}: A is not a Lorentz matrix; make it from boosts and rotations",
+            value=off,
+            bound=tolerance,
+        )
+    if off <= ROUNDING:
+        return given
+    sign = 1.0 if given[3, 3] > 0 else -1.0
+    u = sign * given[:3, 3]
+    left, _, right = np.linalg.svd((_boost(-u) @ given)[:3, :3])
+    across = np.eye(4)
+    across[:3, :3] = left @ right
+    across[3, 3] = sign
+    return floats(_boost(u) @ across)
+
+
+def _array(values: Any, shape: tuple[int, ...], what: str) -> FloatArray:
+    array = floats(values)
+    if array.shape != shape or not np.isfinite(array).all():
+        raise GeometryError(
+            f"{what} is an array of {shape} finite numbers, not {array.tolist()} of shape {array.shape}"
+        )
+    return array
