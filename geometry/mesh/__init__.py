@@ -6,6 +6,7 @@ from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.files import MeshFile, read_mesh, write_mesh
 from geometry.mesh.mending import mend
 from geometry.mesh.mesh import Mesh
+from geometry.mesh.pairs import read_mesh_pair
 from geometry.mesh.surface import Surface
 
 __all__ = [
@@ -16,6 +17,7 @@ __all__ = [
     "check_faces",
     "mend",
     "read_mesh",
+    "read_mesh_pair",
     "shapes",
     "solids",
     "write_mesh",

@@ -15,7 +15,7 @@ from geometry.mesh.off import off_text, read_off
 from geometry.mesh.ply import ply_text, read_ply
 from geometry.mesh.soup import PolygonSoup
 
-__all__ = ["MeshFile", "read_mesh", "write_mesh"]
+__all__ = ["MeshFile", "read_mesh", "read_soup", "write_mesh"]
 
 _WRITERS = {".obj": obj_text, ".off": off_text, ".ply": ply_text}
 
@@ -41,7 +41,7 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
     """
     path = Path(path)
     try:
-        mesh, mended = mend_soup(_parse(path), flip=flip, coincidence=coincidence)
+        mesh, mended = mend_soup(read_soup(path), flip=flip, coincidence=coincidence)
     except (MeshFileError, MeshError) as error:
         raise type(error)(
             f"{path}: {error.message}", elements=error.elements, value=error.value, bound=error.bound
@@ -63,7 +63,8 @@ def write_mesh(path: str | PathLike[str], mesh: Mesh) -> None:
     path.write_text(writer(mesh), encoding="ascii", newline="\n")
 
 
-def _parse(path: Path) -> PolygonSoup:
+def read_soup(path: Path) -> PolygonSoup:
+    """What a file holds, before anything is mended. Raises MeshFileError where it cannot be read."""
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise MeshFileError(_unknown_suffix(path))

@@ -25,7 +25,7 @@ from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.mesh import Mesh
 from geometry.mesh.soup import PolygonSoup
 
-__all__ = ["mend", "mend_soup"]
+__all__ = ["drop_closing_corners", "mend", "mend_soup", "mended_soup"]
 
 
 def mend(
@@ -49,8 +49,20 @@ def mend_soup(
     soup: PolygonSoup, *, flip: bool = False, coincidence: float = COINCIDENCE
 ) -> tuple[Mesh, tuple[str, ...]]:
     """As `mend`, for what a file reader returns."""
+    soup = mended_soup(soup, coincidence)
+    mesh = Mesh(soup.vertices, Combinatorics(soup.n_vertices, soup.corners, soup.face_starts))
+    if flip:
+        return mesh.reversed(), (*soup.mended, "all faces turned round, as asked")
+    return mesh, soup.mended
+
+
+def mended_soup(soup: PolygonSoup, coincidence: float = COINCIDENCE) -> PolygonSoup:
+    """As `mend`, before it becomes a mesh: faces keep their order, and a companion its vertices beside theirs.
+
+    Raises MeshError also where vertices are to become one that are apart in the companion.
+    """
     check_indices(soup)
-    soup = _drop_closing_corners(soup)
+    soup = drop_closing_corners(soup)
     check_indices(soup)
     check_touching(soup)
     soup = _drop_unused(soup)
@@ -60,14 +72,10 @@ def mend_soup(
     check_duplicates(soup)
     check_manifold(soup)
     check_folds(soup)
-    soup = _orient(soup)
-    mesh = Mesh(soup.vertices, Combinatorics(soup.n_vertices, soup.corners, soup.face_starts))
-    if flip:
-        return mesh.reversed(), (*soup.mended, "all faces turned round, as asked")
-    return mesh, soup.mended
+    return _orient(soup)
 
 
-def _drop_closing_corners(soup: PolygonSoup) -> PolygonSoup:
+def drop_closing_corners(soup: PolygonSoup) -> PolygonSoup:
     """Faces written as closed polygons: the last corner repeats the first."""
     last = soup.face_starts[1:] - 1
     closed = soup.corners[soup.face_starts[:-1]] == soup.corners[last]
@@ -100,12 +108,33 @@ def _weld(soup: PolygonSoup, coincidence: float) -> PolygonSoup:
     clusters = connected_components(graph, directed=False)[1]
     target = np.arange(soup.n_vertices)
     target[rim] = rim[np.unique(clusters, return_index=True)[1][clusters]]
+    _check_companion(soup, target, coincidence)
     moved = np.linalg.norm(soup.vertices - soup.vertices[target], axis=1).max() / unit
     sentence = (
         f"{(target != np.arange(soup.n_vertices)).sum()} of {soup.n_vertices} vertices welded to others at most "
         f"{moved:.1e} of the mean edge length away (tolerance {coincidence:.0e})"
     )
     return soup.with_faces(target[soup.corners], soup.face_starts).without_unused(sentence)
+
+
+def _check_companion(soup: PolygonSoup, target: IntArray, coincidence: float) -> None:
+    """Vertices that become one must be one in the companion too."""
+    if soup.companion is None:
+        return
+    edges = soup.companion[soup.heads] - soup.companion[soup.corners]
+    bound = coincidence * float(np.linalg.norm(edges, axis=1).mean())
+    apart = np.linalg.norm(soup.companion - soup.companion[target], axis=1)
+    worst = int(apart.argmax())
+    if apart[worst] > bound:
+        first, second = soup.vertex_name(target[worst]), soup.vertex_name(worst)
+        raise MeshError(
+            f"vertices {first} and {second} lie at one point of a boundary and would become one, but in the other mesh "
+            f"they are {apart[worst]:.2g} apart, allowed {bound:.2g}: make them one vertex in both files, or move them "
+            f"apart in both {soup.counting}",
+            elements=[int(soup.origins[target[worst]]), int(soup.origins[worst])],
+            value=float(apart[worst]),
+            bound=bound,
+        )
 
 
 # --- orientation

@@ -25,6 +25,7 @@ class PolygonSoup:
     origins (N,): which vertex of the file, counted from 0, each vertex is; vertices may be welded and dropped.
     count_from: the number that the file gives to its first vertex and to its first face.
     mended: what was put right on the way, a sentence each.
+    companion (N, 3): where another mesh over the same faces has these vertices; it goes through the same mending.
 
     Raises MeshError where vertices do not have three coordinates each.
     """
@@ -35,6 +36,7 @@ class PolygonSoup:
     origins: IntArray
     count_from: int = 0
     mended: tuple[str, ...] = ()
+    companion: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", floats(self.vertices))
@@ -138,4 +140,5 @@ class PolygonSoup:
             corners=(np.cumsum(used) - 1)[self.corners],
             origins=self.origins[used],
             mended=self.mended + tuple(mended),
+            companion=None if self.companion is None else self.companion[used],
         )

@@ -1,5 +1,6 @@
 """Mesh parallelism [Pottmann2007, 2 to 4]: parallel meshes, Gauss images, offsets, node axes, support structures."""
 
+from geometry.parallel.combined import nearest_parallel_pair
 from geometry.parallel.exact import edge_gauss_image, exact_gauss_images, face_gauss_image, vertex_gauss_image
 from geometry.parallel.gauss_image import gauss_image, refuse_triangle_mesh
 from geometry.parallel.node_axes import node_axes, parallel_from_axes
@@ -32,6 +33,7 @@ __all__ = [
     "face_distances",
     "face_gauss_image",
     "gauss_image",
+    "nearest_parallel_pair",
     "node_axes",
     "parallel_from_axes",
     "parallelity",
