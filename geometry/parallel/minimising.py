@@ -9,10 +9,11 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh
 from geometry.optimise.bounded import minimise_bounded
-from geometry.optimise.functional import SparseMatrix, largest
+from geometry.optimise.functional import SparseMatrix, apply, largest
 from geometry.optimise.semidefinite import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
 from geometry.parallel.conditions import FactorBounds, Fixed, Objective
+from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.parallelity import edge_factors, parallelity
 
 __all__ = ["PARALLEL", "check_solved", "minimum"]
@@ -33,12 +34,19 @@ CONTRADICTION = 1e-9
 """Violation, over the size of M and of what is fixed, above which it is a contradiction, and not rounding."""
 
 
-def minimum(mesh: Mesh, matrix: SparseMatrix, objective: Objective, fixed: Fixed, bounds: FactorBounds | None) -> Mesh:
-    """matrix: A s = 0 says that s is in P(M)."""
-    A = csr_array(vstack([matrix, fixed.rows(mesh.n_vertices)]))
-    b = np.concatenate([np.zeros(matrix.shape[0]), fixed.positions.ravel()])
-    solution = _determined(mesh, objective, A, b) if bounds is None else _bounded(mesh, objective, A, b, bounds)
-    found = mesh.with_vertices(solution.x.reshape(-1, 3))
+def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: FactorBounds | None) -> Mesh:
+    """unknowns: of the mesh M. The minimum is found in them, and its vertices are where they take it."""
+    mesh, to_vertices = unknowns.mesh, unknowns.matrix
+    A = csr_array(vstack([unknowns.constraints, fixed.rows(mesh.n_vertices) @ to_vertices]))
+    b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), fixed.positions.ravel()])
+    H, g = unknowns.objective(objective.H, objective.g)
+    if bounds is None:
+        solution = _determined(H, g, A, b, near=apply(csr_array(to_vertices.T), mesh.vertices.ravel()))
+    else:
+        rows = csr_array(bounds.rows(mesh) @ to_vertices)
+        lower, upper = bounds.lower * mesh.edge_lengths, bounds.upper * mesh.edge_lengths
+        solution = _bounded(H, g, A, b, rows, lower, upper, size=largest(mesh.vertices))
+    found = mesh.with_vertices(apply(to_vertices, solution.x).reshape(-1, 3))
     if bounds is not None:
         _check_bounds(mesh, found, bounds, solution)
     if len(fixed.vertices):
@@ -48,23 +56,30 @@ def minimum(mesh: Mesh, matrix: SparseMatrix, objective: Objective, fixed: Fixed
     return found
 
 
-def _determined(mesh: Mesh, objective: Objective, A: SparseMatrix, b: FloatArray) -> Solution:
+def _determined(H: SparseMatrix, g: FloatArray, A: SparseMatrix, b: FloatArray, *, near: FloatArray) -> Solution:
     """The minimiser, or the one nearest to M."""
-    near = mesh.vertices.ravel()
-    solution = minimise_semidefinite(objective.H, objective.g, A, b, near, accuracy=AIM * PARALLEL)
+    solution = minimise_semidefinite(H, g, A, b, near, accuracy=AIM * PARALLEL)
     if solution.reason is Reason.UNBOUNDED:
         raise _without_end()
     return solution
 
 
-def _bounded(mesh: Mesh, objective: Objective, A: SparseMatrix, b: FloatArray, bounds: FactorBounds) -> Solution:
-    lower, upper = bounds.lower * mesh.edge_lengths, bounds.upper * mesh.edge_lengths
+def _bounded(
+    H: SparseMatrix,
+    g: FloatArray,
+    A: SparseMatrix,
+    b: FloatArray,
+    rows: SparseMatrix,
+    lower: FloatArray,
+    upper: FloatArray,
+    *,
+    size: float,
+) -> Solution:
+    """The minimiser with lower <= rows y <= upper; size: that of M, where no number has one."""
     numbers = np.concatenate([b, lower, upper])
-    curvature = float(objective.H.diagonal().mean()) or np.inf
-    size = max(largest(numbers[np.isfinite(numbers)]), largest(objective.g) / curvature) or largest(mesh.vertices)
-    solution = minimise_bounded(
-        objective.H, objective.g, A, b, bounds.rows(mesh), lower, upper, tolerance=AIM * PARALLEL * size
-    )
+    curvature = float(H.diagonal().mean()) or np.inf
+    size = max(largest(numbers[np.isfinite(numbers)]), largest(g) / curvature) or size
+    solution = minimise_bounded(H, g, A, b, rows, lower, upper, tolerance=AIM * PARALLEL * size)
     if solution.reason is Reason.UNBOUNDED:
         raise _without_end()
     if solution.reason is Reason.INFEASIBLE:
@@ -72,8 +87,8 @@ def _bounded(mesh: Mesh, objective: Objective, A: SparseMatrix, b: FloatArray, b
             "no mesh parallel to M has its fixed vertices where they are wanted and all edge factors within their "
             "bounds: free some vertices, or widen the bounds"
         )
-    identity, x = csr_array(eye_array(A.shape[1])), solution.x  # what is left of A x = b goes by the shortest way
-    return minimise_semidefinite(identity, x, A, b, x, accuracy=AIM * PARALLEL)
+    identity, y = csr_array(eye_array(A.shape[1])), solution.x  # what is left of A y = b goes by the shortest way
+    return minimise_semidefinite(identity, y, A, b, y, accuracy=AIM * PARALLEL)
 
 
 def _without_end() -> GeometryError:

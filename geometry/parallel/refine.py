@@ -8,11 +8,11 @@ from scipy.sparse import csr_array, eye_array
 from geometry.arrays import FloatArray
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import unit_edge_distances, unit_face_distances, unit_vertex_distances
-from geometry.functionals.parallelity import parallel_to
 from geometry.mesh import Mesh
 from geometry.optimise.constrained import minimise_quadratic
 from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, normal_equations
 from geometry.optimise.solution import ConvergenceError, Solution
+from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.node_axes import axis_directions
 from geometry.parallel.offsets import edge_feet
 from geometry.parallel.parallelity import parallelity
@@ -49,11 +49,11 @@ def nearest_parallel(
 
     Raises ConvergenceError where S is parallel to M no better than `PARALLEL`.
     """
-    constraint = parallel_to(mesh)
+    unknowns = FaceUnknowns(mesh)
     origin = np.zeros(len(g)) if start is None else start
-    target = -apply(constraint.matrix, origin)
-    solution = minimise_quadratic(H, g, constraint.matrix, target, tolerance=tolerance)
-    image = mesh.with_vertices((origin + solution.x).reshape(-1, 3))
+    target = -apply(unknowns.open_constraints, origin)
+    solution = minimise_quadratic(*unknowns.objective(H, g), unknowns.constraints, target, tolerance=tolerance)
+    image = mesh.with_vertices((origin + apply(unknowns.matrix, solution.x)).reshape(-1, 3))
     _check_parallel(mesh, image, solution)
     return image
 

@@ -15,9 +15,10 @@ from geometry.errors import GeometryError, MeshError
 from geometry.functionals.parallelity import parallel_to
 from geometry.mesh import Mesh
 from geometry.optimise.constrained import ConstrainedQuadratic
-from geometry.optimise.functional import LinearFunctional, SparseMatrix
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply
 from geometry.parallel.closing import Closing
 from geometry.parallel.conditions import FactorBounds, Fixed, Objective
+from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.members import Members
 from geometry.parallel.minimising import PARALLEL, check_solved, minimum
 from geometry.parallel.parallelity import check_parallel, check_planar, parallelity
@@ -140,8 +141,10 @@ class ParallelSpace:
         centre = mesh.vertices.mean(axis=0)  # translations are members: they can be kept out of rounding
         wanted = (mesh.vertices - centre).ravel()
         size = float(np.abs(wanted).max())
-        solution = self._nearest.minimise(wanted, np.zeros(2 * mesh.n_edges), tolerance=PARALLEL / 10 * size)
-        found = self.mesh.with_vertices(solution.x.reshape(-1, 3))
+        to_vertices, nearest = self._unknowns.matrix, self._nearest
+        zeros = np.zeros(nearest.A.shape[0])
+        solution = nearest.minimise(apply(csr_array(to_vertices.T), wanted), zeros, tolerance=PARALLEL / 10 * size)
+        found = self.mesh.with_vertices(apply(to_vertices, solution.x).reshape(-1, 3))
         check_solved(self.mesh, found, solution, size)
         return found.with_vertices(found.vertices + centre)
 
@@ -187,8 +190,7 @@ class ParallelSpace:
         solver does not reach that accuracy.
         """
         return minimum(
-            self.mesh,
-            self._planar_matrix,
+            self._unknowns,
             Objective.of(self.mesh, quadratic, linear),
             Fixed.of(self.mesh, fixed or {}),
             None if factor_bounds is None else FactorBounds.of(self.mesh, factor_bounds),
@@ -197,13 +199,13 @@ class ParallelSpace:
     # --- how
 
     @cached_property
-    def _planar_matrix(self) -> SparseMatrix:
+    def _unknowns(self) -> FaceUnknowns:
         check_planar(self.mesh)
-        return self.matrix
+        return FaceUnknowns(self.mesh)
 
     @cached_property
     def _nearest(self) -> ConstrainedQuadratic:
-        A = self._planar_matrix
+        A = self._unknowns.constraints
         return ConstrainedQuadratic(csr_array(eye_array(A.shape[1])), A)
 
     def _orthonormal(self, count: int, seed: int) -> FloatArray:

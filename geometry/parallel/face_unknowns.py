@@ -1,0 +1,131 @@
+"""Fewer unknowns for the meshes parallel to M: faces that share no vertex are unknowns as wholes.
+
+In a mesh parallel to M, a face with k corners has k + 1 free numbers, not 3 k: three of its place, and the lengths of
+k - 2 edges, as the other two close it. Whatever they are, its edges are parallel to those of M. So faces without common
+vertices, and the vertices that belong to none of them, have fewer unknowns and equations than all vertices have: on a
+mesh of quads half as many. A factor takes a third of the time then.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from geometry.arrays import FloatArray, IntArray
+from geometry.functionals.parallelity import parallel_to
+from geometry.functionals.unknowns import coordinates
+from geometry.mesh import Mesh
+from geometry.optimise.functional import SparseMatrix, apply
+from geometry.parallel.disjoint_faces import disjoint_faces
+
+__all__ = ["FaceUnknowns"]
+
+SLENDER = 1e-3
+"""Largest sine between two edges of a face, below which it is no unknown: its lengths would lose digits."""
+
+LARGEST = 12
+"""Corners of a face, above which it is no unknown: its square of numbers would cost more than it saves."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceUnknowns:
+    """The unknowns y (n,) of the meshes s = matrix y (3N,) whose edges are parallel to those of M around some faces.
+
+    Columns of the matrix are orthonormal, so |y| = |s|, and y = matrix^T s of a mesh s in P(M). Raises MeshError for
+    an edge of M without length.
+    """
+
+    mesh: Mesh
+
+    @cached_property
+    def matrix(self) -> SparseMatrix:
+        """(3N, n): all of P(M) is in its span. Columns of a face are its translations, then shapes about its mean."""
+        n_vertices = self.mesh.n_vertices
+        rows, columns, values, n = [], [], [], 0
+        alone = np.ones(n_vertices, dtype=bool)
+        for _, vertices, shapes in self._shapes:
+            alone[vertices] = False
+            n_faces, k, _, n_shapes = shapes.shape
+            first = n + (3 + n_shapes) * np.arange(n_faces)[:, None, None, None]
+            move = np.broadcast_to(first + np.arange(3)[:, None], (n_faces, k, 3, 1))
+            shape = np.broadcast_to(first + 3 + np.arange(n_shapes), shapes.shape)
+            columns.append(np.concatenate([move, shape], axis=3).ravel())
+            values.append(np.concatenate([np.full(move.shape, k**-0.5), shapes], axis=3).ravel())
+            rows.append(np.repeat(coordinates(vertices).ravel(), 1 + n_shapes))
+            n += (3 + n_shapes) * n_faces
+        single = coordinates(np.flatnonzero(alone)).ravel()
+        rows.append(single)
+        columns.append(n + np.arange(len(single)))
+        values.append(np.ones(len(single)))
+        places = (np.concatenate(rows), np.concatenate(columns))
+        return csr_array(coo_array((np.concatenate(values), places), shape=(3 * n_vertices, n + len(single))))
+
+    @cached_property
+    def open_constraints(self) -> SparseMatrix:
+        """(m, 3N) A: the equations of parallelity, two an edge, that matrix y does not satisfy of itself."""
+        c = self.mesh.combinatorics
+        closed = np.zeros(c.n_edges, dtype=bool)
+        for faces, _, _ in self._shapes:
+            closed[c.corner_edge[np.isin(c.corner_face, faces)]] = True
+        rows = 2 * np.flatnonzero(~closed)[:, None] + np.arange(2)
+        return csr_array(parallel_to(self.mesh).matrix[rows.ravel()])
+
+    @cached_property
+    def constraints(self) -> SparseMatrix:
+        """(m, n): the same of y."""
+        return csr_array(self.open_constraints @ self.matrix)
+
+    def objective(self, H: SparseMatrix, g: FloatArray) -> tuple[SparseMatrix, FloatArray]:
+        """H (n, n) and g (n,) of x H x / 2 - g x, of H (3N, 3N) and g (3N,)."""
+        transposed = csr_array(self.matrix.T)
+        return csr_array(transposed @ (H @ self.matrix)), apply(transposed, g)
+
+    @cached_property
+    def _shapes(self) -> list[tuple[IntArray, IntArray, FloatArray]]:
+        """For each number of corners k: faces (n,), their vertices (n, k), and how these move (n, k, 3, k - 2)."""
+        c, mesh = self.mesh.combinatorics, self.mesh
+        chosen = disjoint_faces(c)
+        found = []
+        for faces, corners in c.faces_by_size():
+            if corners.shape[1] > LARGEST:
+                continue
+            mask = np.isin(faces, chosen)
+            faces, corners = faces[mask], corners[mask]
+            along = np.where(c.runs_along_edge[corners], 1.0, -1.0)
+            directions = along[:, :, None] * mesh.edge_directions[c.corner_edge[corners]]
+            crossing = _crossing(directions, mesh.face_normals[faces])
+            wide = np.abs(crossing).max(axis=(1, 2), initial=0.0) > SLENDER
+            shapes = _shapes(directions[wide], crossing[wide])
+            found.append((faces[wide], c.corners[corners[wide]], shapes))
+        return found
+
+
+def _crossing(directions: FloatArray, normals: FloatArray) -> FloatArray:
+    """(n, k, k) sines of the angles from edge to edge, of edges (n, k, 3) in planes with normals (n, 3)."""
+    across = np.cross(normals[:, None], directions)
+    return np.asarray(np.einsum("nik,njk->nij", across, directions))
+
+
+def _shapes(directions: FloatArray, crossing: FloatArray) -> FloatArray:
+    """(n, k, 3, k - 2) orthonormal positions of the corners about their mean, for edges in these directions (n, k, 3).
+
+    Each edge but two gets the length 1, one at a time; the two that cross at the widest angle close the polygon, with
+    lengths of at most 1 therefore.
+    """
+    n, k, _ = directions.shape
+    faces, shapes = np.arange(n)[:, None], np.arange(k - 2)
+    first, second = np.divmod(np.abs(crossing).reshape(n, k * k).argmax(axis=1)[:, None], k)
+    closing = (np.arange(k) == first) | (np.arange(k) == second)
+    free = np.argsort(closing, axis=1, kind="stable")[:, : k - 2]
+    lengths = np.zeros((n, k, k - 2))
+    lengths[faces, free, shapes] = 1.0
+    wide = crossing[faces, first, second]
+    lengths[faces, first, shapes] = -crossing[faces, free, second] / wide
+    lengths[faces, second, shapes] = -crossing[faces, first, free] / wide
+    steps = directions[:, :, :, None] * lengths[:, :, None, :]
+    tails = np.cumsum(steps, axis=1) - steps
+    tails -= tails.mean(axis=1, keepdims=True)
+    return np.asarray(np.linalg.qr(tails.reshape(n, 3 * k, k - 2))[0].reshape(tails.shape))
