@@ -16,6 +16,13 @@ from geometry.parallel.support import SupportStructure
 
 __all__ = ["Ends", "beam_ends"]
 
+LEVEL_MM = 0.01
+"""Ends of beams that one setback brings this near to one level are meant to be level: meshes with six digits come to
+1e-3 mm, and no saw shows a hundredth."""
+
+ALIGNED = 1e-9
+"""Ends of beams this near to one level, over the height of the beams, are aligned as they are."""
+
 
 @dataclass(frozen=True, eq=False)
 class Ends:
@@ -45,8 +52,10 @@ class Ends:
 def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRules) -> Ends:
     """The ends of the beams on the edges `made` (E,).
 
-    The setback is the least r >= (w / 2) / tan(gap / 2) for the gaps on both sides, plus the clearance, so that
-    beams stay apart; each beam has its own, the larger of what its two neighbours ask.
+    The least setback is r >= (w / 2) / tan(gap / 2) for the gaps on both sides, plus the clearance, so that beams stay
+    apart; each beam has its own, the larger of what its two neighbours ask. Where a node's beams lie on one cone of
+    revolution about its axis, as all do in edge offset meshes [Pottmann2007, Prop. 3], the rules make them one
+    setback: then the end faces of all beams that fall from the node are at one level, and of all that rise.
     """
     edges = structure.mesh.combinatorics.edges
     vertex = edges.ravel()
@@ -68,17 +77,20 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
     gap = np.full(len(vertex), np.nan)
     gap[ring] = np.mod(azimuth[following[ring]] - azimuth[ring], 2 * np.pi)
     gap[ring[counts[vertex[ring]] == 1]] = 2 * np.pi
+    inclination = np.arctan2(sine, cosine)
+    setback = np.full(len(vertex), np.nan)
+    setback[ring] = _setbacks(vertex[ring], inclination[ring], _least_setbacks(ring, following, gap, rules), rules)
     return Ends(
         vertex=vertex,
         outward=outward,
         radial=radial,
-        inclination=np.arctan2(sine, cosine),
+        inclination=inclination,
         azimuth=azimuth,
         ring=ring,
         ring_starts=starts,
         following=following,
         gap=gap,
-        setback=_setbacks(ring, following, gap, rules),
+        setback=setback,
     )
 
 
@@ -95,11 +107,32 @@ def _azimuths(vertex: IntArray, axis: FloatArray, radial: FloatArray, made: Bool
     return azimuth
 
 
-def _setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
+def _least_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
+    """(R,)"""
     half_width = rules.beams.width_mm / 2
     with np.errstate(divide="ignore"):
         ask = np.where(gap[ring] < np.pi, half_width / np.tan(gap[ring] / 2), 0.0)
     setback = np.full(len(gap), np.nan)
     setback[ring] = ask
     np.maximum.at(setback, following[ring], ask)
-    return setback + rules.nodes.clearance_mm
+    return setback[ring] + rules.nodes.clearance_mm
+
+
+def _setbacks(vertex: IntArray, inclination: FloatArray, least: FloatArray, rules: DetailingRules) -> FloatArray:
+    """(R,) what the rules make of the least setbacks of the ends of the rings; vertex, inclination (R,): of these."""
+    if rules.nodes.setbacks == "least" or not len(vertex):
+        return least
+    starts = np.flatnonzero(np.diff(vertex, prepend=-1))
+    of_ring = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(vertex)))
+    equal: FloatArray = np.maximum.reduceat(least, starts)[of_ring]
+    if rules.nodes.setbacks == "equal":
+        return equal
+    slope, height = np.abs(np.tan(inclination)), rules.beams.height_mm
+    off_level = _spread(least * slope, starts) > ALIGNED * height
+    on_cone = np.maximum(_spread(equal * slope, starts), _spread(height / np.cos(inclination), starts)) <= LEVEL_MM
+    return np.where((off_level & on_cone)[of_ring], equal, least)
+
+
+def _spread(values: FloatArray, starts: IntArray) -> FloatArray:
+    """Largest less least value of each run."""
+    return np.asarray(np.maximum.reduceat(values, starts) - np.minimum.reduceat(values, starts))

@@ -22,7 +22,8 @@ class NodeShapes:
 
     corners (K, 2): sections in mm about the axis, x towards the first beam of the ring, node by node and
     counter-clockwise; corner_starts (N+1,): node i has corners[corner_starts[i]:corner_starts[i+1]].
-    bottom, top (N,): levels in mm along the axis, NaN where there is no block. top_spread (N,): in mm.
+    bottom, top (N,): levels in mm along the axis, NaN where there is no block. top_spread, axis_spread (N,): in mm, see
+    `Node`.
     """
 
     corners: FloatArray
@@ -30,6 +31,7 @@ class NodeShapes:
     bottom: FloatArray
     top: FloatArray
     top_spread: FloatArray
+    axis_spread: FloatArray
 
 
 def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> NodeShapes:
@@ -44,14 +46,21 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> No
         (ends.setback * np.sin(ends.inclination) + level) / np.cos(ends.inclination) for level in (inner, outer)
     )
     n = structure.mesh.n_vertices
-    bottom, top, lowest_top = np.full(n, np.inf), np.full(n, -np.inf), np.full(n, np.inf)
-    nodes = ends.vertex[ends.ring]
-    np.minimum.at(bottom, nodes, lows[ends.ring])
-    np.maximum.at(top, nodes, highs[ends.ring])
-    np.minimum.at(lowest_top, nodes, highs[ends.ring])
-    empty = np.isinf(bottom)
-    bottom[empty] = top[empty] = lowest_top[empty] = np.nan
-    return NodeShapes(corners, starts, bottom, top, top - lowest_top)
+    bottom, _ = _extremes(lows, ends, n)
+    lowest_top, top = _extremes(highs, ends, n)
+    on_axis = [_extremes(level / np.cos(ends.inclination), ends, n) for level in (inner, outer)]
+    axis_spread = np.maximum(*(most - least for least, most in on_axis))
+    return NodeShapes(corners, starts, bottom, top, top - lowest_top, axis_spread)
+
+
+def _extremes(values: FloatArray, ends: Ends, n_vertices: int) -> tuple[FloatArray, FloatArray]:
+    """(N,) least and largest of the values (2E,) at the ends of each node's ring; NaN where there are none."""
+    least, largest = np.full(n_vertices, np.inf), np.full(n_vertices, -np.inf)
+    np.minimum.at(least, ends.vertex[ends.ring], values[ends.ring])
+    np.maximum.at(largest, ends.vertex[ends.ring], values[ends.ring])
+    empty = np.isinf(least)
+    least[empty] = largest[empty] = np.nan
+    return least, largest
 
 
 def _sections(ends: Ends, half_width: float, n_vertices: int) -> tuple[FloatArray, IntArray]:
@@ -91,6 +100,7 @@ def make_nodes(
                 setbacks_mm=tuple(ends.setback[ring].tolist()),
                 height_mm=float(shapes.top[vertex] - shapes.bottom[vertex]),
                 top_spread_mm=float(shapes.top_spread[vertex]),
+                axis_spread_mm=float(shapes.axis_spread[vertex]),
             )
         )
     return tuple(nodes)

@@ -11,11 +11,12 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-__all__ = ["BeamRules", "DetailingRules", "HeightReference", "NodeRules", "PanelRules", "SheetRules"]
+__all__ = ["BeamRules", "DetailingRules", "HeightReference", "NodeRules", "PanelRules", "Setbacks", "SheetRules"]
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 HeightReference = Literal["outer", "centre", "inner"]
+Setbacks = Literal["auto", "least", "equal"]
 
 _STRICT = ConfigDict(extra="forbid")
 
@@ -37,9 +38,14 @@ class BeamRules:
 
 @dataclass(frozen=True, config=_STRICT)
 class NodeRules:
-    """Prisms along the node axes. clearance_mm: how much further from the axis than needed the facets stand."""
+    """Prisms along the node axes. clearance_mm: how much further from the axis than needed the facets stand.
+
+    setbacks: "least" gives each beam the least that its neighbours ask, "equal" all beams of a node the largest of
+    these; "auto" takes equal ones where that levels the beams' ends, as in edge offset meshes, and the least elsewhere.
+    """
 
     clearance_mm: Positive = 5.0
+    setbacks: Setbacks = "auto"
     material: str = "steel"
 
 

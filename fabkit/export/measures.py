@@ -56,6 +56,7 @@ def _of_beams(beams: tuple[Beam, ...]) -> tuple[Measure, ...]:
 def _of_nodes(nodes: tuple[Node, ...]) -> tuple[Measure, ...]:
     return (
         Measure("nodes", "Beam tops out of level", "mm", 2, floats([node.top_spread_mm for node in nodes])),
+        Measure("nodes", "Beam sides apart on the axis", "mm", 2, floats([node.axis_spread_mm for node in nodes])),
         Measure("nodes", "Largest setback", "mm", 1, floats([max(node.setbacks_mm) for node in nodes])),
         Measure("nodes", "Least angle of beams", "°", 1, floats([_smallest_gap(node) for node in nodes])),
         Measure("nodes", "Height of a node", "mm", 1, floats([node.height_mm for node in nodes])),

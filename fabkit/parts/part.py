@@ -66,7 +66,9 @@ class Node(Part):
     over the beams counter-clockwise seen from outside. beams: mesh edges. azimuths_deg: directions of the beams
     about the axis, the first one zero. inclinations_deg: angles of the beams' axes above the plane perpendicular
     to the node axis. setbacks_mm: distances of the facets from the axis. height_mm: from bottom to top.
-    top_spread_mm: how far the outer edges of the beams' ends are from level with each other.
+    top_spread_mm: how far the outer edges of the beams' ends are from level with each other. axis_spread_mm: the same
+    of the points in which the lines along the middles of the beams' outer sides, or of their inner sides, meet the
+    axis: zero in edge offset meshes, also where some beams fall from the node and others rise, so that ends differ.
     """
 
     kind = "node"
@@ -77,6 +79,7 @@ class Node(Part):
     setbacks_mm: tuple[float, ...]
     height_mm: float
     top_spread_mm: float
+    axis_spread_mm: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -127,6 +127,7 @@ def _node_columns(assembly: Assembly) -> list[Column[Node]]:
         ("Setbacks (mm)", None, lambda nodes: _each(nodes[0].setbacks_mm, 2)),
         ("Height (mm)", 2, lambda nodes: nodes[0].height_mm),
         ("Top spread (mm)", 2, lambda nodes: _range([node.top_spread_mm for node in nodes], 2)),
+        ("Axis spread (mm)", 2, lambda nodes: _range([node.axis_spread_mm for node in nodes], 2)),
         ("Mass each (kg)", 3, lambda nodes: nodes[0].mass_kg),
         ("Mass (kg)", 3, lambda nodes: len(nodes) * nodes[0].mass_kg),
         ("File", None, _step_file),

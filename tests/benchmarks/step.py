@@ -38,7 +38,8 @@ def prism_parts(corners: tuple[int, ...], n_parts: int) -> Iterator[Part]:
         yield Node(
             mark=f"N{n}", solid=Solid(prism_vertices(outline, 0.0, rng.uniform(8, 1500)), prism_topology(k)),
             placement=Frame(rng.uniform(-1e4, 1e4, 3), axes * np.linalg.det(axes)), material=STEEL, element=n,
-            beams=(), azimuths_deg=(), inclinations_deg=(), setbacks_mm=(), height_mm=0.0, top_spread_mm=0.0,
+            beams=(), azimuths_deg=(), inclinations_deg=(), setbacks_mm=(), height_mm=0.0,
+            top_spread_mm=0.0, axis_spread_mm=0.0,
         )  # fmt: skip
 
 

@@ -112,6 +112,7 @@ def make_node(
         setbacks_mm=(SETBACK,) * len(edges),
         height_mm=float(np.ptp(levels)),
         top_spread_mm=0.0,
+        axis_spread_mm=0.0,
     )
 
 

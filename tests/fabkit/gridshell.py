@@ -129,6 +129,7 @@ def node(vertices: FloatArray, normals: FloatArray, marks: Marks, vertex: int, e
         inclinations_deg=tuple(inclinations),
         setbacks_mm=(SETBACK,) * len(order),
         height_mm=SECTION.height_mm + 10.0,
+        axis_spread_mm=SECTION.height_mm * float(np.ptp(1 / np.cos(np.radians(inclinations)))),
         top_spread_mm=SETBACK * float(np.ptp(np.sin(np.radians(inclinations)))),
     )
 

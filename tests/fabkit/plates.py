@@ -117,5 +117,6 @@ def block(mark: str, element: int, beams: tuple[int, ...], **changes: object) ->
         "setbacks_mm": (40.0,) * n,
         "height_mm": 130.0,
         "top_spread_mm": 0.5,
+        "axis_spread_mm": 0.25,
     }
     return Node(**{**facts, **changes})  # type: ignore[arg-type]

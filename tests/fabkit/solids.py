@@ -62,7 +62,7 @@ def node(mark: str, solid: Solid, placement: Frame | None = None, element: int =
     fields: dict[str, Any] = {
         "mark": mark, "solid": solid, "placement": placement or Frame.world(), "material": STEEL, "element": element,
         "beams": (), "azimuths_deg": (), "inclinations_deg": (), "setbacks_mm": (), "height_mm": 0.0,
-        "top_spread_mm": 0.0,
+        "top_spread_mm": 0.0, "axis_spread_mm": 0.0,
     }  # fmt: skip
     return Node(**fields | changes)
 
