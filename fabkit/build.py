@@ -15,16 +15,17 @@ from fabkit.detailing.detail import Detailed, detail
 from fabkit.errors import ProjectError
 from fabkit.export.documents import write_documents
 from fabkit.export.folder import MANIFEST, check_replaceable, whole_folder
+from fabkit.gauss_image import GivenPair, exact_pair, read_given_pair
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production.marks import share_equal_parts
 from fabkit.production.nest import Nest, Sheet
 from fabkit.production.sheet_nesting import nest_panels, too_large
-from fabkit.production.summary import Summary
+from fabkit.production.summary import GivenGaussImage, Summary
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.units import MM_PER_UNIT
 from geometry.mesh import Mesh, MeshFile, read_mesh
-from geometry.meshing import OptimisedMesh, planarise
+from geometry.meshing import planarise
 from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.support import SupportStructure
 
@@ -63,14 +64,10 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     """Everything but the files: mesh, planar mesh, Gauss image, parts, marks and nest."""
     stages = stages or Stages()
     with stages("Read"):
-        file = read_mesh(project.mesh, flip=project.flip)
+        file, given = _read(project)
         scale = _scale(project, file.mesh)
         mesh = file.mesh * scale
-    with stages("Planarise"):
-        planar = planarise(mesh, **project.planarise.model_dump(exclude_none=True))
-    with stages("Gauss image"):
-        weights = project.gauss_image.model_dump(exclude_none=True)
-        structure = SupportStructure(planar.mesh, gauss_image(planar.mesh, **weights), project.beams.height_mm)
+    structure, told = _structure(project, mesh, given, stages)
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
@@ -79,8 +76,32 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(project, assembly)
         nest = _nest(project, assembly, stages)
-    summary = _summary(project, file, scale, planar, structure, detailed)
+    summary = replace(_summary(project, file, scale, structure, detailed), gauss_image=told)
     return Built(structure, assembly, nest, summary, stages.seconds)
+
+
+def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
+    rules = project.gauss_image
+    if rules.file is None:
+        return read_mesh(project.mesh, flip=project.flip), None
+    pair = read_given_pair(project.mesh, rules.file, flip=project.flip, tolerance=rules.tolerance)
+    return pair.file, pair
+
+
+def _structure(
+    project: Project, mesh: Mesh, given: GivenPair | None, stages: Stages
+) -> tuple[SupportStructure, GivenGaussImage | None]:
+    """Between the planar mesh and its Gauss image, computed or given; and what is to be told of the given one."""
+    rules, height = project.gauss_image, project.beams.height_mm
+    if given is None:
+        with stages("Planarise"):
+            planar = planarise(mesh, **project.planarise.model_dump(exclude_none=True)).mesh
+        with stages("Gauss image"):
+            return SupportStructure(planar, gauss_image(planar, **rules.weights), height), None
+    with stages("Planar and parallel"):
+        pair = exact_pair(mesh, given.image, tolerance=rules.tolerance)
+        told = GivenGaussImage(given.name, given.sha256, pair.largest_move, pair.mean_move)
+        return SupportStructure(pair.mesh, pair.image, height), told
 
 
 def _scale(project: Project, mesh: Mesh) -> float:
@@ -122,7 +143,6 @@ def _summary(
     project: Project,
     file: MeshFile,
     scale: float,
-    planar: OptimisedMesh,
     structure: SupportStructure,
     detailed: Detailed,
 ) -> Summary:
@@ -155,7 +175,8 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
     return {
         "name": summary.name,
         "input": {"file": summary.source, "sha256": hashlib.sha256(project.mesh.read_bytes()).hexdigest()},
-        "settings": project.model_dump(mode="json", exclude={"mesh", "out"}),
+        "gauss_image": None if summary.gauss_image is None else vars(summary.gauss_image),
+        "settings": project.model_dump(mode="json", exclude={"mesh": True, "out": True, "gauss_image": {"file"}}),
         "versions": {
             "fabkit": version("fabkit"),
             "python": platform.python_version(),

@@ -44,6 +44,10 @@ def _main() -> None: ...
 @app.command("build")
 def build_command(
     mesh: Annotated[Path, typer.Argument(metavar="MESH", help="OBJ, OFF or PLY file, or a project file (.toml).")],
+    gauss_image: Annotated[
+        Path | None,
+        typer.Option(help="Mesh file of a Gauss image to build with, parallel to MESH. Default: compute one."),
+    ] = None,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Folder to write; must not exist yet.")] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the mesh file: mm, cm, m, in or ft. Never guessed.")] = None,
     mean_edge: Annotated[
@@ -108,6 +112,7 @@ def build_command(
                 "mean_edge_mm": mean_edge,
                 "flip": flip or None,
                 "skip_unbuildable": skip_unbuildable or None,
+                "gauss_image": {"file": gauss_image},
                 "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "reference": reference},
                 "nodes": {"clearance_mm": clearance},
                 "panels": {"thickness_mm": thickness, "joint_mm": joint, "lift_mm": lift},
@@ -203,6 +208,8 @@ def _print_result(project: Project, built: Built) -> None:
     table.add_row("planarity", f"{summary.planarity_before:.1e} as read, {summary.planarity_after:.1e} as built")
     table.add_row("vertices moved", f"{summary.mean_move_mm:.2f} mm in the mean, {summary.largest_move_mm:.2f} at most")
     table.add_row("largest twist", f"{summary.twists_deg.max():.1e} degrees")
+    if summary.gauss_image:
+        table.add_row("gauss image", _escaped(summary.gauss_image_origin))
     table.add_row("heights", f"{_spread(summary.heights)} of the nominal height")
     table.add_row("panels lifted", f"{summary.lift_mm:.1f} mm: {summary.lift_reason}")
     for note in summary.mended:

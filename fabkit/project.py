@@ -7,30 +7,50 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from fabkit.detailing.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
 from fabkit.errors import ProjectError
 from fabkit.units import MM_PER_UNIT, Unit
 
-__all__ = ["GaussImageWeights", "Nesting", "PlanariseWeights", "Project", "load_project", "project_from"]
+__all__ = ["GaussImageRules", "Nesting", "PlanariseWeights", "Project", "load_project", "project_from"]
 
 _STRICT = ConfigDict(extra="forbid", frozen=True)
 
 
-class GaussImageWeights(BaseModel):
-    """Weights of face distance, beam height, vertex normals and fairness when the Gauss image is computed.
+class GaussImageRules(BaseModel):
+    """The Gauss image: given as a file, or computed by weights.
 
+    file: a mesh file with the faces of the mesh, parallel to it, near the unit sphere; no unit applies to it.
+    tolerance: how far the given one may be off parallel, and its vertices move to become it, in radii of that sphere.
+    faces, edges, vertices, fairness: weights of face distance, beam height, vertex normals and fairness.
     rounds: how often directions are estimated anew, so that distances themselves go to 1.
     """
 
     model_config = _STRICT
+
+    file: Path | None = None
+    tolerance: Positive = 1e-3
 
     faces: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     edges: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     vertices: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     fairness: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     rounds: Annotated[int, Field(ge=1)] | None = None
+
+    @model_validator(mode="after")
+    def _given_or_computed(self) -> GaussImageRules:
+        if self.file is not None and self.weights:
+            raise ValueError(
+                f"the Gauss image is given by file, so there is nothing to compute: take out "
+                f"{', '.join(self.weights)}, or file"
+            )
+        return self
+
+    @property
+    def weights(self) -> dict[str, Any]:
+        """Those that are said."""
+        return self.model_dump(exclude={"file", "tolerance"}, exclude_none=True)
 
 
 class PlanariseWeights(BaseModel):
@@ -59,6 +79,7 @@ class Project(BaseModel):
 
     mesh: the file. Either unit, the unit of its coordinates, or mean_edge_mm, the length to which its mean edge is
     scaled, is required. flip turns the outside round. name: of the structure, by default that of the mesh file.
+    gauss_image: weights, or a file, which may also stand in the place of the whole table.
     """
 
     model_config = _STRICT
@@ -71,13 +92,18 @@ class Project(BaseModel):
     flip: bool = False
     skip_unbuildable: bool = False
     planarise: PlanariseWeights = PlanariseWeights()
-    gauss_image: GaussImageWeights = GaussImageWeights()
+    gauss_image: GaussImageRules = GaussImageRules()
     nesting: Nesting = Nesting()
     beams: BeamRules = Field(default_factory=BeamRules)
     nodes: NodeRules = Field(default_factory=NodeRules)
     panels: PanelRules = Field(default_factory=PanelRules)
     sheets: SheetRules = Field(default_factory=SheetRules)
     densities_kg_m3: dict[str, Positive] = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
+
+    @field_validator("gauss_image", mode="before")
+    @classmethod
+    def _file_alone(cls, given: Any) -> Any:
+        return {"file": given} if isinstance(given, str | Path) else given
 
     @model_validator(mode="after")
     def _checked_as_a_whole(self) -> Project:
@@ -87,6 +113,11 @@ class Project(BaseModel):
             raise ValueError(
                 f"either the unit of the mesh or the length of its mean edge is needed, and {found}: say unit "
                 f"(--unit) as one of {units}, or mean_edge_mm (--mean-edge) in mm for a model without unit"
+            )
+        if self.gauss_image.file is not None and self.planarise.model_dump(exclude_none=True):
+            raise ValueError(
+                "the Gauss image is given by gauss_image.file, so the mesh is made planar together with it and "
+                "[planarise] says nothing: take one of the two out"
             )
         self.rules  # noqa: B018  (the rules check each other)
         return self
@@ -119,14 +150,15 @@ def load_project(path: Path, overrides: dict[str, Any]) -> Project:
         raise ProjectError(f"the project file {path} cannot be read: {error}") from None
     except tomllib.TOMLDecodeError as error:
         raise ProjectError(f"{path.name} is not TOML: {error}") from None
-    for key in ("mesh", "out"):
-        if isinstance(found.get(key), str):
-            found[key] = path.parent / found[key]
+    _start_paths_from(path.parent, found)
     if "mesh" not in found:
         raise ProjectError(f"{path.name} names no mesh: add a line like mesh = 'roof.obj'")
     if "unit" in overrides or "mean_edge_mm" in overrides:
         found.pop("unit", None)
         found.pop("mean_edge_mm", None)
+    wanted = overrides.get("gauss_image")
+    if isinstance(wanted, dict) and "file" in wanted:
+        found.pop("gauss_image", None)
     return project_from(_merged(found, overrides), source=path.name)
 
 
@@ -137,6 +169,14 @@ def project_from(settings: dict[str, Any], *, source: str = "") -> Project:
     except ValidationError as error:
         problems = "; ".join(_sentence(dict(problem)) for problem in error.errors())
         raise ProjectError(f"{source}: {problems}" if source else problems) from None
+
+
+def _start_paths_from(folder: Path, found: dict[str, Any]) -> None:
+    """Make the paths in a project file start from its folder."""
+    rules = found.get("gauss_image")
+    for table, key in ((found, "mesh"), (found, "out"), (found, "gauss_image"), (rules, "file")):
+        if isinstance(table, dict) and isinstance(table.get(key), str):
+            table[key] = folder / table[key]
 
 
 def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:

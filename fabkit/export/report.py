@@ -147,6 +147,7 @@ def _mesh_facts(summary: Summary) -> str:
             ("Faces out of plane, as built", f"{summary.planarity_after:.1e}"),
             ("Vertices moved to make faces planar, largest", f"{summary.largest_move_mm:.2f} mm"),
             ("Vertices moved, mean", f"{summary.mean_move_mm:.2f} mm"),
+            ("Gauss image", _gauss_image(summary)),
             (
                 "Distance of the parallel meshes, of nominal",
                 f"{100 * heights.min():.2f} to {100 * heights.max():.2f} %",
@@ -154,6 +155,12 @@ def _mesh_facts(summary: Summary) -> str:
             ("Panels lifted over the mesh faces", f"{summary.lift_mm:.1f} mm"),
         ]
     )
+
+
+def _gauss_image(summary: Summary) -> str:
+    given = summary.gauss_image
+    checksum = f"<br><small class='soft'>sha256 {given.sha256}</small>" if given else ""
+    return escape(summary.gauss_image_origin) + checksum
 
 
 def _mended(summary: Summary) -> str:
@@ -170,6 +177,8 @@ def _misfits(summary: Summary, assembly: Assembly) -> str:
     if nodes:
         spread = np.array([node.top_spread_mm for node in nodes])
         rows.append(_misfit("Beam tops out of level at a node, mm", spread, ".2f", nodes))
+        on_axis = np.array([node.axis_spread_mm for node in nodes])
+        rows.append(_misfit("Beam sides that miss each other on the node axis, mm", on_axis, ".2f", nodes))
     if beams:
         deviation = np.abs([beam.height_deviation_mm for beam in beams])
         rows.append(_misfit("Section height off the meshes' distance, mm", deviation, ".2f", beams))

@@ -6,7 +6,18 @@ from dataclasses import dataclass
 
 from geometry.arrays import FloatArray
 
-__all__ = ["Summary"]
+__all__ = ["GivenGaussImage", "Summary"]
+
+
+@dataclass(frozen=True)
+class GivenGaussImage:
+    """The Gauss image where it was given: name and sha256 of its file; how far its vertices moved to become parallel to
+    the planar mesh, in radii of the unit sphere, so that 1 is the nominal height."""
+
+    file: str
+    sha256: str
+    largest_move: float
+    mean_move: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +32,7 @@ class Summary:
         over the nominal one (1 everywhere for an edge offset mesh).
     twists_deg (E,): angle between the central planes at the two ends of each edge.
     lift_mm: height of the panels' lower side above the mesh faces; lift_reason: what asks for it, a sentence.
+    gauss_image: None where it was computed.
     """
 
     name: str
@@ -40,3 +52,12 @@ class Summary:
     twists_deg: FloatArray
     lift_mm: float
     lift_reason: str
+    gauss_image: GivenGaussImage | None = None
+
+    @property
+    def gauss_image_origin(self) -> str:
+        """Where the Gauss image is from, in words."""
+        given = self.gauss_image
+        if given is None:
+            return "computed"
+        return f"given by {given.file}; its vertices moved by {given.largest_move:.1e} at most to become parallel"
