@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, IntArray
 from geometry.optimise.bounded import minimise_bounded
-from geometry.optimise.constrained import minimise_quadratic
+from geometry.optimise.constrained import ConstrainedQuadratic
 from geometry.optimise.functional import Functional, LinearFunctional, SparseMatrix, apply, largest, normal_equations
 from geometry.optimise.solution import Reason, Solution
 
@@ -58,7 +58,7 @@ def nearest_feasible(
     The multipliers of the solution are those of c, then of the e that held the last step.
     """
     problem = _Problem(constraint, inequality, least, metric, tuple(wishes), start, longest_step)
-    here, multipliers = problem.state(start), np.zeros(0)
+    here, multipliers, order = problem.state(start), np.zeros(0), None
     settled = not wishes
     for step in range(max_steps + 1):
         if here.violation <= tolerance and (settled or step >= held_steps):
@@ -66,7 +66,7 @@ def nearest_feasible(
         if step == max_steps:
             break
         held = step < held_steps
-        move, found = problem.newton_step(here, held)
+        move, found, order = problem.newton_step(here, held, order)
         if found.reason is Reason.INFEASIBLE:
             return Solution(here.x, multipliers, here.violation, step, Reason.INFEASIBLE)
         multipliers = found.multipliers
@@ -108,18 +108,20 @@ class _Problem:
         values = np.zeros(0) if self.inequality is None else self.inequality.residual(x) - self.least
         return _State(x, self.constraint.residual(x), np.maximum(-values, 0.0))
 
-    def newton_step(self, here: _State, held: bool) -> tuple[FloatArray, Solution]:
-        """The best move under the linearised constraints, cut to the longest step; and where it comes from."""
+    def newton_step(
+        self, here: _State, held: bool, order: IntArray | None
+    ) -> tuple[FloatArray, Solution, IntArray | None]:
+        """The best move under the linearised constraints, cut to the longest step; where it comes from; and the order
+        of elimination, which serves the next step too, as all have the same pattern."""
         H, g = self._model(here.x, held)
         jacobian = self.constraint.jacobian(here.x)
         tolerance = STEP_ACCURACY * max(here.violation, self.longest_step * SETTLED)
-        found = minimise_quadratic(
-            H, g, jacobian, -here.residual, tolerance=tolerance, penalty=STEP_PENALTY, max_steps=CORRECTIONS
-        )
+        quadratic = ConstrainedQuadratic(H, jacobian, STEP_PENALTY, order)
+        found = quadratic.minimise(g, -here.residual, tolerance=tolerance, max_steps=CORRECTIONS)
         if self.inequality is not None:
             found = self._bounded(found, here.x, H, g, jacobian, -here.residual, tolerance)
         longest = max(self.longest_step, float(np.abs(found.x).max()))
-        return found.x * (self.longest_step / longest), found
+        return found.x * (self.longest_step / longest), found, quadratic.elimination
 
     def _model(self, x: FloatArray, held: bool) -> tuple[SparseMatrix, FloatArray]:
         """H and g of the objective d H d / 2 - g d of a move d, by Gauss-Newton. Not held: the length of the move."""

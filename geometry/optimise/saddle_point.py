@@ -11,27 +11,57 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from scipy.sparse import csc_array, csr_array, eye_array
 from scipy.sparse.linalg import LinearOperator, SuperLU, gcrotmk, splu
 
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, IntArray, integers
 from geometry.optimise.functional import SparseMatrix, apply
 
-__all__ = ["SaddlePoint", "factorise"]
+__all__ = ["Factor", "SaddlePoint", "factorise"]
 
 CYCLE = 30
 """Iterations, one solve each, of a correction; it holds that many vectors of x and y."""
 
 
-def factorise(matrix: SparseMatrix, *, single: bool = False) -> SuperLU:
-    """The factor of a sparse symmetric positive definite matrix; single: half the memory and time."""
-    options, columns = {"SymmetricMode": True}, csc_array(matrix.T)  # the same matrix, without work
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """L U of a matrix with its rows and columns taken in `order` (n,), or as they stand where there is none."""
+
+    lu: SuperLU
+    order: IntArray | None = None
+
+    def solve(self, values: FloatArray) -> FloatArray:
+        """(n,) or (n, k), in the precision of the factor."""
+        if self.order is None:
+            return np.asarray(self.lu.solve(values))
+        found = np.empty_like(values)
+        found[self.order] = self.lu.solve(values[self.order])
+        return found
+
+    @property
+    def elimination(self) -> IntArray:
+        """(n,) the order in which unknowns were eliminated."""
+        return integers(np.argsort(self.lu.perm_c)) if self.order is None else self.order
+
+
+def factorise(matrix: SparseMatrix, *, single: bool = False, order: IntArray | None = None) -> Factor:
+    """The factor of a sparse symmetric positive definite matrix.
+
+    single: half the memory and time. order: `elimination` of a matrix with the same pattern; to find one takes a third
+    of the time.
+    """
+    options = {"SymmetricMode": True}
+    columns = csc_array(
+        matrix.T if order is None else matrix[order][:, order]
+    )  # the transpose is the same, without work
+    by: Literal["MMD_AT_PLUS_A", "NATURAL"] = "MMD_AT_PLUS_A" if order is None else "NATURAL"
     if single:
         rounded = columns.astype(np.float32)
-        return splu(rounded, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, relax=1, panel_size=20, options=options)
-    return splu(columns, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        return Factor(splu(rounded, by, diag_pivot_thresh=0.0, relax=1, panel_size=20, options=options), order)
+    return Factor(splu(columns, by, diag_pivot_thresh=0.0, options=options), order)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +108,7 @@ class SaddlePoint:
         return float(np.sqrt(self.penalty * self.curvature))
 
     @cached_property
-    def _factor(self) -> SuperLU:
+    def _factor(self) -> Factor:
         K = csr_array(self.H + self.scale**2 * (self.transposed @ self.A))
         if self.pull > 0:
             K = csr_array(K + self.pull * self.curvature * eye_array(K.shape[0]))
@@ -87,8 +117,8 @@ class SaddlePoint:
     def solve(self, values: FloatArray) -> FloatArray:
         """K^-1 values, to the precision of the factor."""
         if self.single:
-            return np.asarray(self._factor.solve(values.astype(np.float32)), dtype=np.float64)
-        return np.asarray(self._factor.solve(values))
+            return self._factor.solve(values.astype(np.float32)).astype(np.float64)
+        return self._factor.solve(values)
 
     def _apply(self, z: FloatArray) -> FloatArray:
         x, y = np.split(z, [self.H.shape[0]])

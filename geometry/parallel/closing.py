@@ -15,12 +15,11 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array, vstack
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import SuperLU
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
 from geometry.mesh import Mesh
 from geometry.optimise.functional import SparseMatrix
-from geometry.optimise.saddle_point import factorise
+from geometry.optimise.saddle_point import Factor, factorise
 from geometry.parallel.loops import independent_loops
 
 __all__ = ["SHIFT", "Closing"]
@@ -80,7 +79,7 @@ class Closing:
         return self.matrix if self.is_overdetermined else csr_array(self.matrix.T)
 
     @cached_property
-    def factor(self) -> SuperLU:
+    def factor(self) -> Factor:
         """Of narrow^T narrow + SHIFT: of B B^T mostly."""
         normal = csr_array(self.narrow.T) @ self.narrow
         return factorise(csr_array(normal + SHIFT * eye_array(self.narrow.shape[1])))

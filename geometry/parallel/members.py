@@ -7,11 +7,10 @@ from functools import cached_property
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array
-from scipy.sparse.linalg import SuperLU
 
 from geometry.arrays import FloatArray
 from geometry.optimise.functional import SparseMatrix
-from geometry.optimise.saddle_point import factorise
+from geometry.optimise.saddle_point import Factor, factorise
 from geometry.parallel.closing import Closing
 
 __all__ = ["Members"]
@@ -74,11 +73,11 @@ class Members:
         found += factor.solve(np.asarray(difference.T @ (edges - difference @ found)))
         parts = self.closing.parts
         sums = csr_array((np.ones(len(parts)), (parts, np.arange(len(parts)))))
-        found -= (sums @ found / np.bincount(parts)[:, None])[parts]
+        found -= (np.asarray(sums @ found) / np.bincount(parts)[:, None])[parts]
         return np.ascontiguousarray(found.reshape(mesh.n_vertices, -1, 3).transpose(1, 0, 2))
 
     @cached_property
-    def _integration(self) -> tuple[SparseMatrix, SuperLU]:
+    def _integration(self) -> tuple[SparseMatrix, Factor]:
         """The differences (E, N) along the edges, and the factor of their squares with a vertex of each part held."""
         c = self.closing.mesh.combinatorics
         edges, ones = np.arange(c.n_edges), np.ones(c.n_edges)
