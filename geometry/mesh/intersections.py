@@ -14,7 +14,7 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.mesh import Mesh
 
-__all__ = ["intersecting_faces", "is_embedded", "self_crossing_faces"]
+__all__ = ["intersecting_faces", "is_embedded", "meeting_boxes", "self_crossing_faces"]
 
 CLEARANCE = 1e-9
 """Distance from a plane over the mean edge length, up to which a vertex lies in it: faces are planar to 1e-12, and
@@ -51,7 +51,7 @@ def _crossing(mesh: Mesh) -> IntArray:
     """(n, 2) a face at an edge, and another face that the edge meets without a vertex in common."""
     c = mesh.combinatorics
     ends = mesh.vertices[c.edges]
-    edges, faces = _meeting(ends.min(axis=1), ends.max(axis=1), *_face_boxes(mesh))
+    edges, faces = meeting_boxes(ends.min(axis=1), ends.max(axis=1), *_face_boxes(mesh))
     of_corners = c.corner_face * c.n_vertices + c.corners
     apart = ~np.isin(faces[:, None] * c.n_vertices + c.edges[edges], of_corners).any(axis=1)
     edges, faces = edges[apart], faces[apart]
@@ -94,7 +94,7 @@ def _contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
 def _overlapping(mesh: Mesh) -> IntArray:
     """(n, 2) simple faces in one plane that share area."""
     boxes = _face_boxes(mesh)
-    first, second = _meeting(*boxes, *boxes)
+    first, second = meeting_boxes(*boxes, *boxes)
     candidates = (first < second) & _is_simple(mesh)[first] & _is_simple(mesh)[second]
     first, second = first[candidates], second[candidates]
     flat = _in_plane(mesh, first, second) | _in_plane(mesh, second, first)
@@ -151,7 +151,7 @@ def _face_boxes(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
     return np.minimum.reduceat(corners, starts), np.maximum.reduceat(corners, starts)
 
 
-def _meeting(
+def meeting_boxes(
     lower: FloatArray, upper: FloatArray, lower_2: FloatArray, upper_2: FloatArray
 ) -> tuple[IntArray, IntArray]:
     """Which boxes (n, 3) meet which others (m, 3)."""

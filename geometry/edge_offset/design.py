@@ -1,0 +1,302 @@
+"""Edge offset meshes from a Koebe polyhedron S: the fairest mesh in P(S) whose edges keep or reverse their orientation.
+
+All meshes M in P(S) have the edge offsets M + d S [Pottmann2007, Prop. 2]. What makes one of them a design is which of
+its edges run against those of S (Fig. 11), how long they are, and where it is held. A *sign* is 1 for an edge of M that
+runs as in S, -1 for one that runs the other way, 0 for one that may do either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.sparse import coo_array, csr_array, eye_array, hstack, vstack
+from scipy.sparse.csgraph import connected_components
+
+from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.errors import GeometryError
+from geometry.functionals.fairness import laplacian
+from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh.polygons import face_sums
+from geometry.mesh.runs import next_in_run
+from geometry.optimise.functional import LinearFunctional, largest
+from geometry.parallel import ParallelSpace, edge_distances, edge_factors
+from geometry.parallel.conditions import FactorBounds, Fixed
+from geometry.parallel.offsets import edge_feet
+from geometry.parallel.parallelity import across_directions
+
+__all__ = [
+    "alternating_signs",
+    "check_koebe",
+    "conflicting_edges",
+    "edge_offset_mesh",
+    "guided_signs",
+    "saddle_signs",
+]
+
+TANGENT = 1e-9
+"""How far an edge line of S may be from touching the unit sphere: as `edge_gauss_image` allows it."""
+
+CLEAR = 1e-9
+"""Cosine of the angle between an edge and its guide, up to which the guide has no say."""
+
+HALF_TURN = np.pi + 1e-9
+"""Angle between directions one after the other, from which on they are all on one side; rounding beside."""
+
+FEASIBLE = 1e-6
+"""Length of an edge in a linear programme, below which it has none: ten times the tolerance of the programme."""
+
+VANISHED = 1e-6
+"""Mean edge length over the largest coordinate, below which a mesh has shrunk to a point: bounds are kept to 1e-9."""
+
+
+def edge_offset_mesh(
+    koebe: Mesh,
+    *,
+    signs: Any = 0,
+    lengths: tuple[Any, Any] = (0.0, np.inf),
+    fixed: Mapping[int, Any] | None = None,
+    near: Mapping[int, Any] | None = None,
+    closeness: float = 1.0,
+) -> Mesh:
+    """The mesh M parallel to the Koebe polyhedron S for which the sum of the squared Laplacians (3) is least.
+
+    signs (E,) or a number: which edges run as in S, see above. lengths: the least and the largest length of an edge of
+    M, numbers or arrays (E,); edges whose sign is 0 may be shorter. fixed: positions that vertices must have;
+    near: positions that vertices should have, whose squared distances are added, `closeness` times.
+
+    Fairness alone is least for a point. So ask for a least length, which says how large M is to be: among all M of
+    these signs with no edge shorter than that, the fairest one is found. It is unique up to translation, with the mean
+    of its vertices at the origin, and twice as large for twice the lengths. Or hold some vertices.
+
+    M is parallel to S, and fixed vertices and lengths are kept, as `ParallelSpace.minimise` promises.
+    Raises GeometryError where S is no Koebe polyhedron, where the signs have no solution, naming the faces that cannot
+    close or a few edges that stand in the way, where M has shrunk to a point, and as `ParallelSpace.minimise` does.
+    """
+    check_koebe(koebe)
+    wanted = _checked_signs(koebe, signs)
+    _check_faces_can_close(koebe, wanted)
+    bounds = _bounds(koebe, wanted, lengths)
+    wished = Fixed.of(koebe, near or {})
+    terms = [(1.0, laplacian(koebe.combinatorics))]
+    if len(wished.vertices):
+        terms.append((closeness, LinearFunctional(wished.rows(koebe.n_vertices), wished.positions.ravel())))
+    is_held = bool(fixed or near)
+    if not is_held and not (np.maximum(bounds[0], -bounds[1]) > 0).any():
+        raise _shrunk(0.0)
+    anchor = int(koebe.combinatorics.corners[0])  # it may lie anywhere if nothing is held
+    held = fixed if is_held else {anchor: np.zeros(3)}
+    try:
+        found = ParallelSpace(koebe).minimise(terms, fixed=held, factor_bounds=bounds)
+    except GeometryError as error:
+        _check_signs_fit_together(koebe, wanted, error)
+        raise
+    if found.mean_edge_length <= VANISHED * largest(found.vertices):
+        raise _shrunk(found.mean_edge_length)
+    return found if is_held else found.translated(-found.vertices.mean(axis=0))
+
+
+def _shrunk(mean_edge_length: float) -> GeometryError:
+    return GeometryError(
+        f"the mesh has shrunk to a point: nothing keeps its mean edge length, {mean_edge_length:.1e}, from that; ask "
+        "for a least length of edges that keep or reverse their orientation, or fix two vertices or more",
+        value=mean_edge_length,
+    )
+
+
+def check_koebe(mesh: Mesh) -> None:
+    """Raise GeometryError, naming the worst edge, where an edge line does not touch the unit sphere."""
+    off = np.abs(edge_distances(mesh, mesh) - 1)
+    edge = int(off.argmax())
+    if not off[edge] <= TANGENT:
+        raise GeometryError(
+            f"{mesh.combinatorics.edge_name(edge)} is {off[edge]:.1e} off distance 1 from the origin, allowed "
+            f"{TANGENT:.0e}: the mesh is no Koebe polyhedron; for a mesh that is parallel to one, take its "
+            "`edge_gauss_image`",
+            elements=[edge],
+            value=float(off[edge]),
+            bound=TANGENT,
+        )
+
+
+# --- signs
+
+
+def guided_signs(koebe: Mesh, guide: Mesh) -> IntArray:
+    """(E,) 1 where an edge of the guide runs rather as that of S, -1 where rather against it; 0 right across or empty.
+
+    The guide has the faces of S and the rough shape that is wanted; it need not be parallel to S, but only for a mesh
+    in P(S), such as `ParallelSpace.project(guide)`, the signs surely have a solution: they are those of its edge
+    factors (1). Raises MeshError where it has other faces.
+    """
+    sizes = np.maximum(guide.edge_lengths, np.finfo(float).tiny)
+    cosines = edge_factors(koebe, guide) * koebe.edge_lengths / sizes
+    return integers(np.where(np.abs(cosines) <= CLEAR, 0, np.sign(cosines)))
+
+
+def saddle_signs(koebe: Mesh, direction: Any, *, pole: Any = None) -> IntArray:
+    """(E,) for negative curvature: 1 for edges nearer to a direction field, -1 for those nearer to the one across it.
+
+    direction (3,) or (E, 3): vectors at the points where the edges touch the unit sphere, projected to its tangent
+    planes there. One vector for all of them is along the meridians about it. With a pole (3,) on the
+    sphere, the vectors are put there by stereographic projection from that pole: one vector at right angles to it is
+    along the images of parallel lines. An edge halfway between, or where the field vanishes, gets 0.
+
+    Raises GeometryError for other shapes, and for a pole off the unit sphere.
+    """
+    field = floats(direction)
+    if field.shape not in ((3,), (koebe.n_edges, 3)):
+        raise GeometryError(f"the direction has shape {field.shape}, (3,) or ({koebe.n_edges}, 3) is needed")
+    points = edge_feet(koebe, koebe)
+    vectors = np.broadcast_to(field, points.shape)
+    if pole is not None:
+        vectors = _mirrored(vectors, points - _checked_pole(pole))
+    flat = across_directions(vectors, points)
+    along = np.einsum("ei,ei->e", flat, koebe.edge_directions)
+    rather_along = 2 * along**2 - np.einsum("ei,ei->e", flat, flat)
+    size = float(np.square(field).sum(axis=-1).max())
+    return integers(np.where(np.abs(rather_along) <= CLEAR * size, 0, np.sign(rather_along)))
+
+
+def _mirrored(vectors: FloatArray, normals: FloatArray) -> FloatArray:
+    """(E, 3) mirror images: what the derivative of an inversion does to directions, `normals` from its centre."""
+    shares = np.einsum("ei,ei->e", vectors, normals) / np.einsum("ei,ei->e", normals, normals)
+    return np.asarray(vectors - 2 * shares[:, None] * normals)
+
+
+def _checked_pole(pole: Any) -> FloatArray:
+    point = floats(pole)
+    if point.shape != (3,) or not abs(np.linalg.norm(point) - 1) <= TANGENT:
+        raise GeometryError(f"the pole is {point.tolist()}, a point of the unit sphere is needed")
+    return point
+
+
+def alternating_signs(combinatorics: Combinatorics, *, first: int = 1) -> IntArray:
+    """(E,) the signs of negative curvature in a mesh of quads: opposite edges alike, neighbouring ones not.
+
+    first: the sign of edge 0, and of the first edge of each part that no quads connect with it. Faces of other sizes
+    have no say, and edges that belong to no quad get 0. Raises GeometryError, naming an edge, where that is
+    contradictory, as around interior vertices of odd valence.
+    """
+    c, n = combinatorics, combinatorics.n_edges
+    in_quad = c.face_sizes[c.corner_face] == 4
+    here, ahead = c.corner_edge[in_quad], c.corner_edge[c.next_corner[in_quad]]
+    # edge e stands twice: as e for one sign and as n + e for the other one
+    pairs = np.concatenate([here, here + n]), np.concatenate([ahead + n, ahead])
+    parts = connected_components(coo_array((np.ones(2 * len(here)), pairs), shape=(2 * n, 2 * n)), directed=False)[1]
+    contradictory = np.flatnonzero(parts[:n] == parts[n:])
+    if len(contradictory):
+        raise GeometryError(
+            f"{c.edge_name(contradictory[0])} would have to keep and to reverse its orientation: where rows of quads "
+            "go round a vertex of odd valence, or close with a twist, signs cannot alternate; give signs edge by edge",
+            elements=contradictory.tolist(),
+        )
+    is_first = parts[:n] < parts[n:]  # parts are numbered as their first members come
+    connected = np.isin(np.arange(n), here)
+    return integers(np.where(connected, np.where(is_first, first, -first), 0))
+
+
+def conflicting_edges(koebe: Mesh, signs: Any) -> IntArray:
+    """Edges (k,) that cannot have the signs (E,) together with the others: none where a mesh with these signs exists.
+
+    Those few at which a linear programme gives way, if all signed edges want to be at least 1 long and what they lack
+    is least in sum. Other choices may be as good. Takes seconds for thousands of edges.
+    """
+    wanted = _checked_signs(koebe, signs)
+    signed = np.flatnonzero(wanted)
+    A = ParallelSpace(koebe).matrix
+    rows = csr_array(wanted[signed, None] * FactorBounds.of(koebe, (0.0, 0.0)).rows(koebe)[signed])
+    m, n, k = *A.shape, len(signed)
+    if not k:
+        return integers([])
+    both = csr_array(vstack([hstack([A, csr_array((m, k))]), hstack([rows, eye_array(k)])]))  # of positions and lacks
+    found = milp(
+        np.repeat([0.0, 1.0], [n, k]),
+        constraints=LinearConstraint(both, np.repeat([0.0, 1.0], [m, k]), np.repeat([0.0, np.inf], [m, k])),
+        bounds=Bounds(np.repeat([0.0, -np.inf, 0.0], [3, n - 3, k]), np.repeat([0.0, np.inf], [3, n - 3 + k])),
+    )
+    if found.x is None:
+        raise GeometryError(f"whether the signs have a solution is not found out: {found.message}")
+    lengths = np.asarray(rows @ found.x[:n])
+    return integers(signed[lengths <= FEASIBLE])
+
+
+def _checked_signs(koebe: Mesh, signs: Any) -> IntArray:
+    values = np.asarray(signs)
+    if values.shape not in ((), (koebe.n_edges,)):
+        raise GeometryError(f"the signs have shape {values.shape}, there are {koebe.n_edges} edges")
+    values = np.broadcast_to(values, koebe.n_edges)
+    wrong = np.flatnonzero(~np.isin(values, (-1, 0, 1)))
+    if len(wrong):
+        raise GeometryError(
+            f"{koebe.combinatorics.edge_name(int(wrong[0]))} has the sign {values[wrong[0]]}: signs are -1, 0 and 1",
+            elements=wrong.tolist(),
+            value=float(values[wrong[0]]),
+        )
+    return integers(values)
+
+
+def _bounds(koebe: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tuple[FloatArray, FloatArray]:
+    """Of the edge factors."""
+    allowed = FactorBounds.of(koebe, lengths)
+    least, most = allowed.lower, allowed.upper
+    if (least < 0).any():
+        edge = int(least.argmin())
+        raise GeometryError(
+            f"{koebe.combinatorics.edge_name(edge)} is to be at least {least[edge]} long: lengths are 0 or more",
+            elements=[edge],
+            value=float(least[edge]),
+            bound=0.0,
+        )
+    least, most = least / koebe.edge_lengths, most / koebe.edge_lengths
+    return np.choose(signs + 1, [-most, -most, least]), np.choose(signs + 1, [-least, most, most])
+
+
+# --- signs without a solution
+
+
+def _check_faces_can_close(koebe: Mesh, signs: IntArray) -> None:
+    """Raise GeometryError for faces whose edges, run as the signs say, all go to one side: they never come back."""
+    c, normals = koebe.combinatorics, koebe.face_normals
+    along = np.where(c.runs_along_edge, 1, -1) * signs[c.corner_edge]
+    steps = along[:, None] * koebe.edge_directions[c.corner_edge]
+    x_axes = koebe.edge_directions[c.corner_edge[c.face_starts[:-1]]]
+    y_axes = np.cross(normals, x_axes)
+    x, y = (np.einsum("ci,ci->c", steps, axes[c.corner_face]) for axes in (x_axes, y_axes))
+    angles = np.arctan2(y, x)
+    angles = angles[np.lexsort((angles, c.corner_face))]
+    gaps = (angles[next_in_run(c.face_starts)] - angles) % (2 * np.pi)
+    is_signed = face_sums(c, np.abs(signs[c.corner_edge])) == c.face_sizes
+    wide = np.maximum.reduceat(gaps, c.face_starts[:-1])
+    open_faces = np.flatnonzero(is_signed & ((wide >= HALF_TURN) | (wide == 0)))
+    if len(open_faces):
+        face = int(open_faces[0])
+        names = ", ".join(f"{'+' if s > 0 else '-'}{e}" for e, s in _edges_of(c, face, signs))
+        raise GeometryError(
+            f"the signs have no solution: face {face} cannot close, as its edges {names} then all run to one side"
+            f"{_and_others(len(open_faces))}; reverse some of them, or give them the sign 0",
+            elements=open_faces.tolist(),
+        )
+
+
+def _edges_of(combinatorics: Combinatorics, face: int, signs: IntArray) -> list[tuple[int, int]]:
+    edges = combinatorics.corner_edge[combinatorics.face_starts[face] : combinatorics.face_starts[face + 1]]
+    return list(zip(edges.tolist(), signs[edges].tolist(), strict=True))
+
+
+def _and_others(count: int) -> str:
+    return f" ({count} such faces)" if count > 1 else ""
+
+
+def _check_signs_fit_together(koebe: Mesh, signs: IntArray, error: GeometryError) -> None:
+    """Raise GeometryError, from an error of the solver, where it is the signs that have no solution."""
+    edges = conflicting_edges(koebe, signs)
+    if len(edges):
+        names = ", ".join(map(str, edges[:10].tolist())) + (" and others" if len(edges) > 10 else "")
+        raise GeometryError(
+            f"the signs have no solution: each face could close, but no mesh parallel to S has all of them. Those of "
+            f"edges {names} stand in the way: reverse these edges, or give them the sign 0",
+            elements=edges.tolist(),
+        ) from error
