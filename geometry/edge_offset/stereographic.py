@@ -8,10 +8,19 @@ the side n . x > h. The disc within a circle of the plane, and the side of a lin
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from geometry.arrays import FloatArray
 
-__all__ = ["circle_planes", "line_planes", "plane_circles", "poles", "to_plane", "to_sphere"]
+__all__ = ["ComplexArray", "circle_planes", "line_planes", "pairs", "plane_circles", "poles", "to_plane", "to_sphere"]
+
+ComplexArray = npt.NDArray[np.complex128]
+"""Points of the plane as complex numbers."""
+
+
+def pairs(points: ComplexArray) -> FloatArray:
+    """(n, 2) the coordinates of complex numbers (n,)."""
+    return np.stack([points.real, points.imag], axis=1)
 
 
 def to_sphere(points: FloatArray) -> FloatArray:

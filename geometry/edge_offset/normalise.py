@@ -1,0 +1,87 @@
+"""The place, among all its Moebius images, where points of the unit sphere have their centre at the origin.
+
+It is unique up to rotations [Springborn2005]: the sum of the distances of a point x of hyperbolic space from the points
+at infinity is convex, and its minimum is the place that has to be moved to the middle. Along a line through
+x, the second derivative of each distance changes at most by the factor exp(2 s) over a length s; so Newton's step v may
+be taken up to log(1 + 2 |v|) / 2, and the sum falls all along it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.arrays import FloatArray
+from geometry.edge_offset.moebius import MoebiusTransformation
+from geometry.edge_offset.stereographic import ComplexArray, pairs, to_sphere
+from geometry.errors import GeometryError
+
+__all__ = ["centring_similarity", "centring_transformation"]
+
+CENTRED = 1e-14
+"""Distance of the centre from where it should be: rounding of unit vectors."""
+
+MAX_STEPS = 100
+"""6 to 10 do, unless half of the points are nearly in one place."""
+
+
+def centring_similarity(points: ComplexArray, coverage: float = 1.0) -> tuple[complex, float]:
+    """z0 and t0 > 0: the points (z - z0) / t0, lifted to the sphere, have their centre at (0, 0, coverage - 1).
+
+    points (n,); one that is not finite is the north pole. coverage: above 0, at most 1; a cap about the south pole,
+    covered evenly, has such a centre where it has that part of the area of the sphere.
+    Raises GeometryError where half of the points or more are in one place.
+    """
+    finite = points[np.isfinite(points)]
+    z0, t0 = complex(np.median(finite.real), np.median(finite.imag)), 1.0
+    t0 = float(np.median(np.abs(finite - z0))) or t0
+    at_pole = len(points) - len(finite)
+    for _ in range(MAX_STEPS):
+        lifted = to_sphere(pairs((finite - z0) / t0))
+        # points added at the north pole keep the others from it
+        step, off = _newton_step(lifted, at_pole + (1 - coverage) * len(points), len(points))
+        length = float(np.linalg.norm(step))
+        if off <= CENTRED or length == 0:
+            return z0, t0
+        x1, x2, x3 = np.sinh(length) * step / length
+        stretch = 1 / (np.cosh(length) - x3)
+        z0, t0 = z0 + t0 * stretch * complex(x1, x2), t0 * stretch
+    raise _not_centred(len(points), off)
+
+
+def centring_transformation(points: FloatArray) -> MoebiusTransformation:
+    """The Moebius transformation, without a rotation, that takes points (n, 3) of the sphere to where their sum is 0.
+
+    Raises GeometryError where half of the points or more are in one place.
+    """
+    transformation = MoebiusTransformation.identity()
+    for _ in range(MAX_STEPS):
+        moved = transformation.map_points(points)
+        step, off = _newton_step(moved / np.linalg.norm(moved, axis=1, keepdims=True), 0, len(points))
+        length = float(np.linalg.norm(step))
+        if off <= CENTRED or length == 0:
+            return transformation
+        transformation = MoebiusTransformation.boost(-np.tanh(length) * step / length) @ transformation
+    raise _not_centred(len(points), off)
+
+
+def _newton_step(points: FloatArray, weight: float, n: int) -> tuple[FloatArray, float]:
+    """A step (3,) in hyperbolic space from the middle, and the distance of the centre from where it should be.
+
+    points (k, 3) of the sphere, and one of a weight at the north pole; the distance is over n.
+    """
+    north = np.array([0.0, 0.0, weight])
+    centre = points.sum(axis=0) + north
+    curvature = (len(points) + weight) * np.eye(3) - points.T @ points - np.diag(north)
+    step = np.linalg.solve(curvature, centre)
+    length = float(np.linalg.norm(step))
+    damping = np.log1p(2 * length) / (2 * length) if length > 0 else 1.0
+    return step * damping, float(np.linalg.norm(centre)) / n
+
+
+def _not_centred(n: int, off: float) -> GeometryError:
+    return GeometryError(
+        f"the centre of {n} points of the sphere stays {off:.1e} from where it should be, allowed {CENTRED:.0e}: "
+        "half of them or more are nearly in one place",
+        value=off,
+        bound=CENTRED,
+    )
