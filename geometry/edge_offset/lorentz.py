@@ -14,7 +14,17 @@ import numpy as np
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError
 
-__all__ = ["FORM", "LORENTZ_TOLERANCE", "boost", "deviation", "inverse", "orthonormalised", "product", "rotation"]
+__all__ = [
+    "FORM",
+    "LORENTZ_TOLERANCE",
+    "array_of",
+    "boost",
+    "deviation",
+    "inverse",
+    "orthonormalised",
+    "product",
+    "rotation",
+]
 
 FORM = floats(np.diag([1.0, 1.0, 1.0, -1.0]))
 """J, the matrix of the Lorentz product."""
@@ -40,7 +50,7 @@ def boost(velocity: Any) -> FloatArray:
 
     Raises GeometryError where the velocity has length 1 or more, at or beyond the cone, or is not finite.
     """
-    v = _array(velocity, (3,), "a velocity")
+    v = array_of(velocity, (3,), "a velocity")
     length = float(np.linalg.norm(v))
     if length >= 1:
         raise GeometryError(
@@ -64,7 +74,7 @@ def _boost(celerity: FloatArray) -> FloatArray:
 def rotation(orthogonal: Any) -> FloatArray:
     """(4, 4) a rotation or a reflection (3, 3) of space as a Lorentz matrix. Raises GeometryError where it is none."""
     matrix = np.eye(4)
-    matrix[:3, :3] = _array(orthogonal, (3, 3), "a rotation")
+    matrix[:3, :3] = array_of(orthogonal, (3, 3), "a rotation")
     return orthonormalised(matrix)
 
 
@@ -85,7 +95,7 @@ def orthonormalised(matrix: Any, *, tolerance: float = LORENTZ_TOLERANCE) -> Flo
     returned as it is where it deviates by rounding only.
     Raises GeometryError where `deviation` exceeds `tolerance`, or the shape or an entry is wrong.
     """
-    given = _array(matrix, (4, 4), "a Lorentz matrix")
+    given = array_of(matrix, (4, 4), "a Lorentz matrix")
     off = deviation(given) if given.any() else 1.0
     if off > tolerance:
         raise GeometryError(
@@ -105,10 +115,14 @@ def orthonormalised(matrix: Any, *, tolerance: float = LORENTZ_TOLERANCE) -> Flo
     return floats(_boost(u) @ across)
 
 
-def _array(values: Any, shape: tuple[int, ...], what: str) -> FloatArray:
+def array_of(values: Any, shape: tuple[int | None, ...], what: str) -> FloatArray:
+    """Numbers of this shape, None for any size. Raises GeometryError, saying `what` they are, where they are not."""
     array = floats(values)
-    if array.shape != shape or not np.isfinite(array).all():
-        raise GeometryError(
-            f"{what} is an array of {shape} finite numbers, not {array.tolist()} of shape {array.shape}"
-        )
+    if array.ndim != len(shape) or any(n not in (None, found) for n, found in zip(shape, array.shape, strict=True)):
+        wanted = ", ".join("k" if n is None else str(n) for n in shape)
+        raise GeometryError(f"{what} has shape {array.shape}, an array of shape ({wanted}) is needed")
+    broken = np.argwhere(~np.isfinite(array))
+    if len(broken):
+        place = tuple(int(i) for i in broken[0])
+        raise GeometryError(f"{what} has {array[place]} at {place}, its numbers must be finite", elements=place)
     return array
