@@ -219,8 +219,8 @@ def test_proposition_4_edge_offset_meshes_go_to_edge_offset_meshes(name: str, se
     assert_same((moved, image), (moved.with_vertices(again.apices), image.with_vertices(again.poles)))
 
 
-# Three planes touch a cone, and so do the faces of regular solids. The planes of the truncated tetrahedron, moved to one
-# distance, meet in edges without length.
+# Three planes touch a cone, and so do the faces of regular solids. The planes of the truncated tetrahedron, all at the
+# same distance, meet in edges without length.
 CONES = sorted({*SIMPLE, "octahedron", "icosahedron"} - {"truncated_tetrahedron"})
 
 
@@ -326,6 +326,7 @@ def test_meshes_parallel_to_the_hexagonal_koebe_polyhedron(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_a_real_conical_mesh(seed: int) -> None:
     mesh = planar(CONICAL)
+    mesh = mesh.translated(-mesh.vertices.mean(axis=0))
     image = face_gauss_image(mesh, tolerance=1.0)
     off = float(np.abs(face_distances(mesh, image) - 1).max())
     f = moderate(image, seed, 0.3)
@@ -334,7 +335,9 @@ def test_a_real_conical_mesh(seed: int) -> None:
     moved, there = f.map_mesh(mesh, image, tolerance=2 * off)
     assert parallelity(moved, there).max() <= 1e-10
     assert np.abs(np.abs(face_distances(moved, there)) - 1).max() <= 5 * off
-    assert np.nanmax(conicality(moved)) <= 5 * np.nanmax(conicality(mesh))
+
+    small, _ = moderate(image, seed, 0.1).map_mesh(mesh, image, tolerance=2 * off)
+    assert np.nanmax(conicality(small)) <= 2 * np.nanmax(conicality(mesh))  # no face is reversed yet
 
 
 # --- what is refused
