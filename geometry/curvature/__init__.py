@@ -1,5 +1,19 @@
-"""Curvatures of meshes with planar faces, with respect to a Gauss image [Pottmann2007, 5]."""
+"""Curvatures of meshes with planar faces, with respect to a Gauss image, and meshes that have them constant.
 
+[Pottmann2007, 5].
+"""
+
+from geometry.curvature.christoffel import ChristoffelDuals, christoffel_dual
 from geometry.curvature.faces import FaceCurvatures, face_curvatures, steiner_area, steiner_areas
+from geometry.curvature.revolution import constant_mean_of_revolution, minimal_of_revolution
 
-__all__ = ["FaceCurvatures", "face_curvatures", "steiner_area", "steiner_areas"]
+__all__ = [
+    "ChristoffelDuals",
+    "FaceCurvatures",
+    "christoffel_dual",
+    "constant_mean_of_revolution",
+    "face_curvatures",
+    "minimal_of_revolution",
+    "steiner_area",
+    "steiner_areas",
+]
