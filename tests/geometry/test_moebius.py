@@ -83,10 +83,13 @@ def test_circles_keep_their_angles(seed: int, speed: float, determinant: float) 
 def test_koebe_polyhedra_stay_koebe_polyhedra(name: str, seed: int, portion: float, determinant: float) -> None:
     image = opened(solid(name, "edge"), seed)
     furthest = float(vertex_distances(image).max())
-    moved = transformation(seed, portion / furthest, determinant).map_mesh(image)
+    f = transformation(seed, portion / furthest, determinant)
+    moved = f.map_mesh(image)
     np.testing.assert_allclose(edge_distances(moved, moved), 1, atol=1e-11)
     assert moved.planarity.max() <= 1e-11
-    assert face_distances(moved, moved).min() > 0  # the outside stays outside
+    planes = f.map_planes(np.column_stack([image.face_normals, face_distances(image, image)]))
+    np.testing.assert_allclose(moved.face_normals, planes[:, :3], atol=1e-9)  # the outside stays outside
+    np.testing.assert_allclose(face_distances(moved, moved), planes[:, 3], atol=1e-9)
 
 
 @given(seeds)
