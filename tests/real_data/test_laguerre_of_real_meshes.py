@@ -1,0 +1,65 @@
+"""Laguerre transformations of real meshes with edge offsets and face offsets."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from geometry.edge_offset.laguerre import LaguerreTransformation
+from geometry.errors import GeometryError
+from geometry.mesh import Mesh
+from geometry.meshing import planarise
+from geometry.parallel.exact import face_gauss_image
+from geometry.parallel.offsets import (
+    conicality,
+    edge_distances,
+    face_distances,
+)
+from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.space import ParallelSpace
+from tests.geometry.test_laguerre_of_meshes import moderate
+from tests.geometry.test_lorentz import direction
+from tests.real_data.meshes import CONICAL, HEXAGONAL, needs_data, read
+
+L = LaguerreTransformation
+pytestmark = needs_data
+
+
+@cache
+def planar(name: str) -> Mesh:
+    return planarise(read(name)).mesh
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_meshes_parallel_to_the_hexagonal_koebe_polyhedron(seed: int) -> None:
+    image = planar(HEXAGONAL)
+    m = ParallelSpace(image).elements(1, seed=seed)[0] * 10
+    f = moderate(image, seed, 0.5)
+    np.testing.assert_allclose(edge_distances(image, image), 1, atol=1e-9)
+    moved, there = f.map_mesh(m, image)
+    np.testing.assert_allclose(edge_distances(there, there), 1, atol=1e-9)
+    assert parallelity(there, moved).max() <= 1e-10
+    assert (edge_factors(there, moved) < 0).sum() > 100
+    for vertices in there.combinatorics.edges.T:
+        sines = np.linalg.norm(np.cross(there.edge_directions, there.vertices[vertices]), axis=1)
+        np.testing.assert_allclose(sines, 1, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_real_conical_mesh(seed: int) -> None:
+    mesh = planar(CONICAL)
+    mesh = mesh.translated(-mesh.vertices.mean(axis=0))
+    image = face_gauss_image(mesh, tolerance=1.0)
+    off = float(np.abs(face_distances(mesh, image) - 1).max())
+    f = moderate(image, seed, 0.3)
+    with pytest.raises(GeometryError, match="no exact kind"):
+        f.map_mesh(mesh, image)
+    moved, there = f.map_mesh(mesh, image, tolerance=2 * off)
+    assert parallelity(moved, there).max() <= 1e-10
+    assert np.abs(np.abs(face_distances(moved, there)) - 1).max() <= 5 * off
+
+    boost = L.boost(0.1 * direction(np.random.default_rng(seed)))
+    small, _ = boost.map_mesh(mesh, image, tolerance=2 * off)
+    assert np.nanmax(conicality(small)) <= 2 * np.nanmax(conicality(mesh))  # no face is reversed yet
