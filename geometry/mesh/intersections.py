@@ -155,6 +155,8 @@ def meeting_boxes(
     lower: FloatArray, upper: FloatArray, lower_2: FloatArray, upper_2: FloatArray
 ) -> tuple[IntArray, IntArray]:
     """Which boxes (n, 3) meet which others (m, 3)."""
+    if not len(lower_2):
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     z, x, y = np.argsort(np.ptp(lower_2, axis=0))  # the tree is flat: its plane is that of the two longest extents
     boxes = shapely.box(lower[:, x], lower[:, y], upper[:, x], upper[:, y])
     others = shapely.box(lower_2[:, x], lower_2[:, y], upper_2[:, x], upper_2[:, y])

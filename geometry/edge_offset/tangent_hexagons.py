@@ -1,0 +1,221 @@
+"""Hexagonal meshes that touch a surface: the face planes of S, moved until they touch it [Pottmann2007, end of 3.3].
+
+Hexagonal means: three faces at each vertex, whatever their sizes. Then each face plane moves freely, and what the
+planes enclose is parallel to S; if S is a Koebe polyhedron, it has edge offsets. The paper says how to do it and that
+the result may intersect itself; here it is said where.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array, diags_array, triu, vstack
+
+from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.edge_offset.touching import touching_points
+from geometry.errors import GeometryError
+from geometry.functionals.unknowns import coordinates
+from geometry.mesh import Combinatorics, Mesh, Surface
+from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, largest, normal_equations
+from geometry.optimise.semidefinite import minimise_semidefinite
+from geometry.optimise.solution import ConvergenceError, Reason, Solution
+from geometry.parallel import ParallelSpace, edge_factors
+from geometry.parallel.conditions import FactorBounds
+from geometry.parallel.minimising import PARALLEL, check_solved
+from geometry.parallel.parallelity import check_planar
+
+__all__ = ["TangentMesh", "mesh_with_planes", "tangent_mesh"]
+
+PARALLELS = 8
+"""Power of the cosine of the angle between two edges, by which they count as parallel."""
+
+AIM = 0.1
+"""Accuracy asked of the solver over what is allowed."""
+
+
+@dataclass(frozen=True, eq=False)
+class TangentMesh:
+    """M in P(S) whose face planes touch a surface, and what is to be known of it.
+
+    touching (F, 3): the points where the face planes touch; they lie in the planes, and off the triangles of the
+    surface by as much as these are off the smooth one. NaN for missing (k,): the faces whose normal the surface has
+    not; their planes are where they suit the others. reversed_edges (k,) run the other way than in S, as some have to
+    where the surface is curved negatively. reversed_faces (k,) are clockwise seen along the normals of S: all or
+    none are, unless M folds over. self_crossing_faces (k,) and intersecting_faces (k, 2) are those of
+    `geometry.mesh.intersections`.
+    """
+
+    mesh: Mesh
+    touching: FloatArray
+    missing: IntArray
+    reversed_edges: IntArray
+    reversed_faces: IntArray
+    self_crossing_faces: IntArray
+    intersecting_faces: IntArray
+
+    @property
+    def is_embedded(self) -> bool:
+        """Whether M does not intersect itself."""
+        return not len(self.self_crossing_faces) and not len(self.intersecting_faces)
+
+    @property
+    def report(self) -> str:
+        """What is to be known, in one sentence."""
+        n = self.mesh.n_faces
+        found = [f"{n - len(self.missing)} of {n} faces touch the surface"]
+        if len(self.missing):
+            found.append(f"it has no normal as that of faces {_some(self.missing)}")
+        found.append(f"{len(self.reversed_edges)} of {self.mesh.n_edges} edges run against those of S")
+        if 0 < len(self.reversed_faces) < n:
+            fewer = self.reversed_faces
+            if 2 * len(fewer) > n:
+                fewer = np.setdiff1d(np.arange(n), fewer)
+            found.append(f"it folds over at faces {_some(fewer)}")
+        if len(self.self_crossing_faces):
+            found.append(f"faces {_some(self.self_crossing_faces)} cross themselves")
+        if len(self.intersecting_faces):
+            pairs = [f"{i} and {j}" for i, j in self.intersecting_faces.tolist()]
+            found.append(f"faces {_some(pairs)} intersect")
+        return "; ".join(found)
+
+
+def _some(names: IntArray | list[str], count: int = 5) -> str:
+    shown = ", ".join(str(name) for name in names[:count])
+    return shown + (f" and {len(names) - count} more" if len(names) > count else "")
+
+
+def tangent_mesh(hexagons: Mesh, surface: Surface, *, curvature: int = 0) -> TangentMesh:
+    """The mesh parallel to S = `hexagons` whose face planes touch a surface Phi where it has their normals.
+
+    Normals are those on the outside of S and of Phi. Where Phi has several points with one normal, the one on the part
+    of Phi is taken that has most of the normals of S; a part is connected and curved positively or negatively
+    throughout. Normals that it has not are taken from elsewhere on Phi, next to the points of neighbouring faces.
+    curvature: 1 or -1 for positively or for negatively curved points only. What the planes leave open is as
+    in `mesh_with_planes`.
+
+    Planes and points follow the normals at the vertices of Phi. On a smooth surface in even triangles they are off
+    those of the smooth one by the third and the second power of the edge length, in uneven ones by the second and the
+    first. Larger faces are cut into triangles from their first corners.
+
+    Raises GeometryError where a vertex of S has more than 3 faces, where a face of S is not planar, and where no face
+    can touch. Self-intersections are no error: the result says them.
+    """
+    _check_valence(hexagons)
+    touching, heights = touching_points(surface, hexagons, curvature)
+    mesh = mesh_with_planes(hexagons, heights)
+    areas = np.einsum("fi,fi->f", mesh.vector_areas, hexagons.face_normals)
+    return TangentMesh(
+        mesh,
+        touching,
+        integers(np.flatnonzero(np.isnan(heights))),
+        integers(np.flatnonzero(edge_factors(hexagons, mesh) < 0)),
+        integers(np.flatnonzero(areas < 0)),
+        integers(self_crossing_faces(mesh)),
+        integers(intersecting_faces(mesh)),
+    )
+
+
+def mesh_with_planes(hexagons: Mesh, heights: FloatArray) -> Mesh:
+    """The mesh parallel to S = `hexagons` with its face planes at n_F . x = heights (F,); n_F: the face normals of S.
+
+    They touch a surface with the support function h for the heights h(n_F). NaN leaves a plane free. What the planes do
+    not determine, at the boundary above all, is such that nearby edges that are about parallel have about the same
+    factors (1): so the mesh goes on as it does inside. Edges are parallel, and planes where they are wanted, within
+    `PARALLEL` times the largest coordinate.
+
+    Raises GeometryError where a vertex has more than 3 faces, where a face is not planar, for heights of another shape
+    or infinite or NaN throughout, and where planes contradict each other, as they may at boundary edges between
+    vertices with 3 faces; ConvergenceError where the solver does not reach that accuracy.
+    """
+    _check_valence(hexagons)
+    check_planar(hexagons)
+    wanted = _checked_heights(hexagons, heights)
+    faces = np.flatnonzero(~np.isnan(wanted))
+    first, normals = (
+        hexagons.combinatorics.corners[hexagons.combinatorics.face_starts[faces]],
+        hexagons.face_normals[faces],
+    )
+    n, starts = 3 * hexagons.n_vertices, np.arange(0, 3 * len(faces) + 1, 3)
+    planes: SparseMatrix = csr_array((normals.ravel(), coordinates(first).ravel(), starts), shape=(len(faces), n))
+    parallel = ParallelSpace(hexagons).matrix
+    A: SparseMatrix = csr_array(vstack([parallel, planes]))
+    b = np.concatenate([np.zeros(parallel.shape[0]), wanted[faces]])
+    H, g = normal_equations([(1.0, _like_factors(hexagons))])
+    solution = minimise_semidefinite(H, g, A, b, np.zeros(n), accuracy=AIM * PARALLEL)
+    found = hexagons.with_vertices(solution.x.reshape(-1, 3))
+    off = np.abs(apply(planes, solution.x) - wanted[faces])
+    bound = PARALLEL * largest(found.vertices)
+    if off.max() > bound or solution.reason is Reason.INFEASIBLE:
+        raise _planes_missed(int(faces[off.argmax()]), float(off.max()), bound, solution)
+    check_solved(hexagons, found, solution, largest(found.vertices))
+    return found
+
+
+def _checked_heights(mesh: Mesh, heights: FloatArray) -> FloatArray:
+    wanted = floats(heights)
+    if wanted.shape != (mesh.n_faces,):
+        raise GeometryError(f"the heights of the face planes have shape {wanted.shape}, there are {mesh.n_faces} faces")
+    infinite = np.flatnonzero(np.isinf(wanted))
+    if len(infinite):
+        raise GeometryError(f"the height of face {infinite[0]} is infinite", elements=infinite.tolist())
+    if np.isnan(wanted).all():
+        raise GeometryError("no face plane has a height: give one at least, and NaN only where a plane is free")
+    return wanted
+
+
+def _planes_missed(face: int, value: float, bound: float, solution: Solution) -> GeometryError:
+    if solution.reason is Reason.INFEASIBLE:
+        return GeometryError(
+            f"the heights contradict each other: at best, face {face} is {value:.1e} off its plane, allowed "
+            f"{bound:.1e}; where a boundary edge joins two vertices with 3 faces, leave one of these planes free (NaN)",
+            elements=[face],
+            value=value,
+            bound=bound,
+        )
+    return ConvergenceError(
+        f"face {face} is {value:.1e} off its plane, allowed {bound:.1e}: the solver stopped since "
+        f"{solution.reason.value}",
+        solution=solution,
+        elements=[face],
+        value=value,
+        bound=bound,
+    )
+
+
+def _like_factors(mesh: Mesh) -> LinearFunctional:
+    """Differences of the factors of every two edges nearby, times their mean length, if they are about parallel."""
+    first, second = _nearby_edges(mesh.combinatorics).T
+    cosines = np.einsum("ki,ki->k", mesh.edge_directions[first], mesh.edge_directions[second])
+    weights = np.abs(cosines) ** PARALLELS * np.sqrt(mesh.edge_lengths[first] * mesh.edge_lengths[second])
+    pairs = np.arange(len(first))
+    places = (np.concatenate([pairs, pairs]), np.concatenate([first, second]))
+    differences = coo_array((np.concatenate([weights, -weights]), places), shape=(len(first), mesh.n_edges))
+    factors = diags_array(1 / mesh.edge_lengths) @ FactorBounds.of(mesh, (0.0, 0.0)).rows(mesh)
+    return LinearFunctional(csr_array(differences @ factors), np.zeros(len(first)))
+
+
+def _nearby_edges(combinatorics: Combinatorics) -> IntArray:
+    """(P, 2) every two edges in one face, or joined by an edge."""
+    c = combinatorics
+    edges, ones = np.arange(c.n_edges), np.ones(2 * c.n_edges)
+    at_vertices = csr_array(coo_array((ones, (c.edges.T.ravel(), np.tile(edges, 2))), shape=(c.n_vertices, c.n_edges)))
+    in_faces = coo_array((np.ones(c.n_corners), (c.corner_face, c.corner_edge)), shape=(c.n_faces, c.n_edges)).tocsr()
+    nearby = triu(at_vertices.T @ c.adjacency @ at_vertices + in_faces.T @ in_faces, k=1).tocoo()
+    return np.stack([nearby.row, nearby.col], axis=1)
+
+
+def _check_valence(mesh: Mesh) -> None:
+    c = mesh.combinatorics
+    n_faces = np.bincount(c.corners, minlength=c.n_vertices)
+    crowded = np.flatnonzero(n_faces > 3)
+    if len(crowded):
+        vertex = int(crowded[0])
+        raise GeometryError(
+            f"vertex {vertex} has {n_faces[vertex]} faces, whose planes cannot move freely: at most 3 are allowed"
+            f" ({len(crowded)} such vertices); take a mesh of valence 3, such as the dual of triangles",
+            elements=crowded.tolist(),
+            value=float(n_faces[vertex]),
+            bound=3,
+        )
