@@ -23,6 +23,9 @@ __all__ = ["CirclePattern", "KiteAngles"]
 ANGLE_TOLERANCE = 1e-12
 """Radians by which the kites about a centre may miss their total: rounding of the sum of hundreds of angles."""
 
+ROUNDED = 2e-14
+"""Radians that the angles about centres with some ten kites are off, but for rounding: no step makes it less."""
+
 MAX_STEPS = 100
 """Newton steps; 6 to 15 do, with a hundred thousand circles too."""
 
@@ -32,7 +35,7 @@ SUSPICIOUS = 12
 WIDEST = 60.0
 """Logarithm of the ratio of two radii, above which rounding leaves nothing."""
 
-LOOSE = 1e-4
+LOOSE = 1e-2
 """Accuracy of a Newton step far from the minimum, where more would be wasted."""
 
 SHOWN = 5
@@ -101,7 +104,7 @@ class CirclePattern:
         while steps <= MAX_STEPS:
             excess = self._excess(multipliers)
             worst = largest(excess)
-            settled = best <= ANGLE_TOLERANCE and worst > best / 2
+            settled = worst <= ROUNDED or (best <= ANGLE_TOLERANCE and worst > best / 2)
             if worst < best:
                 found, best = multipliers, worst
             wide = np.ptp(np.log(multipliers)) > WIDEST
@@ -156,10 +159,12 @@ class CirclePattern:
         return self.factors * np.where(self.unknowns >= 0, multipliers[self.unknowns], 1.0)
 
     def _start(self) -> FloatArray:
-        """(U,) the radii that would do if all neighbours were alike, up to a common scale."""
+        """(U,) the radii that would do if all neighbours were alike, at the scale of those given."""
         n_kites = np.bincount(self.links[self.links >= 0], minlength=self.n_unknowns)
         halves = np.clip(self.angles / (2 * n_kites), 0.02, np.pi / 2 - 0.02)
-        return np.asarray(1 / np.sqrt(np.tan(halves)))
+        given = self.factors[np.unique(self.kites[self.links < 0])]
+        scale = np.exp(np.log(given).mean()) if len(given) else 1.0
+        return np.asarray(scale / np.sqrt(np.tan(halves)))
 
     def _excess(self, multipliers: FloatArray) -> FloatArray:
         """(U,) the angle about each centre beyond what is asked: minus the gradient."""

@@ -142,8 +142,8 @@ def koebe(
     north pole. It is a Moebius transformation of S that the coverage decides.
 
     Raises MeshError, naming vertices or faces, where no polyhedron has these combinatorics. Raises GeometryError as
-    `open_pattern` does, for values given to a closed polyhedron, for a coverage out of range, and where a circle of a
-    vertex would be half of the sphere or more.
+    `open_pattern` does, for values given to a closed polyhedron, for a coverage out of range, and for patterns that
+    overlap themselves so much that a vertex would be at infinity or beyond; those that overlap less are made.
     """
     refuse_other_than_polyhedra(combinatorics)
     if combinatorics.is_boundary_edge.any():
@@ -163,8 +163,11 @@ def koebe(
 def lifted(pattern: PlanePattern, coverage: float) -> KoebePolyhedron:
     """A pattern of the plane on the sphere, its points of tangency centred at (0, 0, 1 - coverage).
 
-    The first vertex that is not on the z axis is over the positive x axis. Raises GeometryError where the circle of a
-    vertex would be half of the sphere or more.
+    The first vertex that is not on the z axis is over the positive x axis.
+
+    Raises GeometryError where the circle of a vertex would be half of the sphere or more. That is where an open pattern
+    overlaps itself: else the cap of a circle contains no point of tangency, nor what was infinity in the plane, and
+    were it half of the sphere, the centre would be beyond its plane, below the origin.
     """
     c = pattern.combinatorics
     z0, t0 = centring_similarity(pattern.tangency_points, coverage)
@@ -179,8 +182,8 @@ def lifted(pattern: PlanePattern, coverage: float) -> KoebePolyhedron:
     if distances[large] < LEAST_DISTANCE:
         raise GeometryError(
             f"the plane of the circle of vertex {large} is at distance {distances[large]:.2g} from the middle of the "
-            f"sphere, at least {LEAST_DISTANCE:.0e} is needed for its cone to have an apex: lower the coverage from "
-            f"{coverage:.3g}, or its radius",
+            f"sphere, at least {LEAST_DISTANCE:.0e} is needed for its cone to have an apex: the circle pattern "
+            "overlaps itself, ask for radii or angles that vary less along the boundary",
             elements=[large],
             value=float(distances[large]),
             bound=LEAST_DISTANCE,
