@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.linalg import null_space
+from scipy.linalg import expm, null_space
 
 from geometry.arrays import FloatArray
 from geometry.curvature import face_curvatures, steiner_area
+from geometry.edge_offset.laguerre import LaguerreTransformation
 from geometry.errors import GeometryError, ParallelityError
 from geometry.functionals.fairness import laplacian
 from geometry.mesh import Mesh, shapes, solids
@@ -341,6 +342,31 @@ def test_proposition_3_cones_at_the_vertices(name: str, seed: int, d: float) -> 
     assert np.nanmax(edge_cone_deviation(mesh), initial=0) <= 1e-6
 
 
+@given(st.sampled_from(sorted(KOEBE)), seeds)
+def test_proposition_4_laguerre_transformations(name: str, seed: int) -> None:
+    """Prop. 4: x_S -> A x_S + a with A^T J A = J maps the vertex cones of an edge offset mesh to those of another one.
+
+    The cone at m_i touches the spheres (m_i - s_i, 1) and (m_i + s_i, -1), as edges of S are at distance 1; and its
+    image touches theirs. Its vertex is the sphere of radius 0 on the line through them.
+    """
+    rng = np.random.default_rng(seed)
+    J = np.diag([1.0, 1, 1, -1])
+    A, a = expm(J @ np.triu(skew := rng.uniform(-0.15, 0.15, (4, 4)), 1) - J @ np.triu(skew, 1).T), rng.normal(size=4)
+    np.testing.assert_allclose(A.T @ J @ A, J, atol=1e-14)
+    mesh, image = shaped(name, seed), KOEBE[name]
+    vertices = np.zeros((mesh.n_vertices, 3))
+    for i, (m, s) in enumerate(zip(mesh.vertices, image.vertices, strict=True)):
+        first, second = A @ [*(m - s), 1] + a, A @ [*(m + s), -1] + a
+        vertices[i] = ((first[3] * second - second[3] * first) / (first[3] - second[3]))[:3]
+    found, its_image = LaguerreTransformation(A, a).map_mesh(mesh, image)
+    np.testing.assert_allclose(found.vertices, vertices, rtol=0, atol=ROUNDING)
+    moved = mesh.with_vertices(vertices)
+    assert moved.plane_deviations.max() <= ROUNDING  # planar faces again
+    for edge, (i, j) in enumerate(edges(moved)):
+        s, t = its_image.vertices[i], unit(vertices[j] - vertices[i])
+        assert distance_of_line(s, t) == pytest.approx(1, abs=1e-7), edge  # short edges keep fewer digits
+
+
 @given(names, seeds)
 def test_equation_3_fairness(name: str, seed: int) -> None:
     """(3): f_Laplacian is the sum over the vertices of |m_i - mean of its neighbours|^2."""
@@ -442,3 +468,29 @@ def test_equation_7_curvatures_of_faces(name: str, seed: int) -> None:
         assert (first + second) / 2 == pytest.approx(H, abs=ROUNDING)
         assert first * second == pytest.approx(K, abs=ROUNDING)
     assert len(curvatures.without_principal) == 0
+
+
+@given(seeds)
+def test_equation_8_vanishing_mixed_area_of_quads(seed: int) -> None:
+    """(8): area(Q, Q*) = 0 for parallel quads if and only if 13 is parallel to 2*4*, and 24 to 1*3*."""
+    rng = np.random.default_rng(seed)
+    n = np.array([0.0, 0.0, 1.0])
+    q = np.zeros((4, 3))
+    q[:, :2] = np.array([[0, 0], [3, 0], [3, 3], [0, 3]]) + rng.uniform(-1, 1, (4, 2))
+    mesh, e = Mesh.from_faces(q, [range(4)]), np.roll(q, -1, axis=0) - q
+    parallel = null_space(e[:, :2].T).T  # the factors (k, 4) of edges that close
+
+    def quad(factors: FloatArray) -> FloatArray:
+        steps = factors[:, None] * e
+        return np.cumsum(steps, axis=0) - steps
+
+    first, second = (literal_mixed_area(q, quad(factors), n) for factors in parallel)
+    dual = quad(parallel[0] * second - parallel[1] * first)
+    other = quad(parallel[0] * first + parallel[1] * second)
+    for image, vanishes in [(dual, True), (other, False)]:
+        area = literal_mixed_area(q, image, n)
+        crossed = [np.cross(q[2] - q[0], image[3] - image[1]), np.cross(q[3] - q[1], image[2] - image[0])]
+        assert (abs(area) < ROUNDING) == vanishes
+        assert (np.abs(crossed).max() < ROUNDING) == vanishes
+        (H,) = face_curvatures(mesh, mesh.with_vertices(image)).mean
+        assert pytest.approx(-area / literal_area(q, n), abs=ROUNDING) == H
