@@ -1,24 +1,21 @@
-"""The command line: `fabkit build` and `fabkit inspect`."""
+"""The command line: `fabkit build` and `fabkit inspect`; `fabkit design` has its commands in a file of its own."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
 from fabkit.build import Built, build
-from fabkit.errors import FabkitError, ProjectError
+from fabkit.design_commands import design_app
+from fabkit.errors import ProjectError
 from fabkit.inspection import Inspection, inspect_mesh
 from fabkit.project import Project, load_project, project_from
-from geometry.errors import GeometryError
+from fabkit.terminal import ERR, OUT, escaped, facts_table, one_sentence
 
 __all__ = ["app"]
 
@@ -31,8 +28,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-_out = Console(soft_wrap=True, highlight=False)
-_err = Console(stderr=True, soft_wrap=True, highlight=False)
+app.add_typer(design_app, name="design")
 
 SIZES, SHOP, RUN = "Sizes (mm)", "Shop", "Run"
 
@@ -103,7 +99,7 @@ def build_command(
 
     Faces may have any number of corners; they are made planar if they are not. The folder appears whole or not at all.
     """
-    with _one_sentence():
+    with one_sentence():
         settings = _without_nothing(
             {
                 "out": out,
@@ -134,25 +130,11 @@ def inspect_command(
     mesh: Annotated[Path, typer.Argument(metavar="MESH", help="OBJ, OFF or PLY file.")],
 ) -> None:
     """Print what a mesh is fit for: sizes, planarity, offsets, the heights that beams would have."""
-    with _one_sentence():
+    with one_sentence():
         _print_inspection(inspect_mesh(mesh))
 
 
 # --- input
-
-
-@contextmanager
-def _one_sentence() -> Iterator[None]:
-    """Say what is wrong in one sentence on standard error, and leave with exit code 2."""
-    try:
-        yield
-    except (FabkitError, GeometryError) as error:
-        _err.print(f"[bold red]fabkit:[/] {_escaped(str(error))}")
-        raise typer.Exit(2) from None
-
-
-def _escaped(text: str) -> str:
-    return text.replace("[", "\\[")
 
 
 def _without_nothing(settings: dict[str, Any]) -> dict[str, Any]:
@@ -179,7 +161,7 @@ def _progress() -> Progress:
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),
         TimeElapsedColumn(),
-        console=_err,
+        console=ERR,
     )
 
 
@@ -199,7 +181,7 @@ class _Display:
 
 def _print_result(project: Project, built: Built) -> None:
     summary, assembly = built.summary, built.assembly
-    table = _facts()
+    table = facts_table()
     for kind, group in assembly.groups().items():
         marks, mass = len({part.mark for part in group}), sum(part.mass_kg for part in group)
         table.add_row(kind, f"{len(group)} of {marks} marks, {mass:,.0f} kg")
@@ -209,29 +191,22 @@ def _print_result(project: Project, built: Built) -> None:
     table.add_row("vertices moved", f"{summary.mean_move_mm:.2f} mm in the mean, {summary.largest_move_mm:.2f} at most")
     table.add_row("largest twist", f"{summary.twists_deg.max():.1e} degrees")
     if summary.gauss_image:
-        table.add_row("gauss image", _escaped(summary.gauss_image_origin))
+        table.add_row("gauss image", escaped(summary.gauss_image_origin))
     table.add_row("heights", f"{_spread(summary.heights)} of the nominal height")
     table.add_row("panels lifted", f"{summary.lift_mm:.1f} mm: {summary.lift_reason}")
     for note in summary.mended:
-        table.add_row("mended", _escaped(note))
-    _out.print(table)
+        table.add_row("mended", escaped(note))
+    OUT.print(table)
     for part in assembly.left_out:
-        _out.print(f"[bold red]left out:[/] {_escaped(part.reason)}")
-    _out.print(f"written to [bold]{_escaped(str(project.out))}[/] in {sum(built.seconds.values()):.1f} s")
+        OUT.print(f"[bold red]left out:[/] {escaped(part.reason)}")
+    OUT.print(f"written to [bold]{escaped(str(project.out))}[/] in {sum(built.seconds.values()):.1f} s")
 
 
 def _print_inspection(found: Inspection) -> None:
-    table = _facts()
+    table = facts_table()
     for name, fact in found.facts():
-        table.add_row(name, _escaped(fact))
-    _out.print(table)
-
-
-def _facts() -> Table:
-    table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_column(style="bold", no_wrap=True)
-    table.add_column(overflow="fold")
-    return table
+        table.add_row(name, escaped(fact))
+    OUT.print(table)
 
 
 def _spread(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:

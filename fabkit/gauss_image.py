@@ -14,7 +14,7 @@ from geometry.mesh import Mesh, MeshFile, read_mesh_pair
 from geometry.parallel import edge_distances, nearest_parallel_pair, parallelity
 from geometry.parallel.offsets import edge_feet
 
-__all__ = ["ExactPair", "GivenPair", "exact_pair", "read_given_pair"]
+__all__ = ["ExactPair", "GivenPair", "exact_pair", "points_inwards", "read_given_pair"]
 
 LEAST_SIZE, LARGEST_SIZE = 0.5, 2.0
 """Where the median distance of the edges of S from the origin has to be: they are beam heights over the nominal one,
@@ -56,7 +56,7 @@ def read_given_pair(mesh: Path, image: Path, *, flip: bool, tolerance: float) ->
     found, mended = file.mesh, file.mended
     _check_size(found, gauss_image, image)
     _check_parallel(found, gauss_image, tolerance, image)
-    if _inwards(found, gauss_image):
+    if points_inwards(found, gauss_image):
         found, gauss_image = found.reversed(), gauss_image.reversed()
         mended = (*mended, f"all faces turned round to the outside that {image.name} shows")
     if flip:
@@ -121,8 +121,8 @@ def _check_parallel(mesh: Mesh, image: Mesh, tolerance: float, path: Path) -> No
         )
 
 
-def _inwards(mesh: Mesh, image: Mesh) -> bool:
-    """Whether most of the feet of the edges of S lie below the faces of M beside them."""
+def points_inwards(mesh: Mesh, image: Mesh) -> bool:
+    """Whether S points to the inside of M: most feet of its edges lie below the faces of M beside them."""
     c = mesh.combinatorics
     facing = np.einsum("ck,ck->c", edge_feet(mesh, image)[c.corner_edge], mesh.face_normals[c.corner_face])
     return bool(np.count_nonzero(facing < 0) > np.count_nonzero(facing > 0))

@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 import geometry
+from fabkit.cli import app
 from fabkit.project import project_from
 
 ROOT = Path(__file__).parents[1]
@@ -58,6 +60,31 @@ def test_the_how_to_on_parallel_meshes_runs(monkeypatch: pytest.MonkeyPatch) -> 
         exec(block, names)
     assert names["structure"].twists.max() < 1e-9
     assert geometry.parallelity(names["mesh"], names["blend"]).max() < 1e-9
+
+
+def test_the_commands_of_the_how_to_on_edge_offset_meshes_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs" / "howto" / "edge-offset-meshes.md").read_text(encoding="utf-8")
+    commands = [line for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL) for line in block.splitlines()]
+    (project,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    Path("project.toml").write_text(project, encoding="utf-8")
+    dome = geometry.mesh.shapes.dome(60, 20)  # of which a cap is left
+    cap = [face for face in dome.combinatorics.faces() if dome.vertices[face, 2].min() > 0.5]
+    Path("surface.obj").write_text(_obj(dome.vertices.tolist(), cap), encoding="utf-8")
+    for command in [*commands, "fabkit build project.toml --nest off"]:
+        program, *arguments = command.split()
+        assert program == "fabkit"
+        done = CliRunner().invoke(app, arguments)
+        assert done.exit_code == 0, f"{command}: {done.output}"
+    for command in re.findall(r"^\| `(\w+)`", text, re.MULTILINE):
+        assert any(line.startswith(f"fabkit design {command} ") for line in commands), command
+    assert (tmp_path / "shell-built" / "model.step").is_file()
+    assert (tmp_path / "shell-from-file" / "model.step").is_file()
+
+
+def _obj(vertices: list[list[float]], faces: list[list[int]]) -> str:
+    rows = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices]
+    return "\n".join(rows + ["f " + " ".join(str(vertex + 1) for vertex in face) for face in faces])
 
 
 def test_the_python_of_the_readme_on_geometry_runs(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,7 +68,26 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.units",
         *PARTS,
     },
-    "fabkit.cli": {"fabkit.build", "fabkit.inspection", "fabkit.project", "fabkit.errors", "geometry.errors"},
+    "fabkit.designs": {
+        "geometry.mesh",
+        "geometry.parallel",
+        "geometry.curvature",
+        "geometry.edge_offset",
+        "fabkit.gauss_image",
+        "fabkit.export",
+        "fabkit.errors",
+        *GROUND,
+    },
+    "fabkit.terminal": {"fabkit.errors", "geometry.errors"},
+    "fabkit.design_commands": {"fabkit.designs", "fabkit.export", "fabkit.terminal", "fabkit.errors"},
+    "fabkit.cli": {
+        "fabkit.build",
+        "fabkit.design_commands",
+        "fabkit.inspection",
+        "fabkit.project",
+        "fabkit.terminal",
+        "fabkit.errors",
+    },
 }
 
 

@@ -1,0 +1,101 @@
+"""A mesh and its Gauss image side by side, as SVG: faces painted from the back to the front, in even light."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+
+from geometry.arrays import BoolArray, FloatArray
+from geometry.mesh import Mesh
+from geometry.mesh.polygons import face_centroids
+
+__all__ = ["pair_picture"]
+
+_SIDE, _MARGIN, _FOOT = 560.0, 30.0, 56.0
+_AZIMUTH, _ELEVATION = np.radians(-60.0), np.radians(24.0)
+_LIGHT = np.array([0.35, 0.5, 0.8])  # to the right, upwards and towards the eye
+_OUTSIDE, _INSIDE = np.array([222, 230, 236]), np.array([214, 196, 168])
+_DARKEST = 0.45
+
+
+def pair_picture(mesh: Mesh, gauss_image: Mesh, reversed_edges: BoolArray, caption: str) -> str:
+    """The text of an SVG file: M on the left, S over the outline of the unit sphere on the right.
+
+    reversed_edges (E,): drawn in red in both. The outside is grey, the inside sand; of S, which may run over itself
+    with its faces turned, the side away from the centre is the outside. Seen from above at an angle, z upwards.
+    """
+    width, height = 2 * _SIDE, _SIDE + _FOOT
+    radius = float(np.linalg.norm(gauss_image.vertices, axis=1).max())
+    scale = (_SIDE / 2 - _MARGIN) / radius
+    middle = f"{1.5 * _SIDE:.1f}"
+    return "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" role="img">',
+            "<style>path{stroke-linejoin:round;stroke-linecap:round}.f{stroke:#46525c;stroke-width:.6}"
+            ".r{fill:none;stroke:#c8202c;stroke-width:1.2}text{font:15px sans-serif;fill:#333;"
+            "text-anchor:middle}</style>",
+            f'<rect width="{width:.0f}" height="{height:.0f}" fill="#fff"/>',
+            _painted(mesh, reversed_edges, _fitted(_seen(mesh.vertices), _SIDE / 2), mesh.face_normals),
+            f'<circle cx="{middle}" cy="{_SIDE / 2:.1f}" r="{scale:.1f}" fill="#f4f5f6" stroke="#b9c0c6"/>',
+            _painted(
+                gauss_image,
+                reversed_edges,
+                _seen(gauss_image.vertices) * scale + [1.5 * _SIDE, _SIDE / 2, 0],
+                face_centroids(gauss_image.vertices, gauss_image.combinatorics),
+            ),
+            f'<text x="{_SIDE / 2:.1f}" y="{_SIDE + 12:.0f}">M</text><text x="{middle}" y="{_SIDE + 12:.0f}">S</text>',
+            f'<text x="{_SIDE:.1f}" y="{_SIDE + 40:.0f}">{escape(caption)}</text>',
+            "</svg>",
+            "",
+        ]
+    )
+
+
+def _seen(points: FloatArray) -> FloatArray:
+    """(..., 3) to the right, downwards, and away from the eye."""
+    c, s = np.cos(_AZIMUTH), np.sin(_AZIMUTH)
+    eye = np.array([c * np.cos(_ELEVATION), s * np.cos(_ELEVATION), np.sin(_ELEVATION)])
+    right = np.array([-s, c, 0.0])
+    found: FloatArray = points @ np.stack([right, -np.cross(eye, right), -eye], axis=1)
+    return found
+
+
+def _fitted(seen: FloatArray, middle: float) -> FloatArray:
+    """Scaled and moved into a square about the middle."""
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    scale = (_SIDE - 2 * _MARGIN) / max(float((high - low)[:2].max()), np.finfo(float).tiny)
+    found: FloatArray = (seen - (low + high) / 2) * scale + [middle, _SIDE / 2, 0.0]
+    return found
+
+
+def _painted(mesh: Mesh, reversed_edges: BoolArray, seen: FloatArray, outwards: FloatArray) -> str:
+    """The faces at the points seen (N, 3), the farthest first, each with its edges over it. outwards (F, 3): directions
+    to the outside of each face."""
+    c = mesh.combinatorics
+    depths = np.round(face_centroids(seen, c)[:, 2], 3)  # of faces in one place the last one is on top
+    order = np.argsort(-depths, kind="stable").tolist()
+    colours = _colours(mesh.face_normals, outwards)
+    points = [f"{x:.1f} {y:.1f}" for x, y in seen[:, :2].tolist()]
+    ahead = c.corners[c.next_corner].tolist()
+    corners, starts, red = c.corners.tolist(), c.face_starts.tolist(), reversed_edges[c.corner_edge].tolist()
+    lines = []
+    for face in order:
+        run = range(starts[face], starts[face + 1])
+        outline = "L".join(points[corners[k]] for k in run)
+        lines.append(f'<path class="f" fill="{colours[face]}" d="M{outline}z"/>')
+        marked = "".join(f"M{points[corners[k]]}L{points[ahead[k]]}" for k in run if red[k])
+        if marked:
+            lines.append(f'<path class="r" d="{marked}"/>')
+    return "\n".join(lines)
+
+
+def _colours(normals: FloatArray, outwards: FloatArray) -> list[str]:
+    """Of each face, from its normal (F, 3) to either side."""
+    x, y, z = _seen(normals).T
+    to_eye = np.where(z <= 0, 1, -1)
+    outside = np.einsum("fi,fi->f", normals, outwards) * to_eye >= 0
+    towards = np.stack([x, -y, -z], axis=1) * to_eye[:, None]
+    bright = _DARKEST + (1 - _DARKEST) * np.clip(towards @ (_LIGHT / np.linalg.norm(_LIGHT)), 0, 1)
+    shades = np.where(outside[:, None], _OUTSIDE, _INSIDE) * bright[:, None]
+    return [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in np.round(shades).astype(int).tolist()]

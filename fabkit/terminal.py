@@ -1,0 +1,41 @@
+"""What all commands share at the terminal: where they write, and how they say what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from fabkit.errors import FabkitError
+from geometry.errors import GeometryError
+
+__all__ = ["ERR", "OUT", "escaped", "facts_table", "one_sentence"]
+
+OUT = Console(soft_wrap=True, highlight=False)
+ERR = Console(stderr=True, soft_wrap=True, highlight=False)
+
+
+@contextmanager
+def one_sentence() -> Iterator[None]:
+    """Say what is wrong in one sentence on standard error, and leave with exit code 2."""
+    try:
+        yield
+    except (FabkitError, GeometryError) as error:
+        ERR.print(f"[bold red]fabkit:[/] {escaped(str(error))}")
+        raise typer.Exit(2) from None
+
+
+def escaped(text: str) -> str:
+    """Text that rich prints as it is."""
+    return text.replace("[", "\\[")
+
+
+def facts_table() -> Table:
+    """An empty table of facts: a name and a sentence each."""
+    table = Table(show_header=False, box=None, pad_edge=False)
+    table.add_column(style="bold", no_wrap=True)
+    table.add_column(overflow="fold")
+    return table
