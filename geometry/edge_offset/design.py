@@ -11,33 +11,31 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import coo_array, csr_array, eye_array, hstack, vstack
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.edge_offset.koebe import TOLERANCE, KoebePolyhedron
 from geometry.errors import GeometryError
 from geometry.functionals.fairness import laplacian
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.polygons import face_sums
 from geometry.mesh.runs import next_in_run
-from geometry.optimise.functional import LinearFunctional, largest
-from geometry.parallel import ParallelSpace, edge_distances, edge_factors
+from geometry.optimise.bounded import minimise_bounded
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, largest
+from geometry.optimise.solution import ConvergenceError, Reason
+from geometry.parallel import ParallelSpace, edge_factors
 from geometry.parallel.conditions import FactorBounds, Fixed
 from geometry.parallel.offsets import edge_feet
 from geometry.parallel.parallelity import across_directions
 
 __all__ = [
     "alternating_signs",
-    "check_koebe",
     "conflicting_edges",
     "edge_offset_mesh",
     "guided_signs",
     "saddle_signs",
 ]
-
-TANGENT = 1e-9
-"""How far an edge line of S may be from touching the unit sphere: as `edge_gauss_image` allows it."""
 
 CLEAR = 1e-9
 """Cosine of the angle between an edge and its guide, up to which the guide has no say."""
@@ -46,7 +44,7 @@ HALF_TURN = np.pi + 1e-9
 """Angle between directions one after the other, from which on they are all on one side; rounding beside."""
 
 FEASIBLE = 1e-6
-"""Length of an edge in a linear programme, below which it has none: ten times the tolerance of the programme."""
+"""Length of an edge in a linear programme, below which it has none, where 1 is asked; its solver stops at 1e-8."""
 
 VANISHED = 1e-6
 """Mean edge length over the largest coordinate, below which a mesh has shrunk to a point: bounds are kept to 1e-9."""
@@ -75,7 +73,7 @@ def edge_offset_mesh(
     Raises GeometryError where S is no Koebe polyhedron, where the signs have no solution, naming the faces that cannot
     close or a few edges that stand in the way, where M has shrunk to a point, and as `ParallelSpace.minimise` does.
     """
-    check_koebe(koebe)
+    KoebePolyhedron(koebe)  # checks it
     wanted = _checked_signs(koebe, signs)
     _check_faces_can_close(koebe, wanted)
     bounds = _bounds(koebe, wanted, lengths)
@@ -104,21 +102,6 @@ def _shrunk(mean_edge_length: float) -> GeometryError:
         "for a least length of edges that keep or reverse their orientation, or fix two vertices or more",
         value=mean_edge_length,
     )
-
-
-def check_koebe(mesh: Mesh) -> None:
-    """Raise GeometryError, naming the worst edge, where an edge line does not touch the unit sphere."""
-    off = np.abs(edge_distances(mesh, mesh) - 1)
-    edge = int(off.argmax())
-    if not off[edge] <= TANGENT:
-        raise GeometryError(
-            f"{mesh.combinatorics.edge_name(edge)} is {off[edge]:.1e} off distance 1 from the origin, allowed "
-            f"{TANGENT:.0e}: the mesh is no Koebe polyhedron; for a mesh that is parallel to one, take its "
-            "`edge_gauss_image`",
-            elements=[edge],
-            value=float(off[edge]),
-            bound=TANGENT,
-        )
 
 
 # --- signs
@@ -168,7 +151,7 @@ def _mirrored(vectors: FloatArray, normals: FloatArray) -> FloatArray:
 
 def _checked_pole(pole: Any) -> FloatArray:
     point = floats(pole)
-    if point.shape != (3,) or not abs(np.linalg.norm(point) - 1) <= TANGENT:
+    if point.shape != (3,) or not abs(np.linalg.norm(point) - 1) <= TOLERANCE:
         raise GeometryError(f"the pole is {point.tolist()}, a point of the unit sphere is needed")
     return point
 
@@ -202,7 +185,7 @@ def conflicting_edges(koebe: Mesh, signs: Any) -> IntArray:
     """Edges (k,) that cannot have the signs (E,) together with the others: none where a mesh with these signs exists.
 
     Those few at which a linear programme gives way, if all signed edges want to be at least 1 long and what they lack
-    is least in sum. Other choices may be as good. Takes seconds for thousands of edges.
+    is least in sum. Other choices may be as good. Raises ConvergenceError where that is not found out.
     """
     wanted = _checked_signs(koebe, signs)
     signed = np.flatnonzero(wanted)
@@ -211,16 +194,29 @@ def conflicting_edges(koebe: Mesh, signs: Any) -> IntArray:
     m, n, k = *A.shape, len(signed)
     if not k:
         return integers([])
-    both = csr_array(vstack([hstack([A, csr_array((m, k))]), hstack([rows, eye_array(k)])]))  # of positions and lacks
-    found = milp(
-        np.repeat([0.0, 1.0], [n, k]),
-        constraints=LinearConstraint(both, np.repeat([0.0, 1.0], [m, k]), np.repeat([0.0, np.inf], [m, k])),
-        bounds=Bounds(np.repeat([0.0, -np.inf, 0.0], [3, n - 3, k]), np.repeat([0.0, np.inf], [3, n - 3 + k])),
+    # unknowns: positions, vertex 0 at the origin, and what the edges lack
+    pin: SparseMatrix = csr_array((np.ones(3), (np.arange(3), np.arange(3))), shape=(3, n + k))
+    equations = csr_array(vstack([hstack([A, csr_array((m, k))]), pin]))
+    limits = csr_array(vstack([hstack([rows, eye_array(k)]), hstack([csr_array((k, n)), eye_array(k)])]))
+    solution = minimise_bounded(
+        csr_array((n + k, n + k)),
+        -np.repeat([0.0, 1.0], [n, k]),
+        equations,
+        np.zeros(m + 3),
+        limits,
+        np.repeat([1.0, 0.0], k),
+        np.full(2 * k, np.inf),
+        tolerance=FEASIBLE,
     )
-    if found.x is None:
-        raise GeometryError(f"whether the signs have a solution is not found out: {found.message}")
-    lengths = np.asarray(rows @ found.x[:n])
-    return integers(signed[lengths <= FEASIBLE])
+    lacking = signed[apply(rows, solution.x[:n]) <= FEASIBLE]
+    if len(lacking) and solution.reason is not Reason.CONVERGED:
+        raise ConvergenceError(
+            f"whether the signs have a solution is not found out: the solver stopped since {solution.reason.value}",
+            solution=solution,
+            value=solution.violation,
+            bound=FEASIBLE,
+        )
+    return integers(lacking)
 
 
 def _checked_signs(koebe: Mesh, signs: Any) -> IntArray:

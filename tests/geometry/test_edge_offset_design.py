@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset.design import (
     alternating_signs,
-    check_koebe,
     conflicting_edges,
     edge_offset_mesh,
     guided_signs,
     saddle_signs,
 )
+from geometry.edge_offset.koebe import KoebePolyhedron
 from geometry.edge_offset.stereographic import circle_planes, poles
 from geometry.errors import GeometryError
 from geometry.functionals.fairness import laplacian
@@ -55,7 +55,7 @@ def offset_distances(mesh: Mesh, koebe: Mesh, d: float) -> FloatArray:
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_polyhedra_of_these_tests_are_koebe_polyhedra(kind: str) -> None:
     koebe = tiling_polyhedron(kind)
-    check_koebe(koebe)
+    KoebePolyhedron(koebe, tolerance=1e-12)
     assert set(koebe.combinatorics.face_sizes) == {KINDS[kind]}
     assert (koebe.face_normals[:, 2] > 0).all()
     assert is_embedded(koebe)
@@ -247,7 +247,7 @@ def test_what_shrinks_to_a_point_is_refused(signs: IntArray) -> None:
 
 
 def test_bad_input_is_named() -> None:
-    with pytest.raises(GeometryError, match="the mesh is no Koebe polyhedron") as caught:
+    with pytest.raises(GeometryError, match="the mesh is not a Koebe polyhedron") as caught:
         edge_offset_mesh(QUADS * 1.1, signs=1, lengths=AT_LEAST_1)
     assert caught.value.value == pytest.approx(0.1)
     with pytest.raises(GeometryError, match=r"the signs have shape \(3,\), there are"):

@@ -209,7 +209,7 @@ def test_the_part_with_most_normals_is_taken() -> None:
     towards = ball.vertices @ PATCH.face_normals[0]
     piece = Mesh.from_faces(ball.vertices, [f for f in ball.combinatorics.faces() if towards[f].min() > 0.5])
     ball = ball.translated([5, 0, 0])
-    for parts in ([piece, ball, ball], [ball, piece, ball]):
+    for parts in ([piece, ball, ball], [ball, piece, ball], [ball, ball, piece]):
         found = tangent_mesh(PATCH, Surface(without_unused(together(*parts))))
         check(found, PATCH)
         assert found.touching[:, 0].min() > 3.9
