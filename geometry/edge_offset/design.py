@@ -55,6 +55,8 @@ def edge_offset_mesh(
     *,
     signs: Any = 0,
     lengths: tuple[Any, Any] = (0.0, np.inf),
+    length: Any = None,
+    evenness: float = 1.0,
     fixed: Mapping[int, Any] | None = None,
     near: Mapping[int, Any] | None = None,
     closeness: float = 1.0,
@@ -62,12 +64,14 @@ def edge_offset_mesh(
     """The mesh M parallel to the Koebe polyhedron S for which the sum of the squared Laplacians (3) is least.
 
     signs (E,) or a number: which edges run as in S, see above. lengths: the least and the largest length of an edge of
-    M, numbers or arrays (E,); edges whose sign is 0 may be shorter. fixed: positions that vertices must have;
+    M, numbers or arrays (E,); edges whose sign is 0 may be shorter. length: a number or (E,), how long the edges with a
+    sign should be; what they are off is squared and added, `evenness` times. fixed: positions that vertices must have;
     near: positions that vertices should have, whose squared distances are added, `closeness` times.
 
     Fairness alone is least for a point. So ask for a least length, which says how large M is to be: among all M of
-    these signs with no edge shorter than that, the fairest one is found. It is unique up to translation, with the mean
-    of its vertices at the origin, and twice as large for twice the lengths. Or hold some vertices.
+    these signs with no edge shorter than that, the fairest one is found. Or say how long edges should be: then they
+    are more even. Both are unique up to translation, with the mean of the vertices at the origin, and twice as large
+    for twice the lengths. Or hold some vertices.
 
     M is parallel to S, and fixed vertices and lengths are kept, as `ParallelSpace.minimise` promises.
     Raises GeometryError where S is no Koebe polyhedron, where the signs have no solution, naming the faces that cannot
@@ -81,8 +85,10 @@ def edge_offset_mesh(
     terms = [(1.0, laplacian(koebe.combinatorics))]
     if len(wished.vertices):
         terms.append((closeness, LinearFunctional(wished.rows(koebe.n_vertices), wished.positions.ravel())))
+    if length is not None:
+        terms.append((evenness, _close_to_lengths(koebe, wanted, length)))
     is_held = bool(fixed or near)
-    if not is_held and not (np.maximum(bounds[0], -bounds[1]) > 0).any():
+    if not is_held and length is None and not (np.maximum(bounds[0], -bounds[1]) > 0).any():
         raise _shrunk(0.0)
     anchor = int(koebe.combinatorics.corners[0])  # it may lie anywhere if nothing is held
     held = fixed if is_held else {anchor: np.zeros(3)}
@@ -96,10 +102,17 @@ def edge_offset_mesh(
     return found if is_held else found.translated(-found.vertices.mean(axis=0))
 
 
+def _close_to_lengths(koebe: Mesh, signs: IntArray, length: Any) -> LinearFunctional:
+    """The lengths of the signed edges minus those that are wished."""
+    signed = np.flatnonzero(signs)
+    rows = FactorBounds.of(koebe, (length, length)).rows(koebe)
+    return LinearFunctional(csr_array(rows[signed]), np.broadcast_to(length, koebe.n_edges)[signed] * signs[signed])
+
+
 def _shrunk(mean_edge_length: float) -> GeometryError:
     return GeometryError(
         f"the mesh has shrunk to a point: nothing keeps its mean edge length, {mean_edge_length:.1e}, from that; ask "
-        "for a least length of edges that keep or reverse their orientation, or fix two vertices or more",
+        "for lengths of edges that keep or reverse their orientation, or fix two vertices or more",
         value=mean_edge_length,
     )
 

@@ -119,6 +119,26 @@ def test_a_largest_length_is_kept() -> None:
         edge_offset_mesh(koebe, signs=signs, lengths=(1.0, 1.01))
 
 
+@pytest.mark.parametrize("koebe", [QUADS, PENTAGONS], ids=["quads", "pentagons"])
+def test_wished_lengths_make_edges_even(koebe: Mesh) -> None:
+    signs = plan_signs(koebe)
+    fair = edge_offset_mesh(koebe, signs=signs, lengths=AT_LEAST_1)
+    misses = []
+    for evenness in (0.1, 1.0, 100.0):
+        mesh = edge_offset_mesh(koebe, signs=signs, lengths=(0.3, np.inf), length=1.0, evenness=evenness)
+        np.testing.assert_array_equal(np.sign(edge_factors(koebe, mesh)), signs)
+        off = np.square(mesh.edge_lengths - 1).sum()
+        # least of all multiples of itself, and of what leads to another mesh with these signs
+        for other in (mesh * 1.01, mesh * 0.99, mesh * 0.99 + fair * 0.01):
+            if (other.edge_lengths >= 0.3).all():
+                more = evenness * (np.square(other.edge_lengths - 1).sum() - off) + fairness(other) - fairness(mesh)
+                assert more >= 0
+        misses.append(off)
+    assert misses[0] > misses[1] > misses[2]
+    doubled = edge_offset_mesh(koebe, signs=signs, lengths=(0.6, np.inf), length=2.0, evenness=evenness)
+    np.testing.assert_allclose(doubled.vertices, 2 * mesh.vertices, atol=1e-6)
+
+
 def test_fixed_and_wished_positions() -> None:
     member = edge_offset_mesh(QUADS, signs=plan_signs(QUADS), lengths=AT_LEAST_1).translated([5, 6, 7])
     lifted = member.translated([0, 0, 1])
@@ -260,6 +280,8 @@ def test_bad_input_is_named() -> None:
         edge_offset_mesh(QUADS, signs=1, lengths=(-1.0, 2.0))
     with pytest.raises(GeometryError, match="there is no such number"):
         edge_offset_mesh(QUADS, signs=1, lengths=(3.0, 2.0))
+    with pytest.raises(GeometryError, match="there is no such number"):
+        edge_offset_mesh(QUADS, signs=1, length=np.nan)
     with pytest.raises(GeometryError, match=r"\(3,\) or"):
         saddle_signs(QUADS, np.ones((4, 3)))
     with pytest.raises(GeometryError, match="a point of the unit sphere"):
