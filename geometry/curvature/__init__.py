@@ -4,6 +4,7 @@
 """
 
 from geometry.curvature.christoffel import ChristoffelDuals, christoffel_dual
+from geometry.curvature.constant_mean import constant_mean
 from geometry.curvature.faces import FaceCurvatures, face_curvatures, steiner_area, steiner_areas
 from geometry.curvature.revolution import constant_mean_of_revolution, minimal_of_revolution
 
@@ -11,6 +12,7 @@ __all__ = [
     "ChristoffelDuals",
     "FaceCurvatures",
     "christoffel_dual",
+    "constant_mean",
     "constant_mean_of_revolution",
     "face_curvatures",
     "minimal_of_revolution",

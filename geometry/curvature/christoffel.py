@@ -16,10 +16,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, diags_array, eye_array, vstack
+from scipy.sparse import coo_array, csr_array, eye_array, vstack
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from geometry.arrays import FloatArray
+from geometry.curvature.fairness import fairness_of_lengths
 from geometry.errors import GeometryError, MeshError, RankError
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids, face_sums
@@ -31,15 +32,11 @@ from geometry.parallel.members import Members
 from geometry.parallel.parallelity import check_planar
 from geometry.parallel.spectrum import GAP, Spectrum, least_singular_vectors, passing
 
-__all__ = ["COLLAPSED", "ChristoffelDuals", "christoffel_dual"]
+__all__ = ["COLLAPSED", "ChristoffelDuals", "christoffel_dual", "with_edges"]
 
 COLLAPSED = 1e-6
 """Length of an edge over the mean edge length, below which it has none: rounding turns shorter ones by more than the
 1e-9 to which meshes count as parallel."""
-
-BOUNDARY = 1e-3
-"""Weight of the residuals of boundary vertices, whose neighbours are on one side only: enough to decide where no
-others do, as in a single row of faces."""
 
 FLAT = 1e-12
 """Added to the squares of fairness, so that they are definite; it does not change which dual is fairest."""
@@ -97,11 +94,7 @@ class ChristoffelDuals:
 
     def fairest(self) -> Mesh:
         """The dual with the least sum of squared deviations of vertices from the mean of their neighbours' neighbours,
-        over the sum of its squared edge lengths.
-
-        Not f_Laplacian, which takes the neighbours themselves [Pottmann2007, (3)]: where three edges meet in a minimal
-        mesh, some reverse their orientation, so no smooth dual is fair by it, and those that waver are as good.
-        Boundary vertices count next to nothing.
+        over the sum of its squared edge lengths; see `fairness_of_lengths` for why.
 
         Its mean edge length is that of S; its mean is at the origin, in each piece; of M and -M it is the one whose
         edge 0 runs as in S. Raises GeometryError where there is no dual, saying the singular values and the worst face,
@@ -110,7 +103,7 @@ class ChristoffelDuals:
         self._check_existence()
         lengths = np.asarray(self.equations.lengths @ self._fairest_lengths)
         lengths *= self.gauss_image.mean_edge_length / np.abs(lengths).mean() * (1 if lengths[0] >= 0 else -1)
-        return self._checked(self._members.positions(lengths[:, None])[0])
+        return with_edges(self.gauss_image, self._members.positions(lengths[:, None])[0])
 
     def nearest(self, mesh: Mesh) -> Mesh:
         """The dual whose edges are nearest to those of a mesh with the faces of S, as a sum of squares.
@@ -120,7 +113,7 @@ class ChristoffelDuals:
         if not self.gauss_image.combinatorics.same_as(mesh.combinatorics):
             raise MeshError("the mesh to be near to does not have the faces of the Gauss image")
         self._check_existence()
-        return self._checked(self._members.nearest(mesh.vertices[None])[0])
+        return with_edges(self.gauss_image, self._members.nearest(mesh.vertices[None])[0])
 
     # --- how
 
@@ -141,7 +134,7 @@ class ChristoffelDuals:
         start = self._closed(np.random.default_rng(0).standard_normal(n))
         if self.dimension == 1:
             return start / np.linalg.norm(start)
-        fair = csr_array(_fairness_of_lengths(self.gauss_image) @ self.equations.lengths)
+        fair = csr_array(fairness_of_lengths(self.gauss_image) @ self.equations.lengths)
         H = csr_array(csr_array(fair.T) @ fair + FLAT * eye_array(n))
         quadratic, zero = ConstrainedQuadratic(H, B), np.zeros(B.shape[0])
 
@@ -177,21 +170,6 @@ class ChristoffelDuals:
             bound=zero,
         )
 
-    def _checked(self, vertices: FloatArray) -> Mesh:
-        mesh = self.gauss_image.with_vertices(vertices)
-        edge = int(mesh.edge_lengths.argmin())
-        value = float(mesh.edge_lengths[edge]) / (mesh.mean_edge_length or 1.0)
-        if not value > COLLAPSED:
-            raise GeometryError(
-                f"{mesh.combinatorics.edge_name(edge)} of the dual has a length of {value:.1e} of the mean edge "
-                f"length, more than {COLLAPSED:.0e} is needed: triangles are dual to points only; where there are "
-                "none, ask for the `nearest` to some mesh",
-                elements=[edge],
-                value=value,
-                bound=COLLAPSED,
-            )
-        return mesh
-
 
 def christoffel_dual(gauss_image: Mesh, *, near: Mesh | None = None) -> Mesh:
     """A mesh M with H = 0 in all faces with respect to S: `ChristoffelDuals.fairest`, or the nearest to a mesh.
@@ -200,6 +178,23 @@ def christoffel_dual(gauss_image: Mesh, *, near: Mesh | None = None) -> Mesh:
     """
     duals = ChristoffelDuals(gauss_image)
     return duals.fairest() if near is None else duals.nearest(near)
+
+
+def with_edges(gauss_image: Mesh, vertices: FloatArray) -> Mesh:
+    """The mesh over the faces of S; raises GeometryError, naming the edge, where one has lost its length."""
+    mesh = gauss_image.with_vertices(vertices)
+    edge = int(mesh.edge_lengths.argmin())
+    value = float(mesh.edge_lengths[edge]) / (mesh.mean_edge_length or 1.0)
+    if not value > COLLAPSED:
+        raise GeometryError(
+            f"{mesh.combinatorics.edge_name(edge)} of the parallel mesh has a length of {value:.1e} of the mean edge "
+            f"length, more than {COLLAPSED:.0e} is needed: triangles may become points; where there are none, ask for "
+            "the nearest to another mesh",
+            elements=[edge],
+            value=value,
+            bound=COLLAPSED,
+        )
+    return mesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,24 +217,6 @@ class _DualClosing(Closing):
         values /= np.sqrt(face_sums(c, values**2))[c.corner_face]
         rows = csr_array(coo_array((values, (c.corner_face, c.corner_edge)), shape=(c.n_faces, c.n_edges)))
         return csr_array(rows @ self.lengths)
-
-
-def _fairness_of_lengths(mesh: Mesh) -> SparseMatrix:
-    """(3N, E) m_i minus the mean of its neighbours' neighbours, from edge lengths in the directions of the mesh."""
-    c = mesh.combinatorics
-    i, j = c.edges.T
-    edges = np.arange(c.n_edges)
-    mean = diags_array(1 / np.maximum(c.vertex_degrees, 1))
-    # with P the mean over neighbours, 1 - P^2 = (1 + P) (1 - P), and 1 - P has the edges alone
-    weights = diags_array(np.where(c.is_boundary_vertex, BOUNDARY, 1.0))
-    further = csr_array(weights @ (eye_array(c.n_vertices) + mean @ c.adjacency))
-    parts = []
-    for k in range(3):
-        along = mesh.edge_directions[:, k]
-        places = (np.concatenate([i, j]), np.concatenate([edges, edges]))
-        rows = csr_array(coo_array((np.concatenate([-along, along]), places), shape=(c.n_vertices, c.n_edges)))
-        parts.append(csr_array(further @ csr_array(mean @ rows)))
-    return csr_array(vstack(parts))
 
 
 def _undecided(x: FloatArray, dimension: int) -> ConvergenceError:

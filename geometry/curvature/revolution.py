@@ -1,8 +1,11 @@
-"""Minimal and constant mean curvature meshes of rotational symmetry, in closed form [Pottmann2007, 5; Figs 17 to 19].
+"""Minimal and constant mean curvature meshes of rotational symmetry [Pottmann2007, 5; Figs 10, 17 to 19].
 
-For Gauss images S that consist of rings, see `Rings`: quads of generalised rotational symmetry, and standing hexagons.
-The axis is the z axis. The first integral is that of the surfaces of Delaunay: with R and r the radii of M and S,
-H R^2 + r R is the same on all rings of quads, just as on the smooth surface with the normal of horizontal part r.
+In closed form for Gauss images S that consist of rings, see `Rings`: quads of generalised rotational symmetry, and
+standing hexagons. Lying hexagons have no rings: there M is found near a smooth surface by `constant_mean`, or as a
+Christoffel dual. The axis is the z axis.
+
+The first integral is that of the surfaces of Delaunay: with R and r the radii of M and S, H R^2 + r R is the same on
+all rings of quads, just as on the smooth surface whose normals have the horizontal part r.
 """
 
 from __future__ import annotations
@@ -10,11 +13,17 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import FloatArray
+from geometry.curvature.christoffel import christoffel_dual
+from geometry.curvature.constant_mean import constant_mean
+from geometry.curvature.levels import levels_of_lying_hexagons
 from geometry.curvature.rings import Rings
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, shapes
 
 __all__ = ["constant_mean_of_revolution", "minimal_of_revolution"]
+
+AROUND = 8
+"""Quads around the axis that stand for a smooth band: their first integral is the smooth one for any number."""
 
 ROUNDING = 1e-12
 """How far 1 + 4 H G may be below zero at an inflection, where it should be zero: G is a product of many ratios."""
@@ -24,12 +33,15 @@ def minimal_of_revolution(gauss_image: Mesh, *, waist: float = 1.0) -> Mesh:
     """M with H = 0 in every face with respect to S: a discrete catenoid, when S goes round [Pottmann2007, Figs 17, 18].
 
     waist: the least distance of a vertex from the axis. Edges in rings keep their orientation, meridian edges are
-    reversed. M is centred in height.
+    reversed; of lying hexagons the horizontal edges keep it. M is centred in height.
 
-    Raises MeshError where S does not consist of rings about the z axis, GeometryError where waist is not positive.
+    Raises MeshError where S does not consist of rings about the z axis, nor of lying hexagons; GeometryError where
+    waist is not positive.
     """
     _check_length("waist", waist)
     rings = Rings(gauss_image)
+    if not rings.is_meridian.any():
+        return _minimal_of_lying_hexagons(gauss_image, waist)
     factors = np.concatenate([[1.0], np.cumprod(rings.ratios)])
     return rings.parallel_mesh(factors * (waist / (factors[rings.of_vertices] * rings.radii).min()), 0.0)
 
@@ -37,10 +49,11 @@ def minimal_of_revolution(gauss_image: Mesh, *, waist: float = 1.0) -> Mesh:
 def constant_mean_of_revolution(gauss_image: Mesh, mean: float, *, radius: float | None = None) -> Mesh:
     """M with H_F = mean in every face with respect to S: a discrete surface of Delaunay [Pottmann2007, Figs 10, 19].
 
-    mean: H, not zero; negative where M bulges as a sphere does, -1 / (2 a) for a cylinder of radius a. radius: distance
-    from the axis of the vertices of M whose images are the furthest from it: with H < 0, cylinders have a, spheres 2 a,
-    bulges of unduloids something between; their necks are below a, and nodoids beyond 2 a. None: such that
-    the inflections of M are where S folds. At a fold of S (see `Rings.folds`) M goes over from bulge to neck or back.
+    mean: H, not zero; negative where M bulges as a sphere does. radius: distance from the axis of the vertices of M
+    whose images are the furthest from it. With H < 0 and a = -r / (2 H), r the distance of those images (about 1),
+    cylinders have a, spheres 2 a, bulges of unduloids something between; their necks are below a, nodoids beyond 2 a.
+    None: such that the inflections of M are where S folds. At a fold of S (see `Rings.folds`) M goes over from bulge to
+    neck or back.
 
     The correspondence of edges keeps orientations in bulges and reverses meridians in necks. M is centred in height.
 
@@ -50,6 +63,8 @@ def constant_mean_of_revolution(gauss_image: Mesh, mean: float, *, radius: float
     rings = Rings(gauss_image)
     if not (np.isfinite(mean) and mean != 0):
         raise GeometryError(f"the mean curvature is {mean}: for zero take `minimal_of_revolution`", value=mean)
+    if not rings.is_meridian.any():
+        return _constant_mean_of_lying_hexagons(gauss_image, mean, radius)
     relative = np.concatenate([[1.0], np.cumprod(rings.ratios)])  # G over that of the first ring
     if radius is None:
         integral, branch = _integral_at_folds(rings, relative, mean), -1.0
@@ -94,3 +109,51 @@ def _factors(rings: Rings, integrals: FloatArray, mean: float, branch: float) ->
 def _check_length(name: str, value: float) -> None:
     if not (np.isfinite(value) and value > 0):
         raise GeometryError(f"the {name} is {value}: a length above 0 is needed", value=value, bound=0.0)
+
+
+# --- lying hexagons
+
+
+def _minimal_of_lying_hexagons(gauss_image: Mesh, waist: float) -> Mesh:
+    start = _lifted(gauss_image, minimal_of_revolution(_smooth_band(gauss_image)))
+    mesh = christoffel_dual(gauss_image, near=start)
+    return mesh * (waist / float(np.linalg.norm(mesh.vertices[:, :2], axis=1).min()))
+
+
+def _constant_mean_of_lying_hexagons(gauss_image: Mesh, mean: float, radius: float | None) -> Mesh:
+    band = _smooth_band(gauss_image)
+    if radius is not None and len(Rings(band).folds):
+        raise GeometryError(
+            f"the radius is {radius}, but where lying hexagons fold over, the folds say the radius: leave it out",
+            value=radius,
+        )
+    smooth = constant_mean_of_revolution(band, mean, radius=radius)
+    return constant_mean(gauss_image, mean, _lifted(gauss_image, smooth))
+
+
+def _smooth_band(gauss_image: Mesh) -> Mesh:
+    """Quads inscribed in the unit sphere, with a ring at the latitude of each level of S.
+
+    Where S folds over itself, a row of faces is folded flat, and the inflection of M is where its plane is tangent.
+    """
+    c, levels = gauss_image.combinatorics, levels_of_lying_hexagons(gauss_image)
+    vertices = gauss_image.vertices[np.unique(levels, return_index=True)[1]]
+    steps = np.diff(vertices[:, 2])
+    folds = np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1
+    sines = vertices[:, 2] / np.linalg.norm(vertices, axis=1)
+    if len(folds):
+        rows = np.minimum.reduceat(levels[c.corners], c.face_starts[:-1])
+        normals = gauss_image.face_normals[np.unique(rows, return_index=True)[1][folds - 1]]
+        furthest = np.abs(normals[:, 2]).max()
+        sines = np.clip(sines, -furthest, furthest)
+    profile = np.stack([np.sqrt(1 - sines**2), sines], axis=1)
+    return shapes.rotational_mesh(profile, AROUND)
+
+
+def _lifted(gauss_image: Mesh, smooth: Mesh) -> Mesh:
+    """Vertices in the meridian planes of those of S, and in the rings of a mesh over `_smooth_band`."""
+    levels = levels_of_lying_hexagons(gauss_image)
+    radii, _, heights = smooth.vertices[: levels.max() + 1].T  # the first meridian is over the x axis
+    flat = gauss_image.vertices[:, :2]
+    flat = flat * (radii[levels] / np.linalg.norm(flat, axis=1))[:, None]
+    return gauss_image.with_vertices(np.concatenate([flat, heights[levels, None]], axis=1))

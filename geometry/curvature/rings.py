@@ -25,7 +25,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
-from geometry.errors import MeshError
+from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
 
@@ -33,6 +33,9 @@ __all__ = ["ALIKE", "Rings"]
 
 MERIDIAN = 1e-9
 """Sine of the angle between the meridian planes of the ends of an edge, below which it is in one of them."""
+
+UPRIGHT = 1e-9
+"""What must be left of a difference, over what it is the difference of, to divide by it."""
 
 ALIKE = 1e-9
 """Relative difference of the ratio A / B between faces of a row: meshes count as exact to this."""
@@ -180,7 +183,7 @@ class Rings:
     def parallel_mesh(self, factors: FloatArray, mean: float) -> Mesh:
         """M with the rings nu_j s + tau_j e_z, for factors nu (n_rings,) that give it H = mean.
 
-        The middle of its least and greatest height is at z = 0.
+        The middle of its least and greatest height is at z = 0. Raises GeometryError for edges without end.
         """
         stretch = self._meridian_factors(factors, mean)
         (_, lower), (_, upper) = self.profiles.transpose(1, 2, 0)
@@ -195,14 +198,22 @@ class Rings:
         """(n_rings - 1,) lambda of the meridian edges, from radii, or from areas if that rounds less."""
         nu, after = factors[:-1], factors[1:]
         (r, _), (s, _) = self.profiles.transpose(1, 2, 0)
-        by_radius, by_area = after * s - nu * r, np.abs(s - r) / (np.abs(s) + np.abs(r))
         p, q, v, w = self._row_areas
         wide = nu * v + after * w
         terms = np.stack([mean * wide / 2, (v + w) / 4])
         below = terms.sum(axis=0)
         above = mean * (nu**2 * p + after**2 * q) + nu * p + after * q + wide / 4
-        use_radius = by_area >= np.abs(below) / np.abs(terms).sum(axis=0)
-        numerator = np.where(use_radius, by_radius, -above)
+        by_radius = np.abs(s - r) / (np.abs(s) + np.abs(r))  # how many digits a quotient keeps
+        by_face = np.abs(below) / np.abs(terms).sum(axis=0)
+        row = int(np.maximum(by_radius, by_face).argmin())
+        if not max(by_radius[row], by_face[row]) > UPRIGHT:
+            raise GeometryError(
+                f"the meridian edges of row {row} of the mesh would be infinitely long: its inflection is there, while "
+                "the image does not come nearer to the axis; take another radius, or more rows",
+                elements=[row],
+            )
+        use_radius = by_radius >= by_face
+        numerator = np.where(use_radius, after * s - nu * r, -above)
         return np.asarray(numerator / np.where(use_radius, s - r, below))
 
     @cached_property
