@@ -252,7 +252,7 @@ def order(errors: list[float]) -> FloatArray:
     return np.log2(np.array(errors[:-1]) / errors[1:])
 
 
-@pytest.mark.parametrize("pattern", [Pattern.QUADS, Pattern.STANDING_HEXAGONS])
+@pytest.mark.parametrize("pattern", list(Pattern))
 def test_to_the_catenoid(pattern: Pattern) -> None:
     """R = a cosh(z / a), with a from the waist: second order."""
     errors = []
