@@ -15,7 +15,7 @@ from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 from geometry.parallel import edge_factors, parallelity
 from tests.geometry.bent_meshes import rotation
 from tests.geometry.tiling_polyhedra import tiling_polyhedron
-from tests.geometry.topologies import split, together
+from tests.geometry.topologies import split, together, without
 from tests.real_data.meshes import DATA, needs_data
 
 PATCH = tiling_polyhedron("hexagons", scale=0.2, turn=0.1)
@@ -303,13 +303,26 @@ def test_bad_input_is_named() -> None:
 
 
 def test_heights_that_contradict_each_other() -> None:
-    """Two neighbouring boundary vertices with three faces each: the middle face has an edge that others bound."""
-    koebe = solids.truncated_icosahedron()
-    without = [f for k, f in enumerate(koebe.combinatorics.faces()) if k != 0]
-    used = np.unique(np.concatenate(without))
-    assert len(used) == koebe.n_vertices
-    cut = Mesh.from_faces(koebe.vertices, without)  # each boundary vertex has two faces: still free
-    mesh_with_planes(cut, np.random.default_rng(0).uniform(1, 1.1, cut.n_faces))
+    """A band of six triangles, three at each vertex: parallel ones are larger, smaller or moved, nothing else."""
+    octahedron = shapes.octahedron()
+    opposite = int((octahedron.face_normals @ octahedron.face_normals[0]).argmin())
+    band = without(octahedron, 0, opposite)
+    heights = corner_heights(band, band)[band.combinatorics.face_starts[:-1]]
+    np.testing.assert_allclose(mesh_with_planes(band, 3 * heights).vertices, 3 * band.vertices, atol=1e-9)
+    heights[4] *= 1.5
+    with pytest.raises(GeometryError, match="the heights contradict each other: at best, face ") as caught:
+        mesh_with_planes(band, heights)
+    assert caught.value.value is not None
+    assert caught.value.value > 0.01
+    heights[[0, 1]] = np.nan  # scale and position are left to fit the other four
+    mesh_with_planes(band, heights)
+
+
+def test_an_open_polyhedron_takes_any_heights() -> None:
+    koebe = without(solids.truncated_icosahedron(), 0)
+    heights = np.random.default_rng(0).uniform(1, 1.1, koebe.n_faces)
+    found = corner_heights(mesh_with_planes(koebe, heights), koebe)
+    np.testing.assert_allclose(found, heights[koebe.combinatorics.corner_face], atol=1e-11)
 
 
 # --- real surfaces
@@ -325,5 +338,4 @@ def test_roofs(name: str) -> None:
     koebe = tiling_polyhedron("hexagons", scale=0.03)
     found = tangent_mesh(koebe, Surface(up))
     check(found, koebe)
-    print(name, found.report)
     assert len(found.missing) < koebe.n_faces / 2
