@@ -15,6 +15,7 @@ from fabkit.designs import (
     MinimalShape,
     Tiles,
     cmc_design,
+    cmc_near_design,
     hexagons_design,
     koebe_design,
     minimal_design,
@@ -32,7 +33,7 @@ design_app = typer.Typer(
     rich_markup_mode="rich",
 )
 
-RUN = "Run"
+NEAR, RUN = "Near to a mesh", "Run"
 
 Out = Annotated[Path, typer.Option("-o", "--out", help="Folder to write; must not exist yet.")]
 Boosts = Annotated[
@@ -110,13 +111,27 @@ def cmc_command(
         float | None,
         typer.Option(help="Widest radius; 1 is a sphere, 0.5 a cylinder. Default: inflections where rows end."),
     ] = None,
+    start: Annotated[
+        Path | None,
+        typer.Option(help="Instead of all that: mesh file of an M to stay near to.", rich_help_panel=NEAR),
+    ] = None,
+    gauss_image: Annotated[Path | None, typer.Option(help="The S of that M.", rich_help_panel=NEAR)] = None,
+    mean: Annotated[
+        float | None,
+        typer.Option(help="Its mean curvature, negative for a dome. Default: the median of M.", rich_help_panel=NEAR),
+    ] = None,
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
-    """A mesh of constant mean curvature about an axis: bulges and necks as soap films have them."""
+    """A mesh of constant mean curvature: bulges and necks about an axis as soap films have them, or near to a mesh."""
     with one_sentence():
         check_replaceable(out, force=force)
-        design = cmc_design(faces=faces, count=count, rows=rows, folds=folds, bulge=bulge)
+        if start and gauss_image:
+            design = cmc_near_design(start, gauss_image, mean=mean)
+        elif start or gauss_image or mean is not None:
+            raise ProjectError("--start needs the files of both meshes: --start M.obj --gauss-image S.obj")
+        else:
+            design = cmc_design(faces=faces, count=count, rows=rows, folds=folds, bulge=bulge)
         _finish(design, out, boost, force)
 
 

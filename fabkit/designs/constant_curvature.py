@@ -9,12 +9,18 @@ import numpy as np
 
 from fabkit.designs.pair import EdgeOffsetDesign
 from fabkit.errors import ProjectError
-from geometry.curvature import christoffel_dual, constant_mean_of_revolution, minimal_of_revolution
+from geometry.curvature import (
+    christoffel_dual,
+    constant_mean,
+    constant_mean_of_revolution,
+    face_curvatures,
+    minimal_of_revolution,
+)
 from geometry.edge_offset.planar_patterns import enneper_koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe, rows_within
-from geometry.mesh import read_mesh
+from geometry.mesh import read_mesh, read_mesh_pair
 
-__all__ = ["Faces", "MinimalShape", "cmc_design", "minimal_design"]
+__all__ = ["Faces", "MinimalShape", "cmc_design", "cmc_near_design", "minimal_design"]
 
 
 class MinimalShape(StrEnum):
@@ -84,4 +90,19 @@ def cmc_design(
     image = rotational_koebe(faces.pattern, count, rows, folds=folds)
     mesh = constant_mean_of_revolution(image, -1.0, radius=bulge)
     told = {"faces": str(faces), "count": count, "rows": rows, "folds": folds, "bulge": bulge}
+    return EdgeOffsetDesign.of("cmc", mesh, image, told)
+
+
+def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None) -> EdgeOffsetDesign:
+    """A mesh with the same mean curvature in every face near to a mesh that is there, such as one of `koebe_design`.
+
+    start, gauss_image: files of M and S, a Koebe polyhedron, of the same faces. mean: H, one over the unit of M,
+    negative where M bulges as a sphere does; left out: the median over the faces of M, which leaves its size as it is.
+
+    Raises GeometryError where the pair does not fit together, and where there is no such mesh near.
+    """
+    file, image = read_mesh_pair(start, gauss_image)
+    wanted = float(np.median(face_curvatures(file.mesh, image).mean)) if mean is None else mean
+    mesh = constant_mean(image, wanted, file.mesh)
+    told = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
     return EdgeOffsetDesign.of("cmc", mesh, image, told)

@@ -168,6 +168,27 @@ def test_cmc_ones_have_one_mean_curvature_and_boosts_keep_the_edge_offset(count:
     assert boosted.settings["boosts"] == [[0.1, 0.0, 0.1], [0.0, 0.1, 0.0]]
 
 
+def test_a_dome_is_made_to_have_one_mean_curvature(tmp_path: Path) -> None:
+    write_design(koebe_design(tiles=Tiles.HEXAGONS, count=6), tmp_path / "dome")
+    files = ["--start", tmp_path / "dome" / "M.obj", "--gauss-image", tmp_path / "dome" / "S.obj"]
+    for options, factor in (([], 1.0), (["--mean", "-0.2"], None)):
+        said = run("design", "cmc", *files, *options, "-o", tmp_path / "even", "--force")
+        assert said.exit_code == 0, said.output
+        before, after = (
+            json.loads((tmp_path / name / "manifest.json").read_text())["measures"]["mean_curvature"]
+            for name in ("dome", "even")
+        )
+        wanted = before["median"] if factor else -0.2
+        assert before["largest"] - before["least"] > 1e-3
+        assert (after["least"], after["largest"]) == pytest.approx((wanted, wanted), rel=1e-8)
+    assert_exact(EdgeOffsetDesign.of("cmc", *_pair(tmp_path / "even"), {}))
+
+
+def _pair(folder: Path) -> tuple[Mesh, Mesh]:
+    file, image = read_mesh_pair(folder / "M.obj", folder / "S.obj")
+    return file.mesh, image
+
+
 def test_the_dual_of_a_koebe_polyhedron_of_ones_own(tmp_path: Path) -> None:
     enneper = minimal_design(shape=MinimalShape.ENNEPER, count=8)
     write_mesh(tmp_path / "K.ply", enneper.gauss_image)
@@ -250,6 +271,7 @@ def test_hexagons_on_a_surface_are_built_in_its_unit(tmp_path: Path) -> None:
         (["cmc", "--boost", "1,0,0"], "the velocity of the boost has length 1"),
         (["cmc", "--boost", "0.5,0"], "--boost is '0.5,0', but needs three numbers"),
         (["cmc", "--faces", "hexagons"], "standing hexagons cannot turn back"),
+        (["cmc", "--start", "M.obj"], "--start needs the files of both meshes"),
         (["cmc", "--folds", "0"], "no fold where inflections could be"),
         (["cmc", "--count", "2"], "2 faces around are asked for, at least 3"),
         (["minimal", "--turn", "90"], "turn by 90 degrees: above 0 and below 90"),
