@@ -29,9 +29,6 @@ ROUNDED = 2e-14
 MAX_STEPS = 100
 """Newton steps; 6 to 15 do, with a hundred thousand circles too."""
 
-SUSPICIOUS = 12
-"""Steps after which it is looked whether there can be a pattern at all."""
-
 WIDEST = 60.0
 """Logarithm of the ratio of two radii, above which rounding leaves nothing."""
 
@@ -107,17 +104,16 @@ class CirclePattern:
             settled = worst <= ROUNDED or (best <= ANGLE_TOLERANCE and worst > best / 2)
             if worst < best:
                 found, best = multipliers, worst
-            wide = np.ptp(np.log(multipliers)) > WIDEST
-            if wide or steps >= SUSPICIOUS:
-                self._refuse_crowded(multipliers)
-            if wide or settled:
+            if settled or np.ptp(np.log(multipliers)) > WIDEST:
                 break
             multipliers = multipliers * np.exp(self._newton_step(multipliers, excess))
             steps += 1
         if best > ANGLE_TOLERANCE:
+            self._refuse_crowded(multipliers)
             raise ConvergenceError(
                 f"the circle pattern misses its angles by {best:.1e} radians after {steps} steps, allowed "
-                f"{ANGLE_TOLERANCE:.0e}; its radii differ by a factor of {found.max() / found.min():.0e}",
+                f"{ANGLE_TOLERANCE:.0e}; its radii differ by a factor of {multipliers.max() / multipliers.min():.0e}, "
+                "and beyond 1e+14 the smallest polygons would be points on the sphere",
                 solution=Solution(found, np.zeros(0), best, steps, Reason.STEP_LIMIT),
                 value=best,
                 bound=ANGLE_TOLERANCE,

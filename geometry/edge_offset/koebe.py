@@ -18,7 +18,7 @@ from geometry.edge_offset.boundary_values import open_pattern
 from geometry.edge_offset.normalise import centring_similarity, centring_transformation
 from geometry.edge_offset.planar_graphs import refuse_other_than_polyhedra
 from geometry.edge_offset.plane_pattern import PlanePattern, closed_pattern
-from geometry.edge_offset.stereographic import circle_planes, line_planes, pairs, poles
+from geometry.edge_offset.stereographic import ComplexArray, circle_planes, line_planes, pairs, poles
 from geometry.edge_offset.vertex_cones import VertexCones
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
@@ -35,6 +35,9 @@ OFF_AXIS = 1e-6
 
 LEAST_DISTANCE = 1e-6
 """Of the plane of a vertex circle from the origin: the vertex is at one over it, and rounds by its square."""
+
+SMALLEST_CIRCLE = 1e-7
+"""Radius on the sphere; coordinates round by 1e-16, 1e-9 of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +76,8 @@ class KoebePolyhedron:
     def __post_init__(self) -> None:
         S = self.mesh
         misses = np.abs(edge_distances(S, S) - 1)
-        edge, face = int(misses.argmax()), int(S.planarity.argmax())
+        deviations = np.where(S.combinatorics.face_sizes > 3, S.planarity, 0.0)  # rounding of long thin triangles
+        edge, face = int(misses.argmax()), int(deviations.argmax())
         if misses[edge] > self.tolerance:
             raise GeometryError(
                 f"the line of {S.combinatorics.edge_name(edge)} misses the unit sphere by {misses[edge]:.1e}, allowed "
@@ -82,12 +86,12 @@ class KoebePolyhedron:
                 value=float(misses[edge]),
                 bound=self.tolerance,
             )
-        if S.planarity[face] > self.tolerance:
+        if deviations[face] > self.tolerance:
             raise GeometryError(
-                f"face {face} leaves its plane by {S.planarity[face]:.1e} of its mean edge length, allowed "
+                f"face {face} leaves its plane by {deviations[face]:.1e} of its mean edge length, allowed "
                 f"{self.tolerance:.1e}: planarise the mesh first",
                 elements=[face],
-                value=float(S.planarity[face]),
+                value=float(deviations[face]),
                 bound=self.tolerance,
             )
 
@@ -142,8 +146,9 @@ def koebe(
     north pole. It is a Moebius transformation of S that the coverage decides.
 
     Raises MeshError, naming vertices or faces, where no polyhedron has these combinatorics. Raises GeometryError as
-    `open_pattern` does, for values given to a closed polyhedron, for a coverage out of range, and for patterns that
-    overlap themselves so much that a vertex would be at infinity or beyond; those that overlap less are made.
+    `open_pattern` does, for values given to a closed polyhedron, for a coverage out of range, for polygons nested so
+    deeply that the smallest would be points, and for open patterns that overlap themselves so much that a vertex would
+    be at infinity or beyond; those that overlap less are made.
     """
     refuse_other_than_polyhedra(combinatorics)
     if combinatorics.is_boundary_edge.any():
@@ -175,6 +180,7 @@ def lifted(pattern: PlanePattern, coverage: float) -> KoebePolyhedron:
     z, radii = (pattern.centres - z0) * factor, pattern.radii / t0
     with np.errstate(invalid="ignore"):
         normals, distances = circle_planes(pairs(z), radii)
+    _refuse_points(c, z, radii)
     if pattern.edge_at_infinity is not None:
         lines, planes = _lines_at_infinity(pattern, z0, factor)
         normals[lines], distances[lines] = planes
@@ -191,6 +197,24 @@ def lifted(pattern: PlanePattern, coverage: float) -> KoebePolyhedron:
     # counter-clockwise in the plane is counter-clockwise seen from inside the sphere: reflect it
     vertices = poles(normals[: c.n_vertices], distances[: c.n_vertices]) * [1, 1, -1]
     return KoebePolyhedron(Mesh(vertices, c))
+
+
+def _refuse_points(c: Combinatorics, centres: ComplexArray, radii: FloatArray) -> None:
+    """Raises GeometryError where a circle is so small on the sphere that coordinates cannot tell its points."""
+    distances = np.abs(centres)
+    with np.errstate(invalid="ignore"):
+        on_sphere = 2 * radii / np.hypot(2 * distances, (distances - radii) * (distances + radii) - 1)
+    small = int(np.nanargmin(on_sphere))
+    if on_sphere[small] < SMALLEST_CIRCLE:
+        what = f"vertex {small}" if small < c.n_vertices else f"face {small - c.n_vertices}"
+        raise GeometryError(
+            f"the circle of {what} has radius {on_sphere[small]:.1e} on the unit sphere, at least "
+            f"{SMALLEST_CIRCLE:.0e} is needed to tell its points apart: polygons are nested too deeply there, or too "
+            "few around a long neck",
+            elements=[small if small < c.n_vertices else small - c.n_vertices],
+            value=float(on_sphere[small]),
+            bound=SMALLEST_CIRCLE,
+        )
 
 
 def _turn(pattern: PlanePattern, z0: complex) -> complex:

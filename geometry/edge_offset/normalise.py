@@ -8,6 +8,8 @@ be taken up to log(1 + 2 |v|) / 2, and the sum falls all along it.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from geometry.arrays import FloatArray
@@ -17,8 +19,8 @@ from geometry.errors import GeometryError
 
 __all__ = ["centring_similarity", "centring_transformation"]
 
-CENTRED = 1e-14
-"""Distance of the centre from where it should be: rounding of unit vectors."""
+CENTRED = 1e-12
+"""Distance of the centre from where it should be, that is allowed; steps go on while they halve it."""
 
 MAX_STEPS = 100
 """6 to 10 do, unless half of the points are nearly in one place."""
@@ -35,17 +37,17 @@ def centring_similarity(points: ComplexArray, coverage: float = 1.0) -> tuple[co
     z0, t0 = complex(np.median(finite.real), np.median(finite.imag)), 1.0
     t0 = float(np.median(np.abs(finite - z0))) or t0
     at_pole = len(points) - len(finite)
-    for _ in range(MAX_STEPS):
-        lifted = to_sphere(pairs((finite - z0) / t0))
+    descent = _Descent(len(points))
+    while True:
         # points added at the north pole keep the others from it
-        step, off = _newton_step(lifted, at_pole + (1 - coverage) * len(points), len(points))
-        length = float(np.linalg.norm(step))
-        if off <= CENTRED or length == 0:
+        weight = at_pole + (1 - coverage) * len(points)
+        step = descent.step(to_sphere(pairs((finite - z0) / t0)), weight)
+        if step is None:
             return z0, t0
+        length = float(np.linalg.norm(step))
         x1, x2, x3 = np.sinh(length) * step / length
         stretch = 1 / (np.cosh(length) - x3)
         z0, t0 = z0 + t0 * stretch * complex(x1, x2), t0 * stretch
-    raise _not_centred(len(points), off)
 
 
 def centring_transformation(points: FloatArray) -> MoebiusTransformation:
@@ -54,34 +56,43 @@ def centring_transformation(points: FloatArray) -> MoebiusTransformation:
     Raises GeometryError where half of the points or more are in one place.
     """
     transformation = MoebiusTransformation.identity()
-    for _ in range(MAX_STEPS):
+    descent = _Descent(len(points))
+    while True:
         moved = transformation.map_points(points)
-        step, off = _newton_step(moved / np.linalg.norm(moved, axis=1, keepdims=True), 0, len(points))
-        length = float(np.linalg.norm(step))
-        if off <= CENTRED or length == 0:
+        step = descent.step(moved / np.linalg.norm(moved, axis=1, keepdims=True), 0.0)
+        if step is None:
             return transformation
+        length = float(np.linalg.norm(step))
         transformation = MoebiusTransformation.boost(-np.tanh(length) * step / length) @ transformation
-    raise _not_centred(len(points), off)
 
 
-def _newton_step(points: FloatArray, weight: float, n: int) -> tuple[FloatArray, float]:
-    """A step (3,) in hyperbolic space from the middle, and the distance of the centre from where it should be.
+@dataclass
+class _Descent:
+    """Newton's method for n points, and how far it is: the distance of the centre from where it should be, over n."""
 
-    points (k, 3) of the sphere, and one of a weight at the north pole; the distance is over n.
-    """
-    north = np.array([0.0, 0.0, weight])
-    centre = points.sum(axis=0) + north
-    curvature = (len(points) + weight) * np.eye(3) - points.T @ points - np.diag(north)
-    step = np.linalg.solve(curvature, centre)
-    length = float(np.linalg.norm(step))
-    damping = np.log1p(2 * length) / (2 * length) if length > 0 else 1.0
-    return step * damping, float(np.linalg.norm(centre)) / n
+    n: int
+    steps: int = 0
+    off: float = np.inf
 
+    def step(self, points: FloatArray, weight: float) -> FloatArray | None:
+        """The next step (3,) in hyperbolic space from the middle; None where there is nothing to gain.
 
-def _not_centred(n: int, off: float) -> GeometryError:
-    return GeometryError(
-        f"the centre of {n} points of the sphere stays {off:.1e} from where it should be, allowed {CENTRED:.0e}: "
-        "half of them or more are nearly in one place",
-        value=off,
-        bound=CENTRED,
-    )
+        points (k, 3) of the sphere, and one of this weight at the north pole. Raises GeometryError after `MAX_STEPS`.
+        """
+        north = np.array([0.0, 0.0, weight])
+        centre = points.sum(axis=0) + north
+        before, self.off = self.off, float(np.linalg.norm(centre)) / self.n
+        if self.off == 0 or before / 2 < self.off <= CENTRED:
+            return None
+        if self.steps == MAX_STEPS:
+            raise GeometryError(
+                f"the centre of {self.n} points of the sphere stays {self.off:.1e} from where it should be, allowed "
+                f"{CENTRED:.0e}: half of them or more are nearly in one place",
+                value=self.off,
+                bound=CENTRED,
+            )
+        self.steps += 1
+        curvature = (len(points) + weight) * np.eye(3) - points.T @ points - np.diag(north)
+        newton: FloatArray = np.linalg.solve(curvature, centre)
+        length = float(np.linalg.norm(newton))
+        return np.asarray(newton * (np.log1p(2 * length) / (2 * length)))

@@ -103,8 +103,8 @@ def test_circles_and_lines_go_to_circles(seed: int) -> None:
     np.testing.assert_allclose(np.einsum("ci,ci->c", normals, on_circles), heights, atol=1e-13)
     assert (np.einsum("ci,ci->c", normals, to_sphere(centres)) > heights).all()
     back, sizes = plane_circles(normals, heights)
-    np.testing.assert_allclose(back, centres, atol=1e-11)
-    np.testing.assert_allclose(sizes, radii, rtol=1e-11)
+    np.testing.assert_allclose(back, centres, atol=1e-9)  # small far circles are flat near the pole
+    np.testing.assert_allclose(sizes, radii, rtol=1e-9)
     apices = poles(normals, heights)  # the lines from the apex of the cone to its circle are tangents
     np.testing.assert_allclose(
         np.einsum("ci,ci->c", apices - on_circles, on_circles), 0, atol=1e-10 * np.abs(apices).max()

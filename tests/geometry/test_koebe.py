@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray
 from geometry.edge_offset.koebe import KoebePolyhedron, koebe
 from geometry.edge_offset.moebius import MoebiusTransformation
 from geometry.edge_offset.patterns import dual
+from geometry.edge_offset.planar_graphs import refuse_other_than_polyhedra
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
 from geometry.parallel.offsets import edge_distances
@@ -131,10 +135,10 @@ def test_numbering_does_not_matter(seed: int, n: int) -> None:
 
 def test_a_pyramid_with_many_sides() -> None:
     """Its apex and its base have all the neighbours; where their circles are is known."""
-    n = 60
+    n = 200
     c = Combinatorics.from_faces(n + 1, [[i, (i + 1) % n, n] for i in range(n)] + [list(range(n))[::-1]])
     S = koebe(c)
-    assert_koebe(S, 1e-11)  # the apex is far away, its triangles are long
+    assert_koebe(S, 1e-9)  # the apex is far away, normals of long triangles round
     # in the plane, the n circles of a ring cross the circle of the base and touch that of the apex: its radius is
     # (1 + sin a) / cos a times as large, a = pi / n; on the sphere, both are as far from the equator
     expected = np.tan(np.pi / (2 * n))
@@ -197,6 +201,45 @@ def test_graphs_that_are_not_3_connected(faces: list[list[int]], message: str) -
     n = 1 + max(max(face) for face in faces)
     with pytest.raises(MeshError, match=message):
         koebe(Combinatorics.from_faces(n, faces))
+
+
+@given(seeds, st.integers(4, 14), st.sampled_from(KINDS), st.integers(1, 3))
+@settings(max_examples=60)
+def test_what_is_refused_is_not_3_connected(seed: int, n: int, kind: str, n_lost: int) -> None:
+    """Against the definition, after a few edges are taken away: connected without any two vertices."""
+    rng = np.random.default_rng(seed)
+    c = random_polyhedron(rng, n, kind)
+    for _ in range(n_lost):
+        faces = _without_edge(c, int(rng.integers(c.n_edges)))
+        if any(len(set(face)) < len(face) for face in faces):
+            return  # a face touches itself, which combinatorics do not hold
+        c = Combinatorics.from_faces(c.n_vertices, faces)
+    if _is_3_connected(c):
+        refuse_other_than_polyhedra(c)
+        assert_koebe(koebe(c))
+    else:
+        with pytest.raises(MeshError, match=r"not 3-connected|at least 3"):
+            refuse_other_than_polyhedra(c)
+
+
+def _is_3_connected(c: Combinatorics) -> bool:
+    adjacency = c.adjacency.toarray()
+    for pair in combinations(range(c.n_vertices), 2):
+        left = np.delete(np.delete(adjacency, pair, axis=0), pair, axis=1)
+        if connected_components(left)[0] > 1:
+            return False
+    return c.n_vertices > 3
+
+
+def test_polygons_nested_too_deeply() -> None:
+    faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]
+    for v in range(4, 40):
+        i, j, k = faces.pop()
+        faces += [[i, j, v], [j, k, v], [k, i, v]]
+    with pytest.raises(
+        GeometryError, match=r"the circle of (vertex|face) \d+ has radius .* is needed to tell its points"
+    ):
+        koebe(Combinatorics.from_faces(40, faces))
 
 
 def test_handles_and_unused_vertices() -> None:
