@@ -1,12 +1,31 @@
 """Meshes with planar faces and meshes parallel to them. No units; angles in radians.
 
 What most people need is here; exact shapes are in `geometry.mesh.shapes` and `geometry.mesh.solids`, what may be asked
-of a mesh in `geometry.functionals`, measures of offsets in `geometry.parallel`.
+of a mesh in `geometry.functionals`, measures of offsets in `geometry.parallel`, combinatorics and signs for Koebe
+polyhedra and the meshes parallel to them in `geometry.edge_offset`.
 """
 
-from geometry.curvature import FaceCurvatures, face_curvatures, steiner_area, steiner_areas
+from geometry.curvature import (
+    FaceCurvatures,
+    christoffel_dual,
+    constant_mean,
+    constant_mean_of_revolution,
+    face_curvatures,
+    minimal_of_revolution,
+    steiner_area,
+    steiner_areas,
+)
+from geometry.edge_offset import (
+    KoebePolyhedron,
+    LaguerreTransformation,
+    MoebiusTransformation,
+    edge_offset_mesh,
+    koebe,
+    rotational_koebe,
+    tangent_mesh,
+)
 from geometry.errors import GeometryError, MeshError, MeshFileError, ParallelityError, RankError
-from geometry.mesh import Combinatorics, Mesh, MeshFile, Surface, read_mesh, write_mesh
+from geometry.mesh import Combinatorics, Mesh, MeshFile, Surface, read_mesh, read_mesh_pair, write_mesh
 from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import (
@@ -31,33 +50,45 @@ __all__ = [
     "ConvergenceError",
     "FaceCurvatures",
     "GeometryError",
+    "KoebePolyhedron",
+    "LaguerreTransformation",
     "Mesh",
     "MeshError",
     "MeshFile",
     "MeshFileError",
+    "MoebiusTransformation",
     "OptimisedMesh",
     "ParallelSpace",
     "ParallelityError",
     "RankError",
     "SupportStructure",
     "Surface",
+    "christoffel_dual",
+    "constant_mean",
+    "constant_mean_of_revolution",
     "edge_distances",
     "edge_factors",
     "edge_gauss_image",
+    "edge_offset_mesh",
     "exact_gauss_images",
     "face_curvatures",
     "face_distances",
     "face_gauss_image",
     "gauss_image",
+    "koebe",
     "make_circular",
     "make_conical",
+    "minimal_of_revolution",
     "node_axes",
     "parallel_from_axes",
     "parallelity",
     "planarise",
     "read_mesh",
+    "read_mesh_pair",
+    "rotational_koebe",
     "steiner_area",
     "steiner_areas",
+    "tangent_mesh",
     "vertex_distances",
     "vertex_gauss_image",
     "write_mesh",

@@ -20,6 +20,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.optimise",
         "geometry.parallel",
         "geometry.curvature",
+        "geometry.edge_offset",
         *GROUND,
     },
     "geometry.arrays": set(),

@@ -1,1 +1,39 @@
-"""Edge offset meshes [Pottmann2007, 3.2, 3.3]: circle patterns and Koebe polyhedra, the geometry that moves them."""
+"""Edge offset meshes [Pottmann2007, 3.2, 3.3]: Koebe polyhedra, meshes parallel to them, and what moves both."""
+
+from geometry.edge_offset import patterns
+from geometry.edge_offset.design import (
+    alternating_signs,
+    conflicting_edges,
+    edge_offset_mesh,
+    guided_signs,
+    saddle_signs,
+)
+from geometry.edge_offset.koebe import KoebePolyhedron, SphereCircles, koebe
+from geometry.edge_offset.laguerre import LaguerreTransformation
+from geometry.edge_offset.moebius import MoebiusTransformation
+from geometry.edge_offset.planar_patterns import enneper_koebe
+from geometry.edge_offset.rotational import Pattern, rotational_koebe, rows_within
+from geometry.edge_offset.tangent_hexagons import TangentMesh, mesh_with_planes, tangent_mesh
+from geometry.edge_offset.vertex_cones import VertexCones
+
+__all__ = [
+    "KoebePolyhedron",
+    "LaguerreTransformation",
+    "MoebiusTransformation",
+    "Pattern",
+    "SphereCircles",
+    "TangentMesh",
+    "VertexCones",
+    "alternating_signs",
+    "conflicting_edges",
+    "edge_offset_mesh",
+    "enneper_koebe",
+    "guided_signs",
+    "koebe",
+    "mesh_with_planes",
+    "patterns",
+    "rotational_koebe",
+    "rows_within",
+    "saddle_signs",
+    "tangent_mesh",
+]
