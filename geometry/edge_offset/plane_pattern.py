@@ -40,7 +40,9 @@ class PlanePattern:
     edge_at_infinity: int | None = None
 
     def __post_init__(self) -> None:
-        self.centres.flags.writeable = False
+        centres = np.array(self.centres, dtype=np.complex128)
+        centres.flags.writeable = False
+        object.__setattr__(self, "centres", centres)
         object.__setattr__(self, "radii", floats(self.radii))
 
     @property

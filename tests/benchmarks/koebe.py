@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +20,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from geometry.edge_offset import koebe as making
 from geometry.edge_offset import plane_pattern
 from geometry.edge_offset.circle_pattern import CirclePattern
 from geometry.parallel.offsets import edge_distances
 from tests.geometry.random_polyhedra import random_polyhedron
+
+making = import_module("geometry.edge_offset.koebe")  # the function has the same name
 
 SIZES = (100, 1_000, 10_000, 100_000)
 STAGES = {
