@@ -62,6 +62,15 @@ def test_the_how_to_on_parallel_meshes_runs(monkeypatch: pytest.MonkeyPatch) -> 
     assert geometry.parallelity(names["mesh"], names["blend"]).max() < 1e-9
 
 
+def test_the_how_to_on_designing_edge_offset_meshes_runs() -> None:
+    text = (ROOT / "docs" / "howto" / "designing-edge-offset-meshes.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(block, names)
+    assert abs(geometry.edge_distances(names["image"], names["image"]) - 1).max() < 1e-12
+    assert (geometry.edge_factors(names["square"], names["saddle"]) < 0).any()
+
+
 def test_the_commands_of_the_how_to_on_edge_offset_meshes_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "docs" / "howto" / "edge-offset-meshes.md").read_text(encoding="utf-8")
