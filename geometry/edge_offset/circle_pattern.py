@@ -27,7 +27,7 @@ ROUNDED = 2e-14
 """Radians that the angles about centres with some ten kites are off, but for rounding: no step makes it less."""
 
 MAX_STEPS = 100
-"""Newton steps; 6 to 15 do, with a hundred thousand circles too."""
+"""Newton steps; about 8 do, with hundreds of thousands of circles too."""
 
 WIDEST = 60.0
 """Logarithm of the ratio of two radii, above which rounding leaves nothing."""
@@ -110,11 +110,12 @@ class CirclePattern:
             steps += 1
         if best > ANGLE_TOLERANCE:
             self._refuse_crowded(multipliers)
+            reason = Reason.STEP_LIMIT if steps > MAX_STEPS else Reason.STALLED
             raise ConvergenceError(
                 f"the circle pattern misses its angles by {best:.1e} radians after {steps} steps, allowed "
                 f"{ANGLE_TOLERANCE:.0e}; its radii differ by a factor of {multipliers.max() / multipliers.min():.0e}, "
                 "and beyond 1e+14 the smallest polygons would be points on the sphere",
-                solution=Solution(found, np.zeros(0), best, steps, Reason.STEP_LIMIT),
+                solution=Solution(found, np.zeros(0), best, steps, reason),
                 value=best,
                 bound=ANGLE_TOLERANCE,
             )

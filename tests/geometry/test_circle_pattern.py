@@ -30,6 +30,7 @@ from geometry.edge_offset.stereographic import (
 )
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Combinatorics, shapes
+from geometry.optimise.solution import ConvergenceError, Reason
 from tests.geometry.random_polyhedra import random_polyhedron
 from tests.geometry.test_koebe import assert_koebe, misfit_up_to_rotation
 
@@ -339,6 +340,14 @@ def test_angles_that_no_pattern_has(seed: int) -> None:
     ) as caught:
         open_pattern(c, angles=angles)
     assert caught.value.value >= caught.value.bound
+
+
+def test_a_neck_too_long_and_thin() -> None:
+    with pytest.raises(
+        ConvergenceError, match=r"its radii differ by a factor of .*e\+\d\d, and beyond 1e\+14"
+    ) as caught:
+        koebe(rotational_quads(5, 60))
+    assert caught.value.solution.reason is Reason.STALLED
 
 
 def test_open_meshes_that_touch_themselves() -> None:

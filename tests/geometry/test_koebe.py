@@ -15,6 +15,7 @@ from geometry.edge_offset.koebe import KoebePolyhedron, koebe
 from geometry.edge_offset.moebius import MoebiusTransformation
 from geometry.edge_offset.patterns import dual
 from geometry.edge_offset.planar_graphs import refuse_other_than_polyhedra
+from geometry.edge_offset.stereographic import circle_planes, poles
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
 from geometry.parallel.offsets import edge_distances
@@ -176,6 +177,17 @@ def test_a_mesh_that_misses_the_sphere_is_refused() -> None:
     with pytest.raises(GeometryError, match="edge"):
         KoebePolyhedron(bent)
     KoebePolyhedron(bent, tolerance=1e-6)
+
+
+def test_a_face_that_is_not_planar_is_refused() -> None:
+    """Six circles of radius 1 that touch one after the other, but not at six points of a circle."""
+    centres = np.array([[-1, 0], [1, 0], [2, 3**0.5], [2, 2 + 3**0.5], [0, 2 + 3**0.5], [0, 3**0.5]])
+    assert np.allclose(np.linalg.norm(centres - np.roll(centres, 1, axis=0), axis=1), 2)
+    vertices = poles(*circle_planes(centres * 0.2, np.full(6, 0.2)))
+    mesh = Mesh.from_faces(vertices, [range(6)])
+    np.testing.assert_allclose(edge_distances(mesh, mesh), 1, atol=1e-15)
+    with pytest.raises(GeometryError, match=r"face 0 leaves its plane by .* planarise the mesh first"):
+        KoebePolyhedron(mesh)
 
 
 @pytest.mark.parametrize(
