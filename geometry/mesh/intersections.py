@@ -101,6 +101,9 @@ def _overlapping(mesh: Mesh) -> IntArray:
     first, second = first[flat], second[flat]
     one, other = _polygons(mesh, first, first), _polygons(mesh, second, first)
     smaller = np.minimum(shapely.area(one), shapely.area(other))
+    # a simple polygon that crosses itself in another plane it lies in has no area but for rounding either
+    wide = shapely.is_valid(other) & (smaller > (CLEARANCE * mesh.mean_edge_length) ** 2)
+    first, second, one, other, smaller = first[wide], second[wide], one[wide], other[wide], smaller[wide]
     shared = shapely.area(shapely.intersection(one, other)) > OVERLAP * smaller
     return np.stack([first[shared], second[shared]], axis=1)
 

@@ -114,6 +114,18 @@ def test_a_face_folded_back_onto_its_neighbour_overlaps_it() -> None:
     assert is_embedded(strip.with_vertices(folded))
 
 
+@given(seeds)
+def test_faces_as_small_as_rounding_share_no_area(seed: int) -> None:
+    mesh = shapes.grid(6, 6)
+    rng = np.random.default_rng(seed)
+    small = rng.choice(mesh.n_vertices, 25, replace=False)
+    crowded = mesh.vertices.copy()
+    crowded[small] = [3, 3, 0] + 1e-15 * rng.normal(size=(25, 3))
+    meeting = intersecting_faces(mesh.with_vertices(crowded))
+    is_small = np.array([set(face) <= set(small.tolist()) for face in mesh.combinatorics.faces()])
+    assert not is_small[meeting].all(axis=1).any()
+
+
 def test_outlines_that_cross_themselves_are_named() -> None:
     mesh = shapes.grid(2, 2)
     vertices = mesh.vertices.copy()
