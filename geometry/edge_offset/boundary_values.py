@@ -22,6 +22,10 @@ from geometry.mesh import Combinatorics
 
 __all__ = ["open_pattern"]
 
+CLOSING = 1e-6
+"""By how much a kite may be off, over the distance of its centres, where the pattern is said to close around holes:
+rounding leaves 1e-9 where radii differ by a factor of a million."""
+
 ANGLE_SUM_TOLERANCE = 1e-9
 """Radians by which given angles along a boundary may miss what they must sum to: ten digits pass."""
 
@@ -37,6 +41,11 @@ class _Boundary:
     def is_free(self, loop: int) -> bool:
         vertices = self.loops[loop]
         return bool((np.isnan(self.radii[vertices]) & np.isnan(self.angles[vertices])).all())
+
+    def free_holes(self, c: Combinatorics) -> list[IntArray]:
+        """The loops but the outer one that have no values and are not filled in c."""
+        holes = [vertices for loop, vertices in enumerate(self.loops) if loop and self.is_free(loop)]
+        return [vertices for vertices in holes if c.is_boundary_vertex[vertices[0]]]
 
     def angle_sum(self, loop: int) -> float:
         """What the angles along a loop sum to: outside, the boundary turns once to the left, at a hole to the right."""
@@ -54,22 +63,33 @@ def open_pattern(
 
     Radii are met in the plane, up to a common factor along each further loop: it is determined, since the pattern
     closes around the hole. A free hole is filled with a face for the time being, if all vertices around it have three
-    edges or more, which makes the pattern close; else its radii are equal.
+    edges or more, which makes the pattern close. Else its radii are equal; where the pattern does not close like that,
+    as few do without rotational symmetry, the hole is filled with triangles around a vertex for the time being.
 
     Raises GeometryError for values at inner vertices, missing or doubly given values, radii that are not positive,
     angles that are out of range or sum to what they cannot, values for which no pattern exists, and patterns that do
-    not close around a hole, as few do without rotational symmetry unless the hole is filled.
+    not close around a hole whose values are given.
     """
     c = combinatorics
     boundary = _checked(c, radii, angles, outer)
     filled = c
-    for loop, vertices in enumerate(boundary.loops[1:], start=1):
-        if boundary.is_free(loop) and (c.vertex_degrees[vertices] >= 3).all():
-            candidate = _with_face(filled, vertices[::-1])
-            filled = filled if double_contact(candidate) else candidate
-    pattern = laid_out(filled, _pattern(filled, boundary))
-    n = c.n_vertices + c.n_faces
-    return PlanePattern(c, pattern.centres[:n], pattern.radii[:n])
+    for hole in boundary.free_holes(filled):
+        if (c.vertex_degrees[hole] >= 3).all():
+            filled = _filled(filled, _with_face(filled, hole[::-1]))
+    pattern, off = laid_out(filled, _pattern(filled, boundary))
+    if off > CLOSING:
+        for hole in boundary.free_holes(filled):
+            filled = _filled(filled, _with_triangles(filled, hole[::-1]))
+        pattern, off = laid_out(filled, _pattern(filled, boundary))
+    if off > CLOSING and len(filled.boundary_loops) > 1:
+        raise GeometryError(
+            f"the circle pattern does not close around a hole: its kites miss each other by {off:.1e} of their size, "
+            f"allowed {CLOSING:.0e}; leave the values along the hole free, or fill it with faces",
+            value=off,
+            bound=CLOSING,
+        )
+    kept = np.concatenate([np.arange(c.n_vertices), filled.n_vertices + np.arange(c.n_faces)])
+    return PlanePattern(c, pattern.centres[kept], pattern.radii[kept])
 
 
 def _pattern(c: Combinatorics, boundary: _Boundary) -> CirclePattern:
@@ -97,6 +117,18 @@ def _pattern(c: Combinatorics, boundary: _Boundary) -> CirclePattern:
 def _with_face(c: Combinatorics, vertices: IntArray) -> Combinatorics:
     corners = np.concatenate([c.corners, vertices])
     return Combinatorics(c.n_vertices, corners, np.append(c.face_starts, len(corners)))
+
+
+def _with_triangles(c: Combinatorics, vertices: IntArray) -> Combinatorics:
+    """A new vertex, joined to all of these by triangles."""
+    fan = np.stack([vertices, np.roll(vertices, -1), np.full(len(vertices), c.n_vertices)], axis=1)
+    starts = np.concatenate([c.face_starts, c.face_starts[-1] + 3 * np.arange(1, len(fan) + 1)])
+    return Combinatorics(c.n_vertices + 1, np.concatenate([c.corners, fan.ravel()]), starts)
+
+
+def _filled(c: Combinatorics, candidate: Combinatorics) -> Combinatorics:
+    """The candidate, if it is still that of a polyhedron."""
+    return c if double_contact(candidate) else candidate
 
 
 # --- what is given

@@ -16,14 +16,9 @@ from geometry.arrays import FloatArray, IntArray, floats
 from geometry.edge_offset.circle_pattern import CirclePattern, KiteAngles
 from geometry.edge_offset.layout import circle_centres
 from geometry.edge_offset.stereographic import ComplexArray
-from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics
 
 __all__ = ["PlanePattern", "all_kites", "closed_pattern", "laid_out"]
-
-CLOSING = 1e-6
-"""By how much a kite may be off, over the distance of its centres, where the pattern is said to close around holes:
-rounding leaves 1e-9 where radii differ by a factor of a million."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,25 +94,22 @@ def closed_pattern(combinatorics: Combinatorics) -> PlanePattern:
         angles -= np.pi * np.bincount(kites[lines[:, 1 - end], end], minlength=n + c.n_faces)
     unknowns = np.where(is_line, -1, np.cumsum(~is_line) - 1)
     pattern = CirclePattern(n, kites[~lines.any(axis=1)], unknowns, np.where(is_line, np.inf, 1.0), angles[~is_line])
-    return laid_out(c, pattern, edge_at_infinity=edge)
+    return laid_out(c, pattern, edge_at_infinity=edge)[0]
 
 
 def laid_out(
     combinatorics: Combinatorics, pattern: CirclePattern, *, edge_at_infinity: int | None = None
-) -> PlanePattern:
-    """The pattern with its centres. Raises GeometryError where it does not close around a hole."""
+) -> tuple[PlanePattern, float]:
+    """The pattern with its centres, and by how much its worst kite is off, over the distance of the kite's centres.
+
+    Where there is no hole, that is what rounds; around a hole a pattern need not close.
+    """
     radii = pattern.radii()
     finite = np.isfinite(radii)
     corners = np.flatnonzero(finite[all_kites(combinatorics)].all(axis=1))
     z, off = circle_centres(combinatorics, corners, pattern.kites, radii)
-    if off > CLOSING and len(combinatorics.boundary_loops) > 1:
-        raise GeometryError(
-            f"the circle pattern does not close around a hole: its kites miss each other by {off:.1e} of their size, "
-            f"allowed {CLOSING:.0e}; unless it has rotational symmetry, fill the hole with a face",
-            value=off,
-            bound=CLOSING,
-        )
-    return PlanePattern(combinatorics, np.where(finite, z, complex(np.nan, np.nan)), radii, edge_at_infinity)
+    centres = np.where(finite, z, complex(np.nan, np.nan))
+    return PlanePattern(combinatorics, centres, radii, edge_at_infinity), off
 
 
 def all_kites(c: Combinatorics) -> IntArray:

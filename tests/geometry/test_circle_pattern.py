@@ -239,6 +239,22 @@ def test_an_irregular_hole_is_filled_for_the_time_being() -> None:
         koebe(ring, radii=radii)
 
 
+def test_holes_of_any_shape_and_number() -> None:
+    """One a square, filled with a face; the other an L, whose inner corner has two edges: filled with triangles."""
+    faces = shapes.grid(9, 7).combinatorics.faces()
+    taken = [7 * i + j for i, j in ((2, 2), (2, 3), (3, 2), (3, 3), (6, 3), (6, 4), (7, 4))]
+    kept = [face for k, face in enumerate(faces) if k not in taken]
+    used, corners = np.unique(np.concatenate(kept), return_inverse=True)
+    c = Combinatorics(len(used), corners, np.arange(0, len(corners) + 1, 4))
+    outer = max(c.boundary_loops, key=len)
+    radii = np.full(c.n_vertices, np.nan)
+    radii[outer] = np.random.default_rng(4).uniform(0.8, 1.2, size=len(outer))
+    pattern = open_pattern(c, radii=radii)
+    np.testing.assert_array_equal(pattern.vertex_radii[outer], radii[outer])
+    assert_pattern(pattern)
+    assert_koebe(koebe(c))
+
+
 # --- on the sphere
 
 
