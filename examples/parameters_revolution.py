@@ -1,0 +1,206 @@
+"""Studies of meshes that S determines by their mean curvature, and of what Laguerre transformations do to them."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from parameters_koebe import DIRECTIONS, unit
+from parameters_study import Parameter, Study
+
+from geometry.curvature import christoffel_dual, constant_mean_of_revolution, minimal_of_revolution
+from geometry.edge_offset.laguerre import LaguerreTransformation
+from geometry.edge_offset.planar_patterns import enneper_koebe
+from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.mesh import Mesh
+
+__all__ = ["CONSTANT_MEAN", "LAGUERRE", "MINIMAL"]
+
+KINDS = tuple(pattern.value for pattern in Pattern)
+
+
+@cache
+def _catenoid(pattern: str, around: int, rows: int, latitude_deg: float = 0.0) -> tuple[Mesh, Mesh]:
+    image = rotational_koebe(Pattern(pattern), around, rows, latitude=float(np.radians(latitude_deg)))
+    return minimal_of_revolution(image), image
+
+
+def _enneper(turn_deg: float) -> tuple[Mesh, Mesh]:
+    image = enneper_koebe(10, reach=float(np.tan(np.radians(turn_deg) / 2)))
+    return christoffel_dual(image), image
+
+
+CATENOID = "M is a catenoid with waist 1: its mean curvature is zero in every face, and S is given in closed form."
+FACES = Parameter("Faces", "Which faces go around the axis.", KINDS)
+
+MINIMAL = (
+    Study(
+        "Minimal meshes",
+        "Catenoid",
+        CATENOID,
+        (
+            FACES,
+            Parameter(
+                "Faces around",
+                "More of them around the axis make rows lower, since face circles of neighbours must touch.",
+                (8, 10, 12, 16, 20),
+                start=2,
+            ),
+            Parameter(
+                "Rows", "How far the band goes towards the poles, and M away from its waist.", (2, 3, 4, 5), start=2
+            ),
+        ),
+        _catenoid,
+        0.15,
+        0.0,
+    ),
+    Study(
+        "Minimal meshes",
+        "Latitude",
+        CATENOID,
+        (
+            FACES,
+            Parameter(
+                "Latitude of the middle",
+                "The same band of faces, moved over the sphere: which part of the catenoid it becomes.",
+                tuple(range(-40, 41, 10)),
+                "{}°",
+                4,
+            ),
+        ),
+        lambda pattern, latitude: _catenoid(pattern, 12, 4, latitude),
+        0.15,
+        0.0,
+    ),
+    Study(
+        "Minimal meshes",
+        "Enneper",
+        "M is the Christoffel dual of S, a surface of Enneper: zero mean curvature without an axis.",
+        (
+            Parameter(
+                "Normals turn by",
+                "From the middle to the middle of a side; the further, the more M winds up.",
+                tuple(range(40, 121, 10)),
+                "{}°",
+                4,
+            ),
+        ),
+        _enneper,
+        0.06,
+        0.0,
+    ),
+)
+
+
+# --- constant mean curvature
+
+
+@cache
+def _unduloid(rows: int, folds: int) -> tuple[Mesh, Mesh]:
+    image = rotational_koebe(Pattern.QUADS, 16, rows, folds=folds)
+    return constant_mean_of_revolution(image, -1.0), image
+
+
+def _nodoid(pattern: str, radius: float) -> tuple[Mesh, Mesh]:
+    """radius: over that of S, which is the sphere with the mean curvature -1."""
+    image = rotational_koebe(Pattern(pattern), 16, 3)
+    largest = float(np.linalg.norm(image.vertices[:, :2], axis=1).max())
+    return constant_mean_of_revolution(image, -1.0, radius=radius * largest), image
+
+
+CONSTANT_MEAN = (
+    Study(
+        "Constant mean curvature",
+        "Cylinder to spheres",
+        "M has the mean curvature -1 in every face. S is folded over itself where bulges of M go over to necks.",
+        (
+            Parameter(
+                "Rows between inflections",
+                "With few rows M is nearer to a cylinder; with more, bulges become spheres and necks points.",
+                (2, 3, 4, 5, 6, 7, 8),
+                start=2,
+            ),
+            Parameter("Folds", "Each fold of S adds a neck or a bulge to M.", (1, 2, 3, 4), start=3),
+        ),
+        _unduloid,
+        0.12,
+        -1.0,
+    ),
+    Study(
+        "Constant mean curvature",
+        "Beyond the sphere",
+        "One band S, and those M parallel to it that have the mean curvature -1 in every face.",
+        (
+            Parameter("Faces", "Which faces go around the axis.", KINDS[:2]),
+            Parameter(
+                "Widest radius",
+                "1 is a sphere, with S for a mesh; below 1 the bulge of an unduloid, above 1 part of a nodoid.",
+                (0.8, 0.85, 0.9, 0.95, 1, 1.1, 1.2, 1.3, 1.4, 1.5),
+                "{:g}",
+                4,
+            ),
+        ),
+        _nodoid,
+        0.12,
+        -1.0,
+    ),
+)
+
+
+# --- Laguerre geometry
+
+BODIES = ("catenoid", "unduloid")
+
+
+def _body(name: str) -> tuple[Mesh, Mesh]:
+    return _catenoid("standing hexagons", 12, 4) if name == "catenoid" else _unduloid(4, 2)
+
+
+def _by_boost(body: str, direction: str, speed: float) -> tuple[Mesh, Mesh]:
+    return LaguerreTransformation.boost(speed * unit(direction)).map_mesh(*_body(body))
+
+
+def _by_offset(body: str, distance: float) -> tuple[Mesh, Mesh]:
+    return LaguerreTransformation.offset(distance).map_mesh(*_body(body))
+
+
+BODY = Parameter("Mesh", "What is transformed: a minimal mesh or one with H = -1.", BODIES)
+
+LAGUERRE = (
+    Study(
+        "Laguerre geometry",
+        "Boost",
+        "A Laguerre transformation takes edge offset meshes to edge offset meshes; S follows by a Moebius "
+        "transformation. H does not stay.",
+        (
+            BODY,
+            Parameter("Direction", "Along the axis, upwards, or across it.", DIRECTIONS),
+            Parameter(
+                "Speed",
+                "Planes turn away from this direction; at the speed 1 all would face the same way.",
+                tuple(k / 10 for k in range(-4, 5)),
+                "{:g}",
+                6,
+            ),
+        ),
+        _by_boost,
+        0.12,
+    ),
+    Study(
+        "Laguerre geometry",
+        "Offset",
+        "M + d S: edges move away by exactly d, the beams stay in their planes, and S stays as it is.",
+        (
+            BODY,
+            Parameter(
+                "Distance d",
+                "The unduloid moved by -1 has H = 1: bulges and necks change places.",
+                tuple(k / 5 for k in range(-5, 6)),
+                "{:g}",
+                5,
+            ),
+        ),
+        _by_offset,
+        0.12,
+    ),
+)
