@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from fabkit.designs.koebe import Tiles
-from fabkit.designs.pair import EdgeOffsetDesign
+from fabkit.designs.pair import EdgeOffsetDesign, largest_piece
 from fabkit.errors import ProjectError
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset.koebe import koebe
 from geometry.edge_offset.tangent_hexagons import TangentMesh, tangent_mesh
-from geometry.mesh import Combinatorics, Mesh, Surface, read_mesh
+from geometry.mesh import Mesh, Surface, read_mesh
 
 __all__ = ["hexagons_design"]
 
@@ -47,10 +47,10 @@ def hexagons_design(
     image = koebe(Tiles.HEXAGONS.patch(count), coverage=coverage).mesh
     image = image.with_vertices(image.vertices @ _turned_to(axis, np.radians(turn_deg)).T)
     found = tangent_mesh(image, phi, curvature=curvature)
-    image = _part(image, _largest_piece(image, np.setdiff1d(np.arange(image.n_faces), found.missing)))
+    image = image.part(largest_piece(image, np.setdiff1d(np.arange(image.n_faces), found.missing)))
     found = tangent_mesh(image, phi, curvature=curvature)
-    kept = _largest_piece(image, _sound(found))
-    mesh, image = _part(found.mesh, kept), _part(image, kept)
+    kept = largest_piece(image, _sound(found))
+    mesh, image = found.mesh.part(kept), image.part(kept)
     told = {"surface": surface.name, "count": count, "curvature": curvature, "turn_deg": turn_deg, "flip": flip}
     design = EdgeOffsetDesign.of("hexagons", mesh, image, told)
     return replace(design, notes=(_note(found, kept),), has_unit=True)
@@ -91,21 +91,3 @@ def _sound(found: TangentMesh) -> IntArray:
     running = max(found.reversed_faces, other, key=len)
     sound = np.setdiff1d(running, found.self_crossing_faces)
     return np.asarray(sound if len(sound) else faces)
-
-
-def _largest_piece(mesh: Mesh, faces: IntArray) -> IntArray:
-    """Those of the faces (k,) that hang together over edges with most others."""
-    if not len(faces):
-        return faces
-    components = _part(mesh, faces).combinatorics.face_components
-    return np.asarray(faces[components == np.bincount(components).argmax()])
-
-
-def _part(mesh: Mesh, faces: IntArray) -> Mesh:
-    """A mesh of some faces, with their vertices only."""
-    c = mesh.combinatorics
-    sizes = c.face_sizes[faces]
-    starts = np.concatenate([[0], np.cumsum(sizes)])
-    corners = c.corners[np.repeat(c.face_starts[faces] - starts[:-1], sizes) + np.arange(starts[-1])]
-    used, numbered = np.unique(corners, return_inverse=True)
-    return Mesh(mesh.vertices[used], Combinatorics(len(used), numbered, starts))

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fabkit.designs.pair import EdgeOffsetDesign
+from fabkit.designs.pair import EdgeOffsetDesign, largest_piece
 from fabkit.errors import ProjectError
+from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset.design import edge_offset_mesh, saddle_signs
 from geometry.edge_offset.koebe import koebe
 from geometry.edge_offset.patterns import dual, hexagon_patch, pentagon_patch, quad_patch
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh, read_mesh
+from geometry.mesh.intersections import is_embedded
 
 __all__ = ["Bend", "Tiles", "koebe_design"]
 
 SOUTH = (0.0, 0.0, -1.0)
 """Opposite the middle of an open polyhedron: directions on it are those of the plane seen from there."""
+
+RARE, RARE_LENGTH = 0.4, 1.5
+"""Of hexagons, one family of edges has a sign of its own, a third of all. They are to be the longer ones: of equal
+lengths the two zigzags of a hexagon would just touch, and mostly cross."""
 
 
 class Tiles(StrEnum):
@@ -57,7 +64,8 @@ def koebe_design(
     tiles: faces of a patch of `count` by about as many; combinatorics: instead of these, the file of a mesh of which
     only the faces count, open or closed; take_dual: or rather those of its dual. coverage: how much of the sphere an
     open S covers, 0.4 if left out; more bends M more. bend: a dome keeps the orientation of all edges of S; a saddle
-    reverses those across a direction, an angle from the x axis; a sphere is S itself.
+    reverses those across a direction, an angle from the x axis, and faces of it that cross each other, as pentagons may
+    do at the rim, are cut off; a sphere is S itself.
 
     Raises GeometryError where no polyhedron has these combinatorics, where no mesh has these orientations, naming
     edges, and for numbers out of range.
@@ -72,7 +80,25 @@ def koebe_design(
     share = (0.4 if coverage is None else coverage) if is_open else coverage
     image = koebe(faces, coverage=share).mesh
     told |= {"dual": take_dual, "coverage": share, "bend": str(bend), "direction_deg": direction_deg}
-    return EdgeOffsetDesign.of("koebe", _bent(image, bend, direction_deg, is_open), image, told)
+    mesh = _bent(image, bend, direction_deg, is_open)
+    kept = _sound(mesh) if bend is Bend.SADDLE else np.arange(mesh.n_faces)
+    design = EdgeOffsetDesign.of("koebe", mesh.part(kept), image.part(kept), told)
+    n_cut = mesh.n_faces - len(kept)
+    note = f"{n_cut} of {mesh.n_faces} faces at the rim were cut off, as some crossed themselves or others"
+    return replace(design, notes=(note,)) if n_cut else design
+
+
+def _sound(mesh: Mesh) -> IntArray:
+    """The faces that are left when the rim is taken off until none crosses itself or another; all if none are left."""
+    kept = np.arange(mesh.n_faces)
+    while len(kept):
+        part = mesh.part(kept)
+        if is_embedded(part):
+            return kept
+        c = part.combinatorics
+        inner = np.setdiff1d(np.arange(c.n_faces), c.corner_face[c.is_boundary_vertex[c.corners]])
+        kept = kept[largest_piece(part, inner)]
+    return np.arange(mesh.n_faces)
 
 
 def _bent(image: Mesh, bend: Bend, direction_deg: float, is_open: bool) -> Mesh:
@@ -87,9 +113,17 @@ def _bent(image: Mesh, bend: Bend, direction_deg: float, is_open: bool) -> Mesh:
     angle = np.radians(direction_deg)
     signs = saddle_signs(image, [np.cos(angle), np.sin(angle), 0.0], pole=SOUTH)
     try:
-        return edge_offset_mesh(image, signs=signs, lengths=(1.0, np.inf))
+        return edge_offset_mesh(image, signs=signs, lengths=(_least_lengths(image, signs), np.inf))
     except GeometryError as error:
         raise ProjectError(
             f"no saddle reverses the edges across the direction of {direction_deg:g} degrees ({error.message}): take "
             "another --direction, or quads"
         ) from error
+
+
+def _least_lengths(image: Mesh, signs: IntArray) -> FloatArray:
+    """(E,) 1, but `RARE_LENGTH` for edges of a sign that fewer than `RARE` have; where none is so rare, those of S."""
+    is_rare = signs == (1 if 2 * (signs > 0).sum() < len(signs) else -1)
+    if is_rare.mean() < RARE:
+        return np.where(is_rare, RARE_LENGTH, 1.0)
+    return image.edge_lengths / image.mean_edge_length

@@ -15,14 +15,14 @@ import numpy as np
 from fabkit.export.folder import MANIFEST, whole_folder
 from fabkit.export.picture import pair_picture
 from fabkit.gauss_image import points_inwards
-from geometry.arrays import BoolArray, FloatArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.curvature import face_curvatures
 from geometry.edge_offset.laguerre import LaguerreTransformation
 from geometry.mesh import Mesh, write_mesh
 from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 from geometry.parallel import edge_distances, edge_factors, parallelity
 
-__all__ = ["EdgeOffsetDesign", "write_design"]
+__all__ = ["EdgeOffsetDesign", "largest_piece", "write_design"]
 
 WIDEST_PANEL_MM = (3000.0, 5700.0)
 """Width and length of faces that leave panels for sheets of 3210 x 6000 mm."""
@@ -90,6 +90,14 @@ class EdgeOffsetDesign:
         """1500, or less where panels would not go on common sheets: `WIDEST_PANEL_MM`."""
         largest = float((_face_widths(self.mesh) / WIDEST_PANEL_MM).max())
         return max(1, min(1500, int(self.mesh.mean_edge_length / largest) // 50 * 50))
+
+
+def largest_piece(mesh: Mesh, faces: IntArray) -> IntArray:
+    """Those of the faces (k,) that hang together over edges with most others."""
+    if not len(faces):
+        return faces
+    components = mesh.part(faces).combinatorics.face_components
+    return np.asarray(faces[components == np.bincount(components).argmax()])
 
 
 def _face_widths(mesh: Mesh) -> FloatArray:

@@ -1,6 +1,7 @@
 """Edge offset meshes [Pottmann2007, 3.2, 3.3]: Koebe polyhedra, meshes parallel to them, and what moves both."""
 
 from geometry.edge_offset import patterns
+from geometry.edge_offset.boundary_values import open_pattern
 from geometry.edge_offset.design import (
     alternating_signs,
     conflicting_edges,
@@ -12,6 +13,7 @@ from geometry.edge_offset.koebe import KoebePolyhedron, SphereCircles, koebe
 from geometry.edge_offset.laguerre import LaguerreTransformation
 from geometry.edge_offset.moebius import MoebiusTransformation
 from geometry.edge_offset.planar_patterns import enneper_koebe
+from geometry.edge_offset.plane_pattern import PlanePattern
 from geometry.edge_offset.rotational import Pattern, rotational_koebe, rows_within
 from geometry.edge_offset.tangent_hexagons import TangentMesh, mesh_with_planes, tangent_mesh
 from geometry.edge_offset.vertex_cones import VertexCones
@@ -21,6 +23,7 @@ __all__ = [
     "LaguerreTransformation",
     "MoebiusTransformation",
     "Pattern",
+    "PlanePattern",
     "SphereCircles",
     "TangentMesh",
     "VertexCones",
@@ -31,6 +34,7 @@ __all__ = [
     "guided_signs",
     "koebe",
     "mesh_with_planes",
+    "open_pattern",
     "patterns",
     "rotational_koebe",
     "rows_within",

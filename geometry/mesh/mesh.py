@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, IntArray, floats
 from geometry.errors import MeshError
 from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.polygons import best_planes, face_mean_edge_lengths, vector_areas
@@ -89,6 +89,15 @@ class Mesh:
         if shift.shape != (3,):
             raise MeshError(f"a mesh is translated by a vector of 3 numbers, not by an array of shape {shift.shape}")
         return self.with_vertices(self.vertices + shift)
+
+    def part(self, faces: IntArray) -> Mesh:
+        """A mesh of some of the faces (k,), in that order, and of the vertices they use, in the order these have."""
+        c = self.combinatorics
+        sizes = c.face_sizes[faces]
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        corners = c.corners[np.repeat(c.face_starts[faces] - starts[:-1], sizes) + np.arange(starts[-1])]
+        used, numbered = np.unique(corners, return_inverse=True)
+        return Mesh(self.vertices[used], Combinatorics(len(used), numbered, starts))
 
     def reversed(self) -> Mesh:
         """The same mesh seen from the other side."""

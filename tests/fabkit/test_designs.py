@@ -29,6 +29,7 @@ from fabkit.designs import (
     write_design,
 )
 from fabkit.errors import OutputError, ProjectError
+from geometry.curvature import face_curvatures
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh, read_mesh, read_mesh_pair, shapes, solids, write_mesh
 from geometry.mesh.intersections import is_embedded
@@ -210,6 +211,16 @@ def test_domes_keep_the_sense_of_all_edges(tiles: Tiles, count: int, coverage: f
     assert not design.reversed_edges.any()
     assert design.mesh.edge_lengths.min() > 1 - 1e-6
     assert is_embedded(design.mesh)
+
+
+@pytest.mark.parametrize(("tiles", "count"), [("hexagons", 9), ("pentagons", 8)])
+def test_saddles_do_not_meet_themselves(tiles: str, count: int) -> None:
+    design = koebe_design(tiles=Tiles(tiles), count=count, bend=Bend.SADDLE)
+    assert_exact(design)
+    assert face_curvatures(design.mesh, design.gauss_image).gaussian.max() < 0
+    assert is_embedded(design.mesh)
+    assert bool(design.notes) == (tiles == "pentagons")  # of which some at the rim are cut off
+    assert design.mesh.n_faces > 60
 
 
 def test_combinatorics_of_ones_own_closed_or_dual(tmp_path: Path) -> None:

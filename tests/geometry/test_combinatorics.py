@@ -137,6 +137,16 @@ def test_components_and_characteristic_of_several_meshes_side_by_side(parts: lis
     assert c.euler_characteristic == sum(mesh.combinatorics.euler_characteristic for mesh in parts)
 
 
+@given(mesh=meshes, seed=st.integers(0, 99))
+def test_a_part_has_the_faces_asked_for_in_their_order_and_no_other_vertices(mesh: Mesh, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    faces = rng.permutation(mesh.n_faces)[: rng.integers(1, mesh.n_faces + 1)]
+    part = mesh.part(faces)
+    assert part.combinatorics.is_used.all()
+    for face, its_face in zip(faces, part.combinatorics.faces(), strict=True):
+        np.testing.assert_array_equal(part.vertices[its_face], mesh.vertices[mesh.combinatorics.face(face)])
+
+
 def test_same_as_needs_equal_faces() -> None:
     c = shapes.grid(2, 1).combinatorics
     assert c.same_as(Combinatorics.from_faces(c.n_vertices, c.faces()))
