@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from rendering import Polygons, View, fit, render
 
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, IntArray
 from geometry.mesh import Mesh
 
 __all__ = [
@@ -98,16 +98,26 @@ def faces(
     for shade, chosen in (special or {}).items():
         colours[list(chosen)] = backs[list(chosen)] = _rgb(shade)
     widths = width * np.where(c.is_boundary_edge[c.corner_edge], 2.0, 1.0)
-    return [
-        polygons(
-            mesh.vertices[c.corners[corners]],
-            colours[chosen],
-            back=backs[chosen],
-            width=widths[corners],
-            opacity=opacity,
-        )
-        for chosen, corners in c.faces_by_size()
-    ]
+    shapes = []
+    for chosen, corners in c.faces_by_size():
+        corners = np.take_along_axis(corners, _starts_of_fans(mesh.vertices[c.corners[corners]]), axis=1)
+        points, outline = mesh.vertices[c.corners[corners]], widths[corners]
+        shapes.append(polygons(points, colours[chosen], back=backs[chosen], width=outline, opacity=opacity))
+    return shapes
+
+
+def _starts_of_fans(corners: FloatArray) -> IntArray:
+    """(n, k) the corners of polygons (n, k, 3) in their order, each from the one whose fan of triangles fits best."""
+    k = corners.shape[1]
+    turns = (np.arange(k)[:, None] + np.arange(k)) % k
+    arms = corners[:, turns] - corners[:, turns[:, :1]]
+    doubled = np.cross(arms[:, :, 1:-1], arms[:, :, 2:])
+    normals = doubled.sum(axis=2)
+    signed = (
+        np.einsum("nsti,nsi->nst", doubled, normals) / np.maximum(np.square(normals).sum(axis=2), 1e-300)[..., None]
+    )
+    order: IntArray = turns[np.argmax(signed.min(axis=2) > -1e-9, axis=1)]
+    return order
 
 
 def bars(
