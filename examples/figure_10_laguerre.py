@@ -1,0 +1,99 @@
+"""From a Koebe polyhedron to a hall: a mesh of constant mean curvature, and its image under a Laguerre transformation
+[Pottmann2007, Prop. 4, Fig. 10].
+
+The Koebe polyhedron S, of hexagons around an axis, turns back at its upper end and runs over itself. Its fold is a row
+of faces folded flat (gold). M has mean curvature -1 with respect to S. Below the image of the fold it bulges, above it
+has negative curvature (clay). A boost of Laguerre geometry with an offset before it gives M', which leans and has no
+symmetry axis, but the same combinatorics and edge offsets again: its Gauss image S' touches the unit sphere as S does.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from cutting import part
+from drawing import CLAY, GOLD, Note, Panel, Shapes, View, draw_page, faces, mixed
+
+from geometry import Mesh, edge_distances, face_curvatures, parallelity
+from geometry.curvature import constant_mean_of_revolution
+from geometry.edge_offset.laguerre import LaguerreTransformation
+from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
+
+AROUND, ROWS, LATITUDE = 8, 7, 0.2
+MEAN = -1.0
+DISTANCE = 0.1
+FLAT = 1e-9  # the faces of the fold have Gaussian curvature 0, but for rounding
+TRANSFORMATION = LaguerreTransformation.boost((0.35, 0.0, -0.2)) @ LaguerreTransformation.offset(0.2)
+
+
+@cache
+def original() -> tuple[Mesh, Mesh]:
+    """M, S."""
+    s = rotational_koebe(Pattern.LYING_HEXAGONS, AROUND, ROWS, latitude=LATITUDE, folds=1)
+    return constant_mean_of_revolution(s, MEAN), s
+
+
+@cache
+def transformed() -> tuple[Mesh, Mesh]:
+    """M', S'."""
+    return TRANSFORMATION.map_mesh(*original())
+
+
+def apart(mesh: Mesh, gauss_image: Mesh) -> float:
+    """How far edges of M and M + d S are from the distance d, over d: the largest of all."""
+    offset = mesh + gauss_image * DISTANCE
+    return float(np.abs(edge_distances(mesh, offset - mesh) / DISTANCE - 1).max())
+
+
+def main() -> dict[str, float]:
+    (m, s), (m1, s1) = original(), transformed()
+    curvatures = face_curvatures(m, s)
+    return {
+        "faces": m.n_faces,
+        "largest deviation of the mean curvature of M from -1": float(np.abs(curvatures.mean - MEAN).max()),
+        "faces of M with negative Gaussian curvature": int((curvatures.gaussian < -FLAT).sum()),
+        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s, s) - 1).max()),
+        "largest deviation of an edge of S' from distance 1": float(np.abs(edge_distances(s1, s1) - 1).max()),
+        "largest deviation of edges of M and M + d S from distance d, over d": apart(m, s),
+        "largest deviation of edges of M' and M' + d S' from distance d, over d": apart(m1, s1),
+        "largest sine between edges of M' and S'": float((parallelity(m1, s1) / s1.edge_lengths).max()),
+        "faces of M' that cross themselves or others": float(
+            len(self_crossing_faces(m1)) + len(intersecting_faces(m1))
+        ),
+    }
+
+
+def rows() -> dict[str, range]:
+    """Faces with a colour of their own: the fold, and what lies beyond it."""
+    fold, end = AROUND * ROWS, original()[0].n_faces
+    return {GOLD: range(fold, fold + AROUND), mixed([CLAY], np.ones(1)): range(fold + AROUND, end)}
+
+
+def coloured(mesh: Mesh, *, width: float = 1.0) -> Shapes:
+    return faces(mesh, special=rows(), width=width)
+
+
+def first_cover(mesh: Mesh) -> Shapes:
+    """S without what runs over it once more."""
+    return faces(part(mesh, np.arange(AROUND * (ROWS + 1))), special={GOLD: rows()[GOLD]}, width=1.0)
+
+
+def draw(path: Path) -> None:
+    (m, s), (m1, s1) = original(), transformed()
+    view = View(-75, 22)
+    panels = [
+        Panel(first_cover(s), view, (20, 130, 270, 300)),
+        Panel(coloured(m), view, (330, 40, 300, 430)),
+        Panel(coloured(m1), view, (690, 20, 390, 460)),
+        Panel(first_cover(s1), view, (1120, 130, 260, 300)),
+    ]
+    names = [(155, r"$\mathcal{S}$"), (480, r"$\mathcal{M}$"), (885, r"$\mathcal{M}'$"), (1250, r"$\mathcal{S}'$")]
+    draw_page(path, 1400, 540, panels, [Note(x, 510, name, 30) for x, name in names])
+
+
+if __name__ == "__main__":
+    draw(Path(__file__).parents[1] / "docs" / "gallery" / "figure_10.png")
+    print(main())
