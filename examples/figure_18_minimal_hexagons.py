@@ -1,0 +1,89 @@
+"""A minimal mesh of hexagons with edge offsets [Pottmann2007, Fig. 18].
+
+S is a Koebe polyhedron of hexagons around an axis. M is parallel to it and has mean curvature zero with respect to S:
+the mixed area of each face and its image vanishes. The edges in planes through the axis run against those of S (red),
+the zigzags along them. The diagram shows a part of S, unrolled by Mercator's projection.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from drawing import CLAY, INK, Note, Panel, Shapes, View, draw_page, faces, tubes
+
+from geometry import Mesh, edge_distances, edge_factors, face_curvatures, parallelity
+from geometry.arrays import BoolArray
+from geometry.curvature import minimal_of_revolution
+from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
+
+AROUND, ROWS = 18, 7
+
+
+@cache
+def koebe() -> Mesh:
+    return rotational_koebe(Pattern.STANDING_HEXAGONS, AROUND, ROWS)
+
+
+@cache
+def minimal() -> Mesh:
+    return minimal_of_revolution(koebe())
+
+
+def reversed_edges() -> BoolArray:
+    return np.asarray(edge_factors(koebe(), minimal()) < 0)
+
+
+def main() -> dict[str, float]:
+    m, s = minimal(), koebe()
+    curvatures = face_curvatures(m, s)
+    return {
+        "faces": m.n_faces,
+        "edges": m.n_edges,
+        "reversed edges": int(reversed_edges().sum()),
+        "largest mean curvature, over one over the waist": float(np.abs(curvatures.mean).max()),
+        "largest Gaussian curvature, over its square": float(curvatures.gaussian.max()),
+        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s, s) - 1).max()),
+        "largest sine between corresponding edges": float((parallelity(m, s) / s.edge_lengths).max()),
+        "faces of M that cross themselves or others": len(self_crossing_faces(m)) + len(intersecting_faces(m)),
+    }
+
+
+def signed(mesh: Mesh, radius: float) -> Shapes:
+    """The edges of a mesh: red where M and S run against each other."""
+    ends, against = mesh.vertices[mesh.combinatorics.edges], reversed_edges()
+    return [*tubes(ends[~against], radius * 0.6, INK, sides=8), *tubes(ends[against], radius, CLAY, sides=8)]
+
+
+def diagram() -> Shapes:
+    """Some faces of S with longitude and Mercator latitude for x and y."""
+    s = koebe()
+    longitude = np.arctan2(s.vertices[:, 1], s.vertices[:, 0])
+    height = np.arctanh(s.vertices[:, 2] / np.linalg.norm(s.vertices, axis=1))
+    c = s.combinatorics
+    centres = np.add.reduceat(np.abs(longitude)[c.corners], c.face_starts[:-1]) / c.face_sizes
+    rows = np.abs(np.add.reduceat(height[c.corners], c.face_starts[:-1]) / c.face_sizes)
+    shown = np.flatnonzero((centres < 3.6 * np.pi / AROUND) & (rows < 0.75))
+    edges = np.unique(c.corner_edge[np.isin(c.corner_face, shown)])
+    flat = np.stack([longitude, height, 0 * height], axis=1)
+    ends, against = flat[c.edges[edges]], reversed_edges()[edges]
+    return [*tubes(ends[~against], 0.012, INK), *tubes(ends[against], 0.02, CLAY)]
+
+
+def draw(path: Path) -> None:
+    m, s = minimal(), koebe()
+    size = float(np.abs(m.vertices).max())
+    view = View(-85, 24)
+    panels = [
+        Panel([*faces(s, width=0.0), *signed(s, 0.012)], view, (20, 60, 400, 400)),
+        Panel([*faces(m, width=0.0), *signed(m, 0.010 * size)], view, (450, 20, 560, 470)),
+        Panel(diagram(), View(-90, 90), (1060, 110, 310, 300)),
+    ]
+    draw_page(path, 1400, 560, panels, [Note(220, 525, r"$\mathcal{S}$", 30), Note(730, 525, r"$\mathcal{M}$", 30)])
+
+
+if __name__ == "__main__":
+    draw(Path(__file__).parents[1] / "docs" / "gallery" / "figure_18.png")
+    print(main())
