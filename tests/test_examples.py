@@ -15,7 +15,8 @@ from matplotlib.image import imread
 
 from fabkit import design, load_project
 from geometry.arrays import FloatArray
-from geometry.mesh import read_mesh
+from geometry.mesh import Mesh, read_mesh
+from tests.fabkit.part21 import StepText
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES, GALLERY = ROOT / "examples", ROOT / "docs" / "gallery"
@@ -89,6 +90,25 @@ def test_figure_5_shows_blends_that_are_parallel() -> None:
     assert found["largest sine between corresponding edges"] < 1e-9
 
 
+def test_figure_6_shows_beams_that_meet_exactly_and_takes_them_to_step(tmp_path: Path) -> None:
+    found = numbers(6)
+    for which in ("by how much their outer edges miss each other", "by how much their inner edges miss each other"):
+        assert found[f"{which}, over the height"] < 1e-9
+    assert found["misalignment of beams on node axes, over the height"] < 1e-9
+    assert found["largest twist in degrees"] < 1e-9
+    assert found["least angle over an edge in degrees"] > 10  # convex
+    assert found["neighbouring beams"] > found["beams"]
+    assert found["parts in the STEP file"] == found["beams"] + found["nodes"] + found["panels"]
+    example("figure_06_exact_nodes").write(tmp_path / "dome.step")
+    assert (tmp_path / "dome.step").stat().st_size == found["bytes of the STEP file"]
+    read = StepText((tmp_path / "dome.step").read_text(encoding="ascii"))
+    assert set(read.references()) <= set(read.instances)
+    assert len(read.all("MANIFOLD_SOLID_BREP")) == found["different parts"]
+    groups = 4  # the structure's beams, nodes and panels are instances too, and the structure is a product
+    assert len(read.all("NEXT_ASSEMBLY_USAGE_OCCURRENCE")) == found["parts in the STEP file"] + groups - 1
+    assert len(read.all("PRODUCT")) == found["different parts"] + groups
+
+
 def test_figure_7_shows_beams_that_are_misaligned_though_not_twisted() -> None:
     found = numbers(7)
     assert found["least height over d"] < 0.8
@@ -106,6 +126,57 @@ def test_figure_8_shows_edges_at_constant_distance() -> None:
     assert found["largest distance of a face of S"] < 1  # so that all faces cut the sphere
 
 
+def test_figure_9_shows_circles_that_touch_and_cross_at_right_angles() -> None:
+    found = numbers(9)
+    assert found["vertices"] - found["edges"] + found["faces"] == 2
+    assert found["largest deviation of an edge from distance 1"] < 1e-9
+    for kind in ("faces", "vertices"):
+        assert found[f"largest distance of points of tangency from the circles of {kind}"] < 1e-9
+        assert found[f"largest sine between circles of neighbouring {kind}"] < 1e-9
+    assert found["largest cosine between circles of faces and vertices"] < 1e-9
+    assert found["largest radius of a face circle"] > 1.5 * found["least radius of a face circle"]
+
+
+def test_figure_10_shows_edge_offsets_before_and_after() -> None:
+    found = numbers(10)
+    assert found["largest deviation of the mean curvature of M from -1"] < 1e-9
+    assert 0.4 < found["faces of M with negative Gaussian curvature"] / found["faces"] < 0.5  # S runs over itself once
+    for image in ("S", "S'"):
+        assert found[f"largest deviation of an edge of {image} from distance 1"] < 1e-9
+    for offset in ("M and M + d S", "M' and M' + d S'"):
+        assert found[f"largest deviation of edges of {offset} from distance d, over d"] < 1e-9
+    assert found["largest sine between edges of M' and S'"] < 1e-9
+    assert found["faces of M' that cross themselves or others"] == 0
+    pictured = example("figure_10_laguerre")
+    (m, _), (moved, _) = pictured.original(), pictured.transformed()
+    turned = m.vertices @ _turn(2 * np.pi / pictured.AROUND).T  # M has an axis, M' has lost it
+    assert _farthest(turned, m.vertices) < 1e-9
+    turned = moved.vertices @ _turn(2 * np.pi / pictured.AROUND).T
+    assert _farthest(turned, moved.vertices) > moved.mean_edge_length / 2
+
+
+def _turn(angle: float) -> FloatArray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _farthest(points: FloatArray, others: FloatArray) -> float:
+    """The largest distance of a point from the nearest of the others."""
+    return float(np.linalg.norm(points[:, None] - others, axis=2).min(axis=1).max())
+
+
+def test_figure_11_shows_negative_curvature_and_reversed_edges() -> None:
+    found = numbers(11)
+    assert found["largest Gaussian curvature"] < -0.1
+    assert 0.4 < found["reversed edges"] / found["edges"] < 0.6
+    assert found["largest deviation of an edge of S from distance 1"] < 1e-9
+    assert found["largest deviation of edges of M and M + d S from distance d, over d"] < 1e-9
+    assert found["largest sine between corresponding edges"] < 1e-9
+    assert found["least edge factor, without its sign"] > 1 - 1e-9
+    assert found["largest edge factor, without its sign"] < 10
+    assert found["faces of M that cross themselves or others"] == 0
+
+
 def test_figure_12_shows_a_thin_layer_and_both_signs_of_curvature() -> None:
     found = numbers(12)
     assert 0.2 < found["faces of negative curvature"] / found["faces"] < 0.8
@@ -121,6 +192,28 @@ def test_figure_13_shows_that_conical_is_far_and_planar_is_near() -> None:
     assert found["largest deviation, planar, in edge lengths"] < 0.1
     assert 0.8 < found["least beam height over d"] < 1 < found["largest beam height over d"] < 1.2
     assert found["largest twist in degrees"] < 1e-9
+
+
+def test_figure_17_shows_parallel_diagonals_and_a_minimal_mesh() -> None:
+    found = numbers(17)
+    assert found["largest mean curvature, over one over the waist"] < 1e-9
+    assert found["largest Gaussian curvature, over its square"] < -0.01
+    assert found["largest sine between 13 and 2*4*"] < 1e-9
+    assert found["largest sine between 24 and 1*3*"] < 1e-9
+    assert found["largest sine between corresponding edges"] < 1e-9
+    assert found["reversed edges"] == found["faces"]  # the meridians: one a face, as rows are closed
+    assert found["least radius of S"] < 0.95 < 1.05 < found["largest radius of S"]  # no sphere
+    assert found["faces of M that cross themselves or others"] == 0
+
+
+def test_figure_18_shows_a_minimal_mesh_with_edge_offsets() -> None:
+    found = numbers(18)
+    assert found["largest mean curvature, over one over the waist"] < 1e-9
+    assert found["largest Gaussian curvature, over its square"] < -0.1
+    assert found["largest deviation of an edge of S from distance 1"] < 1e-9
+    assert found["largest sine between corresponding edges"] < 1e-9
+    assert found["reversed edges"] == found["faces"]  # one side of each hexagon, as rows are closed
+    assert found["faces of M that cross themselves or others"] == 0
 
 
 # --- the gallery
@@ -158,6 +251,19 @@ def test_what_is_nearer_hides_what_is_behind_and_shines_through_glass() -> None:
     assert image[0, 30, 3] == pytest.approx(0)
     points = np.random.default_rng(0).normal(size=(20, 3))
     assert camera.unproject(camera.project(points)) == pytest.approx(points, abs=1e-12)  # sizes are about 1
+
+
+def test_a_face_with_a_notch_is_drawn_without_it() -> None:
+    drawing, rendering = example("drawing"), example("rendering")
+    arrow = np.array([[-1.0, -1, 0], [0, 0.5, 0], [1, -1, 0], [0, 1, 0]])
+    for turn in range(4):
+        shapes = drawing.faces(Mesh.from_faces(np.roll(arrow, turn, axis=0), [[0, 1, 2, 3]]), "#ff0000", width=0.0)
+        camera = rendering.fit(drawing.View(-90, 90), arrow, 60, 60)
+        image = rendering.render(shapes, camera, 60, 60)
+        column, row = camera.project(np.array([0.0, 0.75, 0.0]))[:2].astype(int)
+        assert image[row, column, 3] == 1
+        column, row = camera.project(np.array([0.0, 0.0, 0.0]))[:2].astype(int)
+        assert image[row, column, 3] == 0
 
 
 def _coarse(image: FloatArray) -> FloatArray:
