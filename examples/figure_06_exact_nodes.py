@@ -15,7 +15,6 @@ from pathlib import Path
 
 import figure_10_laguerre as figure_10
 import numpy as np
-from cutting import part
 from drawing import CLAY, GLASS, GOLD, STEEL, Panel, Shapes, View, balls, draw_page, polygons, tubes
 
 from fabkit.detailing.detail import detail
@@ -36,7 +35,7 @@ VIEW = View(-75, 22)
 def support() -> SupportStructure:
     """Over the rows of M' below the fold, without the two uppermost, which have short edges."""
     below = np.arange(figure_10.AROUND * (figure_10.ROWS - 2))
-    mesh, image = (part(each, below) for each in figure_10.transformed())
+    mesh, image = (each.part(below) for each in figure_10.transformed())
     return SupportStructure(mesh * (MEAN_EDGE / mesh.mean_edge_length), image, HEIGHT)
 
 

@@ -13,7 +13,6 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from cutting import part
 from drawing import CLAY, GOLD, Note, Panel, Shapes, View, draw_page, faces, mixed
 
 from geometry import Mesh, edge_distances, face_curvatures, parallelity
@@ -78,7 +77,7 @@ def coloured(mesh: Mesh, *, width: float = 1.0) -> Shapes:
 
 def first_cover(mesh: Mesh) -> Shapes:
     """S without what runs over it once more."""
-    return faces(part(mesh, np.arange(AROUND * (ROWS + 1))), special={GOLD: rows()[GOLD]}, width=1.0)
+    return faces(mesh.part(np.arange(AROUND * (ROWS + 1))), special={GOLD: rows()[GOLD]}, width=1.0)
 
 
 def draw(path: Path) -> None:

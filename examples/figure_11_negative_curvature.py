@@ -12,7 +12,6 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from cutting import inner_faces, part
 from drawing import CLAY, GLASS, INK, LINEN, Note, Panel, Shapes, View, draw_page, faces, tubes
 
 from geometry import Mesh, edge_distances, edge_factors, face_curvatures, parallelity
@@ -31,13 +30,19 @@ def signs(s: Mesh) -> IntArray:
     return saddle_signs(s, ALONG, pole=POLE)
 
 
+def inner_faces(mesh: Mesh) -> IntArray:
+    """Those without a vertex on the boundary."""
+    c = mesh.combinatorics
+    return np.setdiff1d(np.arange(c.n_faces), c.corner_face[c.is_boundary_vertex[c.corners]])
+
+
 @cache
 def pair() -> tuple[Mesh, Mesh]:
     """M, S."""
     s = koebe(pentagon_patch(COUNT, COUNT), coverage=COVERAGE).mesh
     m = edge_offset_mesh(s, signs=signs(s), lengths=(s.edge_lengths, np.inf))
     kept = inner_faces(s)
-    return part(m, kept), part(s, kept)
+    return m.part(kept), s.part(kept)
 
 
 def main() -> dict[str, float]:
@@ -66,7 +71,7 @@ def edges(mesh: Mesh, against: BoolArray, radius: float) -> Shapes:
 def diagram() -> Shapes:
     """The pattern of a small, nearly flat patch as seen from above."""
     whole = koebe(pentagon_patch(6, 6), coverage=0.001).mesh
-    s = part(whole, inner_faces(whole))
+    s = whole.part(inner_faces(whole))
     flat = s.vertices * [1, 1, 0]
     return edges(s.with_vertices(flat / np.abs(flat).max()), signs(s) < 0, 0.022)
 
