@@ -112,7 +112,7 @@ def _close_to_lengths(koebe: Mesh, signs: IntArray, length: Any) -> LinearFuncti
 def _shrunk(mean_edge_length: float) -> GeometryError:
     return GeometryError(
         f"the mesh has shrunk to a point: nothing keeps its mean edge length, {mean_edge_length:.1e}, from that; ask "
-        "for lengths of edges that keep or reverse their orientation, or fix two vertices or more",
+        "for lengths of edges that keep or reverse their orientation, fix two vertices or more, or want more closeness",
         value=mean_edge_length,
     )
 
