@@ -160,11 +160,12 @@ class ChristoffelDuals:
         x = vectors[:, 0] if self.equations.is_overdetermined else apply(self.equations.narrow, vectors[:, 0])
         residuals = np.abs(apply(self.equations.mixed_areas, x / np.linalg.norm(x)))
         face, zero = int(residuals.argmax()), passing(self.equations.deviation)
+        following = "".join(f" (the next is {value:.1e})" for value in values[1:2])  # triangles alone have one in all
         raise GeometryError(
             f"the mesh has no Christoffel dual, so nothing is minimal with respect to it: the least singular value of "
-            f"the equations is {values[0]:.1e}, at most {zero:.0e} passes for zero (the next is {values[1]:.1e}); "
-            f"what comes nearest fails most in face {face}; quads must form a Koenigs net, as Koebe polyhedra do, and "
-            "their dual must close around holes",
+            f"the equations is {values[0]:.1e}, at most {zero:.0e} passes for zero{following}; what comes nearest "
+            f"fails most in face {face}; quads must form a Koenigs net, as Koebe polyhedra do, and their dual must "
+            "close around holes",
             elements=[face],
             value=float(values[0]),
             bound=zero,

@@ -173,6 +173,9 @@ def test_the_fairest_dual_of_a_band_of_standing_hexagons_is_a_catenoid() -> None
 def test_triangles_are_dual_to_points() -> None:
     with pytest.raises(GeometryError, match=r"has a length of .* of the mean edge length|no Christoffel dual"):
         christoffel_dual(shapes.cap(solids.rhombicosidodecahedron(), 0.5))
+    for triangles in (solids.tetrahedron(), solids.icosahedron(), Mesh.from_faces(np.eye(3), [[0, 1, 2]])):
+        with pytest.raises(GeometryError, match=r"no Christoffel dual.* passes for zero; what"):
+            christoffel_dual(triangles)
 
 
 def test_other_meshes_are_refused() -> None:
