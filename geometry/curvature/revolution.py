@@ -103,7 +103,8 @@ def _factors(rings: Rings, integrals: FloatArray, mean: float, branch: float) ->
     start = rings.of_vertices[rings.radii.argmax()]
     turns = np.searchsorted(rings.folds, np.arange(rings.n_rings))  # folds before each ring
     signs = branch * (-1.0) ** (turns - turns[start])
-    return np.asarray((signs * np.sqrt(np.maximum(squares, 0.0)) - 1) / (2 * mean))
+    sums = 1 + np.sqrt(np.maximum(squares, 0.0))  # which the smaller root is divided by, so that nothing cancels
+    return np.asarray(np.where(signs > 0, 2 * integrals / sums, -sums / (2 * mean)))
 
 
 def _check_length(name: str, value: float) -> None:

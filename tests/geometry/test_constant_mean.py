@@ -80,6 +80,15 @@ def test_cylinders() -> None:
     np.testing.assert_allclose(np.linalg.norm(mesh.vertices[:, :2], axis=1), 1.2, rtol=1e-12)
 
 
+@pytest.mark.parametrize("mean", [1e-3, -1e-6, 1e-12, -1e-200])
+def test_small_curvatures_lose_no_digits(mean: float) -> None:
+    image = rotational_koebe(Pattern.QUADS, 24, 4)
+    mesh = constant_mean_of_revolution(image, mean, radius=0.8)
+    assert np.abs(face_curvatures(mesh, image).mean - mean).max() <= CONSTANT
+    catenoid = minimal_of_revolution(image, waist=float(np.linalg.norm(mesh.vertices[:, :2], axis=1).min()))
+    np.testing.assert_allclose(mesh.vertices, catenoid.vertices, rtol=0, atol=abs(mean) + 1e-14)
+
+
 @given(st.integers(6, 20), st.integers(2, 6), st.integers(1, 3), st.sampled_from([-1.0, 0.5]))
 def test_unduloids_have_their_inflections_where_the_gauss_image_folds(
     around: int, rows: int, folds: int, mean: float
