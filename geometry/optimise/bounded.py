@@ -17,13 +17,17 @@ from geometry.optimise.functional import SparseMatrix, apply, largest
 from geometry.optimise.semidefinite import minimise_semidefinite
 from geometry.optimise.solution import Reason, Solution
 
-__all__ = ["minimise_bounded"]
+__all__ = ["distances_from_zero", "minimise_bounded"]
 
 ACCURACY = 1e-12
 """Asked of the interior-point method, of a problem whose numbers are about 1: which bounds hold shows last."""
 
 ENOUGH = 1e-8
 """What is accepted of it where it gets no further."""
+
+FAR = 1e3
+"""Bounds over the size of the problem, beyond which they are left out unless they turn out to matter: the accuracy of
+interior points goes by the largest bound."""
 
 NO_WORSE = 1e-11
 """How much the polish may add to the least value, over the size of its terms."""
@@ -73,9 +77,10 @@ def minimise_bounded(
         upper / x_size,
         tolerance / x_size,
     )
-    found = problem.interior_point(max_steps)
-    if found.reason not in (Reason.INFEASIBLE, Reason.UNBOUNDED):
-        found = problem.polished(found)
+    found = problem.without_far_bounds().solution(max_steps)
+    matter = found.reason is Reason.UNBOUNDED or problem.violation(found.x) > max(found.violation, problem.tolerance)
+    if matter and found.reason is not Reason.INFEASIBLE:
+        found = problem.solution(max_steps)
     return Solution(
         found.x * x_size, found.multipliers * (size * x_size), found.violation * x_size, found.steps, found.reason
     )
@@ -84,11 +89,17 @@ def minimise_bounded(
 def _sizes(H: SparseMatrix, g: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[float, float]:
     """A size of x, and of the objective over its square."""
     bounds = np.concatenate([b, lower, upper])
-    x = largest(bounds[np.isfinite(bounds)])
+    widest = largest(bounds[np.isfinite(bounds)])
     curvature, gradient = float(H.diagonal().mean()), largest(g)
-    if x == 0:
-        x = gradient / curvature if curvature * gradient > 0 else 1.0
+    pulled = gradient / curvature if curvature * gradient > 0 else 0.0
+    nearest = max(largest(b), largest(distances_from_zero(lower, upper)))
+    x = max(nearest, min(pulled, widest)) or pulled or widest or 1.0
     return x, max(curvature, gradient / x) or 1.0
+
+
+def distances_from_zero(lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """(k,) of the intervals between bounds: what they make of a size, however far away their other ends are."""
+    return np.asarray(np.maximum(np.maximum(lower, -upper), 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +120,16 @@ class _Problem:
         """(k,) which bounds are equations."""
         found: BoolArray = self.lower == self.upper
         return found
+
+    def without_far_bounds(self) -> _Problem:
+        """This problem itself where there are none."""
+        lower = np.where(self.lower < -FAR, -np.inf, self.lower)
+        upper = np.where(self.upper > FAR, np.inf, self.upper)
+        return replace(self, lower=lower, upper=upper)
+
+    def solution(self, max_steps: int) -> Solution:
+        found = self.interior_point(max_steps)
+        return found if found.reason in (Reason.INFEASIBLE, Reason.UNBOUNDED) else self.polished(found)
 
     def interior_point(self, max_steps: int) -> Solution:
         equal, above, below = self.equal, np.isfinite(self.upper), np.isfinite(self.lower)

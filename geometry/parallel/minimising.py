@@ -8,7 +8,7 @@ from scipy.sparse import csr_array, eye_array, vstack
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh
-from geometry.optimise.bounded import minimise_bounded
+from geometry.optimise.bounded import distances_from_zero, minimise_bounded
 from geometry.optimise.functional import SparseMatrix, apply, largest
 from geometry.optimise.semidefinite import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
@@ -31,7 +31,8 @@ AIM = 0.1
 """Violation asked of the solvers, over what is allowed."""
 
 CONTRADICTION = 1e-9
-"""Violation, over the size of M and of what is fixed, above which it is a contradiction, and not rounding."""
+"""Violation, over the size of M, of what is fixed and of what is found, above which it is a contradiction, and not
+rounding."""
 
 
 def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: FactorBounds | None) -> Mesh:
@@ -76,9 +77,8 @@ def _bounded(
     size: float,
 ) -> Solution:
     """The minimiser with lower <= rows y <= upper; size: that of M, where no number has one."""
-    numbers = np.concatenate([b, lower, upper])
     curvature = float(H.diagonal().mean()) or np.inf
-    size = max(largest(numbers[np.isfinite(numbers)]), largest(g) / curvature) or size
+    size = max(largest(b), largest(distances_from_zero(lower, upper)), largest(g) / curvature) or size
     solution = minimise_bounded(H, g, A, b, rows, lower, upper, tolerance=AIM * PARALLEL * size)
     if solution.reason is Reason.UNBOUNDED:
         raise _without_end()
@@ -101,7 +101,7 @@ def _without_end() -> GeometryError:
 def _check_fixed(mesh: Mesh, found: Mesh, fixed: Fixed, solution: Solution) -> None:
     """Only where they contradict each other do fixed vertices, and with them edges, end up elsewhere."""
     distances = fixed.distances(found.vertices)
-    bound = CONTRADICTION * max(largest(mesh.vertices), largest(fixed.positions))
+    bound = CONTRADICTION * max(largest(mesh.vertices), largest(fixed.positions), largest(found.vertices))
     if solution.violation > bound:
         worst = fixed.vertices[np.argsort(-distances)]
         raise GeometryError(
