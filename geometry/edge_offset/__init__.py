@@ -2,13 +2,8 @@
 
 from geometry.edge_offset import patterns
 from geometry.edge_offset.boundary_values import open_pattern
-from geometry.edge_offset.design import (
-    alternating_signs,
-    conflicting_edges,
-    edge_offset_mesh,
-    guided_signs,
-    saddle_signs,
-)
+from geometry.edge_offset.contradictory_signs import conflicting_edges
+from geometry.edge_offset.design import alternating_signs, edge_offset_mesh, guided_signs, saddle_signs
 from geometry.edge_offset.koebe import KoebePolyhedron, SphereCircles, koebe
 from geometry.edge_offset.laguerre import LaguerreTransformation
 from geometry.edge_offset.moebius import MoebiusTransformation

@@ -11,43 +11,31 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, eye_array, hstack, vstack
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.edge_offset.contradictory_signs import check_faces_can_close, check_signs_fit_together, checked_signs
 from geometry.edge_offset.koebe import TOLERANCE, KoebePolyhedron
+from geometry.edge_offset.lorentz import array_of
 from geometry.errors import GeometryError
 from geometry.functionals.fairness import laplacian
 from geometry.mesh import Combinatorics, Mesh
-from geometry.mesh.polygons import face_sums
-from geometry.mesh.runs import next_in_run
-from geometry.optimise.bounded import minimise_bounded
-from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, largest
-from geometry.optimise.solution import ConvergenceError, Reason
+from geometry.optimise.bounded import distances_from_zero
+from geometry.optimise.functional import LinearFunctional, largest
 from geometry.parallel import ParallelSpace, edge_factors
 from geometry.parallel.conditions import FactorBounds, Fixed
 from geometry.parallel.offsets import edge_feet
 from geometry.parallel.parallelity import across_directions
 
-__all__ = [
-    "alternating_signs",
-    "conflicting_edges",
-    "edge_offset_mesh",
-    "guided_signs",
-    "saddle_signs",
-]
+__all__ = ["alternating_signs", "edge_offset_mesh", "guided_signs", "saddle_signs"]
 
 CLEAR = 1e-9
 """Cosine of the angle between an edge and its guide, up to which the guide has no say."""
 
-HALF_TURN = np.pi + 1e-9
-"""Angle between directions one after the other, from which on they are all on one side; rounding beside."""
-
-FEASIBLE = 1e-6
-"""Length of an edge in a linear programme, below which it has none, where 1 is asked; its solver stops at 1e-8."""
-
 VANISHED = 1e-6
-"""Mean edge length over the largest coordinate, below which a mesh has shrunk to a point: bounds are kept to 1e-9."""
+"""Mean edge length over the largest coordinate or length that is asked for, below which a mesh has shrunk to a point:
+bounds are kept to 1e-9."""
 
 
 def edge_offset_mesh(
@@ -78,26 +66,30 @@ def edge_offset_mesh(
     close or a few edges that stand in the way, where M has shrunk to a point, and as `ParallelSpace.minimise` does.
     """
     KoebePolyhedron(koebe)  # checks it
-    wanted = _checked_signs(koebe, signs)
-    _check_faces_can_close(koebe, wanted)
+    wanted = checked_signs(koebe, signs)
+    check_faces_can_close(koebe, wanted)
     bounds = _bounds(koebe, wanted, lengths)
     wished = Fixed.of(koebe, near or {})
+    asked = [wished.positions, Fixed.of(koebe, fixed or {}).positions]
+    asked.append(distances_from_zero(*bounds) * koebe.edge_lengths)
     terms = [(1.0, laplacian(koebe.combinatorics))]
     if len(wished.vertices):
         terms.append((closeness, LinearFunctional(wished.rows(koebe.n_vertices), wished.positions.ravel())))
-    if length is not None:
+    if length is not None and evenness != 0:
         terms.append((evenness, _close_to_lengths(koebe, wanted, length)))
-    is_held = bool(fixed or near)
-    if not is_held and length is None and not (np.maximum(bounds[0], -bounds[1]) > 0).any():
+        asked.append(terms[-1][1].target)
+    size = max(map(largest, asked))
+    if size == 0:
         raise _shrunk(0.0)
+    is_held = bool(fixed or near)
     anchor = int(koebe.combinatorics.corners[0])  # it may lie anywhere if nothing is held
     held = fixed if is_held else {anchor: np.zeros(3)}
     try:
         found = ParallelSpace(koebe).minimise(terms, fixed=held, factor_bounds=bounds)
     except GeometryError as error:
-        _check_signs_fit_together(koebe, wanted, error)
+        check_signs_fit_together(koebe, wanted, error)
         raise
-    if found.mean_edge_length <= VANISHED * largest(found.vertices):
+    if found.mean_edge_length <= VANISHED * max(size, largest(found.vertices)):
         raise _shrunk(found.mean_edge_length)
     return found if is_held else found.translated(-found.vertices.mean(axis=0))
 
@@ -105,8 +97,38 @@ def edge_offset_mesh(
 def _close_to_lengths(koebe: Mesh, signs: IntArray, length: Any) -> LinearFunctional:
     """The lengths of the signed edges minus those that are wished."""
     signed = np.flatnonzero(signs)
-    rows = FactorBounds.of(koebe, (length, length)).rows(koebe)
-    return LinearFunctional(csr_array(rows[signed]), np.broadcast_to(length, koebe.n_edges)[signed] * signs[signed])
+    rows = csr_array(FactorBounds.of(koebe, (0.0, 0.0)).rows(koebe)[signed])
+    wished = floats(length)
+    if wished.shape not in ((), (koebe.n_edges,)):
+        raise GeometryError(f"the lengths have shape {wished.shape}, there are {koebe.n_edges} edges")
+    wished = np.broadcast_to(wished, koebe.n_edges)[signed]
+    wrong = np.flatnonzero(~((wished > 0) & np.isfinite(wished)))
+    if len(wrong):
+        name = koebe.combinatorics.edge_name(int(signed[wrong[0]]))
+        raise GeometryError(
+            f"{name} is wished to be {wished[wrong[0]]} long: a finite number above 0 is needed; which way edges run "
+            "is what signs say",
+            elements=signed[wrong].tolist(),
+            value=float(wished[wrong[0]]),
+            bound=0.0,
+        )
+    return LinearFunctional(rows, wished * signs[signed])
+
+
+def _bounds(koebe: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tuple[FloatArray, FloatArray]:
+    """Of the edge factors."""
+    allowed = FactorBounds.of(koebe, lengths)
+    least, most = allowed.lower, allowed.upper
+    if (least < 0).any():
+        edge = int(least.argmin())
+        raise GeometryError(
+            f"{koebe.combinatorics.edge_name(edge)} is to be at least {least[edge]} long: lengths are 0 or more",
+            elements=[edge],
+            value=float(least[edge]),
+            bound=0.0,
+        )
+    least, most = least / koebe.edge_lengths, most / koebe.edge_lengths
+    return np.choose(signs + 1, [-most, -most, least]), np.choose(signs + 1, [-least, most, most])
 
 
 def _shrunk(mean_edge_length: float) -> GeometryError:
@@ -138,13 +160,14 @@ def saddle_signs(koebe: Mesh, direction: Any, *, pole: Any = None) -> IntArray:
     direction (3,) or (E, 3): vectors at the points where the edges touch the unit sphere, projected to its tangent
     planes there. One vector for all of them is along the meridians about it. With a pole (3,) on the
     sphere, the vectors are put there by stereographic projection from that pole: one vector at right angles to it is
-    along the images of parallel lines. An edge halfway between, or where the field vanishes, gets 0.
+    along the images of parallel lines. An edge halfway between, at the pole, or where the field vanishes, gets 0.
 
-    Raises GeometryError for other shapes, and for a pole off the unit sphere.
+    Raises GeometryError for other shapes, numbers that are not finite, and a pole off the unit sphere.
     """
     field = floats(direction)
     if field.shape not in ((3,), (koebe.n_edges, 3)):
         raise GeometryError(f"the direction has shape {field.shape}, (3,) or ({koebe.n_edges}, 3) is needed")
+    field = array_of(field, field.shape, "the direction")
     points = edge_feet(koebe, koebe)
     vectors = np.broadcast_to(field, points.shape)
     if pole is not None:
@@ -157,9 +180,14 @@ def saddle_signs(koebe: Mesh, direction: Any, *, pole: Any = None) -> IntArray:
 
 
 def _mirrored(vectors: FloatArray, normals: FloatArray) -> FloatArray:
-    """(E, 3) mirror images: what the derivative of an inversion does to directions, `normals` from its centre."""
-    shares = np.einsum("ei,ei->e", vectors, normals) / np.einsum("ei,ei->e", normals, normals)
-    return np.asarray(vectors - 2 * shares[:, None] * normals)
+    """(E, 3) mirror images: what the derivative of an inversion does to directions, `normals` from its centre.
+
+    Zero at the centre itself.
+    """
+    squares = np.einsum("ei,ei->e", normals, normals)[:, None]
+    inner = np.einsum("ei,ei->e", vectors, normals)[:, None]
+    mirrored = vectors - 2 * inner / np.maximum(squares, np.finfo(float).tiny) * normals
+    return np.where(squares > CLEAR**2, mirrored, 0.0)
 
 
 def _checked_pole(pole: Any) -> FloatArray:
@@ -172,10 +200,12 @@ def _checked_pole(pole: Any) -> FloatArray:
 def alternating_signs(combinatorics: Combinatorics, *, first: int = 1) -> IntArray:
     """(E,) the signs of negative curvature in a mesh of quads: opposite edges alike, neighbouring ones not.
 
-    first: the sign of edge 0, and of the first edge of each part that no quads connect with it. Faces of other sizes
-    have no say, and edges that belong to no quad get 0. Raises GeometryError, naming an edge, where that is
+    first: 1 or -1, the sign of edge 0, and of the first edge of each part that no quads connect with it. Faces of
+    other sizes have no say, and edges that belong to no quad get 0. Raises GeometryError, naming an edge, where that is
     contradictory, as around interior vertices of odd valence.
     """
+    if first not in (-1, 1):
+        raise GeometryError(f"the first sign is {first}: it must be -1 or 1")
     c, n = combinatorics, combinatorics.n_edges
     in_quad = c.face_sizes[c.corner_face] == 4
     here, ahead = c.corner_edge[in_quad], c.corner_edge[c.next_corner[in_quad]]
@@ -192,120 +222,3 @@ def alternating_signs(combinatorics: Combinatorics, *, first: int = 1) -> IntArr
     is_first = parts[:n] < parts[n:]  # parts are numbered as their first members come
     connected = np.isin(np.arange(n), here)
     return integers(np.where(connected, np.where(is_first, first, -first), 0))
-
-
-def conflicting_edges(koebe: Mesh, signs: Any) -> IntArray:
-    """Edges (k,) that cannot have the signs (E,) together with the others: none where a mesh with these signs exists.
-
-    Those few at which a linear programme gives way, if all signed edges want to be at least 1 long and what they lack
-    is least in sum. Other choices may be as good. Raises ConvergenceError where that is not found out.
-    """
-    wanted = _checked_signs(koebe, signs)
-    signed = np.flatnonzero(wanted)
-    A = ParallelSpace(koebe).matrix
-    rows = csr_array(wanted[signed, None] * FactorBounds.of(koebe, (0.0, 0.0)).rows(koebe)[signed])
-    m, n, k = *A.shape, len(signed)
-    if not k:
-        return integers([])
-    # unknowns: positions, vertex 0 at the origin, and what the edges lack
-    pin: SparseMatrix = csr_array((np.ones(3), (np.arange(3), np.arange(3))), shape=(3, n + k))
-    equations = csr_array(vstack([hstack([A, csr_array((m, k))]), pin]))
-    limits = csr_array(vstack([hstack([rows, eye_array(k)]), hstack([csr_array((k, n)), eye_array(k)])]))
-    solution = minimise_bounded(
-        csr_array((n + k, n + k)),
-        -np.repeat([0.0, 1.0], [n, k]),
-        equations,
-        np.zeros(m + 3),
-        limits,
-        np.repeat([1.0, 0.0], k),
-        np.full(2 * k, np.inf),
-        tolerance=FEASIBLE,
-    )
-    lacking = signed[apply(rows, solution.x[:n]) <= FEASIBLE]
-    if len(lacking) and solution.reason is not Reason.CONVERGED:
-        raise ConvergenceError(
-            f"whether the signs have a solution is not found out: the solver stopped since {solution.reason.value}",
-            solution=solution,
-            value=solution.violation,
-            bound=FEASIBLE,
-        )
-    return integers(lacking)
-
-
-def _checked_signs(koebe: Mesh, signs: Any) -> IntArray:
-    values = np.asarray(signs)
-    if values.shape not in ((), (koebe.n_edges,)):
-        raise GeometryError(f"the signs have shape {values.shape}, there are {koebe.n_edges} edges")
-    values = np.broadcast_to(values, koebe.n_edges)
-    wrong = np.flatnonzero(~np.isin(values, (-1, 0, 1)))
-    if len(wrong):
-        raise GeometryError(
-            f"{koebe.combinatorics.edge_name(int(wrong[0]))} has the sign {values[wrong[0]]}: signs are -1, 0 and 1",
-            elements=wrong.tolist(),
-            value=float(values[wrong[0]]),
-        )
-    return integers(values)
-
-
-def _bounds(koebe: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tuple[FloatArray, FloatArray]:
-    """Of the edge factors."""
-    allowed = FactorBounds.of(koebe, lengths)
-    least, most = allowed.lower, allowed.upper
-    if (least < 0).any():
-        edge = int(least.argmin())
-        raise GeometryError(
-            f"{koebe.combinatorics.edge_name(edge)} is to be at least {least[edge]} long: lengths are 0 or more",
-            elements=[edge],
-            value=float(least[edge]),
-            bound=0.0,
-        )
-    least, most = least / koebe.edge_lengths, most / koebe.edge_lengths
-    return np.choose(signs + 1, [-most, -most, least]), np.choose(signs + 1, [-least, most, most])
-
-
-# --- signs without a solution
-
-
-def _check_faces_can_close(koebe: Mesh, signs: IntArray) -> None:
-    """Raise GeometryError for faces whose edges, run as the signs say, all go to one side: they never come back."""
-    c, normals = koebe.combinatorics, koebe.face_normals
-    along = np.where(c.runs_along_edge, 1, -1) * signs[c.corner_edge]
-    steps = along[:, None] * koebe.edge_directions[c.corner_edge]
-    x_axes = koebe.edge_directions[c.corner_edge[c.face_starts[:-1]]]
-    y_axes = np.cross(normals, x_axes)
-    x, y = (np.einsum("ci,ci->c", steps, axes[c.corner_face]) for axes in (x_axes, y_axes))
-    angles = np.arctan2(y, x)
-    angles = angles[np.lexsort((angles, c.corner_face))]
-    gaps = (angles[next_in_run(c.face_starts)] - angles) % (2 * np.pi)
-    is_signed = face_sums(c, np.abs(signs[c.corner_edge])) == c.face_sizes
-    wide = np.maximum.reduceat(gaps, c.face_starts[:-1])
-    open_faces = np.flatnonzero(is_signed & ((wide >= HALF_TURN) | (wide == 0)))
-    if len(open_faces):
-        face = int(open_faces[0])
-        names = ", ".join(f"{'+' if s > 0 else '-'}{e}" for e, s in _edges_of(c, face, signs))
-        raise GeometryError(
-            f"the signs have no solution: face {face} cannot close, as its edges {names} then all run to one side"
-            f"{_and_others(len(open_faces))}; reverse some of them, or give them the sign 0",
-            elements=open_faces.tolist(),
-        )
-
-
-def _edges_of(combinatorics: Combinatorics, face: int, signs: IntArray) -> list[tuple[int, int]]:
-    edges = combinatorics.corner_edge[combinatorics.face_starts[face] : combinatorics.face_starts[face + 1]]
-    return list(zip(edges.tolist(), signs[edges].tolist(), strict=True))
-
-
-def _and_others(count: int) -> str:
-    return f" ({count} such faces)" if count > 1 else ""
-
-
-def _check_signs_fit_together(koebe: Mesh, signs: IntArray, error: GeometryError) -> None:
-    """Raise GeometryError, from an error of the solver, where it is the signs that have no solution."""
-    edges = conflicting_edges(koebe, signs)
-    if len(edges):
-        names = ", ".join(map(str, edges[:10].tolist())) + (" and others" if len(edges) > 10 else "")
-        raise GeometryError(
-            f"the signs have no solution: each face could close, but no mesh parallel to S has all of them. Those of "
-            f"edges {names} stand in the way: reverse these edges, or give them the sign 0",
-            elements=edges.tolist(),
-        ) from error

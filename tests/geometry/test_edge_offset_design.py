@@ -8,13 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.edge_offset.design import (
-    alternating_signs,
-    conflicting_edges,
-    edge_offset_mesh,
-    guided_signs,
-    saddle_signs,
-)
+from geometry.edge_offset.contradictory_signs import conflicting_edges
+from geometry.edge_offset.design import alternating_signs, edge_offset_mesh, guided_signs, saddle_signs
 from geometry.edge_offset.koebe import KoebePolyhedron
 from geometry.edge_offset.stereographic import circle_planes, poles
 from geometry.errors import GeometryError
@@ -103,6 +98,20 @@ def test_larger_lengths_scale_the_mesh(koebe: Mesh, scale: float) -> None:
     mesh = edge_offset_mesh(koebe, signs=plan_signs(koebe), lengths=AT_LEAST_1)
     scaled = edge_offset_mesh(koebe, signs=plan_signs(koebe), lengths=(scale, np.inf))
     np.testing.assert_allclose(scaled.vertices, scale * mesh.vertices, atol=1e-6 * scale)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_lengths_of_any_unit_do(scale: float) -> None:
+    fairest = edge_offset_mesh(HEXAGONS, signs=1, lengths=AT_LEAST_1)
+    scaled = edge_offset_mesh(HEXAGONS, signs=1, lengths=(scale, np.inf))
+    np.testing.assert_allclose(scaled.vertices, scale * fairest.vertices, atol=1e-6 * scale)
+
+
+@pytest.mark.parametrize("most", [1e3, 1e6, 1e9, 1e15])
+def test_a_largest_length_far_away_is_none(most: float) -> None:
+    fairest = edge_offset_mesh(HEXAGONS, signs=1, lengths=AT_LEAST_1)
+    mesh = edge_offset_mesh(HEXAGONS, signs=1, lengths=(1.0, most))
+    np.testing.assert_allclose(mesh.vertices, fairest.vertices, atol=1e-9)
 
 
 def test_a_largest_length_is_kept() -> None:
@@ -224,6 +233,13 @@ def test_the_pole_carries_directions_to_the_sphere() -> None:
         assert (saddle_signs(koebe, direction) != plan_signs(QUADS)).any()
 
 
+def test_at_the_pole_itself_there_is_no_direction() -> None:
+    pole = KoebePolyhedron(QUADS).tangency_points[5]
+    signs = saddle_signs(QUADS, np.cross(pole, [0, 0, 1]), pole=pole)
+    assert signs[5] == 0
+    assert np.count_nonzero(signs) > QUADS.n_edges / 2
+
+
 def test_a_guide_across_or_without_edges_says_nothing() -> None:
     square = shapes.cube()
     np.testing.assert_array_equal(guided_signs(square, square * 0.0), 0)
@@ -264,6 +280,12 @@ def test_signs_that_do_not_fit_together_are_named() -> None:
 def test_what_shrinks_to_a_point_is_refused(signs: IntArray) -> None:
     with pytest.raises(GeometryError, match="shrunk to a point"):
         edge_offset_mesh(QUADS, signs=signs)
+    with pytest.raises(GeometryError, match="shrunk to a point"):
+        edge_offset_mesh(QUADS, signs=signs, length=1.0, evenness=0.0)
+    with pytest.raises(GeometryError, match="shrunk to a point"):
+        edge_offset_mesh(QUADS, signs=signs, fixed={0: [0, 0, 0]})
+    with pytest.raises(GeometryError, match="shrunk to a point"):
+        edge_offset_mesh(QUADS, signs=signs, fixed={0: [1, 2, 3], 1: [1, 2, 3]})
 
 
 def test_bad_input_is_named() -> None:
@@ -280,10 +302,18 @@ def test_bad_input_is_named() -> None:
         edge_offset_mesh(QUADS, signs=1, lengths=(-1.0, 2.0))
     with pytest.raises(GeometryError, match="there is no such number"):
         edge_offset_mesh(QUADS, signs=1, lengths=(3.0, 2.0))
-    with pytest.raises(GeometryError, match="there is no such number"):
-        edge_offset_mesh(QUADS, signs=1, length=np.nan)
+    lengths = np.ones(QUADS.n_edges)
+    for wrong in (np.nan, np.inf, 0.0, -1.0):
+        lengths[7] = wrong
+        with pytest.raises(GeometryError, match=r"edge 7 .* a finite number above 0 is needed"):
+            edge_offset_mesh(QUADS, signs=1, length=lengths)
+    edge_offset_mesh(QUADS, signs=np.where(np.arange(QUADS.n_edges) == 7, 0, 1), length=lengths)  # nobody asks edge 7
     with pytest.raises(GeometryError, match=r"\(3,\) or"):
         saddle_signs(QUADS, np.ones((4, 3)))
+    with pytest.raises(GeometryError, match="the direction has nan at"):
+        saddle_signs(QUADS, [1, np.nan, 0])
+    with pytest.raises(GeometryError, match="first sign is 2"):
+        alternating_signs(QUADS.combinatorics, first=2)
     with pytest.raises(GeometryError, match="a point of the unit sphere"):
         saddle_signs(QUADS, [1, 0, 0], pole=[0, 0, 2])
 

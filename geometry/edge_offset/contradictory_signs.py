@@ -1,0 +1,125 @@
+"""Signs of edges that no mesh parallel to S can have: which faces, or which edges, are in the way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array, hstack, vstack
+
+from geometry.arrays import IntArray, integers
+from geometry.errors import GeometryError
+from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh.polygons import face_sums
+from geometry.mesh.runs import next_in_run
+from geometry.optimise.bounded import minimise_bounded
+from geometry.optimise.functional import SparseMatrix, apply
+from geometry.optimise.solution import ConvergenceError, Reason
+from geometry.parallel import ParallelSpace
+from geometry.parallel.conditions import FactorBounds
+
+__all__ = ["check_faces_can_close", "check_signs_fit_together", "checked_signs", "conflicting_edges"]
+
+HALF_TURN = np.pi + 1e-9
+"""Angle between directions one after the other, from which on they are all on one side; rounding beside."""
+
+FEASIBLE = 1e-6
+"""Length of an edge in a linear programme, below which it has none, where 1 is asked; its solver stops at 1e-8."""
+
+
+def checked_signs(koebe: Mesh, signs: Any) -> IntArray:
+    values = np.asarray(signs)
+    if values.shape not in ((), (koebe.n_edges,)):
+        raise GeometryError(f"the signs have shape {values.shape}, there are {koebe.n_edges} edges")
+    values = np.broadcast_to(values, koebe.n_edges)
+    wrong = np.flatnonzero(~np.isin(values, (-1, 0, 1)))
+    if len(wrong):
+        raise GeometryError(
+            f"{koebe.combinatorics.edge_name(int(wrong[0]))} has the sign {values[wrong[0]]}: signs are -1, 0 and 1",
+            elements=wrong.tolist(),
+            value=float(values[wrong[0]]),
+        )
+    return integers(values)
+
+
+def check_faces_can_close(koebe: Mesh, signs: IntArray) -> None:
+    """Raise GeometryError for faces whose edges, run as the signs say, all go to one side: they never come back."""
+    c, normals = koebe.combinatorics, koebe.face_normals
+    along = np.where(c.runs_along_edge, 1, -1) * signs[c.corner_edge]
+    steps = along[:, None] * koebe.edge_directions[c.corner_edge]
+    x_axes = koebe.edge_directions[c.corner_edge[c.face_starts[:-1]]]
+    y_axes = np.cross(normals, x_axes)
+    x, y = (np.einsum("ci,ci->c", steps, axes[c.corner_face]) for axes in (x_axes, y_axes))
+    angles = np.arctan2(y, x)
+    angles = angles[np.lexsort((angles, c.corner_face))]
+    gaps = (angles[next_in_run(c.face_starts)] - angles) % (2 * np.pi)
+    is_signed = face_sums(c, np.abs(signs[c.corner_edge])) == c.face_sizes
+    wide = np.maximum.reduceat(gaps, c.face_starts[:-1])
+    open_faces = np.flatnonzero(is_signed & ((wide >= HALF_TURN) | (wide == 0)))
+    if len(open_faces):
+        face = int(open_faces[0])
+        names = ", ".join(f"{'+' if s > 0 else '-'}{e}" for e, s in _edges_of(c, face, signs))
+        raise GeometryError(
+            f"the signs have no solution: face {face} cannot close, as its edges {names} then all run to one side"
+            f"{_and_others(len(open_faces))}; reverse some of them, or give them the sign 0",
+            elements=open_faces.tolist(),
+        )
+
+
+def _edges_of(combinatorics: Combinatorics, face: int, signs: IntArray) -> list[tuple[int, int]]:
+    edges = combinatorics.corner_edge[combinatorics.face_starts[face] : combinatorics.face_starts[face + 1]]
+    return list(zip(edges.tolist(), signs[edges].tolist(), strict=True))
+
+
+def _and_others(count: int) -> str:
+    return f" ({count} such faces)" if count > 1 else ""
+
+
+def check_signs_fit_together(koebe: Mesh, signs: IntArray, error: GeometryError) -> None:
+    """Raise GeometryError, from an error of the solver, where it is the signs that have no solution."""
+    edges = conflicting_edges(koebe, signs)
+    if len(edges):
+        names = ", ".join(map(str, edges[:10].tolist())) + (" and others" if len(edges) > 10 else "")
+        raise GeometryError(
+            f"the signs have no solution: each face could close, but no mesh parallel to S has all of them. Those of "
+            f"edges {names} stand in the way: reverse these edges, or give them the sign 0",
+            elements=edges.tolist(),
+        ) from error
+
+
+def conflicting_edges(koebe: Mesh, signs: Any) -> IntArray:
+    """Edges (k,) that cannot have the signs (E,) together with the others: none where a mesh with these signs exists.
+
+    Those few at which a linear programme gives way, if all signed edges want to be at least 1 long and what they lack
+    is least in sum. Other choices may be as good. Raises ConvergenceError where that is not found out.
+    """
+    wanted = checked_signs(koebe, signs)
+    signed = np.flatnonzero(wanted)
+    A = ParallelSpace(koebe).matrix
+    rows = csr_array(wanted[signed, None] * FactorBounds.of(koebe, (0.0, 0.0)).rows(koebe)[signed])
+    m, n, k = *A.shape, len(signed)
+    if not k:
+        return integers([])
+    # unknowns: positions, vertex 0 at the origin, and what the edges lack
+    pin: SparseMatrix = csr_array((np.ones(3), (np.arange(3), np.arange(3))), shape=(3, n + k))
+    equations = csr_array(vstack([hstack([A, csr_array((m, k))]), pin]))
+    limits = csr_array(vstack([hstack([rows, eye_array(k)]), hstack([csr_array((k, n)), eye_array(k)])]))
+    solution = minimise_bounded(
+        csr_array((n + k, n + k)),
+        -np.repeat([0.0, 1.0], [n, k]),
+        equations,
+        np.zeros(m + 3),
+        limits,
+        np.repeat([1.0, 0.0], k),
+        np.full(2 * k, np.inf),
+        tolerance=FEASIBLE,
+    )
+    lacking = signed[apply(rows, solution.x[:n]) <= FEASIBLE]
+    if len(lacking) and solution.reason is not Reason.CONVERGED:
+        raise ConvergenceError(
+            f"whether the signs have a solution is not found out: the solver stopped since {solution.reason.value}",
+            solution=solution,
+            value=solution.violation,
+            bound=FEASIBLE,
+        )
+    return integers(lacking)
