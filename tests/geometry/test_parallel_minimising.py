@@ -129,14 +129,14 @@ def conditions_of_a_minimum(
     mesh: Mesh, found: Mesh, gradient: FloatArray, lower: FloatArray, upper: FloatArray
 ) -> float:
     """How far the gradient in P(M) is from being held by the bounds that are met: a non-negative least squares fit,
-    as a linear programme, over the norm of the gradient."""
+    as a linear programme, over the largest entry of the gradient, which mostly is held by the edges of M."""
     basis = ParallelSpace(mesh).basis
     factors = edge_factors(mesh, found)
     change = np.stack([edge_factors(mesh, mesh.with_vertices(member)) for member in basis])
     held_below, held_above = factors < lower + 1e-7, factors > upper - 1e-7
     pushes = np.concatenate([change[:, held_below], -change[:, held_above]], axis=1)
     along = basis.reshape(len(basis), -1) @ gradient.ravel()
-    size = np.abs(along).max()
+    size = np.abs(gradient).max()
     n, k = pushes.shape
     # least t with |along - pushes y| <= t and y >= 0
     rows = np.block([[-pushes, -np.ones((n, 1))], [pushes, -np.ones((n, 1))]])
