@@ -32,6 +32,12 @@ interior points goes by the largest bound."""
 NO_WORSE = 1e-11
 """How much the polish may add to the least value, over the size of its terms."""
 
+AWAY = 1e6
+"""Size of x, of a problem whose numbers are about 1, at which it is asked whether there is a minimum."""
+
+PROOF = 1e-6
+"""What is taken for zero of the direction that proves that there is none: interior points miss it by 1 / AWAY."""
+
 REASONS = {
     clarabel.SolverStatus.Solved: Reason.CONVERGED,
     clarabel.SolverStatus.AlmostSolved: Reason.CONVERGED,
@@ -145,8 +151,23 @@ class _Problem:
         of_bounds[equal] = duals[1]
         of_bounds[above] = duals[2]
         of_bounds[below] -= duals[3]
-        reason = REASONS.get(found.status, Reason.STALLED)
+        reason = Reason.UNBOUNDED if self.falls_along(x) else REASONS.get(found.status, Reason.STALLED)
         return Solution(x, np.concatenate([duals[0], of_bounds]), self.violation(x), found.iterations, reason)
+
+    def falls_along(self, x: FloatArray) -> bool:
+        """Whether x is far away, and the direction to it proves that there is no minimum.
+
+        The objective falls along it for ever, as it has no curvature but a slope, and leads into no bound. Interior
+        points may end far out on it and call that a minimum.
+        """
+        size = largest(x)
+        if not size > AWAY:
+            return False
+        direction = x / size
+        along = apply(self.G, direction)
+        bends = max(largest(apply(self.H, direction)), largest(apply(self.A, direction)))
+        meets = max(along[np.isfinite(self.upper)].max(initial=0.0), -along[np.isfinite(self.lower)].min(initial=0.0))
+        return max(bends, meets) <= PROOF and float(self.g @ direction) > PROOF * largest(self.g)
 
     def polished(self, interior: Solution) -> Solution:
         """What the bounds active at the interior point, as equations, lead to, where that is no worse.

@@ -114,6 +114,26 @@ def test_a_function_without_least_value_is_reported(H: FloatArray) -> None:
     assert found.reason is Reason.UNBOUNDED
 
 
+@given(seeds, st.integers(2, 6), st.floats(0.01, 1e3))
+def test_falling_for_ever_between_bounds_is_reported_and_a_far_minimum_found(seed: int, n: int, far: float) -> None:
+    rng = np.random.default_rng(seed)
+    away = rng.normal(size=n)
+    away /= np.linalg.norm(away)
+    G = rng.normal(size=(2 * n, n))
+    G *= np.sign(G @ away)[:, None]  # no lower bound is in the way
+    across = np.eye(n) - np.outer(away, away)
+    H = csr_array(across @ np.diag(rng.uniform(1, 2, n)) @ across)
+    g = H @ rng.normal(size=n) + away
+    lower, free = np.full(2 * n, -1.0), np.full(2 * n, np.inf)
+    nothing = csr_array((0, n)), np.zeros(0)
+    found = minimise_bounded(H, g, *nothing, csr_array(G), lower, free, tolerance=1e-9)
+    assert found.reason is Reason.UNBOUNDED
+    G, lower, upper = np.vstack([G, away]), np.append(lower, -1.0), np.append(free, far)
+    found = minimise_bounded(H, g, *nothing, csr_array(G), lower, upper, tolerance=1e-9 * max(1, far))
+    assert found.reason is Reason.CONVERGED
+    assert away @ found.x == pytest.approx(far, rel=1e-6)
+
+
 def test_a_step_limit_is_reported() -> None:
     rng = np.random.default_rng(0)
     n = 40
