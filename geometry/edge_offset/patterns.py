@@ -109,5 +109,7 @@ def _numbered(faces: IntArray) -> Combinatorics:
 def _check_counts(**counts: tuple[int, int]) -> None:
     """Each count and the least it may be."""
     for name, (count, least) in counts.items():
-        if count < least:
-            raise MeshError(f"{count} {name} are asked for, at least {least} are needed", value=count, bound=least)
+        if not isinstance(count, (int, np.integer)) or count < least:
+            raise MeshError(
+                f"{count} {name} are asked for, an integer from {least} upwards is needed", value=count, bound=least
+            )

@@ -23,8 +23,10 @@ def enneper_koebe(faces: int, *, reach: float = 1.0) -> Mesh:
 
     Raises GeometryError for numbers out of range, and where a vertex circle would be as large as a hemisphere.
     """
-    if faces < 2:
-        raise GeometryError(f"{faces} faces along a side are asked for, at least 2 are needed", value=faces, bound=2)
+    if not isinstance(faces, (int, np.integer)) or faces < 2:
+        raise GeometryError(
+            f"{faces} faces along a side are asked for, an integer from 2 upwards is needed", value=faces, bound=2
+        )
     if not (np.isfinite(reach) and reach > 0):
         raise GeometryError(f"the reach is {reach}: a number above 0 is needed", value=reach, bound=0.0)
     grid = shapes.grid(faces, faces)

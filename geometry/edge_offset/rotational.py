@@ -88,10 +88,14 @@ def rows_within(pattern: Pattern, around: int, latitude: float) -> int:
 
 
 def _check(pattern: Pattern, around: int, rows: int, latitude: float, folds: int, capped: bool) -> None:
+    if not isinstance(pattern, Pattern):
+        raise GeometryError(f"the pattern is {pattern!r}: one of {', '.join(map(str, Pattern))} is needed")
     few = 2 if pattern is Pattern.LYING_HEXAGONS else 1  # lying hexagons of one row only have no edge in common
     for name, number, least in [("faces around", around, 3), ("rows", rows, few), ("folds", folds, 0)]:
-        if number < least:
-            raise GeometryError(f"{number} {name} are asked for, at least {least} is needed", value=number, bound=least)
+        if not isinstance(number, (int, np.integer)) or number < least:
+            raise GeometryError(
+                f"{number} {name} are asked for, an integer from {least} upwards is needed", value=number, bound=least
+            )
     if not abs(latitude) < np.pi / 2:
         raise GeometryError(
             f"the latitude {latitude} is not between those of the poles, -pi/2 and pi/2",

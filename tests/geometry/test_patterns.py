@@ -110,7 +110,7 @@ def test_the_dual_of_an_open_mesh_has_its_inner_vertices_as_faces() -> None:
 
 
 def test_what_is_too_small_is_refused() -> None:
-    with pytest.raises(MeshError, match="0 columns are asked for, at least 1 are needed") as caught:
+    with pytest.raises(MeshError, match="0 columns are asked for, an integer from 1 upwards") as caught:
         quad_patch(0, 3)
     assert (caught.value.value, caught.value.bound) == (0, 1)
     for make in (
@@ -119,8 +119,10 @@ def test_what_is_too_small_is_refused() -> None:
         lambda: pentagon_patch(2, 2, closed=True),
         lambda: rotational_quads(2, 1),
         lambda: rotational_hexagons(3, 0),
+        lambda: quad_patch(2.5, 3),  # type: ignore[arg-type]
+        lambda: pentagon_patch(4, float("nan")),  # type: ignore[arg-type]
     ):
-        with pytest.raises(MeshError, match="are asked for, at least"):
+        with pytest.raises(MeshError, match="are asked for, an integer from"):
             make()
     with pytest.raises(MeshError, match=r"5 columns around an axis: .* give an even number"):
         pentagon_patch(5, 2, closed=True)

@@ -108,17 +108,20 @@ def test_equal_circles(faces: int, reach: float) -> None:
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: rotational_koebe(Pattern.QUADS, 2, 3), "2 faces around are asked for, at least 3"),
-        (lambda: rotational_koebe(Pattern.QUADS, 8, 0), "0 rows are asked for, at least 1"),
-        (lambda: rotational_koebe(Pattern.LYING_HEXAGONS, 8, 1), "1 rows are asked for, at least 2"),
+        (lambda: rotational_koebe(Pattern.QUADS, 2, 3), "2 faces around are asked for, an integer from 3"),
+        (lambda: rotational_koebe(Pattern.QUADS, 8, 0), "0 rows are asked for, an integer from 1"),
+        (lambda: rotational_koebe(Pattern.LYING_HEXAGONS, 8, 1), "1 rows are asked for, an integer from 2"),
         (lambda: rotational_koebe(Pattern.QUADS, 8, 3, latitude=1.6), "the latitude 1.6 is not between"),
         (lambda: rotational_koebe(Pattern.QUADS, 8, 3, folds=-1), "-1 folds are asked for"),
         (lambda: rotational_koebe(Pattern.QUADS, 8, 100), "nearer to the poles than 1e-05"),
         (lambda: rotational_koebe(Pattern.STANDING_HEXAGONS, 8, 3, folds=1), "standing hexagons cannot turn back"),
         (lambda: rotational_koebe(Pattern.LYING_HEXAGONS, 8, 3, capped=True), "only a band of quads"),
         (lambda: rotational_koebe(Pattern.QUADS, 8, 3, folds=1, capped=True), "only a band of quads"),
+        (lambda: rotational_koebe("quads", 8, 3), "the pattern is 'quads': one of Pattern.QUADS, "),  # type: ignore[arg-type]
+        (lambda: rotational_koebe(Pattern.QUADS, 8, 1.5), "1.5 rows are asked for"),  # type: ignore[arg-type]
         (lambda: rows_within(Pattern.QUADS, 3, 0.1), "no band of 3 faces around fits"),
         (lambda: enneper_koebe(1), "1 faces along a side"),
+        (lambda: enneper_koebe(2.5), "2.5 faces along a side"),  # type: ignore[arg-type]
         (lambda: enneper_koebe(4, reach=-1.0), "the reach is -1.0"),
         (lambda: enneper_koebe(2, reach=2.0), "circles in the middle are hemispheres"),
     ],
