@@ -107,9 +107,12 @@ class KoebePolyhedron:
 
     @cached_property
     def vertex_circles(self) -> SphereCircles:
-        """The circles along which the cones from the vertices touch the sphere; a vertex s is the pole of s . x = 1."""
-        lengths = np.linalg.norm(self.mesh.vertices, axis=1)
-        return SphereCircles(self.mesh.vertices / lengths[:, None], 1 / lengths)
+        """The circles along which the cones from the vertices touch the sphere; a vertex s is the pole of s . x = 1.
+
+        Raises GeometryError for a vertex inside the sphere, where only one that belongs to no face can be.
+        """
+        axes, poles = self.vertex_cones.axes, self.vertex_cones.poles
+        return SphereCircles(axes, 1 / np.linalg.norm(poles, axis=1))
 
     @cached_property
     def vertex_cones(self) -> VertexCones:

@@ -84,8 +84,16 @@ def inverse(matrix: FloatArray) -> FloatArray:
 
 
 def deviation(matrix: FloatArray) -> float:
-    """Largest entry of A^T J A - J over the square of the norm of A: 0 for a Lorentz matrix A."""
-    return float(np.abs(matrix.T @ FORM @ matrix - FORM).max() / np.linalg.norm(matrix, 2) ** 2)
+    """Largest entry of A^T J A - J over the square of the norm of A: 0 for a Lorentz matrix A, which has norm >= 1.
+
+    1 for a matrix of a norm below a half.
+    """
+    size = np.abs(matrix).max()
+    norm = size * np.linalg.norm(matrix / size, 2) if size > 0 else 0.0
+    if norm < 0.5:
+        return 1.0
+    unit = matrix / norm
+    return float(np.abs(unit.T @ FORM @ unit - FORM / norm / norm).max())
 
 
 def orthonormalised(matrix: Any, *, tolerance: float = LORENTZ_TOLERANCE) -> FloatArray:
@@ -96,7 +104,7 @@ def orthonormalised(matrix: Any, *, tolerance: float = LORENTZ_TOLERANCE) -> Flo
     Raises GeometryError where `deviation` exceeds `tolerance`, or the shape or an entry is wrong.
     """
     given = array_of(matrix, (4, 4), "a Lorentz matrix")
-    off = deviation(given) if given.any() else 1.0
+    off = deviation(given)
     if off > tolerance:
         raise GeometryError(
             f"A^T J A differs from J = diag(1, 1, 1, -1) by {off:.1e} of the square of the norm of A, allowed "

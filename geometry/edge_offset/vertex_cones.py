@@ -110,5 +110,6 @@ class VertexCones:
 
     def spheres(self, radii: Any) -> FloatArray:
         """(k, 4) the spheres with these radii (k,), or one number, that touch the cones: (m - r s, r)."""
-        r = np.broadcast_to(np.asarray(radii, dtype=np.float64), len(self.apices))[:, None]
+        k = len(self.apices)
+        r = array_of(np.full(k, radii) if np.ndim(radii) == 0 else radii, (k,), "the array of radii")[:, None]
         return np.concatenate([self.apices - r * self.poles, r], axis=1)

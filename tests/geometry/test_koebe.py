@@ -166,6 +166,13 @@ def test_vertex_cones_touch_the_sphere_and_contain_the_edges() -> None:
 # --- what is refused
 
 
+def test_a_vertex_without_face_has_no_circle_inside_the_sphere() -> None:
+    mesh = koebe(solids.cube().combinatorics).mesh
+    more = Mesh.from_faces([*mesh.vertices, [0, 0, 0]], mesh.combinatorics.faces())
+    with pytest.raises(GeometryError, match="pole of cone 8 has length 0"):
+        KoebePolyhedron(more).vertex_circles  # noqa: B018
+
+
 def test_a_mesh_that_misses_the_sphere_is_refused() -> None:
     box = shapes.box(2**0.5, 2**0.5, 1.5)
     with pytest.raises(

@@ -144,6 +144,15 @@ def test_cones_that_are_none_are_refused() -> None:
         VertexCones.of_revolution(np.zeros((1, 3)), [[0, 0, 1.0]], [2.0])
 
 
+def test_spheres_of_cones_have_one_finite_radius_each() -> None:
+    cones = VertexCones(np.zeros((2, 3)), [[0, 0, 2], [0, 3, 0]])
+    np.testing.assert_array_equal(cones.spheres(1.0), [[0, 0, -2, 1], [0, -3, 0, 1]])
+    np.testing.assert_array_equal(cones.spheres([0, 1]), [[0, 0, 0, 0], [0, -3, 0, 1]])
+    for radii in ([1.0, 2.0, 3.0], np.nan, [np.inf, 1.0]):
+        with pytest.raises(GeometryError, match="the array of radii has"):
+            cones.spheres(radii)
+
+
 def test_wrong_matrices_and_planes_are_refused() -> None:
     with pytest.raises(GeometryError, match="differs"):
         L(2 * np.eye(4), np.zeros(4))

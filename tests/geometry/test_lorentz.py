@@ -117,8 +117,17 @@ def test_a_velocity_is_three_finite_numbers(velocity: list[float]) -> None:
 
 
 @pytest.mark.parametrize(
-    "matrix", [2 * np.eye(4), np.zeros((4, 4)), np.eye(4) + 1e-6 * np.eye(4)[::-1], np.diag([1, 1, 1, 1.001])]
+    "matrix",
+    [
+        2 * np.eye(4),
+        np.zeros((4, 4)),
+        np.eye(4) + 1e-6 * np.eye(4)[::-1],
+        np.diag([1, 1, 1, 1.001]),
+        1e200 * np.eye(4),
+        1e-200 * np.eye(4),
+    ],
 )
+@pytest.mark.filterwarnings("error")
 def test_other_matrices_are_refused(matrix: FloatArray) -> None:
     with pytest.raises(GeometryError, match=r"A\^T J A differs") as caught:
         orthonormalised(matrix)
