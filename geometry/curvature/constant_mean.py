@@ -52,9 +52,9 @@ def constant_mean(
     M has the mean of its vertices at the origin, in each piece. `tolerance`: how far edges may be from closing, and
     H area(F) + area(F, sigma(F)) over the mean edge length of sigma(F) from 0, in mean edge lengths of the start.
 
-    Raises MeshError where the faces differ or an edge of S has no length; GeometryError where a face of S is not
-    planar, for numbers out of range, and where an edge of M has lost its length; ConvergenceError, with the worst face,
-    where the method does not arrive: there may be no such M near the start.
+    Raises MeshError where the faces differ, an edge of S has no length or the start is a point; GeometryError where a
+    face of S is not planar, for numbers out of range, and where an edge of M has lost its length; ConvergenceError,
+    with the worst face, where the method does not arrive: there may be no such M near the start.
     """
     for name, number in [("mean curvature", mean), ("fairness", fairness), ("tolerance", tolerance)]:
         if not np.isfinite(number) or (number < 0 and name != "mean curvature"):
@@ -63,6 +63,8 @@ def constant_mean(
             )
     if not gauss_image.combinatorics.same_as(start.combinatorics):
         raise MeshError("the mesh to start from does not have the faces of the Gauss image")
+    if start.mean_edge_length == 0:
+        raise MeshError("the mesh to start from is a point: begin with one of about the size that is wanted", value=0.0)
     check_planar(gauss_image)
     closing, size = Closing(gauss_image), start.mean_edge_length
     functional = ConstantMean(closing, mean * size)

@@ -22,8 +22,11 @@ __all__ = ["Planarity", "face_deviations"]
 
 
 def face_deviations(mesh: Mesh) -> FloatArray:
-    """(F,) largest distance of a corner from the best plane of its face, over the mean edge length of the mesh."""
-    return mesh.plane_deviations / mesh.mean_edge_length
+    """(F,) largest distance of a corner from the best plane of its face, over the mean edge length of the mesh.
+
+    Zero for a mesh that is a point.
+    """
+    return mesh.plane_deviations / (mesh.mean_edge_length or 1.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -86,6 +86,8 @@ class Fixed:
     def of(cls, mesh: Mesh, fixed: Mapping[int, Any]) -> Fixed:
         """Raises GeometryError, naming the vertex, where it does not exist or its position is not three numbers."""
         for vertex, position in fixed.items():
+            if not isinstance(vertex, (int, np.integer)):
+                raise GeometryError(f"vertex {vertex} is to be fixed: the number of a vertex is needed, an integer")
             if not 0 <= vertex < mesh.n_vertices:
                 raise GeometryError(
                     f"vertex {vertex} is to be fixed, but there are {mesh.n_vertices} vertices",
@@ -121,6 +123,8 @@ class FactorBounds:
     @classmethod
     def of(cls, mesh: Mesh, bounds: tuple[Any, Any]) -> FactorBounds:
         """From two numbers or arrays (E,), which may be infinite. Raises GeometryError, naming an edge without room."""
+        if not isinstance(bounds, (tuple, list)) or len(bounds) != 2:
+            raise GeometryError(f"the bounds are {bounds}: two are needed, the lower and the upper one")
         lower, upper = (floats(bound) for bound in bounds)
         for name, values in (("lower", lower), ("upper", upper)):
             if values.shape not in ((), (mesh.n_edges,)):

@@ -157,6 +157,7 @@ def test_a_folded_band_of_lying_hexagons() -> None:
         ),
         (lambda s: constant_mean_of_revolution(s, -0.5, radius=1.5), "beyond the inflection of the mesh, most in ring"),
         (lambda s: constant_mean(s, np.inf, s), "the mean curvature is inf"),
+        (lambda s: constant_mean(s, -1.0, s * 0), "the mesh to start from is a point"),
         (lambda s: constant_mean(s, -0.5, s, fairness=-1.0), "the fairness is -1"),
         (lambda s: constant_mean(s, -0.5, shapes.grid(2, 2)), "does not have the faces"),
     ],

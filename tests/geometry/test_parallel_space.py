@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.errors import GeometryError, RankError
-from geometry.mesh import Mesh, shapes
+from geometry.errors import GeometryError, MeshError, RankError
+from geometry.mesh import Mesh, shapes, solids
 from geometry.parallel import spectrum
 from geometry.parallel.closing import Closing
 from geometry.parallel.parallelity import edge_factors, parallelity
@@ -154,3 +154,12 @@ def test_a_space_with_very_many_zeros_is_refused_before_memory_is(monkeypatch: p
     monkeypatch.setattr(spectrum, "LARGEST_BLOCK", 1000)
     with pytest.raises(GeometryError, match="go by `expected_dimension`"):
         _ = ParallelSpace(shapes.grid(20, 20)).dimension
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_mesh_that_is_a_point_is_refused() -> None:
+    point = 0.0 * solids.cube()
+    with pytest.raises(MeshError, match=r"edge \d+ .* has no length"):
+        ParallelSpace(point).project(solids.cube())
+    with pytest.raises(MeshError, match=r"edge \d+ .* has no length"):
+        ParallelSpace(point).elements(1)
