@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, diags_array, triu, vstack
+from scipy.sparse import coo_array, csr_array, diags_array, eye_array, triu, vstack
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.edge_offset.touching import touching_points
@@ -21,8 +21,9 @@ from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, largest, normal_equations
 from geometry.optimise.semidefinite import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
-from geometry.parallel import ParallelSpace, edge_factors
+from geometry.parallel import edge_factors
 from geometry.parallel.conditions import FactorBounds
+from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.minimising import PARALLEL, check_solved
 from geometry.parallel.parallelity import check_planar
 
@@ -133,24 +134,31 @@ def mesh_with_planes(hexagons: Mesh, heights: FloatArray) -> Mesh:
     check_planar(hexagons)
     wanted = _checked_heights(hexagons, heights)
     faces = np.flatnonzero(~np.isnan(wanted))
-    first, normals = (
-        hexagons.combinatorics.corners[hexagons.combinatorics.face_starts[faces]],
-        hexagons.face_normals[faces],
-    )
-    n, starts = 3 * hexagons.n_vertices, np.arange(0, 3 * len(faces) + 1, 3)
-    planes: SparseMatrix = csr_array((normals.ravel(), coordinates(first).ravel(), starts), shape=(len(faces), n))
-    parallel = ParallelSpace(hexagons).matrix
-    A: SparseMatrix = csr_array(vstack([parallel, planes]))
-    b = np.concatenate([np.zeros(parallel.shape[0]), wanted[faces]])
-    H, g = normal_equations([(1.0, _like_factors(hexagons))])
-    solution = minimise_semidefinite(H, g, A, b, np.zeros(n), accuracy=AIM * PARALLEL)
-    found = hexagons.with_vertices(solution.x.reshape(-1, 3))
-    off = np.abs(apply(planes, solution.x) - wanted[faces])
+    planes = _heights_of(hexagons, faces)
+    unknowns = FaceUnknowns(hexagons)
+    A: SparseMatrix = csr_array(vstack([unknowns.constraints, planes @ unknowns.matrix]))
+    b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), wanted[faces]])
+    H, g = unknowns.objective(*normal_equations([(1.0, _like_factors(hexagons))]))
+    solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=AIM * PARALLEL)
+    if solution.reason is not Reason.INFEASIBLE:  # what is left of A y = b goes by the shortest way
+        identity, y = csr_array(eye_array(len(g))), solution.x
+        solution = minimise_semidefinite(identity, y, A, b, y, accuracy=AIM * PARALLEL)
+    found = hexagons.with_vertices(apply(unknowns.matrix, solution.x).reshape(-1, 3))
+    off = np.abs(apply(planes, found.vertices.ravel()) - wanted[faces])
     bound = PARALLEL * largest(found.vertices)
     if off.max() > bound or solution.reason is Reason.INFEASIBLE:
         raise _planes_missed(int(faces[off.argmax()]), float(off.max()), bound, solution)
     check_solved(hexagons, found, solution, largest(found.vertices))
     return found
+
+
+def _heights_of(mesh: Mesh, faces: IntArray) -> SparseMatrix:
+    """(k, 3N) rows: how high the first corners of faces (k,) are, along the normals of the mesh."""
+    columns = coordinates(mesh.combinatorics.corners[mesh.combinatorics.face_starts[faces]])
+    starts = np.arange(0, columns.size + 1, 3)
+    return csr_array(
+        (mesh.face_normals[faces].ravel(), columns.ravel(), starts), shape=(len(faces), 3 * mesh.n_vertices)
+    )
 
 
 def _checked_heights(mesh: Mesh, heights: FloatArray) -> FloatArray:
