@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
@@ -53,7 +54,10 @@ def koebe_command(
     ] = None,
     dual: Annotated[bool, typer.Option("--dual", help="Take the dual: faces for vertices.")] = False,
     coverage: Annotated[
-        float | None, typer.Option(help="Part of the sphere that S covers, if open; more bends more. Default: 0.4.")
+        float | None,
+        typer.Option(
+            help="Part of the sphere that S covers, if open; more bends more. Default: 0.4, saddle of pentagons: 0.2."
+        ),
     ] = None,
     bend: Annotated[
         Bend, typer.Option(help="Convex, with edges reversed across a direction, or S itself.")
@@ -103,13 +107,18 @@ def minimal_command(
 @design_app.command("cmc")
 def cmc_command(
     out: Out,
-    faces: Annotated[Faces, typer.Option(help="Hexagons without folds only.")] = Faces.QUADS,
+    faces: Annotated[Faces, typer.Option(help="Hexagons bulge once; they cannot fold.")] = Faces.QUADS,
     count: Annotated[int, typer.Option(help="Faces around the axis.")] = 24,
     rows: Annotated[int, typer.Option(help="Rows of faces from one inflection to the next.")] = 6,
-    folds: Annotated[int, typer.Option(help="Inflections between bulges and necks.")] = 2,
+    folds: Annotated[
+        int | None, typer.Option(help="Inflections between bulges and necks. Default: 2 of quads, 0 of hexagons.")
+    ] = None,
     bulge: Annotated[
         float | None,
-        typer.Option(help="Widest radius; 1 is a sphere, 0.5 a cylinder. Default: inflections where rows end."),
+        typer.Option(
+            help="Widest radius; 1 is a sphere, 0.5 a cylinder. Default: inflections where rows end, or without folds "
+            "half way from there to a sphere."
+        ),
     ] = None,
     start: Annotated[
         Path | None,
@@ -141,7 +150,9 @@ def hexagons_command(
     out: Out,
     count: Annotated[int, typer.Option(help="Hexagons across the normals of the surface.")] = 12,
     curvature: Annotated[int, typer.Option(help="1 or -1: touch only where it bulges, or is a saddle.")] = 0,
-    turn: Annotated[float, typer.Option(help="Degrees by which the hexagons are turned.")] = 0.0,
+    turn: Annotated[
+        float | None, typer.Option(help="Degrees by which the hexagons are turned. Default: what suits them best.")
+    ] = None,
     flip: Annotated[bool, typer.Option("--flip", help="Turn the outside of the surface round.")] = False,
     boost: Boosts = None,
     force: Force = False,
@@ -184,4 +195,6 @@ def _vector(text: str) -> tuple[float, float, float]:
     if not found:
         raise ProjectError(f"--boost is {text!r}, but needs three numbers such as 0.3,0,-0.1")
     x, y, z = (float(word) for word in found.groups())
+    if not all(map(isfinite, (x, y, z))):
+        raise ProjectError(f"--boost is {text!r}, and together its numbers have to be shorter than 1")
     return x, y, z

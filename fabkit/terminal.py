@@ -26,6 +26,9 @@ def one_sentence() -> Iterator[None]:
     except (FabkitError, GeometryError) as error:
         ERR.print(f"[bold red]fabkit:[/] {escaped(str(error))}")
         raise typer.Exit(2) from None
+    except MemoryError:
+        ERR.print("[bold red]fabkit:[/] there is not enough memory for so much: take a coarser mesh, or smaller counts")
+        raise typer.Exit(2) from None
 
 
 def escaped(text: str) -> str:

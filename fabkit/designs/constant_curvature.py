@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fabkit.designs.pair import EdgeOffsetDesign
+from fabkit.designs.pair import TOUCHING, EdgeOffsetDesign, check_touching
 from fabkit.errors import ProjectError
+from fabkit.gauss_image import exact_pair
 from geometry.curvature import (
     christoffel_dual,
     constant_mean,
@@ -16,11 +17,22 @@ from geometry.curvature import (
     face_curvatures,
     minimal_of_revolution,
 )
+from geometry.curvature.rings import Rings
 from geometry.edge_offset.planar_patterns import enneper_koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe, rows_within
-from geometry.mesh import read_mesh, read_mesh_pair
+from geometry.errors import GeometryError
+from geometry.mesh import Mesh, read_mesh, read_mesh_pair
+from geometry.parallel import edge_distances
 
 __all__ = ["Faces", "MinimalShape", "cmc_design", "cmc_near_design", "minimal_design"]
+
+
+EXACT = 1e-10
+"""Distance of the edges of S from the unit sphere, beyond which the file is blamed where there is no dual."""
+
+SHRUNK = 1e-3
+"""Mean edge length over that of the mesh to stay near to, below which what was found is taken for a point: that has
+any mean curvature."""
 
 
 class MinimalShape(StrEnum):
@@ -57,8 +69,8 @@ def minimal_design(
     Raises GeometryError for numbers out of range, and for a Gauss image that has no dual.
     """
     if gauss_image is not None:
-        given = read_mesh(gauss_image).mesh
-        return EdgeOffsetDesign.of("minimal", christoffel_dual(given), given, {"gauss_image": gauss_image.name})
+        image, mesh = _dual_of(gauss_image)
+        return EdgeOffsetDesign.of("minimal", mesh, image, {"gauss_image": gauss_image.name})
     _check_turn(turn_deg)
     turn = float(np.radians(turn_deg))
     told = {"shape": str(shape), "faces": str(faces), "count": count, "turn_deg": turn_deg}
@@ -71,26 +83,74 @@ def minimal_design(
     return EdgeOffsetDesign.of("minimal", christoffel_dual(image), image, told)
 
 
+def _dual_of(path: Path) -> tuple[Mesh, Mesh]:
+    """The Koebe polyhedron in a file, planar to the last digit, and its Christoffel dual."""
+    given = read_mesh(path).mesh
+    check_touching(given)
+    image = exact_pair(given, given, tolerance=TOUCHING).image  # itself if it is planar
+    try:
+        return image, christoffel_dual(image)
+    except GeometryError as error:
+        off = float(np.abs(edge_distances(given, given) - 1).max())
+        if off <= EXACT:
+            raise
+        raise ProjectError(
+            f"{error.message}; {path.name} is off the unit sphere by {off:.1e} of its radius, more than {EXACT:.0e}: "
+            "write it with more digits"
+        ) from error
+
+
 def _check_turn(turn_deg: float) -> None:
     if not 0 < turn_deg < 90:
         raise ProjectError(f"the normals are to turn by {turn_deg:g} degrees: above 0 and below 90 is needed")
 
 
 def cmc_design(
-    *, faces: Faces = Faces.QUADS, count: int = 24, rows: int = 6, folds: int = 2, bulge: float | None = None
+    *,
+    faces: Faces = Faces.QUADS,
+    count: int = 24,
+    rows: int = 6,
+    folds: int | None = None,
+    bulge: float | None = None,
 ) -> EdgeOffsetDesign:
     """A mesh of revolution with the same mean curvature -1 in every face [Pottmann2007, Figs 10, 19].
 
     count: faces around the axis; rows of them from one inflection to the next; folds: how many inflections there are
-    between bulges and necks. bulge: the widest radius, where a sphere has 1 and a cylinder 0.5; left out: such that S
-    folds at the inflections.
+    between bulges and necks, 2 if left out, but none of hexagons, which cannot fold. bulge: the widest radius, where a
+    sphere has 1 and a cylinder 0.5; left out: such that S folds at the inflections, or without folds, half way from a
+    mesh with inflections at its rim to a sphere.
 
-    Raises GeometryError for numbers out of range and where rows reach beyond the inflections.
+    Raises GeometryError for numbers out of range; ProjectError where rows would reach beyond the inflections, saying
+    the bulges that there are.
     """
+    if folds is None:
+        folds = 0 if faces is Faces.HEXAGONS else 2
+    if folds > 0 and faces is Faces.HEXAGONS:
+        raise ProjectError(
+            f"a band of hexagons cannot fold over itself, and {folds} folds are asked for: take quads, or no folds"
+        )
     image = rotational_koebe(faces.pattern, count, rows, folds=folds)
+    low, high = _radii_at_inflections(image)
+    if bulge is None:
+        bulge = None if folds else (2 * high + low) / 2
+    elif low < bulge < high and not np.isclose(bulge, [low, high], rtol=1e-9, atol=0).any():
+        raise ProjectError(
+            f"a bulge of {bulge:g} has inflections before {rows} rows of {count} faces end: it has to be at least "
+            f"{high:.4f}, or a neck of at most {low:.4f}; take fewer rows, or leave it out"
+        )
     mesh = constant_mean_of_revolution(image, -1.0, radius=bulge)
     told = {"faces": str(faces), "count": count, "rows": rows, "folds": folds, "bulge": bulge}
     return EdgeOffsetDesign.of("cmc", mesh, image, told)
+
+
+def _radii_at_inflections(image: Mesh) -> tuple[float, float]:
+    """Radii that a mesh with H = -1 has where S is widest, if its inflections are where S is narrowest: of a neck, and
+    of a bulge. They add up to the radius of the sphere."""
+    rings = Rings(image)
+    relative = np.concatenate([[1.0], np.cumprod(rings.ratios)])
+    widest = int(rings.radii.argmax())
+    root = float(np.sqrt(1 - relative[rings.of_vertices[widest]] / relative.max()))
+    return float(rings.radii[widest]) * (1 - root) / 2, float(rings.radii[widest]) * (1 + root) / 2
 
 
 def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None) -> EdgeOffsetDesign:
@@ -99,10 +159,20 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
     start, gauss_image: files of M and S, a Koebe polyhedron, of the same faces. mean: H, one over the unit of M,
     negative where M bulges as a sphere does; left out: the median over the faces of M, which leaves its size as it is.
 
-    Raises GeometryError where the pair does not fit together, and where there is no such mesh near.
+    Raises GeometryError where the pair does not fit together, and either error where there is no such mesh near.
     """
     file, image = read_mesh_pair(start, gauss_image)
-    wanted = float(np.median(face_curvatures(file.mesh, image).mean)) if mean is None else mean
-    mesh = constant_mean(image, wanted, file.mesh)
+    check_touching(image)
+    pair = exact_pair(file.mesh, image, tolerance=TOUCHING)
+    image = pair.image
+    median = float(np.median(face_curvatures(pair.mesh, image).mean))
+    wanted = median if mean is None else mean
+    mesh = constant_mean(image, wanted, pair.mesh)
+    if mesh.mean_edge_length < SHRUNK * pair.mesh.mean_edge_length:
+        raise ProjectError(
+            f"no mesh of mean curvature {wanted:g} is near to {start.name}: what was found has shrunk to a point, to "
+            f"{mesh.mean_edge_length / pair.mesh.mean_edge_length:.0e} of the mean edge length; the median of "
+            f"{start.name} is {median:.4g}, so take one nearer to that, of the same sign"
+        )
     told = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
     return EdgeOffsetDesign.of("cmc", mesh, image, told)

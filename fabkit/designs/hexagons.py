@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from fabkit.designs.koebe import Tiles
-from fabkit.designs.pair import EdgeOffsetDesign, largest_piece
+from fabkit.designs.pair import EdgeOffsetDesign
+from fabkit.designs.sound import NARROWEST, largest_piece, sound_piece
 from fabkit.errors import ProjectError
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset.koebe import koebe
@@ -23,19 +24,50 @@ ROOM = 1.3
 WIDEST_DEG = 90.0
 """Turn of the normals from their mean, beyond which a patch does not cover them all."""
 
+OFTEN = 1.5
+"""How often the normals of a surface cover what touches it, from which on it is told; on a smooth one that only bulges
+it is once, and the rim and rough meshes add to it."""
+
+LEAST = 0.5
+"""Part of the faces which touch that has to be left; where fewer are, M jumps between places of the same normal."""
+
+TURNS_DEG = (0.0, 15.0, 30.0, 45.0)
+"""Of the hexagons about the mean normal, of which the fittest is taken; by 60 degrees they come back to themselves."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Cover:
+    """S as it was turned, what touches with it, and which faces are kept. times: see `_times_over`."""
+
+    turn_deg: float
+    image: Mesh
+    found: TangentMesh
+    kept: IntArray
+    times: float
+
+    @property
+    def fitness(self) -> float:
+        """Shortest edge over the mean one, times the part of the faces that is kept."""
+        lengths = self.found.mesh.part(self.kept).edge_lengths
+        return float(lengths.min() / lengths.mean() * len(self.kept) / self.image.n_faces)
+
 
 def hexagons_design(
-    surface: Path, *, count: int = 12, curvature: int = 0, turn_deg: float = 0.0, flip: bool = False
+    surface: Path, *, count: int = 12, curvature: int = 0, turn_deg: float | None = None, flip: bool = False
 ) -> EdgeOffsetDesign:
     """A mesh of hexagons, parallel to a Koebe polyhedron S, whose face planes touch a surface.
 
     surface: the file of a finely meshed surface. count: hexagons across the part of the sphere that its normals fill.
-    curvature: 1 or -1 for those parts of the surface only. turn_deg: by how much S is turned about the mean normal.
+    curvature: 1 or -1 for those parts of the surface only. turn_deg: by how much S is turned about the mean normal,
+    which on saddles decides how short the shortest edges are; the fittest of `TURNS_DEG` if left out.
     flip: sees the surface from its other side. S ends where the surface has no more normals; faces that cross
-    themselves or fold over, as they do at the rim of saddles, are cut off both meshes. M is in the unit of the surface.
+    themselves or others, fold over or are too narrow, as at the rim of saddles, are cut off both meshes. M is in the
+    unit of the surface.
 
-    Raises GeometryError where nothing can touch, for surfaces that are not usable and numbers out of range.
+    Raises GeometryError where nothing can touch, for surfaces that are not usable and numbers out of range;
+    ProjectError where less than `LEAST` of the faces is left.
     """
+    _check_numbers(count, turn_deg)
     phi = Surface(read_mesh(surface, flip=flip).mesh)
     axis, widest = _mean_normal(phi.mesh)
     if not widest < WIDEST_DEG:
@@ -45,24 +77,73 @@ def hexagons_design(
         )
     coverage = min(1.0, ROOM * (1 - np.cos(np.radians(widest))) / 2)
     image = koebe(Tiles.HEXAGONS.patch(count), coverage=coverage).mesh
+    turns = TURNS_DEG if turn_deg is None else (turn_deg,)
+    covers = [_covered(phi, image, axis, turn, curvature) for turn in turns]
+    best = max(covers, key=lambda cover: cover.fitness)
+    kept, found = best.kept, best.found
+    _check_enough(len(kept), best.image.n_faces, surface.name, best.times)
+    told = {
+        "surface": surface.name,
+        "count": count,
+        "curvature": curvature,
+        "turn_deg": best.turn_deg,
+        "flip": flip,
+    }
+    design = EdgeOffsetDesign.of("hexagons", found.mesh.part(kept), best.image.part(kept), told)
+    return replace(design, notes=_notes(found, kept, surface.name, best.times), has_unit=True)
+
+
+def _covered(phi: Surface, image: Mesh, axis: FloatArray, turn_deg: float, curvature: int) -> _Cover:
     image = image.with_vertices(image.vertices @ _turned_to(axis, np.radians(turn_deg)).T)
     found = tangent_mesh(image, phi, curvature=curvature)
+    times = _times_over(phi.mesh, curvature, image, found)
     image = image.part(largest_piece(image, np.setdiff1d(np.arange(image.n_faces), found.missing)))
     found = tangent_mesh(image, phi, curvature=curvature)
-    kept = largest_piece(image, _sound(found))
-    mesh, image = found.mesh.part(kept), image.part(kept)
-    told = {"surface": surface.name, "count": count, "curvature": curvature, "turn_deg": turn_deg, "flip": flip}
-    design = EdgeOffsetDesign.of("hexagons", mesh, image, told)
-    return replace(design, notes=(_note(found, kept),), has_unit=True)
+    kept = sound_piece(found.mesh, largest_piece(image, _running(found)))
+    return _Cover(turn_deg, image, found, kept, times)
 
 
-def _note(found: TangentMesh, kept: IntArray) -> str:
+def _check_numbers(count: int, turn_deg: float | None) -> None:
+    if count < 2:
+        raise ProjectError(f"{count} hexagons across are asked for, at least 2 are needed")
+    if turn_deg is not None and not np.isfinite(turn_deg):
+        raise ProjectError(f"the hexagons are to be turned by {turn_deg} degrees: a finite number is needed")
+
+
+def _notes(found: TangentMesh, kept: IntArray, surface: str, times: float) -> tuple[str, ...]:
     n = found.mesh.n_faces
     touching = int(np.isin(kept, found.missing, invert=True).sum())
-    cut = (
-        f"; {n - len(kept)} at the rim were cut off, as they crossed themselves or folded over" if len(kept) < n else ""
+    cut = f"; {n - len(kept)} were cut off, as they crossed, folded over or were too narrow" if len(kept) < n else ""
+    notes = [f"{touching} of {len(kept)} faces touch the surface{cut}"]
+    if times > OFTEN:
+        notes.append(_covered_often(surface, times))
+    return tuple(notes)
+
+
+def _check_enough(n_kept: int, n: int, surface: str, times: float) -> None:
+    if n_kept < LEAST * n:
+        raise ProjectError(
+            f"only {n_kept} of {n} hexagons that touch {surface} can be built together, as others cross, fold over or "
+            f"are narrower than {NARROWEST:g} of the mean edge length; "
+            + (_covered_often(surface, times) if times > OFTEN else "turn them by other degrees, or take more of them")
+        )
+
+
+def _covered_often(surface: str, times: float) -> str:
+    return (
+        f"normals of {surface} occur {times:.1f} times on it in the mean, and the hexagon of a normal touches only one "
+        "of these places: cut it into parts that only bulge or only are saddles, where all normals differ, and cover "
+        "them one by one"
     )
-    return f"{touching} of {len(kept)} faces touch the surface{cut}"
+
+
+def _times_over(surface: Mesh, curvature: int, image: Mesh, found: TangentMesh) -> float:
+    """How often the normals of the surface cover the faces of S that touch it, where its curvature is as wanted."""
+    normals = surface.with_vertices(surface.vertex_normals)
+    covered = np.einsum("fk,fk->f", normals.vector_areas, surface.face_normals)
+    wanted = np.abs(covered[np.sign(covered) == curvature] if curvature else covered).sum()
+    touching = np.setdiff1d(np.arange(image.n_faces), found.missing)
+    return float(wanted / np.linalg.norm(image.vector_areas[touching], axis=1).sum())
 
 
 def _mean_normal(mesh: Mesh) -> tuple[FloatArray, float]:
@@ -84,10 +165,7 @@ def _turned_to(axis: FloatArray, angle: float) -> FloatArray:
     return np.asarray((np.eye(3) + cross + cross @ cross / (1 + z)) @ about)
 
 
-def _sound(found: TangentMesh) -> IntArray:
-    """The faces that do not cross themselves and run as most of them do; all where there are none."""
-    faces = np.arange(found.mesh.n_faces)
-    other = np.setdiff1d(faces, found.reversed_faces)
-    running = max(found.reversed_faces, other, key=len)
-    sound = np.setdiff1d(running, found.self_crossing_faces)
-    return np.asarray(sound if len(sound) else faces)
+def _running(found: TangentMesh) -> IntArray:
+    """The faces that run as most of them do."""
+    other = np.setdiff1d(np.arange(found.mesh.n_faces), found.reversed_faces)
+    return max(found.reversed_faces, other, key=len)

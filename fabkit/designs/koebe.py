@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.designs.pair import EdgeOffsetDesign, largest_piece
+from fabkit.designs.pair import EdgeOffsetDesign
+from fabkit.designs.sound import without_unsound_rim
 from fabkit.errors import ProjectError
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset.design import edge_offset_mesh, saddle_signs
@@ -17,12 +18,15 @@ from geometry.edge_offset.koebe import koebe
 from geometry.edge_offset.patterns import dual, hexagon_patch, pentagon_patch, quad_patch
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh, read_mesh
-from geometry.mesh.intersections import is_embedded
 
 __all__ = ["Bend", "Tiles", "koebe_design"]
 
 SOUTH = (0.0, 0.0, -1.0)
 """Opposite the middle of an open polyhedron: directions on it are those of the plane seen from there."""
+
+USUAL, DELICATE = 0.4, 0.2
+"""Part of the sphere that an open S covers if nothing is said; of saddles of pentagons, half as much: the more they
+bend, the wider the rim at which they cross themselves."""
 
 RARE, RARE_LENGTH = 0.4, 1.5
 """Of hexagons, one family of edges has a sign of its own, a third of all. They are to be the longer ones: of equal
@@ -63,13 +67,15 @@ def koebe_design(
 
     tiles: faces of a patch of `count` by about as many; combinatorics: instead of these, the file of a mesh of which
     only the faces count, open or closed; take_dual: or rather those of its dual. coverage: how much of the sphere an
-    open S covers, 0.4 if left out; more bends M more. bend: a dome keeps the orientation of all edges of S; a saddle
-    reverses those across a direction, an angle from the x axis, and faces of it that cross each other, as pentagons may
-    do at the rim, are cut off; a sphere is S itself.
+    open S covers, 0.4 if left out, of a saddle of pentagons 0.2; more bends M more. bend: a dome keeps the orientation
+    of all edges of S; a saddle reverses those across a direction, an angle from the x axis, and faces of it that cross
+    each other or become too narrow, as pentagons may do at the rim, are cut off; a sphere is S itself.
 
     Raises GeometryError where no polyhedron has these combinatorics, where no mesh has these orientations, naming
     edges, and for numbers out of range.
     """
+    if not np.isfinite(direction_deg):
+        raise ProjectError(f"the direction is {direction_deg} degrees: a finite number is needed")
     told: dict[str, Any] = {"tiles": str(tiles), "count": count}
     if combinatorics is not None:
         told = {"combinatorics": combinatorics.name}
@@ -77,28 +83,16 @@ def koebe_design(
     if take_dual:
         faces = dual(faces)
     is_open = bool(faces.is_boundary_edge.any())
-    share = (0.4 if coverage is None else coverage) if is_open else coverage
+    is_delicate = bend is Bend.SADDLE and combinatorics is None and tiles is Tiles.PENTAGONS
+    share = (DELICATE if is_delicate else USUAL) if coverage is None and is_open else coverage
     image = koebe(faces, coverage=share).mesh
     told |= {"dual": take_dual, "coverage": share, "bend": str(bend), "direction_deg": direction_deg}
     mesh = _bent(image, bend, direction_deg, is_open)
-    kept = _sound(mesh) if bend is Bend.SADDLE else np.arange(mesh.n_faces)
+    kept = without_unsound_rim(mesh) if bend is Bend.SADDLE else np.arange(mesh.n_faces)
     design = EdgeOffsetDesign.of("koebe", mesh.part(kept), image.part(kept), told)
     n_cut = mesh.n_faces - len(kept)
-    note = f"{n_cut} of {mesh.n_faces} faces at the rim were cut off, as some crossed themselves or others"
+    note = f"{n_cut} of {mesh.n_faces} faces at the rim were cut off, as some of them were too narrow, or crossed"
     return replace(design, notes=(note,)) if n_cut else design
-
-
-def _sound(mesh: Mesh) -> IntArray:
-    """The faces that are left when the rim is taken off until none crosses itself or another; all if none are left."""
-    kept = np.arange(mesh.n_faces)
-    while len(kept):
-        part = mesh.part(kept)
-        if is_embedded(part):
-            return kept
-        c = part.combinatorics
-        inner = np.setdiff1d(np.arange(c.n_faces), c.corner_face[c.is_boundary_vertex[c.corners]])
-        kept = kept[largest_piece(part, inner)]
-    return np.arange(mesh.n_faces)
 
 
 def _bent(image: Mesh, bend: Bend, direction_deg: float, is_open: bool) -> Mesh:

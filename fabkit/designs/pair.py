@@ -12,20 +12,27 @@ from typing import Any
 
 import numpy as np
 
+from fabkit.errors import ProjectError
 from fabkit.export.folder import MANIFEST, whole_folder
 from fabkit.export.picture import pair_picture
 from fabkit.gauss_image import points_inwards
-from geometry.arrays import BoolArray, FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray
 from geometry.curvature import face_curvatures
 from geometry.edge_offset.laguerre import LaguerreTransformation
 from geometry.mesh import Mesh, write_mesh
 from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 from geometry.parallel import edge_distances, edge_factors, parallelity
 
-__all__ = ["EdgeOffsetDesign", "largest_piece", "write_design"]
+__all__ = ["TOUCHING", "EdgeOffsetDesign", "check_touching", "write_design"]
 
 WIDEST_PANEL_MM = (3000.0, 5700.0)
 """Width and length of faces that leave panels for sheets of 3210 x 6000 mm."""
+
+TOUCHING = 1e-5
+"""How far the edges of S may be off the unit sphere, in its radius: what files with six digits leave of it."""
+
+SHORTEST = 1e-6
+"""Length of an edge over the mean, below which its direction is noise: solvers promise nine digits of the whole."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +75,12 @@ class EdgeOffsetDesign:
     def measures(self) -> dict[str, Any]:
         """What makes it an edge offset mesh, in numbers. mean_curvature: of the faces, one over the unit of the mesh.
 
-        Raises GeometryError where M and S are not parallel, or a face has no area.
+        Raises ProjectError where it is none, naming the worst edge of S, or the edge of M that has shrunk to a point;
+        GeometryError where M and S are not parallel, or a face has no area.
         """
         lengths = self.mesh.edge_lengths
+        self._check_lengths()
+        check_touching(self.gauss_image)
         mean = face_curvatures(self.mesh, self.gauss_image).mean
         return {
             "vertices": self.mesh.n_vertices,
@@ -86,18 +96,32 @@ class EdgeOffsetDesign:
             "pairs_of_faces_that_meet": len(intersecting_faces(self.mesh)),
         }
 
+    def _check_lengths(self) -> None:
+        lengths = self.mesh.edge_lengths / self.mesh.mean_edge_length
+        edge = int(lengths.argmin())
+        if not lengths[edge] >= SHORTEST:
+            raise ProjectError(
+                f"{self.mesh.combinatorics.edge_name(edge)} of the mesh has shrunk to {lengths[edge]:.1e} of the mean "
+                f"edge length, and at least {SHORTEST:.0e} is needed: there is no such mesh with all these edges; ask "
+                "for something nearer to what there is, or for other numbers"
+            )
+
     def proposed_mean_edge_mm(self) -> int:
         """1500, or less where panels would not go on common sheets: `WIDEST_PANEL_MM`."""
         largest = float((_face_widths(self.mesh) / WIDEST_PANEL_MM).max())
         return max(1, min(1500, int(self.mesh.mean_edge_length / largest) // 50 * 50))
 
 
-def largest_piece(mesh: Mesh, faces: IntArray) -> IntArray:
-    """Those of the faces (k,) that hang together over edges with most others."""
-    if not len(faces):
-        return faces
-    components = mesh.part(faces).combinatorics.face_components
-    return np.asarray(faces[components == np.bincount(components).argmax()])
+def check_touching(gauss_image: Mesh) -> None:
+    """Raise ProjectError, naming the worst edge, where S is no Koebe polyhedron to `TOUCHING`."""
+    off = np.abs(edge_distances(gauss_image, gauss_image) - 1)
+    edge = int(off.argmax())
+    if not off[edge] <= TOUCHING:
+        raise ProjectError(
+            f"{gauss_image.combinatorics.edge_name(edge)} of the Gauss image is off the unit sphere by {off[edge]:.1e} "
+            f"of its radius, allowed {TOUCHING:.0e}, so beams on it have no common height: give a Koebe polyhedron, "
+            "all of whose edges touch the sphere, such as an S.obj, with all its digits"
+        )
 
 
 def _face_widths(mesh: Mesh) -> FloatArray:
