@@ -155,10 +155,8 @@ def mesh_with_planes(hexagons: Mesh, heights: FloatArray) -> Mesh:
 def _heights_of(mesh: Mesh, faces: IntArray) -> SparseMatrix:
     """(k, 3N) rows: how high the first corners of faces (k,) are, along the normals of the mesh."""
     columns = coordinates(mesh.combinatorics.corners[mesh.combinatorics.face_starts[faces]])
-    starts = np.arange(0, columns.size + 1, 3)
-    return csr_array(
-        (mesh.face_normals[faces].ravel(), columns.ravel(), starts), shape=(len(faces), 3 * mesh.n_vertices)
-    )
+    starts, shape = np.arange(0, columns.size + 1, 3), (len(faces), 3 * mesh.n_vertices)
+    return csr_array((mesh.face_normals[faces].ravel(), columns.ravel(), starts), shape=shape)
 
 
 def _checked_heights(mesh: Mesh, heights: FloatArray) -> FloatArray:
