@@ -95,7 +95,8 @@ def _overlapping(mesh: Mesh) -> IntArray:
     """(n, 2) simple faces in one plane that share area."""
     boxes = _face_boxes(mesh)
     first, second = meeting_boxes(*boxes, *boxes)
-    candidates = (first < second) & _is_simple(mesh)[first] & _is_simple(mesh)[second]
+    is_simple = _is_simple(mesh)
+    candidates = (first < second) & is_simple[first] & is_simple[second]
     first, second = first[candidates], second[candidates]
     flat = _in_plane(mesh, first, second) | _in_plane(mesh, second, first)
     first, second = first[flat], second[flat]
@@ -110,9 +111,13 @@ def _overlapping(mesh: Mesh) -> IntArray:
 
 def _in_plane(mesh: Mesh, faces: IntArray, others: IntArray) -> BoolArray:
     """(k,) whether all corners of the other faces lie in the planes of faces (k,)."""
-    owner, corners = _corners_of(mesh.combinatorics, others)
-    off = _heights(mesh, faces[owner], mesh.vertices[mesh.combinatorics.corners[corners]]) != 0
-    return np.asarray(np.bincount(owner, off, minlength=len(faces)) == 0)
+    c, vertices = mesh.combinatorics, mesh.vertices
+    found = _heights(mesh, faces, vertices[c.corners[c.face_starts[others]]]) == 0  # the first corner decides mostly
+    rest = np.flatnonzero(found)
+    owner, corners = _corners_of(c, others[rest])
+    off = _heights(mesh, faces[rest][owner], vertices[c.corners[corners]]) != 0
+    found[rest] = np.bincount(owner, off, minlength=len(rest)) == 0
+    return np.asarray(found)
 
 
 def _is_simple(mesh: Mesh) -> BoolArray:

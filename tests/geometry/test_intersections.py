@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import igl
 import numpy as np
 import pytest
@@ -143,3 +145,15 @@ def test_a_strip_along_a_loop_crosses_itself_once() -> None:
     assert {(i // 2, j // 2) for i, j in pairs} == {(first, second)}
     for row in (0, 1):
         assert [2 * first + row, 2 * second + row] in pairs
+
+
+def test_a_large_face_is_not_copied_for_each_of_its_neighbours() -> None:
+    n = 1000
+    prism = shapes.rotational_mesh(np.array([[1.0, 0.0], [1.0, 1.0]]), n)
+    faces = [*prism.combinatorics.faces(), list(range(0, 2 * n, 2))[::-1], list(range(1, 2 * n, 2))]
+    capped = Mesh.from_faces(prism.vertices @ rotation(0).T, faces)
+    tracemalloc.start()
+    assert not len(intersecting_faces(capped))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50e6  # as copies, the 1000 neighbours of each cap would take 300 MB
