@@ -96,10 +96,19 @@ class ChristoffelDuals:
         """The dual with the least sum of squared deviations of vertices from the mean of their neighbours' neighbours,
         over the sum of its squared edge lengths; see `fairness_of_lengths` for why.
 
-        Its mean edge length is that of S; its mean is at the origin, in each piece; of M and -M it is the one whose
-        edge 0 runs as in S. Raises GeometryError where there is no dual, saying the singular values and the worst face,
-        and where a dual has an edge without length; ConvergenceError where the iteration does not find the fairest.
+        In each piece, its mean edge length is that of S, its mean is at the origin, and of M and -M it is the one whose
+        first edge runs as in S. Raises GeometryError where there is no dual, saying the singular values and the worst
+        face, and where a dual has an edge without length; ConvergenceError where the iteration does not find the
+        fairest. Of several pieces, elements are numbered in the piece.
         """
+        c, parts = self.gauss_image.combinatorics, self.equations.parts
+        of_faces = parts[c.corners[c.face_starts[:-1]]]
+        if (of_faces != of_faces[0]).any():  # the fairest of all would be a point in all pieces but one
+            vertices = np.zeros((c.n_vertices, 3))
+            for part in np.unique(of_faces):
+                piece = self.gauss_image.part(np.flatnonzero(of_faces == part))
+                vertices[parts == part] = ChristoffelDuals(piece).fairest().vertices
+            return self.gauss_image.with_vertices(vertices)
         self._check_existence()
         lengths = np.asarray(self.equations.lengths @ self._fairest_lengths)
         lengths *= self.gauss_image.mean_edge_length / np.abs(lengths).mean() * (1 if lengths[0] >= 0 else -1)

@@ -16,7 +16,7 @@ from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
 from geometry.mesh.polygons import mixed_areas
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
-from tests.geometry.topologies import without
+from tests.geometry.topologies import together, without
 
 MINIMAL = 1e-10
 """|H| times the mean edge length of M: vertices are exact to 1e-13 or so, and faces have a hundredth of its square."""
@@ -168,6 +168,12 @@ def test_hexagons_have_many_duals(pattern: Pattern, around: int, rows: int, lati
 def test_the_fairest_dual_of_a_band_of_standing_hexagons_is_a_catenoid() -> None:
     image = rotational_koebe(Pattern.STANDING_HEXAGONS, 20, 9)
     assert similar(christoffel_dual(image), minimal_of_revolution(image)) <= 1e-6  # half the digits of an eigenvalue
+
+
+def test_each_piece_has_its_own_dual() -> None:
+    one, other = enneper_koebe(5), enneper_koebe(4)
+    duals = together(christoffel_dual(one), christoffel_dual(other))
+    np.testing.assert_allclose(christoffel_dual(together(one, other)).vertices, duals.vertices, atol=1e-12)
 
 
 def test_triangles_are_dual_to_points() -> None:
