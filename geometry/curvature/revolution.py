@@ -62,7 +62,10 @@ def constant_mean_of_revolution(gauss_image: Mesh, mean: float, *, radius: float
     """
     rings = Rings(gauss_image)
     if not (np.isfinite(mean) and mean != 0):
-        raise GeometryError(f"the mean curvature is {mean}: for zero take `minimal_of_revolution`", value=mean)
+        raise GeometryError(
+            f"the mean curvature is {mean}: a finite number is needed, and for zero take `minimal_of_revolution`",
+            value=mean,
+        )
     if not rings.is_meridian.any():
         return _constant_mean_of_lying_hexagons(gauss_image, mean, radius)
     relative = np.concatenate([[1.0], np.cumprod(rings.ratios)])  # G over that of the first ring
