@@ -71,7 +71,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
-        assembly = share_equal_parts(detailed.assembly)
+        assembly = share_equal_parts(detailed.assembly, within_mm=project.equal_within_mm)
     with stages("Nest"):
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(project, assembly)

@@ -83,6 +83,13 @@ def build_command(
     nest_seconds: Annotated[
         float | None, typer.Option(help="What best may take. Default: 60.", rich_help_panel=SHOP)
     ] = None,
+    equal_within: Annotated[
+        float | None,
+        typer.Option(
+            help="Parts that differ by less share a mark, and stand off by as much; at most 1. Default: 1e-7.",
+            rich_help_panel=SHOP,
+        ),
+    ] = None,
     skip_unbuildable: Annotated[
         bool,
         typer.Option(
@@ -108,6 +115,7 @@ def build_command(
                 "mean_edge_mm": mean_edge,
                 "flip": flip or None,
                 "skip_unbuildable": skip_unbuildable or None,
+                "equal_within_mm": equal_within,
                 "gauss_image": {"file": gauss_image},
                 "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "reference": reference},
                 "nodes": {"clearance_mm": clearance},

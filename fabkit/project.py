@@ -79,7 +79,8 @@ class Project(BaseModel):
 
     mesh: the file. Either unit, the unit of its coordinates, or mean_edge_mm, the length to which its mean edge is
     scaled, is required. flip turns the outside round. name: of the structure, by default that of the mesh file.
-    gauss_image: weights, or a file, which may also stand in the place of the whole table.
+    gauss_image: weights, or a file, which may also stand in the place of the whole table. equal_within_mm: how far
+    coordinates of parts may differ for these to share a mark; parts then stand off their places by as much.
     """
 
     model_config = _STRICT
@@ -91,6 +92,7 @@ class Project(BaseModel):
     mean_edge_mm: Positive | None = None
     flip: bool = False
     skip_unbuildable: bool = False
+    equal_within_mm: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = 1e-7
     planarise: PlanariseWeights = PlanariseWeights()
     gauss_image: GaussImageRules = GaussImageRules()
     nesting: Nesting = Nesting()

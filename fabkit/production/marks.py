@@ -17,14 +17,17 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 __all__ = ["EQUAL_WITHIN_MM", "share_equal_parts"]
 
 EQUAL_WITHIN_MM = 1e-7
-"""Parts with all corners within this distance are equal. Below what a beam's end may be off its facet (1e-6 mm), so
-that sharing solids keeps the fit; far above rounding (1e-10 mm for a building of 100 m)."""
+"""Parts with all corners within this distance are equal, if nothing else is said. Below what a beam's end may be off
+its facet (1e-6 mm), so that sharing solids keeps the fit; far above rounding (1e-10 mm for a building of 100 m)."""
 
 P = TypeVar("P", bound=Part)
 
 
-def share_equal_parts(assembly: Assembly) -> Assembly:
+def share_equal_parts(assembly: Assembly, *, within_mm: float = EQUAL_WITHIN_MM) -> Assembly:
     """The same parts; equal ones share a mark and the solid of the first of them, others have a mark of their own.
+
+    within_mm: how far each coordinate of corners of parts may differ for these to count as equal. Parts then stand off
+    their places by as much.
 
     A beam turned end for end, a node or panel turned about its normal is the same piece; a mirrored one is not.
     The first of equal parts keeps its own frame, the frames of the others are turned to match it. Marks are
@@ -32,13 +35,15 @@ def share_equal_parts(assembly: Assembly) -> Assembly:
     """
     return replace(
         assembly,
-        beams=_share(assembly.beams, "B", lambda beam: 2, _turn_beam),
-        nodes=_share(assembly.nodes, "N", lambda node: len(node.beams), _turn_node),
-        panels=_share(assembly.panels, "P", lambda panel: len(panel.outline), _turn_panel),
+        beams=_share(assembly.beams, "B", lambda beam: 2, _turn_beam, within_mm),
+        nodes=_share(assembly.nodes, "N", lambda node: len(node.beams), _turn_node, within_mm),
+        panels=_share(assembly.panels, "P", lambda panel: len(panel.outline), _turn_panel, within_mm),
     )
 
 
-def _share(parts: Sequence[P], letter: str, n_turns: Callable[[P], int], turn: Callable[[P, int], P]) -> tuple[P, ...]:
+def _share(
+    parts: Sequence[P], letter: str, n_turns: Callable[[P], int], turn: Callable[[P, int], P], within_mm: float
+) -> tuple[P, ...]:
     """Group equal parts. Only parts of one material with equally many corners and turns are compared."""
     comparable: dict[tuple[int, int, str], list[int]] = {}
     for place, part in enumerate(parts):
@@ -47,10 +52,10 @@ def _share(parts: Sequence[P], letter: str, n_turns: Callable[[P], int], turn: C
     first_of = np.arange(len(parts))
     turns = np.zeros(len(parts), dtype=np.int64)
     for (_, count, _), group in comparable.items():
-        places = np.array(group)[_alike(np.array([parts[place].solid.vertices for place in group]))]
+        places = np.array(group)[_alike(np.array([parts[place].solid.vertices for place in group]), within_mm)]
         if len(places):
             shapes = [[turn(parts[place], k).solid.vertices.ravel() for k in range(count)] for place in places]
-            first, turns[places] = _equal_shapes(np.array(shapes))
+            first, turns[places] = _equal_shapes(np.array(shapes), within_mm)
             first_of[places] = places[first]
     numbers = np.cumsum(first_of == np.arange(len(parts)))
     width = max(3, len(str(numbers[-1]))) if len(parts) else 3
@@ -61,36 +66,47 @@ def _share(parts: Sequence[P], letter: str, n_turns: Callable[[P], int], turn: C
     )
 
 
-def _alike(corners: FloatArray) -> BoolArray:
+def _alike(corners: FloatArray, within_mm: float) -> BoolArray:
     """(P,) whether another of the solids with corners (P, n, 3) has them at the same distances from their mean.
 
     No turn changes these, so only such solids need to be compared in all turns.
     """
     distances = np.sort(np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2), axis=1)
     # corners that are off by the tolerance in each coordinate, and so is their mean
-    near = cKDTree(distances).query_ball_point(
-        distances, 2 * np.sqrt(3) * EQUAL_WITHIN_MM, p=np.inf, return_length=True
-    )
+    near = cKDTree(distances).query_ball_point(distances, 2 * np.sqrt(3) * within_mm, p=np.inf, return_length=True)
     alike: BoolArray = near > 1
     return alike
 
 
-def _equal_shapes(shapes: FloatArray) -> tuple[IntArray, IntArray]:
-    """For shapes (P, T, D), each seen in T turns: the first shape equal to each, and the turn in which it is."""
+def _equal_shapes(shapes: FloatArray, within_mm: float) -> tuple[IntArray, IntArray]:
+    """For shapes (P, T, D), each seen in T turns: the first shape equal to each, and the turn in which it is.
+
+    Of shapes that hang together by equal ones, those near the first are equal to it; the others are looked at again.
+    """
+    first, turns = np.arange(len(shapes)), np.zeros(len(shapes), dtype=np.int64)
+    left = first.copy()
+    while len(left):
+        found, turns[left], near = _near_first(shapes[left], within_mm)
+        first[left] = left[found]
+        left = left[~near]
+    return first, turns
+
+
+def _near_first(shapes: FloatArray, within_mm: float) -> tuple[IntArray, IntArray, BoolArray]:
+    """The first shape that hangs together with each, the turn in which it is near to that, and whether it is."""
     n_parts, n_turns, size = shapes.shape
     tree = cKDTree(shapes.reshape(-1, size))
-    links = cKDTree(shapes[:, 0]).sparse_distance_matrix(tree, EQUAL_WITHIN_MM, p=np.inf, output_type="ndarray")
+    links = cKDTree(shapes[:, 0]).sparse_distance_matrix(tree, within_mm, p=np.inf, output_type="ndarray")
     base, other, turn = links["i"], links["j"] // n_turns, links["j"] % n_turns
     graph = coo_array((np.ones(len(base)), (base, other)), shape=(n_parts, n_parts))
     groups = connected_components(graph, directed=False)[1]
     first = np.unique(groups, return_index=True)[1][groups]
-    needed = np.zeros(n_parts, dtype=np.int64)
+    turns, near = np.zeros(n_parts, dtype=np.int64), np.zeros(n_parts, dtype=bool)
     direct = np.flatnonzero(first[other] == base)
     direct = direct[np.argsort(-turn[direct], kind="stable")]  # the smallest turn, written last, wins
-    needed[other[direct]] = turn[direct]
-    chained = np.setdiff1d(np.arange(n_parts), other[direct])
-    first[chained] = chained  # near a member of the group, but not near its first
-    return first, needed
+    turns[other[direct]] = turn[direct]
+    near[other[direct]] = True
+    return first, turns, near
 
 
 def _turn_beam(beam: Beam, turns: int) -> Beam:

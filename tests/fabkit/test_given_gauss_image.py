@@ -89,6 +89,19 @@ def test_a_pair_that_lost_digits_becomes_exact_again(tmp_path: Path, digits: int
         assert all(len(set(node.setbacks_mm)) == 1 for node in made.assembly.nodes)
 
 
+def test_what_lost_its_last_digits_has_as_few_marks_as_the_shop_wants(tmp_path: Path) -> None:
+    exact, rough, shared = (
+        {part.mark for part in built(tmp_path, mesh, image, equal_within_mm=within).assembly.parts()}
+        for mesh, image, within in (
+            (M, S, 1e-7),
+            (rounded(M, 5), rounded(S, 5), 1e-7),
+            (rounded(M, 5), rounded(S, 5), 0.1),
+        )
+    )
+    assert exact == shared
+    assert len(rough) > 2 * len(exact)
+
+
 @needs_data
 def test_the_minimal_surface_of_hexagons(tmp_path: Path) -> None:
     """The file holds a Koebe polyhedron with edges at distance 1 to 3e-11; M is its Christoffel dual. P(S) has two

@@ -140,3 +140,39 @@ def test_a_panel_framed_on_another_edge_is_the_same_panel() -> None:
 def test_nothing_to_share() -> None:
     empty = Assembly("none", (), (), ())
     assert list(share_equal_parts(empty).parts()) == []
+
+
+def test_parts_are_as_equal_as_is_asked() -> None:
+    """A barrel from a file with four digits has no two equal parts, unless a tenth of a millimetre does not matter."""
+    own = barrel(12, tilt=0.3)
+    rng = np.random.default_rng(3)
+
+    def worn(part: Panel) -> Panel:
+        outline = part.outline + rng.uniform(-0.02, 0.02, (4, 2)) * (part.outline != 0)
+        return replace(part, outline=outline, solid=Solid(prism_vertices(outline, 0.0, 10.0), part.solid.topology))
+
+    rough = replace(own, panels=tuple(worn(panel) for panel in own.panels))
+    assert len({panel.mark for panel in share_equal_parts(rough).panels}) == 12
+    shared = share_equal_parts(rough, within_mm=0.1)
+    assert len({panel.mark for panel in shared.panels}) == 1
+    for before, after in zip(rough.panels, shared.panels, strict=True):
+        apart = np.linalg.norm(world(before)[:, None] - world(after), axis=2)
+        assert apart.min(axis=0).max() < 0.1 * np.sqrt(3)
+        assert apart.min(axis=1).max() < 0.1 * np.sqrt(3)
+
+
+def test_of_parts_that_differ_step_by_step_those_near_to_one_of_them_share_its_mark() -> None:
+    """Lengths 0, 1, ..., 9 steps longer, of which 2.5 are equal: the parts hang together, but not all are equal."""
+    panel = barrel().panels[0]
+
+    def longer(steps: int) -> Panel:
+        outline = panel.outline + np.outer(panel.outline[:, 0] > 0.1 * panel.outline[:, 0].max(), [0.004 * steps, 0.0])
+        return replace(
+            panel, element=steps, outline=outline, solid=Solid(prism_vertices(outline, 0.0, 10.0), panel.solid.topology)
+        )
+
+    shared = share_equal_parts(replace(barrel(), panels=tuple(map(longer, range(10)))), within_mm=0.01).panels
+    marks = [part.mark for part in shared]
+    assert marks == [f"P00{1 + k // 3}" for k in range(10)]
+    for k, part in enumerate(shared):
+        assert np.abs(part.solid.vertices - longer(k).solid.vertices).max() <= 0.01

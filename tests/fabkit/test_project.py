@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from fabkit.errors import ProjectError
+from fabkit.production.marks import EQUAL_WITHIN_MM
 from fabkit.project import load_project, project_from
 
 GOOD = """
@@ -36,6 +37,7 @@ def test_a_project_file_with_paths_from_its_folder_and_overrides(tmp_path: Path)
     assert project.rules.nodes.clearance_mm == 9
     assert project.rules.densities_kg_m3["steel"] == 7800
     assert project.title == "roof"
+    assert project.equal_within_mm == EQUAL_WITHIN_MM
 
 
 def test_a_mean_edge_on_the_command_line_replaces_the_unit_of_the_file(tmp_path: Path) -> None:
@@ -56,6 +58,7 @@ def test_a_mean_edge_on_the_command_line_replaces_the_unit_of_the_file(tmp_path:
         ({"unit": "m", "nesting": {"modus": "off"}}, r"unknown key 'modus' in \[nesting\]; did you mean mode?"),
         ({"unit": "m", "beams": {"width_mm": -5}}, "beams.width_mm is -5: input should be greater than 0"),
         ({"unit": "m", "nodes": {"clearance_mm": float("nan")}}, "nodes.clearance_mm is nan"),
+        ({"unit": "m", "equal_within_mm": 3}, "equal_within_mm is 3: input should be less than or equal to 1"),
         ({"unit": "m", "panels": {"material": "oak"}}, "panels.material is 'oak', but densities_kg_m3 has only"),
     ],
 )
