@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 from fabkit.build import Built, build
 from fabkit.design_commands import design_app
 from fabkit.errors import ProjectError
-from fabkit.inspection import Inspection, inspect_mesh
+from fabkit.inspection import Inspection, PairInspection, inspect_mesh, inspect_pair
 from fabkit.project import Project, load_project, project_from
 from fabkit.terminal import ERR, OUT, escaped, facts_table, one_sentence
 
@@ -136,10 +136,13 @@ def build_command(
 @app.command("inspect")
 def inspect_command(
     mesh: Annotated[Path, typer.Argument(metavar="MESH", help="OBJ, OFF or PLY file.")],
+    gauss_image: Annotated[
+        Path | None, typer.Option(help="Mesh file of a Gauss image: print how the two fit instead.")
+    ] = None,
 ) -> None:
     """Print what a mesh is fit for: sizes, planarity, offsets, the heights that beams would have."""
     with one_sentence():
-        _print_inspection(inspect_mesh(mesh))
+        _print_inspection(inspect_pair(mesh, gauss_image) if gauss_image else inspect_mesh(mesh))
 
 
 # --- input
@@ -210,7 +213,7 @@ def _print_result(project: Project, built: Built) -> None:
     OUT.print(f"written to [bold]{escaped(str(project.out))}[/] in {sum(built.seconds.values()):.1f} s")
 
 
-def _print_inspection(found: Inspection) -> None:
+def _print_inspection(found: Inspection | PairInspection) -> None:
     table = facts_table()
     for name, fact in found.facts():
         table.add_row(name, escaped(fact))

@@ -60,4 +60,6 @@ class Summary:
         given = self.gauss_image
         if given is None:
             return "computed"
+        if given.largest_move == 0:
+            return f"given by {given.file}, exact as it is"
         return f"given by {given.file}; its vertices moved by {given.largest_move:.1e} at most to become parallel"

@@ -17,6 +17,7 @@ from fabkit import Built, Project, build, design, load_project
 from fabkit.cli import app
 from fabkit.errors import ProjectError
 from fabkit.gauss_image import exact_pair
+from fabkit.inspection import inspect_pair
 from fabkit.project import project_from
 from geometry.curvature import christoffel_dual
 from geometry.errors import GeometryError, ParallelityError
@@ -61,7 +62,7 @@ def test_every_document_says_that_it_was_given(tmp_path: Path) -> None:
     command = ["build", tmp_path / "M.obj", "--gauss-image", tmp_path / "S.obj", "--mean-edge", "1000", "-o", out]
     said = CliRunner().invoke(app, [*map(str, command), "--nest", "off"])
     assert said.exit_code == 0, said.output
-    assert "given by S.obj" in said.stdout
+    assert "given by S.obj, exact as it is" in said.stdout
     sha256 = hashlib.sha256((tmp_path / "S.obj").read_bytes()).hexdigest()
     manifest = json.loads((out / "manifest.json").read_text())
     assert manifest["gauss_image"] == {"file": "S.obj", "sha256": sha256, "largest_move": 0.0, "mean_move": 0.0}
@@ -179,6 +180,40 @@ def test_what_is_off_by_more_than_the_tolerance_is_refused_before_or_after_it_is
     tight = given.largest_move * 0.99
     with pytest.raises(ParallelityError, match=r"vertex \d+ .* of the Gauss image would have to move by"):
         exact_pair(mesh, image, tolerance=tight)
+
+
+# --- inspected
+
+
+def inspected(folder: Path, mesh: Mesh, image: Mesh) -> dict[str, str]:
+    write_mesh(folder / "M.obj", mesh)
+    write_mesh(folder / "S.ply", image)
+    return dict(inspect_pair(folder / "M.obj", folder / "S.ply").facts())
+
+
+def test_an_inspection_says_how_a_pair_fits(tmp_path: Path) -> None:
+    convex, saddle = (inspected(tmp_path, *revolved_pair(12, 5, saddle=saddle)) for saddle in (False, True))
+    for facts in (convex, saddle):
+        assert facts["made exact"] == "nothing to do"
+        assert "an edge offset: beams of one height" in facts["edges of S"]
+        assert "so not a vertex offset" in facts["vertices of S"]
+        assert float(facts["alignment"].split(" by ")[1].split()[0]) < 1e-12
+    assert convex["reversed"].startswith("0 of 108 edges run against those of S; around 0 of 60")
+    assert saddle["reversed"].startswith("60 of 108 edges run against those of S; around 60 of 60")
+    tilted = inspected(tmp_path, M, S.translated([0.1, 0.0, 0.0]))
+    assert "so not an edge offset" in tilted["edges of S"]
+    assert float(tilted["alignment"].split("median, ")[1].split()[0]) > 1e-3
+    lost = inspected(tmp_path, rounded(M, 5), rounded(S, 5))
+    assert "of its mean edge length at most, of the Gauss image by" in lost["made exact"]
+    other = inspected(tmp_path, M, renumbered(S))
+    assert float(other["parallel"].split()[1]) > 0.1
+    assert "so that a build refuses it" in other["made exact"]
+    said = CliRunner().invoke(app, ["inspect", str(tmp_path / "M.obj"), "--gauss-image", str(tmp_path / "S.ply")])
+    assert said.exit_code == 0
+    assert "parallel" in said.stdout
+    said = CliRunner().invoke(app, ["inspect", str(tmp_path / "M.obj"), "--gauss-image", str(tmp_path / "none.ply")])
+    assert said.exit_code == 2
+    assert "there is no such file" in said.stderr
 
 
 # --- inside and outside
