@@ -311,6 +311,19 @@ def test_tables_show_all_their_rows_can_be_sorted_and_filtered(browser: Browser)
     assert browser.evaluate(f"[...{column}].map(e => e.parentNode.cells[0].textContent)") == ["B12"]
 
 
+def test_long_facts_break_and_stay_in_their_column(browser: Browser) -> None:
+    boxes = browser.evaluate(
+        "[...document.querySelectorAll('.facts td, .facts th')].map(e => [e.scrollWidth - e.clientWidth,"
+        " e.getBoundingClientRect().right - e.closest('.facts').parentNode.getBoundingClientRect().right])"
+    )
+    assert len(boxes) > 20
+    assert np.array(boxes).max() < 2
+    heights = browser.evaluate(
+        "[...document.querySelectorAll('.facts tr:not(:has(small)) th')].map(e => e.clientHeight)"
+    )
+    assert max(heights) < 100  # titles are not squeezed to a word a line: 3 lines
+
+
 def test_sheets_are_there_and_open_large(browser: Browser) -> None:
     assembly = gridshell(6, 5)
     nest = nest_panels(assembly.panels, Sheet(6000.0, 3210.0), gap_mm=10.0, border_mm=15.0)
