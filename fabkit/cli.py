@@ -15,7 +15,7 @@ from fabkit.design_commands import design_app
 from fabkit.errors import ProjectError
 from fabkit.inspection import Inspection, PairInspection, inspect_mesh, inspect_pair
 from fabkit.project import Project, load_project, project_from
-from fabkit.terminal import ERR, OUT, escaped, facts_table, one_sentence
+from fabkit.terminal import ERR, OUT, end_tidily, escaped, facts_table, one_sentence
 
 __all__ = ["app"]
 
@@ -34,7 +34,8 @@ SIZES, SHOP, RUN = "Sizes (mm)", "Shop", "Run"
 
 
 @app.callback()
-def _main() -> None: ...
+def _main() -> None:
+    end_tidily()
 
 
 @app.command("build")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -12,10 +15,16 @@ from rich.table import Table
 from fabkit.errors import FabkitError
 from geometry.errors import GeometryError
 
-__all__ = ["ERR", "OUT", "escaped", "facts_table", "one_sentence"]
+__all__ = ["ERR", "OUT", "end_tidily", "escaped", "facts_table", "one_sentence"]
 
 OUT = Console(soft_wrap=True, highlight=False)
 ERR = Console(stderr=True, soft_wrap=True, highlight=False)
+
+
+def end_tidily() -> None:
+    """When told to terminate, leave as on an interrupt: drafts of folders are removed on the way."""
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
 
 
 @contextmanager

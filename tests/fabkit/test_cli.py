@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner, Result
 
 from fabkit.cli import app
+from geometry.mesh import shapes, write_mesh
 
 QUAD_STRIP = """
 v 0 0 0
@@ -123,6 +128,20 @@ def test_an_existing_folder_is_replaced_only_with_force(tmp_path: Path) -> None:
     assert manifest["settings"]["beams"]["height_mm"] == 140
     assert manifest["settings"]["nesting"]["mode"] == "off"
     assert (tmp_path / "out" / "model.step").read_bytes() != before
+
+
+@pytest.mark.parametrize(("told", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_run_that_is_ended_leaves_nothing(tmp_path: Path, told: signal.Signals, code: int) -> None:
+    write_mesh(tmp_path / "mesh.obj", shapes.dome(40, 12))
+    command = [sys.executable, "-c", "from fabkit.cli import app; app()", "build", "mesh.obj", "--mean-edge", "1500"]
+    with subprocess.Popen([*command, "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
+        while process.poll() is None and not list(tmp_path.glob(".out.*")):
+            time.sleep(0.01)
+        process.send_signal(told)
+        _, errors = process.communicate(timeout=30)
+    assert process.returncode == code
+    assert "Traceback" not in errors
+    assert [path.name for path in tmp_path.iterdir()] == ["mesh.obj"]
 
 
 def test_help_reads_well() -> None:
