@@ -19,8 +19,8 @@ Figures of the paper this project implements, [Pottmann2007] in [references.bib]
 shapes of our own. Each is drawn by a short script in [examples](../../examples); `python examples/gallery.py` runs all
 of them and writes this page. Lengths without unit are in units of the example; d is the nominal distance of M and M'.
 
-What the free parameters of edge offset meshes do is on a page of its own, [parameters.html](parameters.html): open it in
-a browser, turn a slider, and see M and S change.
+What the free parameters of edge offset meshes do is on a page of its own, [parameters.html](parameters.html): open it
+in a browser, turn a slider, and see M and S change.
 """
 
 ROUNDING = 1e-9
