@@ -69,8 +69,9 @@ def minimise_bounded(
 
     Solution: violation is the largest of |A x - b| and of what G x is beyond its bounds. multipliers (m + k,), of A,
     then of G, satisfy H x - g + (A, G)^T multipliers = 0; they are positive where an upper bound holds x, negative
-    where a lower one does. The reason is CONVERGED where the violation is at most `tolerance` at a minimiser,
-    INFEASIBLE where no x satisfies the constraints and UNBOUNDED where there is no minimum: x has no meaning then.
+    where a lower one does. The reason is CONVERGED at a minimiser where the violation is at most `tolerance`, and
+    INACCURATE where it is more; INFEASIBLE where no x satisfies the constraints and UNBOUNDED where there is no
+    minimum: x has no meaning then.
     """
     x_size, size = _sizes(H, g, b, lower, upper)
     problem = _Problem(
@@ -184,7 +185,7 @@ class _Problem:
         if is_least and found.violation <= max(self.tolerance, interior.violation):
             interior = found
         missed = interior.reason is Reason.CONVERGED and interior.violation > self.tolerance
-        return replace(interior, reason=Reason.STALLED) if missed else interior
+        return replace(interior, reason=Reason.INACCURATE) if missed else interior
 
     def on_bounds(self, above: BoolArray, below: BoolArray, near: Solution) -> Solution:
         """The minimiser near to a solution on some bounds, whatever becomes of the others.

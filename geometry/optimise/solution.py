@@ -16,6 +16,7 @@ class Reason(Enum):
     """Why a solver stopped; the value finishes the sentence "it stopped because ..."."""
 
     CONVERGED = "the constraints hold"
+    INACCURATE = "rounding is in the way of more accuracy"
     STALLED = "no step makes progress"
     STEP_LIMIT = "the allowed number of steps is used up"
     INFEASIBLE = "the constraints contradict each other"

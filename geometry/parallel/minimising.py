@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.sparse import csr_array, eye_array, vstack
 
@@ -91,8 +93,16 @@ def _bounded(
             "no mesh parallel to M has its fixed vertices where they are wanted and all edge factors within their "
             "bounds: free some vertices, or widen the bounds"
         )
+    if solution.reason in (Reason.STALLED, Reason.STEP_LIMIT):
+        raise ConvergenceError(
+            f"the least value within the bounds was not reached: after {solution.steps} steps the solver stopped since "
+            f"{solution.reason.value}; P(M) may be determined by rounding only: look at `spectrum`, or widen bounds",
+            solution=solution,
+            value=solution.violation,
+            bound=AIM * PARALLEL * size,
+        )
     identity, y = csr_array(eye_array(A.shape[1])), solution.x  # what is left of A y = b goes by the shortest way
-    return minimise_semidefinite(identity, y, A, b, y, accuracy=AIM * PARALLEL)
+    return replace(minimise_semidefinite(identity, y, A, b, y, accuracy=AIM * PARALLEL), reason=solution.reason)
 
 
 def _is_within(solution: Solution, rows: SparseMatrix, lower: FloatArray, upper: FloatArray) -> bool:
@@ -133,7 +143,7 @@ def _check_bounds(mesh: Mesh, found: Mesh, bounds: FactorBounds, solution: Solut
         raise ConvergenceError(
             f"edge {edge} has the factor {factors[edge]}, which is to be from {bounds.lower[edge]} to "
             f"{bounds.upper[edge]}: it is too long or short by {value:.1e}, allowed {bound:.1e}; the solver stopped "
-            f"since {solution.reason.value}",
+            f"since {solution.reason.value}: P(M) may be determined by rounding only, look at `spectrum`",
             solution=solution,
             elements=[edge],
             value=value,

@@ -17,6 +17,7 @@ from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
 from geometry.mesh import Mesh, shapes
 from geometry.optimise.functional import LinearFunctional, normal_equations
+from geometry.optimise.solution import ConvergenceError, Reason, Solution
 from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
@@ -212,6 +213,16 @@ def test_fixed_vertices_that_contradict_each_other_are_named() -> None:
     with pytest.raises(GeometryError, match=r"the fixed vertices contradict each other.*vertex") as caught:
         ParallelSpace(DISC).minimise([(1.0, close_to(DISC.vertices))], fixed={i: DISC.vertices[i], j: turned})
     assert set(caught.value.elements) == {i, j}
+
+
+def test_a_minimum_that_is_not_reached_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    stopped = Solution(np.zeros(1), np.zeros(0), 0.0, 17, Reason.STALLED)
+    monkeypatch.setattr("geometry.parallel.minimising.minimise_bounded", lambda *_, **__: stopped)
+    with pytest.raises(
+        ConvergenceError, match="after 17 steps the solver stopped since no step makes progress"
+    ) as caught:
+        ParallelSpace(DISC).minimise([(1.0, close_to(DISC.vertices))], factor_bounds=(0.5, 2.0))
+    assert caught.value.solution is stopped
 
 
 @pytest.mark.parametrize("bounds", [None, (0.0, np.inf)])
