@@ -30,10 +30,6 @@ __all__ = ["Faces", "MinimalShape", "cmc_design", "cmc_near_design", "minimal_de
 EXACT = 1e-10
 """Distance of the edges of S from the unit sphere, beyond which the file is blamed where there is no dual."""
 
-SHRUNK = 1e-3
-"""Mean edge length over that of the mesh to stay near to, below which what was found is taken for a point: that has
-any mean curvature."""
-
 
 class MinimalShape(StrEnum):
     """Minimal surfaces that have meshes in closed form, or nearly so."""
@@ -168,11 +164,5 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
     median = float(np.median(face_curvatures(pair.mesh, image).mean))
     wanted = median if mean is None else mean
     mesh = constant_mean(image, wanted, pair.mesh)
-    if mesh.mean_edge_length < SHRUNK * pair.mesh.mean_edge_length:
-        raise ProjectError(
-            f"no mesh of mean curvature {wanted:g} is near to {start.name}: what was found has shrunk to a point, to "
-            f"{mesh.mean_edge_length / pair.mesh.mean_edge_length:.0e} of the mean edge length; the median of "
-            f"{start.name} is {median:.4g}, so take one nearer to that, of the same sign"
-        )
     told = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
     return EdgeOffsetDesign.of("cmc", mesh, image, told)

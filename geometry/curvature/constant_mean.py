@@ -34,6 +34,9 @@ TOLERANCE = 1e-11
 LONGEST_STEP = 0.5
 """Longest change of an edge in one step, over the mean edge length."""
 
+SHRUNK = 1e-3
+"""Mean edge length over that of the start, below which what was found is a point: nobody begins so far away."""
+
 HELD_STEPS, MAX_STEPS = 8, 100
 """Steps that are pulled towards the start, and all together; ten in all are mostly enough."""
 
@@ -53,7 +56,7 @@ def constant_mean(
     H area(F) + area(F, sigma(F)) over the mean edge length of sigma(F) from 0, in mean edge lengths of the start.
 
     Raises MeshError where the faces differ, an edge of S has no length or the start is a point; GeometryError where a
-    face of S is not planar, for numbers out of range, and where an edge of M has lost its length; ConvergenceError,
+    face of S is not planar, for numbers out of range, and where M or an edge of it shrank to a point; ConvergenceError,
     with the worst face, where the method does not arrive: there may be no such M near the start.
     """
     for name, number in [("mean curvature", mean), ("fairness", fairness), ("tolerance", tolerance)]:
@@ -82,8 +85,9 @@ def constant_mean(
     )
     if not solution.violation <= tolerance:
         raise _not_reached(functional, solution, tolerance)
-    lengths = size * apply(closing.lengths, solution.x)
-    return with_edges(gauss_image, Members(closing, np.zeros((n, 0))).positions(lengths[:, None])[0])
+    lengths = apply(closing.lengths, solution.x)
+    _check_size(float(np.abs(lengths).mean()), mean)
+    return with_edges(gauss_image, Members(closing, np.zeros((n, 0))).positions(size * lengths[:, None])[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +143,17 @@ class ConstantMean:
             forms = (turns + turns.swapaxes(1, 2)) / (2 * sizes[faces, None, None])
             groups.append((faces, c.corner_edge[corners], forms))
         return groups
+
+
+def _check_size(relative: float, mean: float) -> None:
+    """Raise GeometryError where what was found is a point, which solves the equations too."""
+    if relative < SHRUNK:
+        raise GeometryError(
+            f"what was found has shrunk to a point, to {relative:.0e} of the mean edge length of the start, at least "
+            f"{SHRUNK:.0e} is needed: begin with a mesh whose mean curvatures are nearer to {mean:g}",
+            value=relative,
+            bound=SHRUNK,
+        )
 
 
 def _not_reached(functional: ConstantMean, solution: Solution, tolerance: float) -> ConvergenceError:

@@ -16,6 +16,9 @@ from geometry.curvature import (
     minimal_of_revolution,
 )
 from geometry.curvature.constant_mean import ConstantMean
+from geometry.edge_offset.design import edge_offset_mesh
+from geometry.edge_offset.koebe import koebe
+from geometry.edge_offset.patterns import quad_patch
 from geometry.edge_offset.planar_patterns import enneper_koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
 from geometry.errors import GeometryError, MeshError
@@ -272,3 +275,12 @@ def test_the_parallel_surface_at_distance_one_over_h(pattern: Pattern, mean: flo
     np.testing.assert_allclose(-mixed, (curvatures.mean - d * curvatures.gaussian) * curvatures.areas, atol=1e-9)
     areas = mixed_areas(offset.vertices, offset.vertices, mesh.combinatorics, normals)
     np.testing.assert_allclose(areas, growth * curvatures.areas, atol=1e-9)
+
+
+@pytest.mark.parametrize("mean", [0.0, 1.0])
+def test_a_point_is_no_solution(mean: float) -> None:
+    image = koebe(quad_patch(8, 8), coverage=0.4).mesh
+    with pytest.raises(GeometryError, match=rf"shrunk to a point, to .* nearer to {mean:g}$"):
+        constant_mean(
+            image, mean, edge_offset_mesh(image, signs=1, lengths=(1.0, np.inf))
+        )  # a dome: its H are negative
