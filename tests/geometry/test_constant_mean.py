@@ -280,7 +280,6 @@ def test_the_parallel_surface_at_distance_one_over_h(pattern: Pattern, mean: flo
 @pytest.mark.parametrize("mean", [0.0, 1.0])
 def test_a_point_is_no_solution(mean: float) -> None:
     image = koebe(quad_patch(8, 8), coverage=0.4).mesh
+    dome = edge_offset_mesh(image, signs=1, lengths=(1.0, np.inf))
     with pytest.raises(GeometryError, match=rf"shrunk to a point, to .* nearer to {mean:g}$"):
-        constant_mean(
-            image, mean, edge_offset_mesh(image, signs=1, lengths=(1.0, np.inf))
-        )  # a dome: its H are negative
+        constant_mean(image, mean, dome)  # of H < 0
