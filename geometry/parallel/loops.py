@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import IntArray
 from geometry.mesh import Combinatorics
@@ -23,6 +24,8 @@ def independent_loops(combinatorics: Combinatorics) -> SparseMatrix:
     in the first, all faces and what is outside the boundaries. Each edge left over closes one loop of the first tree.
     """
     c = combinatorics
+    if _n_loops(c) == 0:  # as of discs, which need no trees
+        return csr_array((0, c.n_edges))
     parents, through = _parents(c.n_vertices, c.edges)
     left_over = np.ones(c.n_edges, dtype=bool)
     left_over[through[through >= 0]] = False
@@ -32,6 +35,14 @@ def independent_loops(combinatorics: Combinatorics) -> SparseMatrix:
     _, across = _parents(c.n_faces + 1, faces)
     left_over[others[across[across >= 0]]] = False
     return _closed_in_tree(c, np.flatnonzero(left_over), parents, through)
+
+
+def _n_loops(c: Combinatorics) -> int:
+    """The first Betti number: pieces plus closed surfaces minus chi."""
+    pieces = connected_components(c.adjacency, directed=False)[0] - int((~c.is_used).sum())
+    is_open = np.zeros(c.face_components.max() + 1, dtype=bool)
+    is_open[c.face_components[c.edge_faces[c.is_boundary_edge, 0]]] = True
+    return int(pieces) + int((~is_open).sum()) - c.euler_characteristic
 
 
 def _parents(n: int, pairs: IntArray) -> tuple[IntArray, IntArray]:
