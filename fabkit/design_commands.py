@@ -46,6 +46,7 @@ Force = Annotated[bool, typer.Option("--force", help="Replace an earlier result 
 
 @design_app.command("koebe")
 def koebe_command(
+    context: typer.Context,
     out: Out,
     tiles: Annotated[Tiles, typer.Option(help="Faces of a patch.")] = Tiles.QUADS,
     count: Annotated[int, typer.Option(help="Faces along a side of the patch.")] = 12,
@@ -69,6 +70,10 @@ def koebe_command(
     """The fairest mesh parallel to a Koebe polyhedron of quads, hexagons, pentagons or faces of your own."""
     with one_sentence():
         check_replaceable(out, force=force)
+        if combinatorics:
+            _refuse_beside(context, "--combinatorics has faces of its own", "tiles", "count")
+        if bend is not Bend.SADDLE:
+            _refuse_beside(context, f"--bend {bend} has no direction", "direction")
         design = koebe_design(
             tiles=tiles,
             count=count,
@@ -83,6 +88,7 @@ def koebe_command(
 
 @design_app.command("minimal")
 def minimal_command(
+    context: typer.Context,
     out: Out,
     shape: Annotated[MinimalShape, typer.Option(help="Which surface.")] = MinimalShape.CATENOID,
     faces: Annotated[Faces, typer.Option(help="Of a catenoid.")] = Faces.QUADS,
@@ -100,12 +106,15 @@ def minimal_command(
     """A mesh of mean curvature zero: catenoid, surface of Enneper, or with a Gauss image of your own."""
     with one_sentence():
         check_replaceable(out, force=force)
+        if gauss_image:
+            _refuse_beside(context, "--gauss-image decides the shape", "shape", "faces", "count", "turn")
         design = minimal_design(shape=shape, faces=faces, count=count, turn_deg=turn, gauss_image=gauss_image)
         _finish(design, out, boost, force)
 
 
 @design_app.command("cmc")
 def cmc_command(
+    context: typer.Context,
     out: Out,
     faces: Annotated[Faces, typer.Option(help="Hexagons bulge once; they cannot fold.")] = Faces.QUADS,
     count: Annotated[int, typer.Option(help="Faces around the axis.")] = 24,
@@ -136,6 +145,7 @@ def cmc_command(
     with one_sentence():
         check_replaceable(out, force=force)
         if start and gauss_image:
+            _refuse_beside(context, "--start decides the shape", "faces", "count", "rows", "folds", "bulge")
             design = cmc_near_design(start, gauss_image, mean=mean)
         elif start or gauss_image or mean is not None:
             raise ProjectError("--start needs the files of both meshes: --start M.obj --gauss-image S.obj")
@@ -162,6 +172,14 @@ def hexagons_command(
         check_replaceable(out, force=force)
         design = hexagons_design(surface, count=count, curvature=curvature, turn_deg=turn, flip=flip)
         _finish(design, out, boost, force)
+
+
+def _refuse_beside(context: typer.Context, reason: str, *options: str) -> None:
+    """Raise ProjectError where one of these options was said, since it would do nothing."""
+    for option in options:
+        source = context.get_parameter_source(option)
+        if source is not None and source.name == "COMMANDLINE":
+            raise ProjectError(f"{reason}, so --{option} would do nothing: leave out one of the two")
 
 
 def _finish(design: EdgeOffsetDesign, out: Path, boosts: list[str] | None, force: bool) -> None:
