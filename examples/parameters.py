@@ -125,8 +125,9 @@ def page() -> str:
     """Its text. It asks the network for nothing, and says nothing of when or where it was written."""
     found = main()
     tangency, parallelity_, curvature = list(found.values())[-3:]
-    report = files("fabkit.export").joinpath("report_camera.js").read_text(encoding="utf-8")
-    scripts = [report, *((EXAMPLES / name).read_text("utf-8") for name in ("parameters_view.js", "parameters_page.js"))]
+    shared = [files("fabkit.export").joinpath(name) for name in ("report_camera.js", "report_program.js")]
+    own = [EXAMPLES / name for name in ("parameters_view.js", "parameters_page.js")]
+    scripts = [script.read_text(encoding="utf-8") for script in (*shared, *own)]
     return Template((EXAMPLES / "parameters.html").read_text(encoding="utf-8")).substitute(
         n_meshes=sum(len(each) for _, each in states()),
         tangency=_power_of_ten(tangency),

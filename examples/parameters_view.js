@@ -43,8 +43,8 @@ class View {
     this.canvas = canvas;
     this.gl = canvas.getContext("webgl2", { alpha: false, antialias: true, preserveDrawingBuffer: true });
     if (!this.gl) throw new Error("no WebGL 2");
-    this.faceProgram = this.program(FACE_SHADER);
-    this.ribbonProgram = this.program(RIBBON_SHADER);
+    this.faceProgram = linkedProgram(this.gl, FACE_SHADER);
+    this.ribbonProgram = linkedProgram(this.gl, RIBBON_SHADER);
     this.camera = new Camera({ layers: [], radius: 1 });
     this.layers = [];
     this.hovered = -1;
@@ -53,19 +53,6 @@ class View {
     canvas.addEventListener("pointerleave", () => this.onHover(-1));
     this.ball = this.sphereLayer();
     new ResizeObserver(() => this.redraw()).observe(canvas);
-  }
-
-  program([vertex, fragment]) {
-    const gl = this.gl, program = gl.createProgram();
-    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text);
-      gl.compileShader(shader);
-      gl.attachShader(program, shader);
-    }
-    gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-    return program;
   }
 
   /** shape: {positions, topology {faces, edges}, isReversed, isTurned, beams: positions of the other side or null}. */

@@ -29,7 +29,14 @@ from geometry.arrays import FloatArray
 
 __all__ = ["report_html"]
 
-_SCRIPTS = ("report_model.js", "report_camera.js", "report_viewer.js", "report_table.js", "report_page.js")
+_SCRIPTS = (
+    "report_model.js",
+    "report_camera.js",
+    "report_program.js",
+    "report_viewer.js",
+    "report_table.js",
+    "report_page.js",
+)
 
 
 def report_html(

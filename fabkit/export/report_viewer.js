@@ -48,11 +48,11 @@ class Viewer {
     this.gl.getExtension("OES_element_index_uint");
     this.canvas = canvas;
     this.hidden = new Set();
-    this.solid = this.program(SOLID_SHADER);
-    this.line = this.program(LINE_SHADER);
-    this.spot = this.program(SPOT_SHADER);
+    this.solid = linkedProgram(this.gl, SOLID_SHADER);
+    this.line = linkedProgram(this.gl, LINE_SHADER);
+    this.spot = linkedProgram(this.gl, SPOT_SHADER);
     this.spots = { n: 0, position: this.gl.createBuffer(), colour: this.gl.createBuffer() };
-    this.id = this.program(ID_SHADER);
+    this.id = linkedProgram(this.gl, ID_SHADER);
     this.shapes = model.layers.map((layer) => this.upload(layer));
     this.onHover = this.onClick = () => {};
     this.camera = new Camera(model);
@@ -66,19 +66,6 @@ class Viewer {
     canvas.addEventListener("pointerleave", () => this.soon("hover", () => this.onHover(null)));
     this.paint(() => null);
     new ResizeObserver(() => this.draw()).observe(canvas);
-  }
-
-  program([vertex, fragment]) {
-    const gl = this.gl, program = gl.createProgram();
-    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
-      const shader = gl.createShader(kind);
-      gl.shaderSource(shader, text);
-      gl.compileShader(shader);
-      gl.attachShader(program, shader);
-    }
-    gl.linkProgram(program);
-    if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-    return program;
   }
 
   upload(layer) {
