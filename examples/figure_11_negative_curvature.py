@@ -30,18 +30,12 @@ def signs(s: Mesh) -> IntArray:
     return saddle_signs(s, ALONG, pole=POLE)
 
 
-def inner_faces(mesh: Mesh) -> IntArray:
-    """Those without a vertex on the boundary."""
-    c = mesh.combinatorics
-    return np.setdiff1d(np.arange(c.n_faces), c.corner_face[c.is_boundary_vertex[c.corners]])
-
-
 @cache
 def pair() -> tuple[Mesh, Mesh]:
     """M, S."""
     s = koebe(pentagon_patch(COUNT, COUNT), coverage=COVERAGE).mesh
     m = edge_offset_mesh(s, signs=signs(s), lengths=(s.edge_lengths, np.inf))
-    kept = inner_faces(s)
+    kept = s.combinatorics.inner_faces
     return m.part(kept), s.part(kept)
 
 
@@ -71,7 +65,7 @@ def edges(mesh: Mesh, against: BoolArray, radius: float) -> Shapes:
 def diagram() -> Shapes:
     """The pattern of a small, nearly flat patch as seen from above."""
     whole = koebe(pentagon_patch(6, 6), coverage=0.001).mesh
-    s = whole.part(inner_faces(whole))
+    s = whole.part(whole.combinatorics.inner_faces)
     flat = s.vertices * [1, 1, 0]
     return edges(s.with_vertices(flat / np.abs(flat).max()), signs(s) < 0, 0.022)
 

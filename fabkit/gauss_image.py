@@ -14,7 +14,10 @@ from geometry.mesh import Mesh, MeshFile, read_mesh_pair
 from geometry.parallel import edge_distances, nearest_parallel_pair, parallelity
 from geometry.parallel.offsets import edge_feet
 
-__all__ = ["ExactPair", "GivenPair", "exact_pair", "points_inwards", "read_given_pair"]
+__all__ = ["TOLERANCE", "ExactPair", "GivenPair", "exact_pair", "points_inwards", "read_given_pair"]
+
+TOLERANCE = 1e-3
+"""How far a pair may be off parallel, and be moved to be exact, in radii of the unit sphere, if nothing is said."""
 
 LEAST_SIZE, LARGEST_SIZE = 0.5, 2.0
 """Where the median distance of the edges of S from the origin has to be: they are beam heights over the nominal one,

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fabkit.gauss_image import TOLERANCE
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh, MeshFile, read_mesh, read_mesh_pair
@@ -32,9 +33,6 @@ __all__ = ["Inspection", "PairInspection", "inspect_mesh", "inspect_pair"]
 EXACT, NEARLY = 1e-6, 1e-2
 """Largest deviation, as a part of the edge length or in radians, up to which a property is said to hold or nearly to
 hold: drawing programs write seven digits; a hundredth of an edge is what one sees."""
-
-TOLERANCE = 1e-3
-"""How far a pair may be moved to be exact, if a build is told nothing else."""
 
 
 @dataclass(frozen=True, eq=False)

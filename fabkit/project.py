@@ -11,6 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from fabkit.detailing.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
 from fabkit.errors import ProjectError
+from fabkit.gauss_image import TOLERANCE
+from fabkit.production.marks import EQUAL_WITHIN_MM
 from fabkit.units import MM_PER_UNIT, Unit
 
 __all__ = ["GaussImageRules", "Nesting", "PlanariseWeights", "Project", "load_project", "project_from"]
@@ -30,7 +32,7 @@ class GaussImageRules(BaseModel):
     model_config = _STRICT
 
     file: Path | None = None
-    tolerance: Positive = 1e-3
+    tolerance: Positive = TOLERANCE
 
     faces: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     edges: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
@@ -92,7 +94,7 @@ class Project(BaseModel):
     mean_edge_mm: Positive | None = None
     flip: bool = False
     skip_unbuildable: bool = False
-    equal_within_mm: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = 1e-7
+    equal_within_mm: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = EQUAL_WITHIN_MM
     planarise: PlanariseWeights = PlanariseWeights()
     gauss_image: GaussImageRules = GaussImageRules()
     nesting: Nesting = Nesting()

@@ -53,8 +53,14 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.detailing": {"geometry.parallel", *PARTS},
     "fabkit.production": PARTS,
     "fabkit.export": {"fabkit.production", "fabkit.stages", *PARTS},
-    "fabkit.project": {"fabkit.detailing", "fabkit.units", "fabkit.errors"},
-    "fabkit.inspection": {"geometry.mesh", "geometry.meshing", "geometry.parallel", *GROUND},
+    "fabkit.project": {
+        "fabkit.detailing",
+        "fabkit.production",
+        "fabkit.gauss_image",
+        "fabkit.units",
+        "fabkit.errors",
+    },
+    "fabkit.inspection": {"geometry.mesh", "geometry.meshing", "geometry.parallel", "fabkit.gauss_image", *GROUND},
     "fabkit.gauss_image": {"geometry.mesh", "geometry.parallel", *GROUND},
     "fabkit.build": {
         "geometry.mesh",

@@ -48,9 +48,7 @@ def without_unsound_rim(mesh: Mesh) -> IntArray:
         part = mesh.part(kept)
         if face_necks(part).min() >= NARROWEST * part.mean_edge_length and is_embedded(part):
             return kept
-        c = part.combinatorics
-        inner = np.setdiff1d(np.arange(c.n_faces), c.corner_face[c.is_boundary_vertex[c.corners]])
-        kept = kept[largest_piece(part, inner)]
+        kept = kept[largest_piece(part, part.combinatorics.inner_faces)]
     return np.arange(mesh.n_faces)
 
 

@@ -51,7 +51,7 @@ class _Cuts:
 def _cuts(structure: SupportStructure) -> _Cuts:
     c = structure.mesh.combinatorics
     along = np.where(c.runs_along_edge, 1.0, -1.0)[:, None]
-    t = structure.mesh.edge_directions[c.corner_edge] * along
+    t = structure.mesh.corner_directions
     n = structure.mesh.face_normals[c.corner_face]
     # t x u points to the right face, so seen from its own face the inside is on the other side
     return _Cuts(t, np.cross(n, t), structure.width_directions[c.corner_edge] * -along, n)

@@ -134,10 +134,9 @@ class ConstantMean:
         """
         mesh, c = self.closing.mesh, self.closing.mesh.combinatorics
         sizes = face_mean_edge_lengths(mesh.vertices, c)
-        directions = mesh.edge_directions[c.corner_edge] * np.where(c.runs_along_edge, 1.0, -1.0)[:, None]
         groups = []
         for faces, corners in c.faces_by_size():
-            along = directions[corners]
+            along = mesh.corner_directions[corners]
             across = np.cross(mesh.face_normals[faces, None], along)
             turns = np.triu(np.einsum("fjk,fik->fij", along, across), 1)  # det(n, d_i, d_j) for i < j
             forms = (turns + turns.swapaxes(1, 2)) / (2 * sizes[faces, None, None])

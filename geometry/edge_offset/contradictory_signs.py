@@ -45,8 +45,7 @@ def checked_signs(koebe: Mesh, signs: Any) -> IntArray:
 def check_faces_can_close(koebe: Mesh, signs: IntArray) -> None:
     """Raise GeometryError for faces whose edges, run as the signs say, all go to one side: they never come back."""
     c, normals = koebe.combinatorics, koebe.face_normals
-    along = np.where(c.runs_along_edge, 1, -1) * signs[c.corner_edge]
-    steps = along[:, None] * koebe.edge_directions[c.corner_edge]
+    steps = signs[c.corner_edge, None] * koebe.corner_directions
     x_axes = koebe.edge_directions[c.corner_edge[c.face_starts[:-1]]]
     y_axes = np.cross(normals, x_axes)
     x, y = (np.einsum("ci,ci->c", steps, axes[c.corner_face]) for axes in (x_axes, y_axes))

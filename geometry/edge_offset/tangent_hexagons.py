@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, diags_array, eye_array, triu, vstack
+from scipy.sparse import coo_array, csr_array, diags_array, triu, vstack
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.edge_offset.touching import touching_points
@@ -24,16 +24,13 @@ from geometry.optimise.solution import ConvergenceError, Reason, Solution
 from geometry.parallel import edge_factors
 from geometry.parallel.conditions import FactorBounds
 from geometry.parallel.face_unknowns import FaceUnknowns
-from geometry.parallel.minimising import PARALLEL, check_solved
+from geometry.parallel.minimising import AIM, PARALLEL, check_solved, closest_exact
 from geometry.parallel.parallelity import check_planar
 
 __all__ = ["TangentMesh", "mesh_with_planes", "tangent_mesh"]
 
 PARALLELS = 8
 """Power of the cosine of the angle between two edges, by which they count as parallel."""
-
-AIM = 0.1
-"""Accuracy asked of the solver over what is allowed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,9 +137,8 @@ def mesh_with_planes(hexagons: Mesh, heights: FloatArray) -> Mesh:
     b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), wanted[faces]])
     H, g = unknowns.objective(*normal_equations([(1.0, _like_factors(hexagons))]))
     solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=AIM * PARALLEL)
-    if solution.reason is not Reason.INFEASIBLE:  # what is left of A y = b goes by the shortest way
-        identity, y = csr_array(eye_array(len(g))), solution.x
-        solution = minimise_semidefinite(identity, y, A, b, y, accuracy=AIM * PARALLEL)
+    if solution.reason is not Reason.INFEASIBLE:
+        solution = closest_exact(solution.x, A, b)
     found = hexagons.with_vertices(apply(unknowns.matrix, solution.x).reshape(-1, 3))
     off = np.abs(apply(planes, found.vertices.ravel()) - wanted[faces])
     bound = PARALLEL * largest(found.vertices)

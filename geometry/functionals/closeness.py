@@ -9,9 +9,9 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import MeshError
-from geometry.functionals.parallelity import two_across
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh.curve import Curve
+from geometry.mesh.polygons import two_across
 from geometry.mesh.surface import Surface, check_points
 from geometry.optimise.functional import LinearFunctional, SparseMatrix
 

@@ -10,9 +10,10 @@ from scipy.sparse import csr_array
 from geometry.arrays import FloatArray
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh.polygons import two_across
 from geometry.optimise.functional import LinearFunctional, SparseMatrix
 
-__all__ = ["Parallelity", "parallel_to", "two_across"]
+__all__ = ["Parallelity", "parallel_to"]
 
 
 def parallel_to(mesh: Mesh) -> LinearFunctional:
@@ -64,14 +65,6 @@ class Parallelity:
         edges, other = positions[:, j] - positions[:, i]
         lengths = np.linalg.norm(edges, axis=1)
         return edges / lengths[:, None], lengths, other
-
-
-def two_across(directions: FloatArray) -> FloatArray:
-    """(n, 2, 3) two unit vectors perpendicular to each unit direction (n, 3) and to each other."""
-    smallest = np.eye(3)[np.abs(directions).argmin(axis=1)]
-    first = np.cross(directions, smallest)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(directions, first)], axis=1)
 
 
 def _cross_matrices(vectors: FloatArray) -> FloatArray:

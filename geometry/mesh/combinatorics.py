@@ -100,6 +100,13 @@ class Combinatorics:
             groups.append((faces, self.face_starts[faces][:, None] + np.arange(size)))
         return groups
 
+    def corners_of(self, faces: IntArray) -> tuple[IntArray, IntArray]:
+        """All corners (n,) of faces (k,), one face after another, and which of the k each belongs to (n,)."""
+        sizes = self.face_sizes[faces]
+        owner = np.repeat(np.arange(len(faces)), sizes)
+        before = np.cumsum(sizes) - sizes
+        return self.face_starts[faces][owner] + np.arange(len(owner)) - before[owner], owner
+
     # --- edges
 
     @cached_property
@@ -174,6 +181,12 @@ class Combinatorics:
         on_boundary = np.zeros(self.n_vertices, dtype=bool)
         on_boundary[self.edges[self.is_boundary_edge]] = True
         return on_boundary
+
+    @cached_property
+    def inner_faces(self) -> IntArray:
+        """The faces (n,) that have no vertex on the boundary."""
+        outer = self.corner_face[self.is_boundary_vertex[self.corners]]
+        return integers(np.setdiff1d(np.arange(self.n_faces), outer))
 
     # --- stars
 

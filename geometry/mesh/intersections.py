@@ -11,8 +11,8 @@ import numpy.typing as npt
 import shapely
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
-from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.mesh import Mesh
+from geometry.mesh.polygons import two_across
 
 __all__ = ["intersecting_faces", "is_embedded", "meeting_boxes", "self_crossing_faces"]
 
@@ -77,8 +77,8 @@ def _heights(mesh: Mesh, faces: IntArray, points: FloatArray) -> FloatArray:
 
 def _contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
     """(k,) whether faces (k,) contain points (k, 3) of their planes: a ray crosses an odd number of edges."""
-    c, axes = mesh.combinatorics, _axes(mesh)[faces]
-    owner, corners = _corners_of(c, faces)
+    c, axes = mesh.combinatorics, two_across(mesh.face_normals)[faces]
+    corners, owner = c.corners_of(faces)
     tail, head = (
         np.einsum("kai,ki->ak", axes[owner], mesh.vertices[c.corners[at]] - points[owner])
         for at in (corners, c.next_corner[corners])
@@ -114,7 +114,7 @@ def _in_plane(mesh: Mesh, faces: IntArray, others: IntArray) -> BoolArray:
     c, vertices = mesh.combinatorics, mesh.vertices
     found = _heights(mesh, faces, vertices[c.corners[c.face_starts[others]]]) == 0  # the first corner decides mostly
     rest = np.flatnonzero(found)
-    owner, corners = _corners_of(c, others[rest])
+    corners, owner = c.corners_of(others[rest])
     off = _heights(mesh, faces[rest][owner], vertices[c.corners[corners]]) != 0
     found[rest] = np.bincount(owner, off, minlength=len(rest)) == 0
     return np.asarray(found)
@@ -128,29 +128,13 @@ def _is_simple(mesh: Mesh) -> BoolArray:
 
 def _polygons(mesh: Mesh, faces: IntArray, planes: IntArray) -> npt.NDArray[np.object_]:
     """(k,) shapely polygons of faces (k,), seen along the normals of the faces `planes` (k,)."""
-    owner, corners = _corners_of(mesh.combinatorics, faces)
+    corners, owner = mesh.combinatorics.corners_of(faces)
     here = mesh.vertices[mesh.combinatorics.corners[corners]]
-    flat = np.einsum("kai,ki->ka", _axes(mesh)[planes[owner]], here)
+    flat = np.einsum("kai,ki->ka", two_across(mesh.face_normals)[planes[owner]], here)
     return np.asarray(shapely.polygons(shapely.linearrings(flat, indices=owner)))
 
 
 # --- faces and boxes
-
-
-def _axes(mesh: Mesh) -> FloatArray:
-    """(F, 2, 3) right-angled unit vectors in the planes of the faces."""
-    normals = mesh.face_normals
-    first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    return np.stack([first, np.cross(normals, first)], axis=1)
-
-
-def _corners_of(combinatorics: Combinatorics, faces: IntArray) -> tuple[IntArray, IntArray]:
-    """The corners of faces (k,), one face after another, and which of the k each belongs to."""
-    sizes = combinatorics.face_sizes[faces]
-    owner = np.repeat(np.arange(len(faces)), sizes)
-    before = np.cumsum(sizes) - sizes
-    return owner, combinatorics.face_starts[faces][owner] + np.arange(len(owner)) - before[owner]
 
 
 def _face_boxes(mesh: Mesh) -> tuple[FloatArray, FloatArray]:

@@ -93,10 +93,8 @@ class Mesh:
     def part(self, faces: IntArray) -> Mesh:
         """A mesh of some of the faces (k,), in that order, and of the vertices they use, in the order these have."""
         c = self.combinatorics
-        sizes = c.face_sizes[faces]
-        starts = np.concatenate([[0], np.cumsum(sizes)])
-        corners = c.corners[np.repeat(c.face_starts[faces] - starts[:-1], sizes) + np.arange(starts[-1])]
-        used, numbered = np.unique(corners, return_inverse=True)
+        starts = np.concatenate([[0], np.cumsum(c.face_sizes[faces])])
+        used, numbered = np.unique(c.corners[c.corners_of(faces)[0]], return_inverse=True)
         return Mesh(self.vertices[used], Combinatorics(len(used), numbered, starts))
 
     def reversed(self) -> Mesh:
@@ -128,6 +126,13 @@ class Mesh:
                 value=0.0,
             )
         return floats(self.edge_vectors / self.edge_lengths[:, None])
+
+    @cached_property
+    def corner_directions(self) -> FloatArray:
+        """(C, 3) unit vectors from each corner to the next one of its face. Raises as `edge_directions` does."""
+        c = self.combinatorics
+        along = np.where(c.runs_along_edge, 1.0, -1.0)
+        return floats(along[:, None] * self.edge_directions[c.corner_edge])
 
     @cached_property
     def mean_edge_length(self) -> float:

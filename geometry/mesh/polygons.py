@@ -16,6 +16,7 @@ __all__ = [
     "face_mean_edge_lengths",
     "face_sums",
     "mixed_areas",
+    "two_across",
     "vector_areas",
 ]
 
@@ -76,3 +77,11 @@ def face_mean_edge_lengths(vertices: FloatArray, combinatorics: Combinatorics) -
     ends = vertices[combinatorics.corners]
     lengths = np.linalg.norm(ends[combinatorics.next_corner] - ends, axis=1)
     return face_sums(combinatorics, lengths) / combinatorics.face_sizes
+
+
+def two_across(directions: FloatArray) -> FloatArray:
+    """(n, 2, 3) two unit vectors perpendicular to each unit direction (n, 3) and to each other."""
+    smallest = np.eye(3)[np.abs(directions).argmin(axis=1)]
+    first = np.cross(directions, smallest)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return np.stack([first, np.cross(directions, first)], axis=1)

@@ -54,9 +54,8 @@ def factorise(matrix: SparseMatrix, *, single: bool = False, order: IntArray | N
     of the time.
     """
     options = {"SymmetricMode": True}
-    columns = csc_array(
-        matrix.T if order is None else matrix[order][:, order]
-    )  # the transpose is the same, without work
+    # the transpose is the same matrix, and as columns without work
+    columns = csc_array(matrix.T if order is None else matrix[order][:, order])
     by: Literal["MMD_AT_PLUS_A", "NATURAL"] = "MMD_AT_PLUS_A" if order is None else "NATURAL"
     if single:
         rounded = columns.astype(np.float32)

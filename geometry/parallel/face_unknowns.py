@@ -46,7 +46,8 @@ class FaceUnknowns:
         n_vertices = self.mesh.n_vertices
         rows, columns, values, n = [], [], [], 0
         alone = np.ones(n_vertices, dtype=bool)
-        for _, vertices, shapes in self._shapes:
+        for corners, shapes in self._shapes:
+            vertices = self.mesh.combinatorics.corners[corners]
             alone[vertices] = False
             n_faces, k, _, n_shapes = shapes.shape
             first = n + (3 + n_shapes) * np.arange(n_faces)[:, None, None, None]
@@ -68,8 +69,8 @@ class FaceUnknowns:
         """(m, 3N) A: the equations of parallelity, two an edge, that matrix y does not satisfy of itself."""
         c = self.mesh.combinatorics
         closed = np.zeros(c.n_edges, dtype=bool)
-        for faces, _, _ in self._shapes:
-            closed[c.corner_edge[np.isin(c.corner_face, faces)]] = True
+        for corners, _ in self._shapes:
+            closed[c.corner_edge[corners]] = True
         rows = 2 * np.flatnonzero(~closed)[:, None] + np.arange(2)
         return csr_array(parallel_to(self.mesh).matrix[rows.ravel()])
 
@@ -80,26 +81,31 @@ class FaceUnknowns:
 
     def objective(self, H: SparseMatrix, g: FloatArray) -> tuple[SparseMatrix, FloatArray]:
         """H (n, n) and g (n,) of x H x / 2 - g x, of H (3N, 3N) and g (3N,)."""
-        transposed = csr_array(self.matrix.T)
-        return csr_array(transposed @ (H @ self.matrix)), apply(transposed, g)
+        return csr_array(self._transposed @ (H @ self.matrix)), self.of(g)
+
+    def of(self, x: FloatArray) -> FloatArray:
+        """matrix^T x (n,): the unknowns of the mesh x (3N,), or of a gradient."""
+        return apply(self._transposed, x)
 
     @cached_property
-    def _shapes(self) -> list[tuple[IntArray, IntArray, FloatArray]]:
-        """For each number of corners k: faces (n,), their vertices (n, k), and how these move (n, k, 3, k - 2)."""
+    def _transposed(self) -> SparseMatrix:
+        return csr_array(self.matrix.T)
+
+    @cached_property
+    def _shapes(self) -> list[tuple[IntArray, FloatArray]]:
+        """For each number of corners k: the corners (n, k) of some faces, and how they move (n, k, 3, k - 2)."""
         c, mesh = self.mesh.combinatorics, self.mesh
         chosen = disjoint_faces(c)
         found = []
         for faces, corners in c.faces_by_size():
             if corners.shape[1] > LARGEST:
                 continue
-            mask = np.isin(faces, chosen)
-            faces, corners = faces[mask], corners[mask]
-            along = np.where(c.runs_along_edge[corners], 1.0, -1.0)
-            directions = along[:, :, None] * mesh.edge_directions[c.corner_edge[corners]]
+            kept = np.isin(faces, chosen)
+            faces, corners = faces[kept], corners[kept]
+            directions = mesh.corner_directions[corners]
             crossing = _crossing(directions, mesh.face_normals[faces])
             wide = np.abs(crossing).max(axis=(1, 2), initial=0.0) > SLENDER
-            shapes = _shapes(directions[wide], crossing[wide])
-            found.append((faces[wide], c.corners[corners[wide]], shapes))
+            found.append((corners[wide], _shapes(directions[wide], crossing[wide])))
         return found
 
 

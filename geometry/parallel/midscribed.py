@@ -166,8 +166,7 @@ def _feet(mesh: Mesh, s: FloatArray, known: BoolArray) -> tuple[FloatArray, Bool
     feet = across_directions(s[end], mesh.edge_directions)
 
     normals, edges = mesh.face_normals[c.corner_face], c.corner_edge
-    forwards = np.where(c.runs_along_edge, 1.0, -1.0)
-    outwards = np.cross(mesh.edge_directions[edges], normals) * forwards[:, None]
+    outwards = np.cross(mesh.corner_directions, normals)
     counts = face_sums(c, from_known[edges].astype(float))
     height, side = (
         face_sums(c, np.where(from_known[edges], np.einsum("ci,ci->c", feet[edges], axis), 0.0)) / np.maximum(counts, 1)

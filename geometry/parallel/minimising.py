@@ -18,7 +18,7 @@ from geometry.parallel.conditions import FactorBounds, Fixed, Objective
 from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.parallelity import edge_factors, parallelity
 
-__all__ = ["PARALLEL", "check_solved", "minimum"]
+__all__ = ["AIM", "PARALLEL", "check_solved", "closest_exact", "minimum"]
 
 PARALLEL = 1e-12
 """How far an edge of S may be off the direction of its edge of M, over the size of S."""
@@ -44,7 +44,7 @@ def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: 
     b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), fixed.positions.ravel()])
     H, g = unknowns.objective(objective.H, objective.g)
     if bounds is None:
-        solution = _determined(H, g, A, b, near=apply(csr_array(to_vertices.T), mesh.vertices.ravel()))
+        solution = _determined(H, g, A, b, near=unknowns.of(mesh.vertices.ravel()))
     else:
         rows = csr_array(bounds.rows(mesh) @ to_vertices)
         lower, upper = bounds.lower * mesh.edge_lengths, bounds.upper * mesh.edge_lengths
@@ -101,8 +101,12 @@ def _bounded(
             value=solution.violation,
             bound=AIM * PARALLEL * size,
         )
-    identity, y = csr_array(eye_array(A.shape[1])), solution.x  # what is left of A y = b goes by the shortest way
-    return replace(minimise_semidefinite(identity, y, A, b, y, accuracy=AIM * PARALLEL), reason=solution.reason)
+    return replace(closest_exact(solution.x, A, b), reason=solution.reason)
+
+
+def closest_exact(y: FloatArray, A: SparseMatrix, b: FloatArray) -> Solution:
+    """What is left of A y = b goes by the shortest way."""
+    return minimise_semidefinite(csr_array(eye_array(len(y))), y, A, b, y, accuracy=AIM * PARALLEL)
 
 
 def _is_within(solution: Solution, rows: SparseMatrix, lower: FloatArray, upper: FloatArray) -> bool:

@@ -141,10 +141,10 @@ class ParallelSpace:
         centre = mesh.vertices.mean(axis=0)  # translations are members: they can be kept out of rounding
         wanted = (mesh.vertices - centre).ravel()
         size = float(np.abs(wanted).max())
-        to_vertices, nearest = self._unknowns.matrix, self._nearest
+        unknowns, nearest = self._unknowns, self._nearest
         zeros = np.zeros(nearest.A.shape[0])
-        solution = nearest.minimise(apply(csr_array(to_vertices.T), wanted), zeros, tolerance=PARALLEL / 10 * size)
-        found = self.mesh.with_vertices(apply(to_vertices, solution.x).reshape(-1, 3))
+        solution = nearest.minimise(unknowns.of(wanted), zeros, tolerance=PARALLEL / 10 * size)
+        found = self.mesh.with_vertices(apply(unknowns.matrix, solution.x).reshape(-1, 3))
         check_solved(self.mesh, found, solution, size)
         return found.with_vertices(found.vertices + centre)
 

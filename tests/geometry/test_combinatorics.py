@@ -138,6 +138,17 @@ def test_components_and_characteristic_of_several_meshes_side_by_side(parts: lis
 
 
 @given(mesh=meshes, seed=st.integers(0, 99))
+def test_corners_of_faces_and_faces_inside(mesh: Mesh, seed: int) -> None:
+    c = mesh.combinatorics
+    faces = np.random.default_rng(seed).integers(c.n_faces, size=5)
+    corners, owner = c.corners_of(faces)
+    np.testing.assert_array_equal(c.corner_face[corners], faces[owner])
+    assert [c.corners[corners[owner == k]].tolist() for k in range(5)] == [c.face(face).tolist() for face in faces]
+    rim = {int(vertex) for loop in c.boundary_loops for vertex in loop}
+    assert c.inner_faces.tolist() == [k for k, face in enumerate(c.faces()) if not rim & set(face)]
+
+
+@given(mesh=meshes, seed=st.integers(0, 99))
 def test_a_part_has_the_faces_asked_for_in_their_order_and_no_other_vertices(mesh: Mesh, seed: int) -> None:
     rng = np.random.default_rng(seed)
     faces = rng.permutation(mesh.n_faces)[: rng.integers(1, mesh.n_faces + 1)]
