@@ -34,7 +34,8 @@ __all__ = ["Built", "build", "design"]
 
 @dataclass(frozen=True, eq=False)
 class Built:
-    """What a build made, in memory. seconds: by stage."""
+    """What a build made, in memory: near zero, `assembly.origin_mm` from where the mesh file has it. seconds: by
+    stage."""
 
     structure: SupportStructure
     assembly: Assembly
@@ -72,6 +73,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
         assembly = share_equal_parts(detailed.assembly, within_mm=project.equal_within_mm)
+        assembly = replace(assembly, origin_mm=file.origin * scale)
     with stages("Nest"):
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(project, assembly)
@@ -81,9 +83,10 @@ def design(project: Project, stages: Stages | None = None) -> Built:
 
 
 def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
+    """The mesh near zero, and its Gauss image where that is given."""
     rules = project.gauss_image
     if rules.file is None:
-        return read_mesh(project.mesh, flip=project.flip), None
+        return read_mesh(project.mesh, flip=project.flip).near_zero(), None
     pair = read_given_pair(project.mesh, rules.file, flip=project.flip, tolerance=rules.tolerance)
     return pair.file, pair
 
@@ -152,6 +155,7 @@ def _summary(
         name=project.title,
         source=project.mesh.name,
         scale_mm=scale,
+        origin=file.origin,
         n_vertices=mesh.n_vertices,
         n_edges=mesh.n_edges,
         n_faces=mesh.n_faces,
@@ -182,6 +186,7 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
             "python": platform.python_version(),
             **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely")},
         },
+        "origin": {"unit": summary.origin.tolist(), "mm": assembly.origin_mm.tolist()},
         "counts": {
             "vertices": summary.n_vertices,
             "edges": summary.n_edges,

@@ -26,7 +26,8 @@ so a value far from 1 means another scale than that of the unit sphere."""
 
 @dataclass(frozen=True, eq=False)
 class GivenPair:
-    """A mesh as read, turned to the outside that its Gauss image shows; that image; name and sha256 of its file."""
+    """A mesh as read, near zero, turned to the outside that its Gauss image shows; that image; name and sha256 of its
+    file."""
 
     file: MeshFile
     image: Mesh
@@ -56,6 +57,7 @@ def read_given_pair(mesh: Path, image: Path, *, flip: bool, tolerance: float) ->
     more than `tolerance` of the sphere's radius.
     """
     file, gauss_image = read_mesh_pair(mesh, image)
+    file = file.near_zero()
     found, mended = file.mesh, file.mended
     _check_size(found, gauss_image, image)
     _check_parallel(found, gauss_image, tolerance, image)

@@ -37,7 +37,7 @@ hold: drawing programs write seven digits; a hundredth of an edge is what one se
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
-    """A mesh file, and what follows from it. Lengths are in the unit of the file.
+    """A mesh file, near zero, and what follows from it. Lengths are in the unit of the file.
 
     planar: the mesh made planar, None where that failed. heights (E,): of beams over the nominal height, None where
     there is no Gauss image. trouble: why something is missing, a sentence each.
@@ -105,7 +105,7 @@ def inspect_mesh(path: Path) -> Inspection:
 
     Raises GeometryError where there is no mesh to be read; what fails after that is part of the answer.
     """
-    file = read_mesh(path)
+    file = read_mesh(path).near_zero()
     try:
         planar = planarise(file.mesh)
     except GeometryError as error:
@@ -123,6 +123,7 @@ def inspect_pair(mesh: Path, image: Path) -> PairInspection:
     Raises GeometryError where a file cannot be read or the faces differ; what fails after that is part of the answer.
     """
     file, gauss = read_mesh_pair(mesh, image)
+    file = file.near_zero()
     try:
         exact = nearest_parallel_pair(file.mesh, gauss)
         SupportStructure(*exact, 1.0)  # no node axis lies in an edge

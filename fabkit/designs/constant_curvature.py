@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -154,15 +155,27 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
 
     start, gauss_image: files of M and S, a Koebe polyhedron, of the same faces. mean: H, one over the unit of M,
     negative where M bulges as a sphere does; left out: the median over the faces of M, which leaves its size as it is.
+    It lies where M does; the origin of the design is that of M.
 
     Raises GeometryError where the pair does not fit together, and either error where there is no such mesh near.
     """
     file, image = read_mesh_pair(start, gauss_image)
+    file = file.near_zero()
     check_touching(image)
     pair = exact_pair(file.mesh, image, tolerance=TOUCHING)
     image = pair.image
     median = float(np.median(face_curvatures(pair.mesh, image).mean))
     wanted = median if mean is None else mean
-    mesh = constant_mean(image, wanted, pair.mesh)
+    mesh = _where(pair.mesh, constant_mean(image, wanted, pair.mesh))
     told = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
-    return EdgeOffsetDesign.of("cmc", mesh, image, told)
+    return replace(EdgeOffsetDesign.of("cmc", mesh, image, told), origin=file.origin)
+
+
+def _where(start: Mesh, mesh: Mesh) -> Mesh:
+    """The mesh with the mean of its vertices, in each piece, at that of the start."""
+    c = mesh.combinatorics
+    piece = np.zeros(c.n_vertices, dtype=np.int64)
+    piece[c.corners] = c.face_components[c.corner_face]
+    moves = start.vertices - mesh.vertices
+    means = np.stack([np.bincount(piece, moves[:, axis]) for axis in range(3)], axis=1) / np.bincount(piece)[:, None]
+    return mesh.with_vertices(mesh.vertices + means[piece])

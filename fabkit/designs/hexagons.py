@@ -62,13 +62,14 @@ def hexagons_design(
     which on saddles decides how short the shortest edges are; the fittest of `TURNS_DEG` if left out.
     flip: sees the surface from its other side. S ends where the surface has no more normals; faces that cross
     themselves or others, fold over or are too narrow, as at the rim of saddles, are cut off both meshes. M is in the
-    unit of the surface.
+    unit of the surface, near zero; the origin of the design is that of the surface.
 
     Raises GeometryError where nothing can touch, for surfaces that are not usable and numbers out of range;
     ProjectError where less than `LEAST` of the faces is left.
     """
     _check_numbers(count, turn_deg)
-    phi = Surface(read_mesh(surface, flip=flip).mesh)
+    file = read_mesh(surface, flip=flip).near_zero()
+    phi = Surface(file.mesh)
     axis, widest = _mean_normal(phi.mesh)
     if not widest < WIDEST_DEG:
         raise ProjectError(
@@ -90,7 +91,8 @@ def hexagons_design(
         "flip": flip,
     }
     design = EdgeOffsetDesign.of("hexagons", found.mesh.part(kept), best.image.part(kept), told)
-    return replace(design, notes=_notes(found, kept, surface.name, best.times), has_unit=True)
+    notes = _notes(found, kept, surface.name, best.times)
+    return replace(design, notes=notes, has_unit=True, origin=file.origin)
 
 
 def _covered(phi: Surface, image: Mesh, axis: FloatArray, turn_deg: float, curvature: int) -> _Cover:

@@ -38,7 +38,8 @@ SHORTEST = 1e-6
 @dataclass(frozen=True, eq=False)
 class EdgeOffsetDesign:
     """M and S over one combinatorics, S pointing outwards. kind: which command made it; settings: by which numbers;
-    notes: what is to be known of it, a sentence each; has_unit: whether M has the size of something given."""
+    notes: what is to be known of it, a sentence each; has_unit: whether M has the size of something given. origin (3,):
+    what was taken out of a file that M lies near to, and is put back into its coordinates when it is written."""
 
     kind: str
     mesh: Mesh
@@ -46,6 +47,7 @@ class EdgeOffsetDesign:
     settings: dict[str, Any]
     notes: tuple[str, ...] = ()
     has_unit: bool = False
+    origin: FloatArray | None = None
 
     @classmethod
     def of(cls, kind: str, mesh: Mesh, gauss_image: Mesh, settings: dict[str, Any]) -> EdgeOffsetDesign:
@@ -57,14 +59,20 @@ class EdgeOffsetDesign:
     def boosted(self, velocities: Sequence[Sequence[float]]) -> EdgeOffsetDesign:
         """After Laguerre boosts, one after the other: edge offset meshes stay so [Pottmann2007, 3.3, Prop. 4, Fig. 10].
 
+        Boosts are about zero, or about the mean of the vertices where M lies near to something given: boosts about a
+        point far away would move it and change the distance of its planes.
+
         Raises GeometryError for a velocity of length 1 or more, and where a vertex of S goes to infinity.
         """
-        mesh, gauss_image = self.mesh, self.gauss_image
+        if not velocities:
+            return self
+        about = np.zeros(3) if self.origin is None else self.mesh.vertices.mean(axis=0)
+        mesh, gauss_image = self.mesh.translated(-about), self.gauss_image
         for velocity in velocities:
             mesh, gauss_image = LaguerreTransformation.boost(velocity).map_mesh(mesh, gauss_image)
-        boosts = {"boosts": [list(velocity) for velocity in velocities]} if velocities else {}
-        boosted = EdgeOffsetDesign.of(self.kind, mesh, gauss_image, self.settings | boosts)
-        return replace(boosted, notes=self.notes, has_unit=self.has_unit)
+        settings = self.settings | {"boosts": [list(velocity) for velocity in velocities]}
+        boosted = EdgeOffsetDesign.of(self.kind, mesh.translated(about), gauss_image, settings)
+        return replace(boosted, notes=self.notes, has_unit=self.has_unit, origin=self.origin)
 
     @property
     def reversed_edges(self) -> BoolArray:
@@ -145,8 +153,8 @@ def write_design(design: EdgeOffsetDesign, out: Path, *, force: bool = False) ->
     """
     measures = design.measures()
     with whole_folder(out, force=force) as folder:
-        for name, mesh in (("M.obj", design.mesh), ("S.obj", design.gauss_image)):
-            write_mesh(folder / name, mesh)
+        write_mesh(folder / "M.obj", design.mesh, origin=np.zeros(3) if design.origin is None else design.origin)
+        write_mesh(folder / "S.obj", design.gauss_image)
         caption = (
             f"{design.kind}: {measures['faces']} faces, {measures['edges']} edges, {measures['edges_reversed']} red"
         )

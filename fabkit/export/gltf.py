@@ -1,8 +1,9 @@
 """GLB: the whole structure as one binary glTF 2.0 file, for viewers.
 
 glTF wants metres and +Y up; millimetres become metres in the numbers, and the root node turns +Z up into +Y up, so that
-a reader which turns it back (Rhino, Blender) shows the coordinates of the project. The tree is structure / beams,
-nodes, panels, left out / part, with marks as names; equal parts share one mesh, placed many times.
+a reader which turns it back (Rhino, Blender) shows the coordinates of the project. The origin of the assembly is on the
+root node alone, in all its digits: everything below it is near zero, where single precision is fine. The tree is
+structure / beams, nodes, panels, left out / part, with marks as names; equal parts share one mesh, placed many times.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ def glb_bytes(assembly: Assembly, left_out_lines: FloatArray | None = None) -> b
             f"{len(missing)} beams are left out, so left_out_lines must have the shape ({len(missing)}, 2, 3), "
             f"found {lines.shape}; give the two end points of each of their edges"
         )
-    scene = _Scene(assembly.name)
+    scene = _Scene(assembly.name, assembly.origin_mm)
     for name, parts in assembly.groups().items():
         scene.add_group(name, _placed(parts))
     scene.add_group("left out", _bars(lines, [f"left out: edge {left.element}" for left in missing]))
@@ -110,8 +111,10 @@ def _bars(lines: FloatArray, names: list[str]) -> _Placed:
 class _Scene:
     """A glTF document that grows group by group. Node 0 is the structure."""
 
-    def __init__(self, name: str) -> None:
-        self.nodes: list[Json] = [{"name": name, "rotation": _Z_UP_TO_Y_UP, "children": []}]
+    def __init__(self, name: str, origin_mm: FloatArray) -> None:
+        x, y, z = (origin_mm / 1000).tolist()
+        place = {"translation": [x, z, 0.0 - y]} if origin_mm.any() else {}
+        self.nodes: list[Json] = [{"name": name, **place, "rotation": _Z_UP_TO_Y_UP, "children": []}]
         self.meshes: list[Json] = []
         self.accessors: list[Json] = []
         self.materials: dict[str, int] = {}

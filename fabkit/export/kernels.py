@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fabkit.errors import FabkitError
 from fabkit.export.palette import PALETTE
 from fabkit.export.step import instance_name
@@ -25,6 +27,7 @@ __all__ = ["to_build123d", "to_cadquery"]
 def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
     """A part in its own frame as a Solid, or an assembly as a Compound: structure / beams, nodes, panels / part.
 
+    The structure's location is the origin of the assembly, so that parts stand where the mesh file has them.
     The label of a part is its mark, within an assembly its instance name, as in STEP files; the colour that of its
     kind; parts that share a mark share their shape. Raises FabkitError where build123d is not installed.
     """
@@ -48,12 +51,15 @@ def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
     shapes: dict[str, build123d.Solid] = {}
     groups = {name: [placed(part) for part in parts] for name, parts in item.groups().items() if parts}
     children = [build123d.Compound(label=name, children=instances) for name, instances in groups.items()]
-    return build123d.Compound(label=item.name, children=children)
+    structure = build123d.Compound(label=item.name, children=children)
+    structure.location = build123d.Location(_occt_motion(Frame(item.origin_mm, np.eye(3))))
+    return structure
 
 
 def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly:
     """A part in its own frame as a Workplane, or an assembly as an Assembly: structure / beams, nodes, panels / part.
 
+    The structure's location is the origin of the assembly, so that parts stand where the mesh file has them.
     The name of a part within an assembly is its instance name, as in STEP files; its colour that of its kind; parts
     that share a mark share their shape. Raises FabkitError where CadQuery is not installed.
     """
@@ -65,7 +71,8 @@ def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly
     if isinstance(item, Part):
         return cadquery.Workplane(cadquery.Solid(_occt_solid(item.solid)))
     shapes: dict[str, cadquery.Solid] = {}
-    structure = cadquery.Assembly(name=item.name)
+    place = cadquery.Location(_occt_motion(Frame(item.origin_mm, np.eye(3))))
+    structure = cadquery.Assembly(name=item.name, loc=place)
     for name, parts in item.groups().items():
         group = cadquery.Assembly(name=name)
         for part in parts:

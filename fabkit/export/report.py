@@ -146,6 +146,7 @@ def _mesh_facts(summary: Summary) -> str:
         [
             ("Vertices, edges, faces", f"{summary.n_vertices}, {summary.n_edges}, {summary.n_faces}"),
             ("Boundaries", str(summary.n_boundaries)),
+            ("Zero of the model is at", escape(summary.placed_at)),
             ("Edges, shortest to longest", f"{lengths.min():.1f} to {lengths.max():.1f} mm"),
             (
                 "Faces out of plane, as read <span class='unit'>(largest, of mean edge)</span>",

@@ -1,7 +1,8 @@
 "use strict";
 
 // The model: a GLB as this project writes it, as one set of flat arrays a layer (beams, nodes, panels, left out).
-// Coordinates are metres, +Z up, about the centre of the model: the root's turn to +Y up is not wanted here.
+// Coordinates are metres, +Z up, about the centre of the model: neither the root's turn to +Y up nor its move to the
+// place of the model is wanted here.
 
 /** Uint8Array of a base64 text. */
 function bytesOfBase64(text) {

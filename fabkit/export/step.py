@@ -1,7 +1,8 @@
 """STEP files (ISO 10303-21, AP242 or AP214) of parts with planar faces, written without a CAD kernel.
 
 One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / beams,
-nodes, panels / part; no loose faces, no p-curves. A product is called as its mark, an instance of it as
+nodes, panels / part; no loose faces, no p-curves. One placement, which the groups share, puts the structure where the
+mesh file has it; the parts are placed near zero within it. A product is called as its mark, an instance of it as
 `instance_name` says. Each product carries its volume, surface area and centroid as geometric validation properties,
 its material and density, and the colour of its kind on its solid.
 
@@ -17,10 +18,13 @@ from itertools import islice
 from pathlib import Path
 from typing import TextIO
 
+import numpy as np
+
 from fabkit.errors import OutputError
 from fabkit.export.step_entities import Schema
 from fabkit.export.step_writer import StepWriter, instance_name
 from fabkit.parts import Assembly, Part
+from geometry.arrays import FloatArray
 
 __all__ = ["instance_name", "stream_step", "write_part_step", "write_step"]
 
@@ -50,6 +54,7 @@ def write_step(
         target,
         assembly.name,
         assembly.parts(),
+        origin_mm=assembly.origin_mm,
         schema=schema,
         author=author,
         organisation=organisation,
@@ -62,15 +67,17 @@ def stream_step(
     name: str,
     parts: Iterable[Part],
     *,
+    origin_mm: FloatArray | None = None,
     schema: Schema = "AP242",
     author: str = "",
     organisation: str = "",
     time_stamp: str = _NO_TIME,
 ) -> None:
-    """Write parts as they come as the structure `name`; otherwise as `write_step`, which holds them all at once."""
+    """Write parts as they come as the structure `name`, its zero at origin_mm (3,); otherwise as `write_step`, which
+    holds them all at once."""
     with _opened(target) as stream:
         writer = StepWriter(stream, name, schema, author, organisation, time_stamp)
-        writer.begin_structure()
+        writer.begin_structure(np.zeros(3) if origin_mm is None else origin_mm)
         remaining = iter(parts)
         while batch := list(islice(remaining, _BATCH)):
             writer.write_shapes(batch)

@@ -17,7 +17,9 @@ __all__ = [
     "MATERIAL_BLOCK",
     "ORIGIN",
     "PART",
+    "PLACED_BLOCK",
     "PLACEMENT",
+    "PLACEMENT_BLOCK",
     "PRACTICE",
     "REPRESENTATION",
     "SCHEMAS",
@@ -113,20 +115,31 @@ PART = (
 ASSEMBLY_BLOCK = Block(_PRODUCT)
 
 PLACEMENT = 3
-INSTANCE_BLOCK = Block(
-    (
-        "CARTESIAN_POINT('',(%s,%s,%s))",
-        "DIRECTION('',(%s,%s,%s))",
-        "DIRECTION('',(%s,%s,%s))",
-        "AXIS2_PLACEMENT_3D('',#<0>,#<2>,#<1>)",
-        "ITEM_DEFINED_TRANSFORMATION('','',#%s,#<3>)",
-        "(REPRESENTATION_RELATIONSHIP('','',#%s,#%s)REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#<4>)"
-        "SHAPE_REPRESENTATION_RELATIONSHIP())",
-        "NEXT_ASSEMBLY_USAGE_OCCURRENCE('%s','%s','',#%s,#%s,$)",
-        "PRODUCT_DEFINITION_SHAPE('Placement','Placement of an item',#<6>)",
-        "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(#<5>,#<7>)",
-    )
+_PLACEMENT = (
+    "CARTESIAN_POINT('',(%s,%s,%s))",
+    "DIRECTION('',(%s,%s,%s))",
+    "DIRECTION('',(%s,%s,%s))",
+    "AXIS2_PLACEMENT_3D('',#<0>,#<2>,#<1>)",
 )
+PLACEMENT_BLOCK = Block(_PLACEMENT)
+
+
+def _instance(first: int, placement: str) -> tuple[str, ...]:
+    """What is said of an instance after its placement, as the entities from `first` on."""
+    return (
+        f"ITEM_DEFINED_TRANSFORMATION('','',#%s,{placement})",
+        "(REPRESENTATION_RELATIONSHIP('','',#%s,#%s)"
+        f"REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#<{first}>)SHAPE_REPRESENTATION_RELATIONSHIP())",
+        "NEXT_ASSEMBLY_USAGE_OCCURRENCE('%s','%s','',#%s,#%s,$)",
+        f"PRODUCT_DEFINITION_SHAPE('Placement','Placement of an item',#<{first + 2}>)",
+        f"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(#<{first + 1}>,#<{first + 3}>)",
+    )
+
+
+INSTANCE_BLOCK = Block((*_PLACEMENT, *_instance(4, f"#<{PLACEMENT}>")))
+"""An instance with a placement of its own."""
+PLACED_BLOCK = Block(_instance(0, "#%s"))
+"""An instance with a placement that is there already."""
 
 MATERIAL_BLOCK = Block(
     (

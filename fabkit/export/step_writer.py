@@ -23,7 +23,9 @@ from fabkit.export.step_entities import (
     MATERIAL_BLOCK,
     ORIGIN,
     PART,
+    PLACED_BLOCK,
     PLACEMENT,
+    PLACEMENT_BLOCK,
     PRACTICE,
     REPRESENTATION,
     SCHEMAS,
@@ -40,7 +42,6 @@ __all__ = ["StepWriter", "instance_name"]
 _GROUPS = {"beam": "beams", "node": "nodes", "panel": "panels"}
 _ELEMENTS = {"beam": "e", "node": "v", "panel": "f"}
 _ITEMS_A_LINE = 16
-_AT_ORIGIN = ("0.", "0.", "0.", "1.", "0.", "0.", "0.", "0.", "1.")
 _FRAME_TOLERANCE = 1e-11  # moves a point of a part of 10 m by TOLERANCE_MM
 
 
@@ -92,12 +93,14 @@ class StepWriter:
             )
         )
 
-    def begin_structure(self) -> None:
-        """The product that holds all others."""
+    def begin_structure(self, origin_mm: FloatArray) -> None:
+        """The product that holds all others, and the placement of what is in it; origin_mm (3,): of that."""
         self._taken = (self._name, *_GROUPS.values())
         if self._name in _GROUPS.values():
             raise OutputError(f"a structure cannot be called {self._name!r}, like its group; give it another name")
         self._root = self._add_assembly(self._name)
+        at = reals(np.concatenate([origin_mm, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+        self._root.placements.append(self._add(PLACEMENT_BLOCK, at) + PLACEMENT)
         self._groups: dict[str, _Assembly] = {}
 
     def write_shapes(self, parts: Sequence[Part]) -> None:
@@ -118,9 +121,12 @@ class StepWriter:
         for n, part in enumerate(parts):
             if part.kind not in self._groups:
                 self._groups[part.kind] = group = self._add_assembly(_GROUPS[part.kind])
-                self._place(self._root, group.first_id, _GROUPS[part.kind], _AT_ORIGIN)
+                place = (str(group.first_id + ORIGIN), str(self._root.placements[0]))
+                self._add(PLACED_BLOCK, (*place, *self._names(self._root, group.first_id, _GROUPS[part.kind])))
             placement = numbers[9 * n : 9 * n + 9]
-            self._place(self._groups[part.kind], self._products[part.mark], instance_name(part), placement)
+            group, product = self._groups[part.kind], self._products[part.mark]
+            values = (*placement, str(product + ORIGIN), *self._names(group, product, instance_name(part)))
+            group.placements.append(self._add(INSTANCE_BLOCK, values) + PLACEMENT)
 
     def end_structure(self) -> None:
         """What the structure and each group hold. Raises OutputError where that is nothing."""
@@ -148,13 +154,12 @@ class StepWriter:
     def _add_assembly(self, name: str) -> _Assembly:
         return _Assembly(self._add(ASSEMBLY_BLOCK, (string(name), string(name), "")))
 
-    def _place(self, assembly: _Assembly, product: int, name: str, placement: Sequence[str]) -> None:
+    def _names(self, assembly: _Assembly, product: int, name: str) -> tuple[str, ...]:
+        """What an instance of a product in an assembly says of both, after its placement."""
         into = assembly.first_id
-        shapes = (str(product + ORIGIN), str(product + REPRESENTATION), str(into + REPRESENTATION))
-        names = (string(name), string(name))
+        shapes = (str(product + REPRESENTATION), str(into + REPRESENTATION))
         definitions = (str(into + DEFINITION), str(product + DEFINITION))
-        first = self._add(INSTANCE_BLOCK, (*placement, *shapes, *names, *definitions))
-        assembly.placements.append(first + PLACEMENT)
+        return (*shapes, string(name), string(name), *definitions)
 
     def _check_mark(self, part: Part) -> None:
         """Raise OutputError for a mark that is no name, or stands for something else as well."""

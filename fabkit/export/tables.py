@@ -121,6 +121,7 @@ def _mesh_facts(summary: Summary) -> list[tuple[str, Cell]]:
     return [
         ("Mesh file", summary.source),
         ("Millimetres a unit of the file", summary.scale_mm),
+        ("Zero of the model is at", summary.placed_at),
         ("Vertices", summary.n_vertices),
         ("Edges", summary.n_edges),
         ("Faces", summary.n_faces),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from geometry.arrays import FloatArray
 
@@ -24,7 +26,8 @@ class GivenGaussImage:
 class Summary:
     """Facts about the mesh and its support structure. Facts about parts are read off the assembly itself.
 
-    name: of the structure; source: name of the mesh file; scale_mm: millimetres a unit of the file.
+    name: of the structure; source: name of the mesh file; scale_mm: millimetres a unit of the file. origin (3,): what
+        was taken out of its coordinates, in its unit.
     mended: what the reader mended in the file, a sentence each.
     planarity_before, planarity_after: largest distance of a corner from its face's best plane over the face's
         mean edge length. largest_move_mm, mean_move_mm: how far planarising moved the vertices.
@@ -53,6 +56,12 @@ class Summary:
     lift_mm: float
     lift_reason: str
     gauss_image: GivenGaussImage | None = None
+    origin: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+    @property
+    def placed_at(self) -> str:
+        """The origin of the model in the mesh file, in words."""
+        return ", ".join(f"{each:.0f}" for each in self.origin) + " in the unit of the mesh file"
 
     @property
     def gauss_image_origin(self) -> str:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from geometry.arrays import FloatArray, floats
 from geometry.errors import MeshError, MeshFileError
 from geometry.mesh.checks import COINCIDENCE
 from geometry.mesh.mending import mend_soup
@@ -22,18 +26,34 @@ _WRITERS = {".obj": obj_text, ".off": off_text, ".ply": ply_text}
 
 @dataclass(frozen=True, eq=False)
 class MeshFile:
-    """A mesh as read: where from, and a sentence for each thing that was mended on the way."""
+    """A mesh as read: where from, and a sentence for each thing that was mended on the way.
+
+    origin (3,): what is taken out of the coordinates, which are those of `mesh` plus the origin in the file. As read it
+    is zero: the mesh stands where the file has it, and nothing is to be put back.
+    """
 
     path: Path
     mesh: Mesh
     mended: tuple[str, ...]
+    origin: FloatArray = field(default_factory=lambda: floats(np.zeros(3)))
+
+    def near_zero(self) -> MeshFile:
+        """The same with the mesh near zero, by whole numbers that go into the origin, so that nothing is rounded.
+
+        Compute with this one, since far from zero coordinates are coarse: then it does not matter where a mesh lies.
+        `write_mesh` puts the origin back. What belongs to the same place, such as a surface beside a mesh, has to be
+        moved with it: `surface.translated(-file.origin)`.
+        """
+        mesh, origin = self.mesh.near_zero()
+        return replace(self, mesh=mesh, origin=floats(self.origin + origin))
 
 
 def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: float = COINCIDENCE) -> MeshFile:
     """Read an OBJ, OFF or PLY file (by suffix) and mend it; see `geometry.mesh.mending.mend`.
 
     `flip` turns all faces round at the end, where outside came out inside. `coincidence`, a part of the mean edge
-    length, is the distance below which vertices are one. Lengths stay in the unit of the file.
+    length, is the distance below which vertices are one. Coordinates stay those of the file, in its unit; where they
+    are map coordinates, go on with `MeshFile.near_zero`.
 
     Raises MeshFileError where the file cannot be read and MeshError where it does not hold a usable mesh. Sentences
     begin with the path and number vertices and faces as the file does: OBJ from 1, PLY from 0, OFF from 0 unless the
@@ -49,8 +69,10 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
     return MeshFile(path, mesh, mended)
 
 
-def write_mesh(path: str | PathLike[str], mesh: Mesh) -> None:
+def write_mesh(path: str | PathLike[str], mesh: Mesh, *, origin: Any = (0.0, 0.0, 0.0)) -> None:
     """Write OBJ, OFF or PLY (by suffix), as text from which `read_mesh` gets the same doubles back.
+
+    origin (3,): what was taken out of the mesh and is put back, see `MeshFile.near_zero`.
 
     Raises MeshFileError for another suffix or a folder that does not exist.
     """
@@ -60,7 +82,7 @@ def write_mesh(path: str | PathLike[str], mesh: Mesh) -> None:
         raise MeshFileError(f"{path}: {_unknown_suffix(path)}")
     if not path.parent.is_dir():
         raise MeshFileError(f"{path}: there is no folder {path.parent}; make it first")
-    path.write_text(writer(mesh), encoding="ascii", newline="\n")
+    path.write_text(writer(mesh.translated(origin)), encoding="ascii", newline="\n")
 
 
 def read_soup(path: Path) -> PolygonSoup:

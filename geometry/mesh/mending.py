@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -23,6 +24,7 @@ from geometry.mesh.checks import (
 )
 from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.mesh import Mesh
+from geometry.mesh.origin import whole_origin
 from geometry.mesh.soup import PolygonSoup
 
 __all__ = ["drop_closing_corners", "mend", "mend_soup", "mended_soup"]
@@ -64,6 +66,13 @@ def mended_soup(soup: PolygonSoup, coincidence: float = COINCIDENCE) -> PolygonS
     check_indices(soup)
     soup = drop_closing_corners(soup)
     check_indices(soup)
+    origin = whole_origin(soup.vertices[soup.is_used])
+    mended = _mended_near_zero(replace(soup, vertices=soup.vertices - origin), coincidence)
+    return replace(mended, vertices=mended.vertices + origin)
+
+
+def _mended_near_zero(soup: PolygonSoup, coincidence: float) -> PolygonSoup:
+    """What is welded and turned round must not depend on where a mesh lies, so its origin is taken out before."""
     check_touching(soup)
     soup = _drop_unused(soup)
     check_edges(soup, coincidence)

@@ -12,6 +12,7 @@ import numpy as np
 from geometry.arrays import FloatArray, IntArray, floats
 from geometry.errors import MeshError
 from geometry.mesh.combinatorics import Combinatorics
+from geometry.mesh.origin import whole_origin
 from geometry.mesh.polygons import best_planes, face_mean_edge_lengths, vector_areas
 
 __all__ = ["Mesh"]
@@ -89,6 +90,15 @@ class Mesh:
         if shift.shape != (3,):
             raise MeshError(f"a mesh is translated by a vector of 3 numbers, not by an array of shape {shift.shape}")
         return self.with_vertices(self.vertices + shift)
+
+    def near_zero(self) -> tuple[Mesh, FloatArray]:
+        """This mesh moved to zero by whole numbers, so that nothing is rounded, and the origin (3,) that was taken out.
+
+        What is computed of a mesh far from zero, as at map coordinates, is coarse as its coordinates are: begin here,
+        and put the origin back at the end, by `translated` or `write_mesh`. See `geometry.mesh.origin`.
+        """
+        origin = whole_origin(self.vertices[self.combinatorics.is_used])
+        return self.with_vertices(self.vertices - origin), origin
 
     def part(self, faces: IntArray) -> Mesh:
         """A mesh of some of the faces (k,), in that order, and of the vertices they use, in the order these have."""

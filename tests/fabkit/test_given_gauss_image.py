@@ -47,7 +47,9 @@ def test_an_exact_pair_is_built_as_it_is(tmp_path: Path, saddle: bool) -> None:
     mesh, image = revolved_pair(12, 5, saddle=saddle)
     made = built(tmp_path, mesh, image)
     np.testing.assert_array_equal(made.structure.gauss_image.vertices, image.vertices)  # no unit applies to S
-    np.testing.assert_array_equal(made.structure.mesh.vertices, mesh.vertices * 1000)
+    near, origin = mesh.near_zero()
+    np.testing.assert_array_equal(made.structure.mesh.vertices, near.vertices * 1000)
+    np.testing.assert_array_equal(made.assembly.origin_mm, origin * 1000)
     given = made.summary.gauss_image
     assert given is not None
     assert (given.file, given.largest_move, given.mean_move) == ("S.off", 0.0, 0.0)
