@@ -163,8 +163,8 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
     file = file.near_zero()
     check_touching(image)
     pair = exact_pair(file.mesh, image, tolerance=TOUCHING)
-    image = pair.image
-    median = float(np.median(face_curvatures(pair.mesh, image).mean))
+    median = float(np.median(face_curvatures(pair.mesh, pair.image).mean))
+    image = exact_pair(image, image, tolerance=TOUCHING).image  # itself if it is planar, however coarse M is
     wanted = median if mean is None else mean
     mesh = _where(pair.mesh, constant_mean(image, wanted, pair.mesh))
     told = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}

@@ -7,11 +7,20 @@ result is written.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, floats
 
-__all__ = ["whole_origin"]
+if TYPE_CHECKING:
+    from geometry.mesh.mesh import Mesh
+
+__all__ = ["cure_of_place", "whole_origin"]
+
+ROUNDED = 4.0
+"""Largest error that is put down to the rounding of coordinates, in that of one of them over the mean edge length: two
+ends of an edge, in three axes."""
 
 
 def whole_origin(points: FloatArray) -> FloatArray:
@@ -33,3 +42,14 @@ def _exact(points: FloatArray, origin: FloatArray) -> BoolArray:
     taken = points - difference
     left: BoolArray = (points - (difference + taken)) + (taken - origin) == 0
     return left
+
+
+def cure_of_place(mesh: Mesh, value: float) -> str:
+    """What to do about an error, a part of the mean edge length, where it comes from the place of the mesh; else ""."""
+    away = float(np.abs(mesh.near_zero()[1]).max()) / mesh.mean_edge_length
+    if not value <= ROUNDED * np.finfo(float).eps * away:
+        return ""
+    return (
+        f"the mesh lies {away:.0e} mean edge lengths from the origin, where coordinates are coarse: begin "
+        "with mesh.near_zero()[0]"
+    )

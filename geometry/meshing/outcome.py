@@ -12,6 +12,7 @@ from geometry.functionals.closeness import OnCurve
 from geometry.functionals.convexity import Convexity
 from geometry.functionals.planarity import face_deviations
 from geometry.mesh import Mesh
+from geometry.mesh.origin import cure_of_place
 from geometry.meshing.guides import Guides, in_edge_lengths
 from geometry.optimise.functional import Functional
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
@@ -83,14 +84,11 @@ def check_outcome(before: Mesh, after: Mesh, aim: Aim, guides: Guides, solution:
     _check_not_folded(before, after, aim)
 
 
-def _ending(after: Mesh, aim: Aim, solution: Solution) -> str:
-    """Why something is off, and what to do."""
+def _ending(after: Mesh, aim: Aim, solution: Solution, value: float) -> str:
+    """Why something is off by a value, and what to do."""
     if solution.reason is Reason.CONVERGED:
-        distance = float(np.abs(after.vertices).max()) / after.mean_edge_length
-        return (
-            f"because the mesh lies {distance:.0e} mean edge lengths from the origin, where coordinates are coarse; "
-            "move it nearer to the origin, or allow more"
-        )
+        cure = cure_of_place(after, value)
+        return f"because {cure}, or allow more" if cure else "which is as near as rounding lets it come; allow more"
     return f"after {solution.steps} steps: {solution.reason.value}; {aim.advice}"
 
 
@@ -101,7 +99,7 @@ def _check_planar(after: Mesh, aim: Aim, solution: Solution, tolerance: float) -
     if value > tolerance:
         raise ConvergenceError(
             f"face {face} still leaves its plane by {value:.1e} of the mean edge length, allowed {tolerance:.0e}, "
-            f"{_ending(after, aim, solution)}",
+            f"{_ending(after, aim, solution, value)}",
             solution=solution,
             elements=[face],
             value=value,
@@ -116,7 +114,7 @@ def _check_aim(after: Mesh, aim: Aim, solution: Solution, tolerance: float) -> N
         element = int(deviations.argmax())
         raise ConvergenceError(
             f"{aim.noun} {element} still {aim.lacks} by {value:.1e} {aim.unit}, allowed {tolerance:.0e}, "
-            f"{_ending(after, aim, solution)}",
+            f"{_ending(after, aim, solution, value)}",
             solution=solution,
             elements=[element],
             value=value,
@@ -133,7 +131,7 @@ def _check_on_curves(after: Mesh, aim: Aim, guides: Guides, solution: Solution, 
             vertex = int(vertices[distances.argmax()])
             raise ConvergenceError(
                 f"vertex {vertex} still is off its curve by {value:.1e} of the mean edge length, allowed "
-                f"{tolerance:.0e}, {_ending(after, aim, solution)}",
+                f"{tolerance:.0e}, {_ending(after, aim, solution, value)}",
                 solution=solution,
                 elements=[vertex],
                 value=value,
@@ -152,7 +150,7 @@ def _check_convex(after: Mesh, aim: Aim, guides: Guides, solution: Solution, tol
     value = float(turns[worst])
     raise ConvergenceError(
         f"face {face} is not convex: a corner turns by {value:.2g} (of the mean edge length), at least {LEAST_TURN} is "
-        f"asked, {_ending(after, aim, solution)}, or ask for fewer convex faces",
+        f"asked, {_ending(after, aim, solution, LEAST_TURN - value)}, or ask for fewer convex faces",
         solution=solution,
         elements=[face],
         value=value,

@@ -8,6 +8,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError, ParallelityError
 from geometry.functionals.planarity import face_deviations
 from geometry.mesh import Mesh
+from geometry.mesh.origin import cure_of_place
 
 __all__ = ["PLANAR", "across_directions", "check_parallel", "check_planar", "edge_factors", "parallelity"]
 
@@ -62,7 +63,7 @@ def check_planar(mesh: Mesh) -> None:
     if value > PLANAR:
         raise GeometryError(
             f"face {face} leaves its plane by {value:.1e} of the mean edge length, allowed {PLANAR:.0e}; "
-            "planarise the mesh first",
+            f"{' and '.join(filter(None, [cure_of_place(mesh, value), 'planarise the mesh first']))}",
             elements=[face],
             value=value,
             bound=PLANAR,

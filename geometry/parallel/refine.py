@@ -9,6 +9,7 @@ from geometry.arrays import FloatArray
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import unit_edge_distances, unit_face_distances, unit_vertex_distances
 from geometry.mesh import Mesh
+from geometry.mesh.origin import cure_of_place
 from geometry.optimise.constrained import minimise_quadratic
 from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, normal_equations
 from geometry.optimise.solution import ConvergenceError, Solution
@@ -139,7 +140,8 @@ def _check_parallel(mesh: Mesh, image: Mesh, solution: Solution) -> None:
     if not value <= PARALLEL:
         raise ConvergenceError(
             f"{mesh.combinatorics.edge_name(edge)} of the Gauss image is off the direction of its mesh edge by "
-            f"{value:.1e}, allowed {PARALLEL:.0e}; move the mesh nearer to the origin, and planarise it further",
+            f"{value:.1e}, allowed {PARALLEL:.0e}; "
+            f"{' and '.join(filter(None, [cure_of_place(mesh, value), 'planarise the mesh further']))}",
             solution=solution,
             elements=[edge],
             value=value,
