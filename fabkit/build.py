@@ -31,6 +31,10 @@ from geometry.parallel.support import SupportStructure
 
 __all__ = ["Built", "build", "design"]
 
+ROUNDED = 4.0
+"""What rounding of the coordinates of a mesh file does to equal parts, in the distance of neighbouring doubles there: 2
+at map coordinates of symmetric meshes, where each coordinate of two parts is off by half of it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Built:
@@ -72,13 +76,14 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
-        assembly = share_equal_parts(detailed.assembly, within_mm=project.equal_within_mm)
+        within = max(project.equal_within_mm, ROUNDED * file.rounding * scale)
+        assembly = share_equal_parts(detailed.assembly, within_mm=within)
         assembly = replace(assembly, origin_mm=file.origin * scale)
     with stages("Nest"):
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(project, assembly)
         nest = _nest(project, assembly, stages)
-    summary = replace(_summary(project, file, scale, structure, detailed), gauss_image=told)
+    summary = replace(_summary(project, file, scale, structure, detailed), gauss_image=told, equal_within_mm=within)
     return Built(structure, assembly, nest, summary, stages.seconds)
 
 
@@ -200,6 +205,7 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
         "heights": {"least": heights.min(), "median": float(np.median(heights)), "largest": heights.max()},
         "planarity": {"before": summary.planarity_before, "after": summary.planarity_after},
         "moved_mm": {"largest": summary.largest_move_mm, "mean": summary.mean_move_mm},
+        "equal_within_mm": summary.equal_within_mm,
         "lift": {"mm": summary.lift_mm, "reason": summary.lift_reason},
         "mended": list(summary.mended),
         "left_out": [vars(part) for part in assembly.left_out],

@@ -156,6 +156,7 @@ def _mesh_facts(summary: Summary) -> str:
             ("Vertices moved to make faces planar, largest", f"{summary.largest_move_mm:.2f} mm"),
             ("Vertices moved, mean", f"{summary.mean_move_mm:.2f} mm"),
             ("Gauss image", _gauss_image(summary)),
+            ("Parts that share a mark differ by less than", f"{summary.equal_within_mm:.2g} mm"),
             (
                 "Distance of the parallel meshes, of nominal",
                 f"{100 * heights.min():.2f} to {100 * heights.max():.2f} %",

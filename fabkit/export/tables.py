@@ -132,6 +132,7 @@ def _mesh_facts(summary: Summary) -> list[tuple[str, Cell]]:
         ("Vertices moved, mean (mm)", round(summary.mean_move_mm, 3)),
         ("Edge lengths, least to largest (mm)", f"{lengths.min():.1f} to {lengths.max():.1f}"),
         ("Gauss image", summary.gauss_image_origin),
+        ("Parts that share a mark differ by less than (mm)", f"{summary.equal_within_mm:.2g}"),
         ("Heights over nominal, least to largest", f"{heights.min():.4f} to {heights.max():.4f}"),
         ("Twist of the beams, largest (deg)", f"{np.abs(summary.twists_deg).max():.1e}"),
         ("Panels lifted over the mesh faces (mm)", round(summary.lift_mm, 3)),

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fabkit.production.marks import EQUAL_WITHIN_MM
 from geometry.arrays import FloatArray
 
 __all__ = ["GivenGaussImage", "Summary"]
@@ -28,6 +29,8 @@ class Summary:
 
     name: of the structure; source: name of the mesh file; scale_mm: millimetres a unit of the file. origin (3,): what
         was taken out of its coordinates, in its unit.
+    equal_within_mm: how far each coordinate of parts that share a mark may differ: what was asked for, or what rounding
+        leaves of coordinates far from zero.
     mended: what the reader mended in the file, a sentence each.
     planarity_before, planarity_after: largest distance of a corner from its face's best plane over the face's
         mean edge length. largest_move_mm, mean_move_mm: how far planarising moved the vertices.
@@ -57,6 +60,7 @@ class Summary:
     lift_reason: str
     gauss_image: GivenGaussImage | None = None
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))
+    equal_within_mm: float = EQUAL_WITHIN_MM
 
     @property
     def placed_at(self) -> str:

@@ -16,6 +16,7 @@ from geometry.mesh.mending import mend_soup
 from geometry.mesh.mesh import Mesh
 from geometry.mesh.obj import obj_text, read_obj
 from geometry.mesh.off import off_text, read_off
+from geometry.mesh.origin import rounding
 from geometry.mesh.ply import ply_text, read_ply
 from geometry.mesh.soup import PolygonSoup
 
@@ -36,6 +37,11 @@ class MeshFile:
     mesh: Mesh
     mended: tuple[str, ...]
     origin: FloatArray = field(default_factory=lambda: floats(np.zeros(3)))
+
+    @property
+    def rounding(self) -> float:
+        """How far doubles are apart where the file has the mesh, if its coordinates were rounded to them; else zero."""
+        return rounding(self.mesh.vertices + self.origin)
 
     def near_zero(self) -> MeshFile:
         """The same with the mesh near zero, by whole numbers that go into the origin, so that nothing is rounded.

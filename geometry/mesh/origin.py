@@ -16,7 +16,10 @@ from geometry.arrays import BoolArray, FloatArray, floats
 if TYPE_CHECKING:
     from geometry.mesh.mesh import Mesh
 
-__all__ = ["cure_of_place", "whole_origin"]
+__all__ = ["cure_of_place", "rounding", "whole_origin"]
+
+FREE = 4.0
+"""Multiples of this many spacings of doubles leave their last two bits free; of rounded numbers a quarter does."""
 
 ROUNDED = 4.0
 """Largest error that is put down to the rounding of coordinates, in that of one of them over the mean edge length: two
@@ -42,6 +45,15 @@ def _exact(points: FloatArray, origin: FloatArray) -> BoolArray:
     taken = points - difference
     left: BoolArray = (points - (difference + taken)) + (taken - origin) == 0
     return left
+
+
+def rounding(points: FloatArray) -> float:
+    """How far doubles are apart at the furthest coordinate that had to be rounded to one; zero if none had.
+
+    Coordinates that were rounded use all their bits; those of a mesh that stands far away exactly leave some free.
+    """
+    spacing = np.spacing(np.abs(points))
+    return float(np.where(np.mod(points / spacing, FREE) == 0, 0.0, spacing).max(initial=0.0))
 
 
 def cure_of_place(mesh: Mesh, value: float) -> str:
