@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +18,27 @@ from tests.fabkit.copies import assert_same, copy_of, made_of
 
 SEEDS = st.integers(0, 2**32 - 1)
 MAP_COORDINATES = 5e6
+few = settings(max_examples=5)  # a build each
+
+
+@dataclass(frozen=True)
+class Made:
+    """A mesh, and what is built of it; folder: for its copies."""
+
+    name: str
+    folder: Path
+
+    @property
+    def mesh(self) -> Mesh:
+        return mesh(self.name)
+
+    @cached_property
+    def built(self) -> Built:
+        return made_of(self.mesh, self.folder)
+
+    def check(self, seed: int, **how: Any) -> None:
+        copy = copy_of(self.mesh, seed, **how)
+        assert_same(self.built, made_of(copy.mesh, self.folder), copy)
 
 
 @cache
@@ -28,57 +51,48 @@ def mesh(name: str) -> Mesh:
 
 
 @pytest.fixture(scope="module", params=["dome", "rough dome"])
-def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Mesh, Built, Path]:
-    folder = tmp_path_factory.mktemp("copies")
-    return mesh(request.param), made_of(mesh(request.param), folder), folder
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    return Made(request.param, tmp_path_factory.mktemp("copies"))
 
 
-@settings(max_examples=4)
+@few
 @given(SEEDS, st.sampled_from([10.0, 1e3, MAP_COORDINATES]))
-def test_moved(made: tuple[Mesh, Built, Path], seed: int, reach: float) -> None:
-    given_mesh, before, folder = made
-    copy = copy_of(given_mesh, seed, reach=reach)
-    assert_same(before, made_of(copy.mesh, folder), copy)
+def test_moved(made: Made, seed: int, reach: float) -> None:
+    made.check(seed, reach=reach)
 
 
-@settings(max_examples=4)
+@few
 @given(SEEDS)
-def test_turned(made: tuple[Mesh, Built, Path], seed: int) -> None:
-    given_mesh, before, folder = made
-    copy = copy_of(given_mesh, seed, turned=True)
-    assert_same(before, made_of(copy.mesh, folder), copy)
+def test_turned(made: Made, seed: int) -> None:
+    made.check(seed, turned=True)
 
 
-@settings(max_examples=4)
+@few
 @given(SEEDS)
-def test_scaled(made: tuple[Mesh, Built, Path], seed: int) -> None:
-    given_mesh, before, folder = made
-    copy = copy_of(given_mesh, seed, scaled=True)
-    assert_same(before, made_of(copy.mesh, folder), copy)
+def test_scaled(made: Made, seed: int) -> None:
+    made.check(seed, scaled=True)
 
 
-@settings(max_examples=4)
+@few
 @given(SEEDS)
-def test_renumbered(made: tuple[Mesh, Built, Path], seed: int) -> None:
-    given_mesh, before, folder = made
-    copy = copy_of(given_mesh, seed, renumbered=True)
-    assert_same(before, made_of(copy.mesh, folder), copy)
+def test_renumbered(made: Made, seed: int) -> None:
+    made.check(seed, renumbered=True)
 
 
-@settings(max_examples=4)
+@few
 @given(SEEDS)
-def test_all_at_once(made: tuple[Mesh, Built, Path], seed: int) -> None:
-    given_mesh, before, folder = made
-    copy = copy_of(given_mesh, seed, reach=MAP_COORDINATES, turned=True, renumbered=True)
-    assert_same(before, made_of(copy.mesh, folder), copy)
+def test_all_at_once(made: Made, seed: int) -> None:
+    made.check(seed, reach=MAP_COORDINATES, turned=True, renumbered=True)
 
 
-def test_marks_are_those_of_the_origin(made: tuple[Mesh, Built, Path]) -> None:
+def test_marks_are_those_of_the_origin(made: Made) -> None:
     """What map coordinates round away does not tell equal parts apart, and that is said."""
-    given_mesh, before, folder = made
-    after = made_of(copy_of(given_mesh, 1, reach=MAP_COORDINATES).mesh, folder)
-    counts = [[len({part.mark for part in group}) for group in b.assembly.groups().values()] for b in (before, after)]
+    after = made_of(copy_of(made.mesh, 1, reach=MAP_COORDINATES).mesh, made.folder)
+    counts = [
+        [len({part.mark for part in group}) for group in built.assembly.groups().values()]
+        for built in (made.built, after)
+    ]
     assert counts[0] == counts[1]
-    assert before.summary.equal_within_mm == 1e-7
+    assert made.built.summary.equal_within_mm == 1e-7
     # doubles up to 2^23 m are 2^-30 m apart, and 4 times that is allowed
     assert 0 < after.summary.equal_within_mm <= 4 * 2.0**-30 * after.summary.scale_mm
