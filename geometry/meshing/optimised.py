@@ -25,7 +25,7 @@ from geometry.optimise.solution import Reason, Solution
 __all__ = ["OptimisedMesh", "optimised"]
 
 LONGEST_STEP = 0.5
-"""Longest move in a coordinate in one step, over the mean edge length."""
+"""Longest move of a vertex in one step, over the mean edge length."""
 
 SURFACE = 10.0
 """Weight of squared distances from a surface, over that of squared moves. With more, vertices come nearer in the mean,
@@ -182,6 +182,7 @@ class _Task:
             least=LEAST_TURN,
             tolerance=tolerance / 4,  # a corner's distance is at most its face's residuals' norm
             longest_step=LONGEST_STEP,
+            dimension=3,
             held_steps=held_steps,
             max_steps=max_steps,
         )

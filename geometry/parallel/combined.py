@@ -22,7 +22,7 @@ ACCURACY = 1e-13
 so that they take the pair as it is."""
 
 LONGEST_STEP = 0.1
-"""Of a coordinate, over the mean edge length of M or the size of S: a pair further off is not nearly parallel."""
+"""Of a vertex, over the mean edge length of M or the size of S: a pair further off is not nearly parallel."""
 
 HELD_STEPS = 2
 MAX_STEPS = 12
@@ -51,6 +51,7 @@ def nearest_parallel_pair(mesh: Mesh, image: Mesh) -> tuple[Mesh, Mesh]:
         csr_array(eye_array(len(start))),
         tolerance=ACCURACY,
         longest_step=LONGEST_STEP,
+        dimension=3,
         held_steps=HELD_STEPS,
         max_steps=MAX_STEPS,
     )

@@ -69,6 +69,23 @@ def test_units_place_and_attitude_do_not_matter(seed: int, decades: float, shift
 
 @given(seeds)
 @settings(deadline=None, max_examples=12)
+def test_attitude_and_numbers_do_not_matter_where_steps_are_long(seed: int) -> None:
+    """Along these lines there is no mesh of planar quads nearby: the first step is cut short, others are halved."""
+    bent = shaken(graph(6, lambda x, y: 0.3 * x * y + 0.1 * x**2 - 0.2 * y**3), 0.02, 1)
+    rng, turn = np.random.default_rng(seed), rotation(seed)
+    numbers = rng.permutation(bent.n_vertices)
+    positions = np.empty_like(bent.vertices)
+    positions[numbers] = bent.vertices @ turn
+    faces = [numbers[face].tolist() for face in bent.combinatorics.faces()]
+    copy = Mesh.from_faces(positions, [faces[f] for f in rng.permutation(len(faces))])
+    given, found = planarise(bent), planarise(copy)
+    assert given.largest_move > 0.4
+    # as above; with steps limited in each coordinate it was 1e-3
+    np.testing.assert_allclose(found.mesh.vertices[numbers], given.mesh.vertices @ turn, rtol=0, atol=1e-6)
+
+
+@given(seeds)
+@settings(deadline=None, max_examples=12)
 def test_parts_do_not_influence_each_other(seed: int) -> None:
     one, other = shaken(vault(), 0.02, seed), shaken(shapes.regular_prism(5), 0.02, seed)
     other = other.with_vertices(other.vertices / other.mean_edge_length * one.mean_edge_length + 10)
