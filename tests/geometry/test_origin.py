@@ -14,7 +14,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh, read_mesh, read_mesh_pair, shapes, write_mesh
 from geometry.mesh.mending import mend
-from geometry.mesh.origin import whole_origin
+from geometry.mesh.origin import rounding, whole_origin
 from geometry.meshing import planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import gauss_image
@@ -152,3 +152,12 @@ def test_the_place_is_not_blamed_for_what_it_did_not_do() -> None:
     for mesh in (far, rough_dome()):
         with pytest.raises(GeometryError, match="allowed 1e-12; planarise the mesh first"):
             gauss_image(mesh)
+
+
+@given(st.integers(0, 99), WHOLE)
+def test_what_stands_far_away_exactly_was_not_rounded(seed: int, move: FloatArray) -> None:
+    points = rough_dome(seed).vertices + move
+    assert rounding(points) == 0.0
+    third = points + 1 / 3
+    assert rounding(third) == np.spacing(np.abs(third).max())
+    assert rounding(np.zeros((0, 3))) == 0.0
