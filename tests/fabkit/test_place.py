@@ -208,15 +208,17 @@ def bump(folder: Path, move: FloatArray) -> Path:
 
 
 def test_hexagons_lie_on_the_surface_wherever_that_is(tmp_path: Path) -> None:
-    """And boosted they do not fly away."""
+    """And boosted they do not fly away, nor does half a unit offset them."""
     found = {}
-    for place, move in PLACES.items():
+    for place, move in {**PLACES, "beside": np.array([0.375, 0.25, 0.4375])}.items():
         made = hexagons_design(bump(tmp_path, move), count=6, turn_deg=0.0).boosted([[0.0, 0.0, 0.1]])
         write_design(made, tmp_path / place)
         found[place] = read_mesh(tmp_path / place / "M.obj").mesh
         surface = read_mesh(tmp_path / "surface.obj").mesh.vertices
         assert (np.abs(found[place].vertices.mean(axis=0) - surface.mean(axis=0)) < 3).all()
     assert np.abs(found["far"].vertices - FAR - found["near"].vertices).max() < np.spacing(5e6)
+    moves = found["beside"].vertices - found["near"].vertices
+    assert np.ptp(moves, axis=0).max() < 1e-9  # found by closest points, then solved for
     folder = tmp_path / "far"
     built = design(Project(mesh=folder / "M.obj", gauss_image=folder / "S.obj", unit="m", nesting={"mode": "off"}))
     assert np.ptp(built.structure.heights) < 1e-8
