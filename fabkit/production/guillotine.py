@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
+from math import fsum
 
 import numpy as np
 import shapely
 
 from fabkit.production.nest import Placement, Stock, polygons, turned
+from fabkit.production.rectangles_left import RectanglesLeft
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["Guillotine", "smallest_rectangles"]
@@ -67,19 +70,6 @@ def _smallest_of_hulls(hull: FloatArray, inside: tuple[float, float]) -> tuple[F
     return quarter - np.rad2deg(np.arctan2(direction[:, 1], direction[:, 0])), sizes[row, best]
 
 
-@dataclass(frozen=True)
-class _Free:
-    """A rectangle of a sheet, and how well the best rectangle left fits it: the strip it leaves (inf where none fits),
-    and which one it is (the number of rectangles is added where it is turned)."""
-
-    x: float
-    y: float
-    length: float
-    width: float
-    strip: float
-    choice: int
-
-
 @dataclass(frozen=True, eq=False)
 class Guillotine:
     """The packer for outlines (k, 2) on some stock: angles (m,) and sizes (m, 2) of their smallest rectangles."""
@@ -96,65 +86,83 @@ class Guillotine:
     def fill(self, pool: IntArray) -> list[Placement]:
         """One sheet, number zero, filled with some of the outlines of the pool, as full as some ways of splitting
         and turning make it. Deterministic: a tie goes to the first. Empty if none fits."""
-        gap, border = self.stock.gap_mm, self.stock.border_mm
-        sizes = self.sizes[pool] + gap
-        inside = (self.stock.inside[0] + gap, self.stock.inside[1] + gap)
-        areas = np.tile(sizes.prod(axis=1), 2)
-        fillings = (_fill(sizes, inside, split, ways) for split in SPLITS for ways in WAYS)
-        choices, corners = max(fillings, key=lambda filling: float(areas[filling[0]].sum()))
-        placements = []
-        for choice, corner in zip(choices.tolist(), corners, strict=True):
-            panel = int(pool[choice % len(pool)])
-            angle = float(self.angles[panel]) + (90.0 if choice >= len(pool) else 0.0)
-            offset = corner + border - turned(self.outlines[panel], angle).min(axis=0)
-            placements.append(Placement(panel, 0, angle, (float(offset[0]), float(offset[1]))))
-        return placements
+        return self._fill(pool, self._rectangles(pool))
 
     def sheets(self, pool: IntArray) -> list[list[Placement]]:
         """The whole pool, a list a sheet; every outline must fit onto an empty sheet."""
-        fillings = []
-        while len(pool):
-            fillings.append(self.fill(pool))
-            pool = np.setdiff1d(pool, [placement.panel for placement in fillings[-1]])
+        rectangles, fillings, n_laid = self._rectangles(pool), [], 0
+        while n_laid < len(pool):
+            fillings.append(self._fill(pool, rectangles))
+            n_laid += len(fillings[-1])
         return fillings
+
+    def _rectangles(self, pool: IntArray) -> RectanglesLeft:
+        return RectanglesLeft(self.sizes[pool] + self.stock.gap_mm, ROUNDING_MM)
+
+    def _fill(self, pool: IntArray, rectangles: RectanglesLeft) -> list[Placement]:
+        """As `fill`, from the rectangles of the pool that are left; those laid are taken."""
+        gap, border = self.stock.gap_mm, self.stock.border_mm
+        inside = (self.stock.inside[0] + gap, self.stock.inside[1] + gap)
+        fillings = (_fill(rectangles, inside, split, ways) for split in SPLITS for ways in WAYS)
+        laid = max(fillings, key=lambda filling: fsum(each.length * each.width for each in filling))
+        placements = []
+        for each in laid:
+            rectangle = each.choice % len(pool)
+            rectangles.take(rectangle)
+            panel = int(pool[rectangle])
+            angle = float(self.angles[panel]) + (90.0 if each.choice >= len(pool) else 0.0)
+            offset = np.array([each.x, each.y]) + border - turned(self.outlines[panel], angle).min(axis=0)
+            placements.append(Placement(panel, 0, angle, (float(offset[0]), float(offset[1]))))
+        return placements
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """A rectangle laid: its number, that of all added where it is turned; its lower left corner; its extents."""
+
+    choice: int
+    x: float
+    y: float
+    length: float
+    width: float
 
 
 def _fill(
-    sizes: FloatArray,
+    rectangles: RectanglesLeft,
     inside: tuple[float, float],
     split: Callable[[float, float, float, float], bool],
     ways: tuple[bool, bool],
-) -> tuple[IntArray, FloatArray]:
-    """Rectangles sizes (m, 2) chosen for one sheet (c,), m added where they are turned by 90 degrees, and their lower
-    left corners (c, 2)."""
-    m = len(sizes)
-    length, width = np.concatenate([sizes, sizes[:, ::-1]]).T
-    free = np.repeat(ways, m)
+) -> list[_Laid]:
+    """Rectangles for one sheet, which are put back afterwards.
 
-    def section(x: float, y: float, section_length: float, section_width: float) -> _Free:
+    Sections wait in a heap by the strip that the best rectangle leaves, then in the order in which they were made.
+    That strip only grows while others are taken, so it is found anew when the section's turn has come.
+    """
+    laid: list[_Laid] = []
+    waiting: list[tuple[float, int, int, tuple[float, float, float, float]]] = []
+    n_made = 0
+
+    def wait(number: int, section: tuple[float, float, float, float]) -> None:
+        strip, choice = rectangles.best(section[2], section[3], ways)
+        if choice >= 0:
+            heappush(waiting, (strip, number, choice, section))
+
+    wait(0, (0.0, 0.0, *inside))
+    while waiting:
+        _, number, choice, section = heappop(waiting)
+        rectangle = choice % len(rectangles.left)
+        if not rectangles.left[rectangle]:
+            wait(number, section)
+            continue
+        left, bottom, section_length, section_width = section
+        length, width = rectangles.extents(choice)
+        laid.append(_Laid(choice, left, bottom, length, width))
+        rectangles.take(rectangle)
         left_x, left_y = section_length - length, section_width - width
-        strip = np.minimum(left_x, left_y)
-        strip = np.where(free & (strip >= -ROUNDING_MM), strip, np.inf)
-        choice = int(strip.argmin())
-        return _Free(x, y, section_length, section_width, float(strip[choice]), choice)
-
-    chosen, corners = [], []
-    sections = [section(0.0, 0.0, *inside)]
-    while (here := min(sections, key=lambda s: s.strip, default=None)) and here.strip < np.inf:
-        chosen.append(here.choice)
-        corners.append((here.x, here.y))
-        free[[here.choice % m, here.choice % m + m]] = False
-        x, y = float(length[here.choice]), float(width[here.choice])
-        left_x, left_y = here.length - x, here.width - y
-        cut_along_x = split(left_x, left_y, x, y)
-        parts = [
-            (here.x, here.y + y, here.length if cut_along_x else x, left_y),
-            (here.x + x, here.y, left_x, y if cut_along_x else here.width),
-        ]
-        sections = [
-            s if free[s.choice] or s.strip == np.inf else section(s.x, s.y, s.length, s.width)
-            for s in sections
-            if s is not here
-        ]
-        sections += [section(*part) for part in parts if part[2] > 0 and part[3] > 0]
-    return np.array(chosen, dtype=np.int64), np.array(corners).reshape(-1, 2)
+        cut_along_x = split(left_x, left_y, length, width)
+        n_made += 2
+        wait(n_made - 1, (left, bottom + width, section_length if cut_along_x else length, left_y))
+        wait(n_made, (left + length, bottom, left_x, width if cut_along_x else section_width))
+    for each in laid:
+        rectangles.put_back(each.choice % len(rectangles.left))
+    return laid
