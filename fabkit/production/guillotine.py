@@ -43,31 +43,45 @@ def smallest_rectangles(outlines: Sequence[FloatArray], inside: tuple[float, flo
     and its sizes (m, 2), the longer side first. Rectangles that fit into the sheet's `inside` come before smaller
     ones that do not. One side of the smallest rectangle lies along an edge of the convex hull (Freeman and
     Shapira 1975), so those are tried."""
-    hulls = shapely.convex_hull(polygons(outlines))
+    hulls = shapely.orient_polygons(shapely.convex_hull(polygons(outlines)), exterior_cw=True)
     corners, owner = shapely.get_coordinates(hulls, return_index=True)
-    counts = np.bincount(owner)
-    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    angles, sizes = np.empty(len(outlines)), np.empty((len(outlines), 2))
-    for count in np.unique(counts):
-        these = np.flatnonzero(counts == count)
-        hull = corners[starts[these, None] + np.arange(count - 1)]
-        angles[these], sizes[these] = _smallest_of_hulls(hull, inside)
-    return angles, sizes
+    is_first = np.diff(owner, prepend=-1) > 0
+    following, edges = corners[~is_first], np.diff(corners, axis=0)[~is_first[1:]]
+    owner, starts = owner[~is_first], np.flatnonzero(np.diff(owner[~is_first], prepend=-1))
+    along = edges / np.linalg.norm(edges, axis=1, keepdims=True)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    extents = np.stack([_extents(following, along, owner, starts, axes) for axes in (along, across)], axis=1)
+    sizes = -np.sort(-extents, axis=1)
+    unfit = (sizes > np.sort(inside)[::-1] + ROUNDING_MM).any(axis=1)
+    best = np.lexsort((sizes.prod(axis=1), unfit, owner))[starts]  # of the first of equal ones
+    quarter = np.where(extents[best, 0] >= extents[best, 1], 0.0, 90.0)
+    return quarter - np.rad2deg(np.arctan2(along[best, 1], along[best, 0])), sizes[best]
 
 
-def _smallest_of_hulls(hull: FloatArray, inside: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-    """As above, for convex polygons (m, k, 2)."""
-    edges = np.roll(hull, -1, axis=1) - hull
-    along = edges / np.linalg.norm(edges, axis=-1, keepdims=True)
-    across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-    extents = np.stack([np.ptp(np.einsum("med,mcd->mec", axis, hull), axis=-1) for axis in (along, across)], axis=-1)
-    sizes = -np.sort(-extents, axis=-1)
-    fits = (sizes <= np.sort(inside)[::-1] + ROUNDING_MM).all(axis=-1)
-    best = np.where(fits, sizes.prod(axis=-1), sizes.prod(axis=-1) + 2 * sizes.prod(axis=-1).max()).argmin(axis=1)
-    row = np.arange(len(hull))
-    quarter = np.where(extents[row, best, 0] >= extents[row, best, 1], 0.0, 90.0)
-    direction = along[row, best]
-    return quarter - np.rad2deg(np.arctan2(direction[:, 1], direction[:, 0])), sizes[row, best]
+def _extents(ends: FloatArray, along: FloatArray, owner: IntArray, starts: IntArray, axes: FloatArray) -> FloatArray:
+    """(m,) of convex polygons along unit axes (m, 2), one for each of their edges, which have ends (m, 2), run along
+    (m, 2) clockwise, and belong to the polygons (m,) that begin at `starts`.
+
+    The corner that lies farthest along an axis is where edges stop to run along it: edges turn one way, so it is found
+    by the angle they have turned since the first.
+    """
+    first, counts = starts[owner], np.bincount(owner)[owner]
+
+    def turned(directions: FloatArray) -> FloatArray:
+        """Angles since the first edge, polygon after polygon."""
+        x, y = along[first].T
+        angles = np.arctan2(y * directions[:, 0] - x * directions[:, 1], x * directions[:, 0] + y * directions[:, 1])
+        return np.mod(angles, 2 * np.pi) + 10.0 * owner
+
+    angles = np.maximum.accumulate(turned(along))
+    reaches = []
+    for sign in (1.0, -1.0):
+        aside = sign * np.stack([axes[:, 1], -axes[:, 0]], axis=1)
+        place = np.searchsorted(angles, turned(aside)) - first
+        near = first + (place + np.arange(-2, 1)[:, None]) % counts  # rounding may find a neighbour
+        reaches.append(sign * (sign * np.einsum("cmd,md->cm", ends[near], axes)).max(axis=0))
+    extents: FloatArray = reaches[0] - reaches[1]
+    return extents
 
 
 @dataclass(frozen=True, eq=False)

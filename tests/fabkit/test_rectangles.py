@@ -1,12 +1,17 @@
-"""Of the rectangles left, the one that fits best is the one that a look at all would find; so is a sheet's filling."""
+"""The smallest rectangles of outlines, and of those left the one that fits best, are as a look at all of them says."""
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
+import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabkit.production.guillotine import ROUNDING_MM, SPLITS, WAYS, _fill
+from fabkit.production.guillotine import ROUNDING_MM, SPLITS, WAYS, _fill, smallest_rectangles
+from fabkit.production.nest import turned
 from fabkit.production.rectangles_left import RectanglesLeft
 from geometry.arrays import BoolArray, FloatArray
 
@@ -66,3 +71,31 @@ def test_a_sheet_is_filled_by_the_best_pair_of_all_sections_and_rectangles(seed,
     rectangles = RectanglesLeft(sizes, ROUNDING_MM)
     assert [(each.choice, each.x, each.y) for each in _fill(rectangles, inside, split, ways)] == expected
     assert all(rectangles.left)
+
+
+@given(st.integers(3, 60), st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e-9, 0.3]))
+def test_the_smallest_rectangle_of_a_round_outline_is_as_all_edges_against_all_corners_say(n, seed, roughness) -> None:
+    """Those along the edges of a regular outline are equal but for rounding."""
+    rng = np.random.default_rng(seed)
+    angles = 2 * np.pi * np.arange(n) / n + rng.uniform(0, 7)
+    outline = 500 * (1 - roughness * rng.random(n))[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    corners = shapely.get_coordinates(shapely.convex_hull(shapely.Polygon(outline)))[:-1]
+    along = np.roll(corners, -1, axis=0) - corners
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    extents = [np.ptp(corners @ axes.T, axis=0) for axes in (along, along[:, ::-1] * [-1, 1])]
+    (angle,), (size,) = smallest_rectangles([outline], (1e5, 1e5))
+    # a matrix product rounds otherwise than a sum of two products
+    assert size.prod() == pytest.approx(np.prod(extents, axis=0).min(), rel=1e-13)
+    # 1e-9: coordinates of 500 mm, turned, are good to 1e-13
+    assert np.ptp(turned(outline, angle), axis=0) == pytest.approx(size, abs=1e-9)
+
+
+def test_the_smallest_rectangle_of_thousands_of_corners_takes_memory_in_proportion() -> None:
+    n = 5000
+    angles = 2 * np.pi * np.arange(n) / n
+    outline = 1e5 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    tracemalloc.start()
+    smallest_rectangles([outline], (1e6, 1e6))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < n * 1e3  # some 60 numbers a corner; edges against corners would be 400 MB
