@@ -1,4 +1,8 @@
-"""Solids as convex pieces, and how deep convex pieces reach into each other."""
+"""Solids as convex pieces, and how deep convex pieces reach into each other.
+
+Two pieces are compared by each face of the one with each corner of the other, and a large plate has many neighbours, so
+prisms over outlines with many corners are cut, convex or not.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from fabkit.detailing.pieces import MOST_CORNERS, triangles
 from fabkit.detailing.stacks import Stack
 from fabkit.parts import Topology, face_normals, prism_topology
 from geometry.arrays import BoolArray, FloatArray, IntArray
@@ -36,9 +41,9 @@ class Pieces:
 
 
 def convex_pieces(stack: Stack) -> list[Pieces]:
-    """Convex solids as they are, the others, which must be splittable prisms, as triangular prisms."""
-    convex = _is_convex(stack)
-    return [_pieces(part) for part in (stack[convex], _triangular_prisms(stack[~convex])) if len(part.parts)]
+    """Convex solids that are not cut as they are; the others, which must be splittable prisms, as triangular prisms."""
+    whole = _is_convex(stack)
+    return [_pieces(part) for part in (stack[whole], _triangular_prisms(stack[~whole])) if len(part.parts)]
 
 
 def is_splittable(stack: Stack) -> BoolArray:
@@ -49,7 +54,7 @@ def is_splittable(stack: Stack) -> BoolArray:
     n = stack.topology.n_vertices // 2
     if len(others) and _is_prism(stack.topology):
         vertices = stack.vertices[others]
-        outlines, axes = _outlines(vertices)
+        outlines, axes, _ = _seen_along(vertices)
         generators = vertices[:, n:] - vertices[:, :n]
         astray = np.linalg.norm(np.cross(generators, axes[:, None, :]), axis=-1).max(axis=1)
         result[others] = (astray <= FLUSH_MM) & shapely.is_valid(shapely.polygons(outlines))
@@ -57,7 +62,10 @@ def is_splittable(stack: Stack) -> BoolArray:
 
 
 def _is_convex(stack: Stack) -> BoolArray:
+    """(P,) False for what is cut anyway."""
     t = stack.topology
+    if t.n_vertices > 2 * MOST_CORNERS and _is_prism(t):
+        return np.zeros(len(stack.parts), dtype=bool)
     normals = face_normals(stack.vertices, t)
     anchors = stack.vertices[:, t.corners[t.loop_starts[t.face_starts[:-1]]]]
     levels = np.einsum("pfk,pfk->pf", normals, anchors)
@@ -75,29 +83,31 @@ def _is_prism(topology: Topology) -> bool:
     return all(np.array_equal(getattr(topology, name), getattr(prism, name)) for name in names)
 
 
-def _outlines(vertices: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Prisms (P, 2n, 3) seen along their unit axes (P, 3): outlines (P, n, 2), counter-clockwise."""
+def _seen_along(vertices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Prisms (P, 2n, 3) seen along their axes, from their first corners: outlines (P, n, 2), counter-clockwise; unit
+    axes (P, 3); two unit vectors across each, the columns of (P, 3, 2)."""
     n = vertices.shape[1] // 2
     axes = vertices[:, n] - vertices[:, 0]
     axes /= np.linalg.norm(axes, axis=-1, keepdims=True)
     x = np.cross(np.eye(3)[np.abs(axes).argmin(axis=1)], axes)
     x /= np.linalg.norm(x, axis=-1, keepdims=True)
     plane = np.stack([x, np.cross(axes, x)], axis=-1)
-    return (vertices[:, :n] - vertices[:, :1]) @ plane, axes
+    return (vertices[:, :n] - vertices[:, :1]) @ plane, axes, plane
 
 
 def _triangular_prisms(stack: Stack) -> Stack:
-    n = stack.topology.n_vertices // 2
     if not len(stack.parts):
         return stack
-    outlines, _ = _outlines(stack.vertices)
-    collections = shapely.constrained_delaunay_triangles(shapely.polygons(outlines))
-    triangles, owner = shapely.get_parts(collections, return_index=True)
-    corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]  # either way round
-    same = (corners[:, :, None, :] == outlines[owner][:, None, :, :]).all(axis=-1)  # GEOS adds no points
-    below = same.argmax(axis=-1)
-    columns = np.concatenate([below, below + n], axis=1)
-    return Stack(prism_topology(3), stack.parts[owner], stack.vertices[owner[:, None], columns])
+    outlines, axes, plane = _seen_along(stack.vertices)
+    corners, owner = triangles(outlines)
+    points = np.einsum("tck,tjk->tcj", corners, plane[owner])
+    normals = face_normals(stack.vertices, stack.topology)
+    ends = []
+    for face, first in ((0, 0), (1, stack.topology.n_vertices // 2)):  # both ends are plane, but may lean
+        slope = normals[:, face] / np.einsum("pk,pk->p", normals[:, face], axes)[:, None]
+        rise = -np.einsum("tcj,tj->tc", points, slope[owner])
+        ends.append(stack.vertices[owner, None, first] + points + rise[..., None] * axes[owner, None])
+    return Stack(prism_topology(3), stack.parts[owner], np.concatenate(ends, axis=1))
 
 
 def _pieces(stack: Stack) -> Pieces:

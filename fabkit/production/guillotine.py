@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from heapq import heappop, heappush
+from math import fsum
 
 import numpy as np
 import shapely
 
 from fabkit.production.nest import Placement, Stock, polygons, turned
+from fabkit.production.rectangles_left import RectanglesLeft
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["Guillotine", "smallest_rectangles"]
@@ -40,44 +43,45 @@ def smallest_rectangles(outlines: Sequence[FloatArray], inside: tuple[float, flo
     and its sizes (m, 2), the longer side first. Rectangles that fit into the sheet's `inside` come before smaller
     ones that do not. One side of the smallest rectangle lies along an edge of the convex hull (Freeman and
     Shapira 1975), so those are tried."""
-    hulls = shapely.convex_hull(polygons(outlines))
+    hulls = shapely.orient_polygons(shapely.convex_hull(polygons(outlines)), exterior_cw=True)
     corners, owner = shapely.get_coordinates(hulls, return_index=True)
-    counts = np.bincount(owner)
-    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    angles, sizes = np.empty(len(outlines)), np.empty((len(outlines), 2))
-    for count in np.unique(counts):
-        these = np.flatnonzero(counts == count)
-        hull = corners[starts[these, None] + np.arange(count - 1)]
-        angles[these], sizes[these] = _smallest_of_hulls(hull, inside)
-    return angles, sizes
+    is_first = np.diff(owner, prepend=-1) > 0
+    following, edges = corners[~is_first], np.diff(corners, axis=0)[~is_first[1:]]
+    owner, starts = owner[~is_first], np.flatnonzero(np.diff(owner[~is_first], prepend=-1))
+    along = edges / np.linalg.norm(edges, axis=1, keepdims=True)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    extents = np.stack([_extents(following, along, owner, starts, axes) for axes in (along, across)], axis=1)
+    sizes = -np.sort(-extents, axis=1)
+    unfit = (sizes > np.sort(inside)[::-1] + ROUNDING_MM).any(axis=1)
+    best = np.lexsort((sizes.prod(axis=1), unfit, owner))[starts]  # of the first of equal ones
+    quarter = np.where(extents[best, 0] >= extents[best, 1], 0.0, 90.0)
+    return quarter - np.rad2deg(np.arctan2(along[best, 1], along[best, 0])), sizes[best]
 
 
-def _smallest_of_hulls(hull: FloatArray, inside: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-    """As above, for convex polygons (m, k, 2)."""
-    edges = np.roll(hull, -1, axis=1) - hull
-    along = edges / np.linalg.norm(edges, axis=-1, keepdims=True)
-    across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-    extents = np.stack([np.ptp(np.einsum("med,mcd->mec", axis, hull), axis=-1) for axis in (along, across)], axis=-1)
-    sizes = -np.sort(-extents, axis=-1)
-    fits = (sizes <= np.sort(inside)[::-1] + ROUNDING_MM).all(axis=-1)
-    best = np.where(fits, sizes.prod(axis=-1), sizes.prod(axis=-1) + 2 * sizes.prod(axis=-1).max()).argmin(axis=1)
-    row = np.arange(len(hull))
-    quarter = np.where(extents[row, best, 0] >= extents[row, best, 1], 0.0, 90.0)
-    direction = along[row, best]
-    return quarter - np.rad2deg(np.arctan2(direction[:, 1], direction[:, 0])), sizes[row, best]
+def _extents(ends: FloatArray, along: FloatArray, owner: IntArray, starts: IntArray, axes: FloatArray) -> FloatArray:
+    """(m,) of convex polygons along unit axes (m, 2), one for each of their edges, which have ends (m, 2), run along
+    (m, 2) clockwise, and belong to the polygons (m,) that begin at `starts`.
 
+    The corner that lies farthest along an axis is where edges stop to run along it: edges turn one way, so it is found
+    by the angle they have turned since the first.
+    """
+    first, counts = starts[owner], np.bincount(owner)[owner]
 
-@dataclass(frozen=True)
-class _Free:
-    """A rectangle of a sheet, and how well the best rectangle left fits it: the strip it leaves (inf where none fits),
-    and which one it is (the number of rectangles is added where it is turned)."""
+    def turned(directions: FloatArray) -> FloatArray:
+        """Angles since the first edge, polygon after polygon."""
+        x, y = along[first].T
+        angles = np.arctan2(y * directions[:, 0] - x * directions[:, 1], x * directions[:, 0] + y * directions[:, 1])
+        return np.mod(angles, 2 * np.pi) + 10.0 * owner
 
-    x: float
-    y: float
-    length: float
-    width: float
-    strip: float
-    choice: int
+    angles = np.maximum.accumulate(turned(along))
+    reaches = []
+    for sign in (1.0, -1.0):
+        aside = sign * np.stack([axes[:, 1], -axes[:, 0]], axis=1)
+        place = np.searchsorted(angles, turned(aside)) - first
+        near = first + (place + np.arange(-2, 1)[:, None]) % counts  # rounding may find a neighbour
+        reaches.append(sign * (sign * np.einsum("cmd,md->cm", ends[near], axes)).max(axis=0))
+    extents: FloatArray = reaches[0] - reaches[1]
+    return extents
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,65 +100,83 @@ class Guillotine:
     def fill(self, pool: IntArray) -> list[Placement]:
         """One sheet, number zero, filled with some of the outlines of the pool, as full as some ways of splitting
         and turning make it. Deterministic: a tie goes to the first. Empty if none fits."""
-        gap, border = self.stock.gap_mm, self.stock.border_mm
-        sizes = self.sizes[pool] + gap
-        inside = (self.stock.inside[0] + gap, self.stock.inside[1] + gap)
-        areas = np.tile(sizes.prod(axis=1), 2)
-        fillings = (_fill(sizes, inside, split, ways) for split in SPLITS for ways in WAYS)
-        choices, corners = max(fillings, key=lambda filling: float(areas[filling[0]].sum()))
-        placements = []
-        for choice, corner in zip(choices.tolist(), corners, strict=True):
-            panel = int(pool[choice % len(pool)])
-            angle = float(self.angles[panel]) + (90.0 if choice >= len(pool) else 0.0)
-            offset = corner + border - turned(self.outlines[panel], angle).min(axis=0)
-            placements.append(Placement(panel, 0, angle, (float(offset[0]), float(offset[1]))))
-        return placements
+        return self._fill(pool, self._rectangles(pool))
 
     def sheets(self, pool: IntArray) -> list[list[Placement]]:
         """The whole pool, a list a sheet; every outline must fit onto an empty sheet."""
-        fillings = []
-        while len(pool):
-            fillings.append(self.fill(pool))
-            pool = np.setdiff1d(pool, [placement.panel for placement in fillings[-1]])
+        rectangles, fillings, n_laid = self._rectangles(pool), [], 0
+        while n_laid < len(pool):
+            fillings.append(self._fill(pool, rectangles))
+            n_laid += len(fillings[-1])
         return fillings
+
+    def _rectangles(self, pool: IntArray) -> RectanglesLeft:
+        return RectanglesLeft(self.sizes[pool] + self.stock.gap_mm, ROUNDING_MM)
+
+    def _fill(self, pool: IntArray, rectangles: RectanglesLeft) -> list[Placement]:
+        """As `fill`, from the rectangles of the pool that are left; those laid are taken."""
+        gap, border = self.stock.gap_mm, self.stock.border_mm
+        inside = (self.stock.inside[0] + gap, self.stock.inside[1] + gap)
+        fillings = (_fill(rectangles, inside, split, ways) for split in SPLITS for ways in WAYS)
+        laid = max(fillings, key=lambda filling: fsum(each.length * each.width for each in filling))
+        placements = []
+        for each in laid:
+            rectangle = each.choice % len(pool)
+            rectangles.take(rectangle)
+            panel = int(pool[rectangle])
+            angle = float(self.angles[panel]) + (90.0 if each.choice >= len(pool) else 0.0)
+            offset = np.array([each.x, each.y]) + border - turned(self.outlines[panel], angle).min(axis=0)
+            placements.append(Placement(panel, 0, angle, (float(offset[0]), float(offset[1]))))
+        return placements
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """A rectangle laid: its number, that of all added where it is turned; its lower left corner; its extents."""
+
+    choice: int
+    x: float
+    y: float
+    length: float
+    width: float
 
 
 def _fill(
-    sizes: FloatArray,
+    rectangles: RectanglesLeft,
     inside: tuple[float, float],
     split: Callable[[float, float, float, float], bool],
     ways: tuple[bool, bool],
-) -> tuple[IntArray, FloatArray]:
-    """Rectangles sizes (m, 2) chosen for one sheet (c,), m added where they are turned by 90 degrees, and their lower
-    left corners (c, 2)."""
-    m = len(sizes)
-    length, width = np.concatenate([sizes, sizes[:, ::-1]]).T
-    free = np.repeat(ways, m)
+) -> list[_Laid]:
+    """Rectangles for one sheet, which are put back afterwards.
 
-    def section(x: float, y: float, section_length: float, section_width: float) -> _Free:
+    Sections wait in a heap by the strip that the best rectangle leaves, then in the order in which they were made.
+    That strip only grows while others are taken, so it is found anew when the section's turn has come.
+    """
+    laid: list[_Laid] = []
+    waiting: list[tuple[float, int, int, tuple[float, float, float, float]]] = []
+    n_made = 0
+
+    def wait(number: int, section: tuple[float, float, float, float]) -> None:
+        strip, choice = rectangles.best(section[2], section[3], ways)
+        if choice >= 0:
+            heappush(waiting, (strip, number, choice, section))
+
+    wait(0, (0.0, 0.0, *inside))
+    while waiting:
+        _, number, choice, section = heappop(waiting)
+        rectangle = choice % len(rectangles.left)
+        if not rectangles.left[rectangle]:
+            wait(number, section)
+            continue
+        left, bottom, section_length, section_width = section
+        length, width = rectangles.extents(choice)
+        laid.append(_Laid(choice, left, bottom, length, width))
+        rectangles.take(rectangle)
         left_x, left_y = section_length - length, section_width - width
-        strip = np.minimum(left_x, left_y)
-        strip = np.where(free & (strip >= -ROUNDING_MM), strip, np.inf)
-        choice = int(strip.argmin())
-        return _Free(x, y, section_length, section_width, float(strip[choice]), choice)
-
-    chosen, corners = [], []
-    sections = [section(0.0, 0.0, *inside)]
-    while (here := min(sections, key=lambda s: s.strip, default=None)) and here.strip < np.inf:
-        chosen.append(here.choice)
-        corners.append((here.x, here.y))
-        free[[here.choice % m, here.choice % m + m]] = False
-        x, y = float(length[here.choice]), float(width[here.choice])
-        left_x, left_y = here.length - x, here.width - y
-        cut_along_x = split(left_x, left_y, x, y)
-        parts = [
-            (here.x, here.y + y, here.length if cut_along_x else x, left_y),
-            (here.x + x, here.y, left_x, y if cut_along_x else here.width),
-        ]
-        sections = [
-            s if free[s.choice] or s.strip == np.inf else section(s.x, s.y, s.length, s.width)
-            for s in sections
-            if s is not here
-        ]
-        sections += [section(*part) for part in parts if part[2] > 0 and part[3] > 0]
-    return np.array(chosen, dtype=np.int64), np.array(corners).reshape(-1, 2)
+        cut_along_x = split(left_x, left_y, length, width)
+        n_made += 2
+        wait(n_made - 1, (left, bottom + width, section_length if cut_along_x else length, left_y))
+        wait(n_made, (left + length, bottom, left_x, width if cut_along_x else section_width))
+    for each in laid:
+        rectangles.put_back(each.choice % len(rectangles.left))
+    return laid

@@ -1,0 +1,57 @@
+"""Polygons as triangles that are no larger than they need be, so that few of their boxes meet those of others."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import shapely
+
+from geometry.arrays import FloatArray, IntArray
+
+__all__ = ["MOST_CORNERS", "triangles"]
+
+MOST_CORNERS = 32
+"""Polygons with more corners are halved before they are triangulated."""
+
+Polygons = npt.NDArray[np.object_]
+
+
+def triangles(outlines: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Corners (T, 3, 2), either way round, of triangles that make up simple polygons (P, n, 2); the polygon of each."""
+    small, owner = _halved(shapely.polygons(outlines))
+    found, of_small = shapely.get_parts(shapely.constrained_delaunay_triangles(small), return_index=True)
+    return shapely.get_coordinates(found).reshape(-1, 4, 2)[:, :3], owner[of_small]
+
+
+def _halved(polygons: Polygons) -> tuple[Polygons, IntArray]:
+    """The polygons, those with many corners cut into halves again and again, and which one each is of.
+
+    A cut leaves about half the corners on either side and some at the cut; a half that has no fewer than the whole is
+    not cut again.
+    """
+    owner, before = np.arange(len(polygons)), np.full(len(polygons), np.iinfo(np.int64).max)
+    done = []
+    while len(polygons):
+        counts = shapely.get_num_coordinates(polygons) - 1
+        large = (counts > MOST_CORNERS) & (counts < before)
+        done.append((polygons[~large], owner[~large]))
+        boxes = np.array([_halves(polygon) for polygon in polygons[large]]).reshape(-1, 2)
+        parts, index = shapely.get_parts(shapely.intersection(polygons[large, None], boxes).ravel(), return_index=True)
+        areal = shapely.get_dimensions(parts) == 2
+        polygons, whole = parts[areal], np.flatnonzero(large)[index[areal] // 2]
+        owner, before = owner[whole], counts[whole]
+    return np.concatenate([some for some, _ in done]), np.concatenate([of for _, of in done])
+
+
+def _halves(polygon: shapely.Polygon) -> list[shapely.Polygon]:
+    """Two boxes that share the polygon's corners, cut across its longer extent where corners are far apart."""
+    corners = shapely.get_coordinates(polygon)
+    low, high = corners.min(axis=0) - 1.0, corners.max(axis=0) + 1.0
+    axis = int((high - low).argmax())
+    values = np.unique(corners[:, axis])
+    middle = values[len(values) // 3 : len(values) - len(values) // 3 + 1]
+    gap = int(np.diff(middle).argmax())
+    cut = (middle[gap] + middle[gap + 1]) / 2
+    first_high, second_low = high.copy(), low.copy()
+    first_high[axis] = second_low[axis] = cut
+    return [shapely.box(*low, *first_high), shapely.box(*second_low, *high)]

@@ -1,0 +1,178 @@
+"""Equal shapes are found as if all pairs were looked at, without looking at all pairs."""
+
+from __future__ import annotations
+
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from fabkit.detailing.detail import detail
+from fabkit.detailing.rules import DetailingRules
+from fabkit.parts import Assembly, Beam, Node, Panel
+from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, in_company
+from fabkit.production.marks import share_equal_parts
+from fabkit.production.turns import turn_beam, turn_node, turn_panel, turned_beams, turned_nodes, turned_panels
+from geometry.arrays import FloatArray, IntArray
+from geometry.mesh import Mesh, shapes
+from geometry.parallel.gauss_image import gauss_image
+from geometry.parallel.support import SupportStructure
+from tests.fabkit.plates import plates
+
+WITHIN = 1.0
+
+
+def by_all_pairs(given: FloatArray, within: float) -> tuple[IntArray, IntArray]:
+    """For shapes (P, T, D): of those that hang together by near ones, those near to the first are equal to it, in the
+    smallest turn; the others are looked at again."""
+    first, turns = np.arange(len(given)), np.zeros(len(given), dtype=np.int64)
+    left = first.copy()
+    while len(left):
+        some = given[left]
+        near = np.abs(some[:, None, None, 0] - some[None]).max(axis=-1) <= within  # (base, other, turn)
+        base, other = np.nonzero(near.any(axis=2))
+        graph = coo_array((np.ones(len(base)), (base, other)), shape=(len(left), len(left)))
+        groups = connected_components(graph, directed=False)[1]
+        head = np.unique(groups, return_index=True)[1][groups]
+        taken = near[head, np.arange(len(left))].any(axis=1)
+        turns[left[taken]] = near[head, np.arange(len(left))].argmax(axis=1)[taken]
+        first[left] = left[head]
+        left = left[~taken]
+    return first, turns
+
+
+def of_array(given: FloatArray) -> TurnedShapes:
+    """given (P, T, C, d)."""
+    return TurnedShapes(
+        len(given), given.shape[1], given.shape[2], lambda parts, turns, corners: given[parts, turns][:, corners]
+    )
+
+
+@given(
+    st.integers(1, 40), st.integers(1, 4), st.integers(1, 20), st.integers(0, 2**32 - 1), st.sampled_from([0, 1, 2, 6])
+)
+def test_shapes_are_equal_as_if_all_pairs_were_looked_at(
+    n: int, n_turns: int, n_corners: int, seed: int, spread: int
+) -> None:
+    """Coordinates in steps of two fifths of the tolerance: two steps are near, three are not, none is on the edge; so
+    there are long chains, with spread 0 all are equal, with a large one none."""
+    rng = np.random.default_rng(seed)
+    steps = rng.integers(0, spread + 1, (n, n_turns, 1, 2)) * (1 + 3 * (rng.random((n, 1, 1, 1)) < 0.3))
+    bumps = (rng.random((n, n_turns, n_corners, 2)) < 0.05) * rng.integers(0, 3, (n, 1, 1, 1))
+    given = 0.4 * WITHIN * (steps + bumps)
+    first, turns = equal_shapes(of_array(given), WITHIN)
+    expected_first, expected_turns = by_all_pairs(given.reshape(n, n_turns, -1), WITHIN)
+    assert first.tolist() == expected_first.tolist()
+    assert turns.tolist() == expected_turns.tolist()
+    off = np.abs(given[np.arange(n), turns] - given[first, 0]).max(axis=(1, 2))
+    assert (off[first != np.arange(n)] <= WITHIN).all()
+
+
+@given(st.integers(2, 60), st.integers(1, 30), st.integers(0, 2**32 - 1))
+def test_shapes_that_differ_in_one_coordinate_hang_together_as_a_chain(n: int, step: int, seed: int) -> None:
+    """In any order; steps in hundredths and half a hundredth of the tolerance, so that none is on the edge."""
+    order = np.random.default_rng(seed).permutation(n)
+    given = np.zeros((n, 1, 3, 3))
+    given[:, 0, 1, 0] = (step + 0.5) / 100 * order * WITHIN + order * 1e-6
+    first, _ = equal_shapes(of_array(given), WITHIN)
+    assert first.tolist() == by_all_pairs(given.reshape(n, 1, -1), WITHIN)[0].tolist()
+
+
+@given(st.integers(1, 12), st.integers(3, 12), st.integers(0, 2**32 - 1), st.sampled_from([1e-7, 1e-3, 1.0]))
+def test_a_solid_is_in_company_of_every_other_that_may_be_its_equal(n: int, k: int, seed: int, within: float) -> None:
+    rng = np.random.default_rng(seed)
+    ones = rng.uniform(-1e3, 1e3, (n, k, 3))
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    noise = rng.uniform(-within, within, (n, k, 3))
+    others = rng.permutation(ones + noise, axis=1) @ axes + rng.uniform(-1e5, 1e5, 3)
+    assert in_company(
+        np.concatenate([ones, others]), within + 1e-9
+    ).all()  # 1e-9 mm: a move by 100 m rounds coordinates
+    assert not in_company(ones, 1e-9).any() or n == 1
+
+
+def bent(n: int, seed: int) -> Assembly:
+    """Parts of a structure over n x n faces, few of them equal; some nodes at the edge are less than half around."""
+    rng = np.random.default_rng(seed)
+    u, v = (1.5e3 * np.cumsum(rng.uniform(0.9, 1.1, n + 1)) for _ in range(2))
+    first = np.stack([u, 0 * u, -(u**2) / 2e4], axis=1)
+    mesh = shapes.translation_surface(first, np.stack([0 * v, v, -(v**2) / 3e4], axis=1))
+    return detail(SupportStructure(mesh, gauss_image(mesh), 120.0), DetailingRules(), name="bent").assembly
+
+
+@pytest.mark.parametrize(
+    ("parts", "turned", "turn", "n_turns"),
+    [
+        (bent(3, 0).beams, turned_beams, turn_beam, lambda beam: 2),
+        (bent(3, 1).nodes, turned_nodes, turn_node, lambda node: len(node.beams)),
+        (bent(3, 2).panels, turned_panels, turn_panel, lambda panel: len(panel.outline)),
+    ],
+)
+def test_corners_are_turned_as_their_parts_are(parts, turned, turn, n_turns) -> None:
+    """Of panels the corners of the upper side are enough."""
+    for count in {(n_turns(part), part.solid.topology.n_vertices) for part in parts}:
+        alike: list[Beam | Node | Panel] = [
+            part for part in parts if (n_turns(part), part.solid.topology.n_vertices) == count
+        ]
+        found = turned(alike)
+        assert (found.n_shapes, found.n_turns) == (len(alike), count[0])
+        for k in range(count[0]):
+            corners = found.at(np.arange(len(alike)), np.full(len(alike), k), np.arange(found.n_corners))
+            whole = np.array([turn(part, k).solid.vertices for part in alike])
+            # 1e-9: rounding of coordinates of a few metres in millimetres
+            assert np.abs(corners - whole[:, -found.n_corners :]).max() < 1e-9
+
+
+@given(st.integers(3, 7), st.integers(1, 12), st.integers(0, 2**32 - 1), st.floats(0, 0.9))
+def test_regular_panels_with_any_edge_in_front_share_a_mark(n_corners: int, n: int, seed: int, noise: float) -> None:
+    """All turns are equally good but for noise, which must not part what is equal."""
+    rng = np.random.default_rng(seed)
+    angles = 2 * np.pi * np.arange(n_corners) / n_corners
+    regular = 500 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    # noise of each corner turns the frame by less than it on an edge as long as the radius, so moves others by 4 of it
+    within = 1e-3
+    outlines = [np.roll(regular, k, axis=0) + noise * within / 12 * rng.uniform(-1, 1, regular.shape) for k in range(n)]
+    assembly = replace(bent(2, 0), panels=tuple(plates(outlines)))
+    shared = share_equal_parts(assembly, within_mm=within)
+    assert {panel.mark for panel in shared.panels} == {"P001"}
+    for before, after in zip(assembly.panels, shared.panels, strict=True):
+        stands = after.placement.to_world(after.solid.vertices)
+        stood = before.placement.to_world(before.solid.vertices)
+        apart = np.linalg.norm(stood[:, None] - stands, axis=2).min(axis=1)
+        assert apart.max() <= within * 3**0.5
+
+
+def test_two_large_round_panels_with_a_notch_are_equal_in_the_one_right_turn() -> None:
+    """Of all its turns a round plate fits nearly all of its outline in each; a table of all turns would take 5 GB."""
+    n = 10_000
+    angles = 2 * np.pi * np.arange(n) / n
+    outline = 1e5 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    outline[123] *= 0.9999
+    one, other = plates([outline, outline])
+    turned = replace(one, outline=np.roll(outline, -4000, axis=0) - outline[4000], element=1)
+    tracemalloc.start()
+    found = equal_shapes(turned_panels([turn_panel(turned, 17), turn_panel(other, 100)]), 1e-5)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert found[0].tolist() == [0, 0]
+    assert peak < 100e6  # bytes; some twenty numbers a corner and turn, and what is held at a time
+
+
+def test_marks_of_equal_squares_take_memory_in_proportion() -> None:
+    """40 x 40 squares: 6561 parts, of which as many pairs are equal as there are interior ones squared."""
+    mesh: Mesh = shapes.grid(40, 40) * 1000.0
+    flat = SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (mesh.n_vertices, 1))), 120.0)
+    own = detail(flat, DetailingRules(), name="flat").assembly
+    tracemalloc.start()
+    shared = share_equal_parts(own)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    marks = {name: len({part.mark for part in group}) for name, group in shared.groups().items()}
+    assert marks == {"beams": 1, "nodes": 3, "panels": 1}
+    # some 1.2 kB a part: its new record, its corners in all turns; pairs of equal parts would be over 1 GB
+    assert peak < 6561 * 3e3
