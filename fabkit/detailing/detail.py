@@ -16,6 +16,8 @@ from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
 from fabkit.detailing.panels import PanelShapes, make_panels, panel_shapes
 from fabkit.detailing.rules import DetailingRules
 from fabkit.errors import DetailingError
+from fabkit.fitness import FitnessRules
+from fabkit.fitness.shape import outwards
 from fabkit.parts import Assembly, LeftOut, Material
 from geometry.arrays import BoolArray, FloatArray
 from geometry.parallel.support import SupportStructure
@@ -28,10 +30,12 @@ TOLD_IN_FULL = 3
 
 @dataclass(frozen=True, eq=False)
 class Detailed:
-    """The assembly, and what decided the level of its panels. lift_mm: of the panels' lower sides above the mesh."""
+    """The assembly, and what decided the level of its panels. lift_mm: of the panels' lower sides above the mesh.
+    asked_mm (N,): how far the block at each vertex stands above the highest face it reaches under, 0 without one."""
 
     assembly: Assembly
     lift_mm: float
+    asked_mm: FloatArray
     lift_reason: str
 
 
@@ -93,7 +97,9 @@ class _Plan:
             ),
             tuple(self.left_out) + self._bare_nodes(ends),
         )
-        return Detailed(assembly, panels.lift, self._lift_reason(heights, panels.lift))
+        asked = np.zeros(self.structure.mesh.n_vertices)
+        np.maximum.at(asked, self.structure.mesh.combinatorics.corners, heights)
+        return Detailed(assembly, panels.lift, asked, self._lift_reason(heights, asked, panels.lift))
 
     # --- beams and nodes
 
@@ -155,7 +161,7 @@ class _Plan:
             f"at least {rules.least_edge_mm:g} mm are needed"
         )
 
-    def _lift_reason(self, heights: FloatArray, level: float) -> str:
+    def _lift_reason(self, heights: FloatArray, asked: FloatArray, level: float) -> str:
         if self.rules.panels.lift_mm is not None:
             return f"given as {level:g} mm"
         corner = int(heights.argmax())
@@ -164,7 +170,7 @@ class _Plan:
         c = self.structure.mesh.combinatorics
         return (
             f"the node block at vertex {c.corners[corner]} stands {heights[corner]:.1f} mm above face "
-            f"{c.corner_face[corner]}; the median node asks for {float(np.median(heights)):.1f} mm"
+            f"{c.corner_face[corner]} (counted from 0); the median node asks for {np.median(asked[c.is_used]):.1f} mm"
         )
 
     # --- what cannot be made
@@ -218,22 +224,9 @@ class _Plan:
         return f"edge {element} (vertices {i} and {j})"
 
     def _check_outwards(self) -> None:
-        c = self.structure.mesh.combinatorics
-        facing = np.einsum(
-            "ck,ck->c",
-            self.structure.height_directions[c.corner_edge],
-            self.structure.mesh.face_normals[c.corner_face],
-        )
-        corner = int(facing.argmin())
-        if facing[corner] <= 0:
-            edge = int(c.corner_edge[corner])
-            i, j = c.edges[edge].tolist()
-            raise DetailingError(
-                f"the beam on edge {edge} from vertex {i} to vertex {j} does not point to the outside of face "
-                f"{c.corner_face[corner]} (angle to its normal {np.degrees(np.arccos(facing[corner])):.0f} degrees, "
-                "less than 90 is needed): the Gauss image folds over there; change the mesh or the weights of the "
-                "Gauss image"
-            )
+        found = outwards(self.structure, FitnessRules())
+        if found and found.level == "refused":
+            raise DetailingError(f"{found.sentence}; {found.cure}")
 
     def _material(self, kind: str) -> Material:
         name: str = getattr(self.rules, kind).material
