@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fabkit.detailing.detail import Detailed, detail
-from fabkit.errors import ProjectError
+from fabkit.errors import NestingError, ProjectError
 from fabkit.export.documents import write_documents
 from fabkit.export.folder import MANIFEST, check_replaceable, whole_folder
 from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
@@ -162,12 +162,13 @@ def _unusual_parts(
     rules, height = project.fitness, project.beams.height_mm
     marks = {node.element: node.mark for node in assembly.nodes}
     faces = {assembly.panels[k].element: reason for k, reason in reasons.items()}
+    panels = {panel.element: panel.mark for panel in assembly.panels}
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
     found = (
         mitres_of(assembly.beams, rules),
         blocks(assembly.nodes, height, rules),
         lift(detailed.asked_mm, marks, height, rules) if project.panels.lift_mm is None else None,
-        sheets(faces, "refused" if is_refused else "told"),
+        sheets(faces, panels, "refused" if is_refused else "told"),
     )
     return tuple(finding for finding in found if finding)
 
@@ -186,6 +187,11 @@ def _sheet(project: Project) -> Sheet:
 
 def _without_too_large(assembly: Assembly, reasons: dict[int, str]) -> Assembly:
     """Without the panels that fit on no sheet, for these reasons by index."""
+    if len(reasons) == len(assembly.panels) > 0:
+        raise NestingError(
+            f"with what fits on no sheet left out, no panel remains of {len(reasons)}: {next(iter(reasons.values()))}; "
+            "take larger sheets (--sheet), or turn nesting off (--nest off)"
+        )
     left_out = tuple(LeftOut("panel", assembly.panels[k].element, reason) for k, reason in reasons.items())
     panels = tuple(panel for k, panel in enumerate(assembly.panels) if k not in reasons)
     return replace(assembly, panels=panels, left_out=assembly.left_out + left_out)

@@ -17,7 +17,7 @@ from fabkit.detailing.convex import is_splittable
 from fabkit.detailing.fit import seats
 from fabkit.detailing.stacks import Stack, stacks
 from fabkit.errors import DetailingError
-from fabkit.parts import Assembly, Part, face_normals, volumes
+from fabkit.parts import Assembly, Beam, Panel, Part, face_normals, volumes
 from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["Violation", "check_fit", "in_one_sentence", "violations"]
@@ -46,7 +46,7 @@ class Violation:
 
     @property
     def sentence(self) -> str:
-        return f"{self.finding}; {self.cure}"
+        return f"{self.finding} (elements counted from 0); {self.cure}"
 
 
 def check_fit(
@@ -72,7 +72,7 @@ def in_one_sentence(found: Sequence[Violation]) -> str:
         told.append(f"and {len(alike) - len(told)} more like this")
     others = len(found) - len(alike)
     besides = f" ({others} other finding{'s' if others > 1 else ''} besides)" if others else ""
-    return f"{'; '.join(told)}: {cure}{besides}"
+    return f"{'; '.join(told)} (elements counted from 0): {cure}{besides}"
 
 
 def violations(
@@ -104,7 +104,7 @@ def violations(
         *_twisted(assembly, twist_deg),
         *_unlinked(assembly),
         *_unseated(assembly, broken, fit_mm),
-        *_clashing(parts, [stack for stack in sound if len(stack.parts)], fit_mm),
+        *_clashing(assembly, parts, [stack for stack in sound if len(stack.parts)], fit_mm),
     )
 
 
@@ -247,9 +247,43 @@ def _unseated(assembly: Assembly, broken: set[tuple[str, int]], fit_mm: float) -
         yield Violation(f"{finding}, allowed {fit_mm:g} mm", cure, _concerned(beam, node))
 
 
-def _clashing(parts: list[Part], sound: list[Stack], fit_mm: float) -> Iterator[Violation]:
+def _clashing(assembly: Assembly, parts: list[Part], sound: list[Stack], fit_mm: float) -> Iterator[Violation]:
     pairs, depths = clashing_pairs(sound, depth_mm=fit_mm)
-    cure = "widen clearance, seat or joint, or leave one of them out"
+    corners = _Corners.of(assembly) if len(pairs) else None
     for (i, j), depth in zip(pairs.tolist(), depths.tolist(), strict=True):
-        finding = f"{_name(parts[i])} and {_name(parts[j])} share volume, {depth:.3g} mm deep, allowed {fit_mm:g} mm"
-        yield Violation(finding, cure, _concerned(parts[i], parts[j]))
+        first, second = parts[i], parts[j]
+        finding = f"{_name(first)} and {_name(second)} share volume, {depth:.3g} mm deep, allowed {fit_mm:g} mm"
+        yield Violation(
+            finding, NEARBY if corners and corners.meet(first, second) else APART, _concerned(first, second)
+        )
+
+
+NEARBY = "widen clearance, seat or joint, or leave one of them out with --skip-unbuildable"
+APART = (
+    "they share no corner of the mesh, which runs through itself or folds back there: move it apart, or leave one of "
+    "them out with --skip-unbuildable"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class _Corners:
+    """of_edge: the vertices at which a beam on an edge ends, as far as beams and nodes tell."""
+
+    of_edge: dict[int, set[int]]
+
+    @classmethod
+    def of(cls, assembly: Assembly) -> _Corners:
+        ends = {beam.element: set(beam.nodes) for beam in assembly.beams}
+        for node in assembly.nodes:
+            for edge in node.beams:
+                ends.setdefault(edge, set()).add(node.element)
+        return cls(ends)
+
+    def meet(self, first: Part, second: Part) -> bool:
+        """Whether the elements of two parts have a vertex in common."""
+        return not self._vertices(first).isdisjoint(self._vertices(second))
+
+    def _vertices(self, part: Part) -> set[int]:
+        if isinstance(part, Panel):
+            return set().union(*(self.of_edge.get(edge, set()) for edge in part.beams))
+        return set(part.nodes) if isinstance(part, Beam) else {part.element}

@@ -50,6 +50,7 @@ def detail(
     plan = _Plan(structure, rules, skip_unbuildable)
     while True:
         detailed = plan.make(name)
+        plan.check_something_left()
         found = plan.panels_outside_cells(detailed.assembly) + violations(detailed.assembly)
         if not found:
             return detailed
@@ -125,13 +126,13 @@ class _Plan:
             f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long, the setbacks are {setbacks[0]:.1f} and "
             f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts, and at least "
             f"{self.rules.beams.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
-            f"{angle:.1f} degrees apart)"
+            f"{angle:.1f} degrees apart; counted from 0)"
         )
 
     def _bare_nodes(self, ends: Ends) -> tuple[LeftOut, ...]:
         bare = np.flatnonzero((np.diff(ends.ring_starts) == 0) & self.structure.mesh.combinatorics.is_used)
         return tuple(
-            LeftOut("node", vertex, f"the node at vertex {vertex} has no beams left to join")
+            LeftOut("node", vertex, f"the node at vertex {vertex} (counted from 0) has no beams left to join")
             for vertex in bare.tolist()
         )
 
@@ -158,7 +159,7 @@ class _Plan:
         return (
             f"the panel on face {face} is eaten by its joint: at {shapes.lift:.1f} mm above the mesh, "
             f"cut back by half the joint of {rules.joint_mm:g} mm, its shortest edge is {shortest[face]:.1f} mm, and "
-            f"at least {rules.least_edge_mm:g} mm are needed"
+            f"at least {rules.least_edge_mm:g} mm are needed (faces counted from 0)"
         )
 
     def _lift_reason(self, heights: FloatArray, asked: FloatArray, level: float) -> str:
@@ -199,6 +200,15 @@ class _Plan:
             self._leave_out("panel", self.panels, panels)
         if beams:
             self._leave_out("beam", self.beams, beams)
+
+    def check_something_left(self) -> None:
+        for kind, made in (("beam", self.beams), ("panel", self.panels)):
+            if not made.any():
+                reasons = [left.reason for left in self.left_out if left.kind == kind]
+                raise DetailingError(
+                    f"with what cannot be built left out, no {kind} remains of {len(made)}, the first because "
+                    f"{reasons[0]}: change the mesh or the sizes"
+                )
 
     def _beams_at(self, nodes: Iterable[int]) -> list[int]:
         touching = np.isin(self.structure.mesh.combinatorics.edges, list(nodes)).any(axis=1)

@@ -99,18 +99,19 @@ def lift(
     )
 
 
-def sheets(reasons: Mapping[int, str], level: Level) -> Finding | None:
-    """Panels that fit on no stock sheet: a sentence for each, by its face."""
+def sheets(reasons: Mapping[int, str], marks: Mapping[int, str], level: Level) -> Finding | None:
+    """Panels that fit on no stock sheet: a sentence for each, and its mark, by its face."""
     if not reasons:
         return None
-    told = named([*reasons.values()], at_most=3)
+    first, *others = reasons
+    also = f"; and so are {named([marks[face] for face in others])}" if others else ""
     return Finding(
         "sheets",
         level,
         len(reasons),
         0.0,
         "panels",
-        f"{told} (faces counted from 0)",
+        f"{reasons[first]}{also}",
         "take larger sheets (--sheet) or a mesh with smaller faces, leave these panels out with --skip-unbuildable, or "
         "turn nesting off (--nest off)",
         "face",
