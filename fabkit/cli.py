@@ -201,11 +201,9 @@ def _print_result(project: Project, built: Built) -> None:
     if built.nest:
         table.add_row("sheets", f"{built.nest.n_sheets}, {built.nest.utilisation:.0%} used")
     table.add_row("planarity", f"{summary.planarity_before:.1e} as read, {summary.planarity_after:.1e} as built")
-    table.add_row(
-        "vertices moved",
-        f"{summary.mean_move_mm:.2f} mm in the mean, {summary.largest_move_mm:.2f} at most (vertex "
-        f"{summary.farthest_vertex}, counted from 0)",
-    )
+    farthest = f" (vertex {summary.farthest_vertex}, counted from 0)" if summary.largest_move_mm > 0 else ""
+    moved = f"{summary.mean_move_mm:.2f} mm in the mean, {summary.largest_move_mm:.2f} at most{farthest}"
+    table.add_row("vertices moved", moved)
     table.add_row("largest twist", f"{summary.twists_deg.max():.1e} degrees")
     if summary.gauss_image:
         table.add_row("gauss image", escaped(summary.gauss_image_origin))

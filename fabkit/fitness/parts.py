@@ -104,7 +104,7 @@ def sheets(reasons: Mapping[int, str], marks: Mapping[int, str], level: Level) -
     if not reasons:
         return None
     first, *others = reasons
-    also = f"; and so are {named([marks[face] for face in others])}" if others else ""
+    also = f"; and so are {named(list(dict.fromkeys(marks[face] for face in others)))}" if others else ""
     return Finding(
         "sheets",
         level,
