@@ -44,7 +44,7 @@ def _card(finding: Finding, assembly: Assembly) -> str:
         f'<article class="{finding.level}"><header><h3>{TITLES[finding.name]}</h3>'
         f"<span>{finding.level}</span></header>"
         f"<p class='number'>{number} <small>{escape(finding.unit)}</small></p>{_bar(finding)}"
-        f"<p>{escape(finding.sentence)}.</p>{_buttons(finding, assembly)}"
+        f"<p class='said'>{escape(finding.sentence)}.</p>{_buttons(finding, assembly)}"
         f"<p class='soft'>To mend it: {escape(finding.cure)}.</p></article>"
     )
 
