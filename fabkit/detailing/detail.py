@@ -51,7 +51,7 @@ def detail(
     while True:
         detailed = plan.make(name)
         plan.check_something_left()
-        found = plan.panels_outside_cells(detailed.assembly) + violations(detailed.assembly)
+        found = plan.panels_outside_cells(detailed.assembly) + violations(detailed.assembly, have_marks=False)
         if not found:
             return detailed
         plan.leave_out_violating(found)
@@ -180,7 +180,7 @@ class _Plan:
         panels = [assembly.panels[k] for k in panels_outside_cells(self.structure, assembly.panels)]
         cure = "the outline crosses the support planes of its face: change the mesh there, or lower the panels"
         return tuple(
-            Violation(f"panel {panel.mark} (face {panel.element}) leaves its cell", cure, (("panel", panel.element),))
+            Violation(f"the panel on face {panel.element} leaves its cell", cure, (("panel", panel.element),))
             for panel in panels
         )
 

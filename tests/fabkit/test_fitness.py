@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,13 @@ from typer.testing import CliRunner, Result
 
 from fabkit import FabkitError, Project, design
 from fabkit.cli import app
-from fabkit.errors import ProjectError
+from fabkit.errors import ProjectError, in_one_sentence
 from fabkit.fitness import CRITERIA, Finding, FitnessError, FitnessRules, allowed, check_fit_to_build
 from fabkit.fitness.parts import lift, mitres
 from fabkit.fitness.shape import heights, lean, moves, outwards, self_intersection
 from fabkit.inspection import inspect_mesh, inspect_project
 from fabkit.project import project_from
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, MeshError, MeshFileError
 from geometry.mesh import Mesh, shapes, write_mesh
 from geometry.parallel import SupportStructure
 from geometry.parallel.gauss_image import gauss_image
@@ -153,6 +154,11 @@ def test_what_runs_through_itself_is_built_without_what_shares_room(tmp_path: Pa
     assert accepted.exit_code == 2
     assert "share no corner of the mesh, which runs through itself" in accepted.stderr
     assert "widen clearance" not in accepted.stderr
+    # the parts have no marks yet, so they are called by their edges and faces
+    assert re.search(
+        r"the (beam on edge|panel on face) \d+ and the (node at vertex|panel on face) \d+ share", accepted.stderr
+    )
+    assert not re.search(r"\b[BNP]\d", accepted.stderr)
     skipped = run(
         "build", file, "--unit", "m", "-o", tmp_path / "out", "--allow", "self-intersection", "--skip-unbuildable"
     )
@@ -303,6 +309,18 @@ def test_only_what_may_be_allowed_is_allowed(found: list[str], allow: list[str])
         check_fit_to_build(levelled)
     assert all(f"unfit ({name}): it is {name}: mend it" in str(caught.value) for name in refused)
     assert caught.value.findings == levelled
+
+
+# --- from where it counts
+
+
+def test_what_numbers_elements_says_from_where_it_counts() -> None:
+    assert in_one_sentence(MeshError("face 3 is bent", elements=[3])).endswith("faces counted from 0)")
+    told = "face 4 is bent (vertices and faces counted from 1)"
+    assert in_one_sentence(MeshError(told, elements=[3])) == told
+    assert in_one_sentence(MeshFileError("line 3 is no face", elements=[3])) == "line 3 is no face"
+    assert in_one_sentence(GeometryError("the weight is 0")) == "the weight is 0"
+    assert in_one_sentence(ProjectError("unit is 3")) == "unit is 3"
 
 
 # --- where it is said
