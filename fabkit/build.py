@@ -12,9 +12,12 @@ from typing import Any
 import numpy as np
 
 from fabkit.detailing.detail import Detailed, detail
-from fabkit.errors import ProjectError
+from fabkit.errors import NestingError, ProjectError
 from fabkit.export.documents import write_documents
 from fabkit.export.folder import MANIFEST, check_replaceable, whole_folder
+from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
+from fabkit.fitness.parts import blocks, lift, mitres_of, sheets
+from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
 from fabkit.gauss_image import GivenPair, exact_pair, read_given_pair
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production.marks import share_equal_parts
@@ -24,12 +27,14 @@ from fabkit.production.summary import GivenGaussImage, Summary
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.units import MM_PER_UNIT
+from geometry.errors import FoldedError
 from geometry.mesh import Mesh, MeshFile, read_mesh
 from geometry.meshing import planarise
+from geometry.parallel import axis_lean
 from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.support import SupportStructure
 
-__all__ = ["Built", "build", "design"]
+__all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm"]
 
 ROUNDED = 4.0
 """What rounding of the coordinates of a mesh file does to equal parts, in the distance of neighbouring doubles there: 2
@@ -72,7 +77,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         file, given = _read(project)
         scale = _scale(project, file.mesh)
         mesh = file.mesh * scale
-    structure, told = _structure(project, mesh, given, stages)
+    structure, told, found = _structure(project, mesh, given, stages)
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
@@ -80,10 +85,14 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         assembly = share_equal_parts(detailed.assembly, within_mm=within)
         assembly = replace(assembly, origin_mm=file.origin * scale)
     with stages("Nest"):
+        reasons = too_large(assembly.panels, _sheet(project), border_mm=project.sheets.border_mm)
+        found = _judged(project, found, _unusual_parts(project, detailed, assembly, reasons))
         if project.skip_unbuildable and project.nesting.mode != "off":
-            assembly = _without_too_large(project, assembly)
+            assembly = _without_too_large(assembly, reasons)
         nest = _nest(project, assembly, stages)
-    summary = replace(_summary(project, file, scale, structure, detailed), gauss_image=told, equal_within_mm=within)
+    summary = replace(
+        _summary(project, file, scale, structure, detailed), gauss_image=told, equal_within_mm=within, fitness=found
+    )
     return Built(structure, assembly, nest, summary, stages.seconds)
 
 
@@ -96,20 +105,82 @@ def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
     return pair.file, pair
 
 
+def mesh_in_mm(project: Project) -> tuple[Mesh, GivenPair | None]:
+    """The mesh of a project, and its Gauss image where that is given."""
+    file, given = _read(project)
+    return file.mesh * _scale(project, file.mesh), given
+
+
 def _structure(
     project: Project, mesh: Mesh, given: GivenPair | None, stages: Stages
-) -> tuple[SupportStructure, GivenGaussImage | None]:
-    """Between the planar mesh and its Gauss image, computed or given; and what is to be told of the given one."""
-    rules, height = project.gauss_image, project.beams.height_mm
-    if given is None:
-        with stages("Planarise"):
-            planar = planarise(mesh, **project.planarise.model_dump(exclude_none=True)).mesh
-        with stages("Gauss image"):
-            return SupportStructure(planar, gauss_image(planar, **rules.weights), height), None
+) -> tuple[SupportStructure, GivenGaussImage | None, tuple[Finding, ...]]:
+    """Between the planar mesh and its Gauss image, computed or given; what is to be told of the given one; and what is
+    unusual."""
+    if given is not None:
+        return judged_pair(project, mesh, given, stages)
+    planar, found = judged_planar(project, mesh, stages)
+    structure, found = judged_image(project, planar, found, stages)
+    return structure, None, found
+
+
+def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
+    """The mesh with planar faces, and what is unusual about it. Raises FitnessError for what is not allowed."""
+    with stages("Planarise"):
+        planar = _planar(project, mesh)
+        return planar, _judged(project, (), of_planar_mesh(mesh, planar, project.fitness))
+
+
+def judged_image(
+    project: Project, planar: Mesh, before: tuple[Finding, ...], stages: Stages
+) -> tuple[SupportStructure, tuple[Finding, ...]]:
+    """With the Gauss image that is computed, and all findings up to here. Raises FitnessError as above."""
+    with stages("Gauss image"):
+        image = gauss_image(planar, **project.gauss_image.weights)
+        structure = SupportStructure(planar, image, project.beams.height_mm)
+        return structure, _judged(project, before, of_gauss_image(structure, project.fitness))
+
+
+def judged_pair(
+    project: Project, mesh: Mesh, given: GivenPair, stages: Stages
+) -> tuple[SupportStructure, GivenGaussImage, tuple[Finding, ...]]:
+    """The same with a Gauss image that is given. Raises FitnessError as above."""
     with stages("Planar and parallel"):
-        pair = exact_pair(mesh, given.image, tolerance=rules.tolerance)
+        pair = exact_pair(mesh, given.image, tolerance=project.gauss_image.tolerance)
         told = GivenGaussImage(given.name, given.sha256, pair.largest_move, pair.mean_move)
-        return SupportStructure(pair.mesh, pair.image, height), told
+        found = _judged(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
+        structure = SupportStructure(pair.mesh, pair.image, project.beams.height_mm)
+        return structure, told, _judged(project, found, of_gauss_image(structure, project.fitness))
+
+
+def _planar(project: Project, mesh: Mesh) -> Mesh:
+    try:
+        return planarise(mesh, **project.planarise.model_dump(exclude_none=True)).mesh
+    except FoldedError as error:
+        raise FitnessError([folded(error)]) from None
+
+
+def _judged(project: Project, before: tuple[Finding, ...], found: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """All findings up to here. Raises FitnessError where one is refused and not allowed."""
+    findings = (*before, *allowed(found, project.allow))
+    check_fit_to_build(findings)
+    return findings
+
+
+def _unusual_parts(
+    project: Project, detailed: Detailed, assembly: Assembly, reasons: dict[int, str]
+) -> tuple[Finding, ...]:
+    rules, height = project.fitness, project.beams.height_mm
+    marks = {node.element: node.mark for node in assembly.nodes}
+    faces = {assembly.panels[k].element: reason for k, reason in reasons.items()}
+    panels = {panel.element: panel.mark for panel in assembly.panels}
+    is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
+    found = (
+        mitres_of(assembly.beams, rules),
+        blocks(assembly.nodes, height, rules),
+        lift(detailed.asked_mm, marks, height, rules) if project.panels.lift_mm is None else None,
+        sheets(faces, panels, "refused" if is_refused else "told"),
+    )
+    return tuple(finding for finding in found if finding)
 
 
 def _scale(project: Project, mesh: Mesh) -> float:
@@ -124,9 +195,13 @@ def _sheet(project: Project) -> Sheet:
     return Sheet(project.sheets.length_mm, project.sheets.width_mm)
 
 
-def _without_too_large(project: Project, assembly: Assembly) -> Assembly:
-    """Without the panels that fit on no sheet."""
-    reasons = too_large(assembly.panels, _sheet(project), border_mm=project.sheets.border_mm)
+def _without_too_large(assembly: Assembly, reasons: dict[int, str]) -> Assembly:
+    """Without the panels that fit on no sheet, for these reasons by index."""
+    if len(reasons) == len(assembly.panels) > 0:
+        raise NestingError(
+            f"with what fits on no sheet left out, no panel remains of {len(reasons)}: {next(iter(reasons.values()))}; "
+            "take larger sheets (--sheet), or turn nesting off (--nest off)"
+        )
     left_out = tuple(LeftOut("panel", assembly.panels[k].element, reason) for k, reason in reasons.items())
     panels = tuple(panel for k, panel in enumerate(assembly.panels) if k not in reasons)
     return replace(assembly, panels=panels, left_out=assembly.left_out + left_out)
@@ -170,8 +245,10 @@ def _summary(
         planarity_after=float(mesh.planarity.max()),
         largest_move_mm=float(moves.max()),
         mean_move_mm=float(moves.mean()),
+        farthest_vertex=int(moves.argmax()),
         edge_lengths_mm=mesh.edge_lengths,
         heights=structure.heights,
+        leans_deg=np.degrees(axis_lean(mesh, structure.gauss_image)),
         twists_deg=np.degrees(structure.twists),
         lift_mm=detailed.lift_mm,
         lift_reason=detailed.lift_reason,
@@ -180,7 +257,6 @@ def _summary(
 
 def _manifest(project: Project, built: Built) -> dict[str, Any]:
     summary, assembly = built.summary, built.assembly
-    heights = summary.heights
     return {
         "name": summary.name,
         "input": {"file": summary.source, "sha256": hashlib.sha256(project.mesh.read_bytes()).hexdigest()},
@@ -202,10 +278,16 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
             "left_out": len(assembly.left_out),
         },
         "largest_twist_deg": float(summary.twists_deg.max()),
-        "heights": {"least": heights.min(), "median": float(np.median(heights)), "largest": heights.max()},
+        "heights": summary.height_shares,
+        "lean_deg": summary.lean_shares_deg,
+        "fitness": [vars(finding) for finding in summary.fitness],
         "planarity": {"before": summary.planarity_before, "after": summary.planarity_after},
-        "moved_mm": {"largest": summary.largest_move_mm, "mean": summary.mean_move_mm},
         "equal_within_mm": summary.equal_within_mm,
+        "moved_mm": {
+            "largest": summary.largest_move_mm,
+            "vertex": summary.farthest_vertex,
+            "mean": summary.mean_move_mm,
+        },
         "lift": {"mm": summary.lift_mm, "reason": summary.lift_reason},
         "mended": list(summary.mended),
         "left_out": [vars(part) for part in assembly.left_out],

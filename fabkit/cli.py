@@ -2,19 +2,41 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Table
 
 from fabkit.build import Built, build
 from fabkit.design_commands import design_app
-from fabkit.errors import ProjectError
-from fabkit.inspection import Inspection, PairInspection, inspect_mesh, inspect_pair
-from fabkit.project import Project, load_project, project_from
+from fabkit.fitness import Finding
+from fabkit.inspection import UNSIZED, Inspection, inspect_project
+from fabkit.options import (
+    RUN,
+    Allow,
+    Beam,
+    Clearance,
+    EqualWithin,
+    Flip,
+    GaussImage,
+    Joint,
+    Lift,
+    MeanEdge,
+    MeshPath,
+    NestMode,
+    NestSeconds,
+    Reference,
+    Sheet,
+    SkipUnbuildable,
+    Thickness,
+    Unit,
+    project_of,
+    settings_of,
+)
+from fabkit.project import Project
 from fabkit.terminal import ERR, OUT, end_tidily, escaped, facts_table, one_sentence
 
 __all__ = ["app"]
@@ -30,7 +52,7 @@ app = typer.Typer(
 
 app.add_typer(design_app, name="design")
 
-SIZES, SHOP, RUN = "Sizes (mm)", "Shop", "Run"
+COLOURS = {"told": "yellow", "allowed": "yellow", "unfit": "red"}
 
 
 @app.callback()
@@ -40,65 +62,25 @@ def _main() -> None:
 
 @app.command("build")
 def build_command(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="OBJ, OFF or PLY file, or a project file (.toml).")],
-    gauss_image: Annotated[
-        Path | None,
-        typer.Option(help="Mesh file of a Gauss image to build with, parallel to MESH. Default: compute one."),
-    ] = None,
+    mesh: MeshPath,
+    gauss_image: GaussImage = None,
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Folder to write; must not exist yet.")] = None,
-    unit: Annotated[str | None, typer.Option(help="Unit of the mesh file: mm, cm, m, in or ft. Never guessed.")] = None,
-    mean_edge: Annotated[
-        float | None, typer.Option(help="Instead of a unit: scale the mesh so that its mean edge has this many mm.")
-    ] = None,
-    flip: Annotated[bool, typer.Option("--flip", help="Turn the outside round.")] = False,
+    unit: Unit = None,
+    mean_edge: MeanEdge = None,
+    flip: Flip = False,
     name: Annotated[str | None, typer.Option(help="Name of the structure; by default that of the mesh file.")] = None,
-    beam: Annotated[
-        str | None, typer.Option(metavar="WxH", help="Section of the beams. Default: 50x120.", rich_help_panel=SIZES)
-    ] = None,
-    reference: Annotated[
-        str | None,
-        typer.Option(
-            help="What of the beams lies on the mesh: outer, centre or inner. Default: outer.", rich_help_panel=SIZES
-        ),
-    ] = None,
-    clearance: Annotated[
-        float | None,
-        typer.Option(help="Between beams at a node, beyond what is needed. Default: 5.", rich_help_panel=SIZES),
-    ] = None,
-    thickness: Annotated[float | None, typer.Option(help="Of the panels. Default: 10.", rich_help_panel=SIZES)] = None,
-    joint: Annotated[float | None, typer.Option(help="Between panels. Default: 10.", rich_help_panel=SIZES)] = None,
-    lift: Annotated[
-        float | None,
-        typer.Option(
-            help="Of the panels above the mesh. Default: the least that clears beams and nodes, plus 5.",
-            rich_help_panel=SIZES,
-        ),
-    ] = None,
-    sheet: Annotated[
-        str | None, typer.Option(metavar="LxW", help="Stock sheets. Default: 6000x3210.", rich_help_panel=SHOP)
-    ] = None,
-    nest: Annotated[
-        str | None,
-        typer.Option(help="Lay panels on sheets: quick, best or off. Default: quick.", rich_help_panel=SHOP),
-    ] = None,
-    nest_seconds: Annotated[
-        float | None, typer.Option(help="What best may take. Default: 60.", rich_help_panel=SHOP)
-    ] = None,
-    equal_within: Annotated[
-        float | None,
-        typer.Option(
-            help="Parts that differ by less share a mark, and stand off by as much; at most 1. Default: 1e-7.",
-            rich_help_panel=SHOP,
-        ),
-    ] = None,
-    skip_unbuildable: Annotated[
-        bool,
-        typer.Option(
-            "--skip-unbuildable",
-            help="Leave out what cannot be built, and show it in red, instead of stopping.",
-            rich_help_panel=RUN,
-        ),
-    ] = False,
+    beam: Beam = None,
+    reference: Reference = None,
+    clearance: Clearance = None,
+    thickness: Thickness = None,
+    joint: Joint = None,
+    lift: Lift = None,
+    sheet: Sheet = None,
+    nest: NestMode = None,
+    nest_seconds: NestSeconds = None,
+    equal_within: EqualWithin = None,
+    allow: Allow = None,
+    skip_unbuildable: SkipUnbuildable = False,
     force: Annotated[
         bool, typer.Option("--force", help="Replace an earlier result in the folder.", rich_help_panel=RUN)
     ] = False,
@@ -108,27 +90,27 @@ def build_command(
     Faces may have any number of corners; they are made planar if they are not. The folder appears whole or not at all.
     """
     with one_sentence():
-        settings = _without_nothing(
-            {
-                "out": out,
-                "name": name,
-                "unit": unit,
-                "mean_edge_mm": mean_edge,
-                "flip": flip or None,
-                "skip_unbuildable": skip_unbuildable or None,
-                "equal_within_mm": equal_within,
-                "gauss_image": {"file": gauss_image},
-                "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "reference": reference},
-                "nodes": {"clearance_mm": clearance},
-                "panels": {"thickness_mm": thickness, "joint_mm": joint, "lift_mm": lift},
-                "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
-                "nesting": {"mode": nest, "seconds": nest_seconds},
-            }
+        settings = settings_of(
+            out=out,
+            name=name,
+            unit=unit,
+            mean_edge_mm=mean_edge,
+            flip=flip or None,
+            skip_unbuildable=skip_unbuildable or None,
+            equal_within_mm=equal_within,
+            allow=allow,
+            gauss_image={"file": gauss_image},
+            beam=beam,
+            reference=reference,
+            clearance=clearance,
+            thickness=thickness,
+            joint=joint,
+            lift=lift,
+            sheet=sheet,
+            nest=nest,
+            nest_seconds=nest_seconds,
         )
-        if mesh.suffix.lower() == ".toml":
-            project = load_project(mesh, settings)
-        else:
-            project = project_from({"mesh": mesh, **settings})
+        project = project_of(mesh, settings)
         with _progress() as progress:
             built = build(project, force=force, listener=_Display(progress))
     _print_result(project, built)
@@ -136,32 +118,51 @@ def build_command(
 
 @app.command("inspect")
 def inspect_command(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="OBJ, OFF or PLY file.")],
-    gauss_image: Annotated[
-        Path | None, typer.Option(help="Mesh file of a Gauss image: print how the two fit instead.")
-    ] = None,
+    mesh: MeshPath,
+    gauss_image: GaussImage = None,
+    unit: Unit = None,
+    mean_edge: MeanEdge = None,
+    flip: Flip = False,
+    beam: Beam = None,
+    reference: Reference = None,
+    clearance: Clearance = None,
+    thickness: Thickness = None,
+    joint: Joint = None,
+    lift: Lift = None,
+    sheet: Sheet = None,
+    nest: NestMode = None,
+    allow: Allow = None,
+    skip_unbuildable: SkipUnbuildable = False,
 ) -> None:
-    """Print what a mesh is fit for: sizes, planarity, offsets, the heights that beams would have."""
+    """Print what a mesh is fit for, by the rules that a build goes by.
+
+    With a unit, a mean edge or a project file all that a build does is tried, short of writing; without, what depends
+    on no size. Ends with 0 where a build would go through, with 1 where it would be refused.
+    """
     with one_sentence():
-        _print_inspection(inspect_pair(mesh, gauss_image) if gauss_image else inspect_mesh(mesh))
-
-
-# --- input
-
-
-def _without_nothing(settings: dict[str, Any]) -> dict[str, Any]:
-    """Settings without those that were not given, on both levels."""
-    nested = {k: _without_nothing(v) if isinstance(v, dict) else v for k, v in settings.items()}
-    return {key: value for key, value in nested.items() if value is not None and value != {}}
-
-
-def _pair(option: str, text: str | None, first: str, second: str) -> dict[str, float]:
-    if text is None:
-        return {}
-    found = re.fullmatch(r"\s*([\d.]+)\s*[xX*]\s*([\d.]+)\s*", text)
-    if not found:
-        raise ProjectError(f"{option} is {text!r}, but needs two sizes in mm such as 50x120")
-    return {first: float(found[1]), second: float(found[2])}
+        settings = settings_of(
+            unit=unit,
+            mean_edge_mm=mean_edge,
+            flip=flip or None,
+            skip_unbuildable=skip_unbuildable or None,
+            allow=allow,
+            gauss_image={"file": gauss_image},
+            beam=beam,
+            reference=reference,
+            clearance=clearance,
+            thickness=thickness,
+            joint=joint,
+            lift=lift,
+            sheet=sheet,
+            nest=nest,
+        )
+        if mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "allow", "gauss_image"}:
+            found = inspect_project(project_of(mesh, settings))
+        else:
+            found = inspect_project(project_of(mesh, settings | UNSIZED), is_sized=False)
+    _print_inspection(found)
+    if found.is_unfit:
+        raise typer.Exit(1)
 
 
 # --- output
@@ -200,7 +201,9 @@ def _print_result(project: Project, built: Built) -> None:
     if built.nest:
         table.add_row("sheets", f"{built.nest.n_sheets}, {built.nest.utilisation:.0%} used")
     table.add_row("planarity", f"{summary.planarity_before:.1e} as read, {summary.planarity_after:.1e} as built")
-    table.add_row("vertices moved", f"{summary.mean_move_mm:.2f} mm in the mean, {summary.largest_move_mm:.2f} at most")
+    farthest = f" (vertex {summary.farthest_vertex}, counted from 0)" if summary.largest_move_mm > 0 else ""
+    moved = f"{summary.mean_move_mm:.2f} mm in the mean, {summary.largest_move_mm:.2f} at most{farthest}"
+    table.add_row("vertices moved", moved)
     table.add_row("largest twist", f"{summary.twists_deg.max():.1e} degrees")
     if summary.gauss_image:
         table.add_row("gauss image", escaped(summary.gauss_image_origin))
@@ -208,17 +211,25 @@ def _print_result(project: Project, built: Built) -> None:
     table.add_row("panels lifted", f"{summary.lift_mm:.1f} mm: {summary.lift_reason}")
     for note in summary.mended:
         table.add_row("mended", escaped(note))
+    _add_findings(table, summary.fitness)
     OUT.print(table)
     for part in assembly.left_out:
         OUT.print(f"[bold red]left out:[/] {escaped(part.reason)}")
     OUT.print(f"written to [bold]{escaped(str(project.out))}[/] in {sum(built.seconds.values()):.1f} s")
 
 
-def _print_inspection(found: Inspection | PairInspection) -> None:
+def _print_inspection(found: Inspection) -> None:
     table = facts_table()
     for name, fact in found.facts():
-        table.add_row(name, escaped(fact))
+        colour = COLOURS.get(name)
+        table.add_row(f"[{colour}]{name}[/]" if colour else name, escaped(fact))
     OUT.print(table)
+
+
+def _add_findings(table: Table, findings: tuple[Finding, ...]) -> None:
+    for finding in findings:
+        told = f"{finding.name}: {finding.sentence}"
+        table.add_row(f"[{COLOURS[finding.level]}]{finding.level}[/]", escaped(told))
 
 
 def _spread(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["DetailingError", "FabkitError", "NestingError", "OutputError", "ProjectError"]
+from geometry.errors import GeometryError, MeshFileError
+
+__all__ = ["DetailingError", "FabkitError", "NestingError", "OutputError", "ProjectError", "in_one_sentence"]
 
 
 class FabkitError(ValueError):
@@ -23,3 +25,14 @@ class NestingError(FabkitError):
 
 class OutputError(FabkitError):
     """The output folder or a file in it cannot be written."""
+
+
+def in_one_sentence(error: FabkitError | GeometryError) -> str:
+    """What an error says; where it numbers elements of a mesh, from where it counts: from 0, but for what is said of
+    lines and elements of a file, which says so itself."""
+    said = str(error)
+    if isinstance(error, GeometryError) and not isinstance(error, MeshFileError) and error.elements:
+        if "counted from" in said:
+            return said
+        return f"{said} (vertices, edges and faces counted from 0)"
+    return said

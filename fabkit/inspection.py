@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from fabkit.build import design, judged_image, judged_pair, judged_planar, mesh_in_mm
+from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.nodes import axis_spreads
+from fabkit.detailing.rules import DetailingRules
+from fabkit.errors import FabkitError, in_one_sentence
+from fabkit.fitness import CRITERIA, Finding, FitnessError, allowed
+from fabkit.fitness.parts import mitres
+from fabkit.fitness.shape import self_intersection
 from fabkit.gauss_image import TOLERANCE
+from fabkit.project import GaussImageRules, Project
+from fabkit.stages import Stages
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh, MeshFile, read_mesh, read_mesh_pair
-from geometry.meshing import OptimisedMesh, planarise
 from geometry.parallel import (
     SupportStructure,
     circularity,
@@ -26,64 +36,174 @@ from geometry.parallel import (
     parallelity,
     vertex_distances,
 )
-from geometry.parallel.gauss_image import gauss_image
 
-__all__ = ["Inspection", "PairInspection", "inspect_mesh", "inspect_pair"]
+__all__ = ["UNSIZED", "Inspection", "inspect_mesh", "inspect_pair", "inspect_project"]
 
 EXACT, NEARLY = 1e-6, 1e-2
 """Largest deviation, as a part of the edge length or in radians, up to which a property is said to hold or nearly to
 hold: drawing programs write seven digits; a hundredth of an edge is what one sees."""
+
+UNSIZED: dict[str, Any] = {"mean_edge_mm": 1000.0}
+"""To what a mesh without size is scaled: what is judged of it then depends on no size."""
 
 
 @dataclass(frozen=True, eq=False)
 class Inspection:
     """A mesh file, near zero, and what follows from it. Lengths are in the unit of the file.
 
-    planar: the mesh made planar, None where that failed. heights (E,): of beams over the nominal height, None where
-    there is no Gauss image. trouble: why something is missing, a sentence each.
+    image: the Gauss image as given, None where it is computed. moved: what making faces planar took, None for nothing.
+    planar: the mesh after that; structure: it and its Gauss image; None where that failed. findings: what is unusual,
+    told, allowed or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made, or
+    only what depends on no size was judged.
     """
 
     file: MeshFile
-    planar: OptimisedMesh | None
-    heights: FloatArray | None
+    image: Mesh | None
+    moved: str | None
+    planar: Mesh | None
+    structure: SupportStructure | None
+    findings: tuple[Finding, ...]
     trouble: tuple[str, ...]
+    is_sized: bool
+
+    @property
+    def is_unfit(self) -> bool:
+        """Whether a build would be refused."""
+        return bool(self.trouble) or any(finding.level == "refused" for finding in self.findings)
 
     def facts(self) -> Iterator[tuple[str, str]]:
         """Name and sentence of each fact, in the order in which one wants to read them."""
         yield from _as_read(self.file)
-        if self.planar is not None:
-            yield "planarised", _moves(self.planar)
-            yield from _offsets(self.planar.mesh)
-        if self.heights is not None:
-            yield "beam heights", _heights(self.heights)
+        if self.image is not None:
+            yield from _pair(self.file.mesh, self.image)
+        elif self.planar is not None:
+            yield "planarised", self.moved or "nothing to do"
+            yield from _offsets(self.planar)
+        if self.structure is not None:
+            yield "beam heights", _heights(self.structure.heights)
+        for finding in self.findings:
+            if finding.level != "refused":
+                yield finding.level, f"{finding.name}: {finding.sentence}"
+        for finding in self.findings:
+            if finding.level == "refused":
+                yield "unfit", f"{finding.name}: {finding.sentence}: {finding.advice}"
         for sentence in self.trouble:
             yield "unfit", sentence
+        if not self.is_sized:
+            yield (
+                "not judged",
+                "room for beams and panels, node blocks, lift and sheets, which need sizes: say --unit or --mean-edge, "
+                "or inspect a project file",
+            )
+        yield "verdict", self._verdict()
+
+    def _verdict(self) -> str:
+        if self.is_unfit:
+            return "unfit: a build would be refused"
+        so_far = "" if self.is_sized else ", as far as it depends on no size"
+        return f"fit to build{so_far}; {'what is unusual is told above' if self.findings else 'nothing is unusual'}"
+
+
+def inspect_mesh(path: Path) -> Inspection:
+    """Read a mesh and judge all that depends on no size; see `inspect_project`."""
+    return inspect_project(Project(mesh=path, **UNSIZED), is_sized=False)
+
+
+def inspect_pair(mesh: Path, image: Path) -> Inspection:
+    """The same of a mesh and its Gauss image, and how the two fit."""
+    return inspect_project(Project(mesh=mesh, gauss_image=GaussImageRules(file=image), **UNSIZED), is_sized=False)
+
+
+def inspect_project(project: Project, *, is_sized: bool = True) -> Inspection:
+    """Do all that a build would do, short of writing, and judge it by the same rules; what a build would refuse, and
+    what it says where it fails, is part of the answer.
+
+    is_sized: whether the sizes in the project are meant; otherwise only what depends on none is judged. Raises
+    GeometryError where a file cannot be read or does not hold a usable mesh, or the faces of the two files differ.
+    """
+    image = None
+    if project.gauss_image.file is None:
+        file = read_mesh(project.mesh, flip=project.flip)
+    else:
+        file, image = read_mesh_pair(project.mesh, project.gauss_image.file)
+    file = file.near_zero()
+    everything = tuple(name for name, reason in CRITERIA.items() if not reason)
+    tried = _tried(project.model_copy(update={"allow": everything}), is_sized=is_sized)
+    return Inspection(
+        file,
+        image,
+        _moves(tried.given, tried.planar) if tried.given and tried.planar else None,
+        tried.planar,
+        tried.structure,
+        allowed(tried.findings, project.allow),
+        tried.trouble,
+        is_sized,
+    )
+
+
+# --- what a build comes to
 
 
 @dataclass(frozen=True, eq=False)
-class PairInspection:
-    """A mesh and a Gauss image as their files say. exact: the nearest parallel pair, None where there is none near, for
-    the reason in `trouble`."""
+class _Tried:
+    """How far a build came. given, planar: the mesh as read and made planar, in mm."""
 
-    file: MeshFile
-    image: Mesh
-    exact: tuple[Mesh, Mesh] | None
-    trouble: tuple[str, ...]
+    given: Mesh | None = None
+    planar: Mesh | None = None
+    structure: SupportStructure | None = None
+    findings: tuple[Finding, ...] = ()
+    trouble: tuple[str, ...] = ()
 
-    def facts(self) -> Iterator[tuple[str, str]]:
-        """Name and sentence of each fact, in the order in which one wants to read them."""
-        yield from _as_read(self.file)
-        mesh, image = self.file.mesh, self.image
-        sideways = parallelity(mesh, image)
-        worst = mesh.combinatorics.edge_name(int(sideways.argmax()))
-        yield "parallel", f"to {sideways.max():.1e} of the unit sphere's radius, at {worst}, counted from 0"
-        if self.exact is not None:
-            yield "made exact", _pair_moves((mesh, image), self.exact)
-            yield from _distances(*self.exact)
-            yield "reversed", _reversed(*self.exact)
-            yield "alignment", _alignment(*self.exact)
-        for sentence in self.trouble:
-            yield "unfit", sentence
+
+def _tried(project: Project, *, is_sized: bool) -> _Tried:
+    """What comes of a build that accepts whatever may be accepted; where it fails, of its first stages."""
+    shaped = _shaped(project)
+    if shaped.structure is None:
+        return shaped
+    if not is_sized:
+        slanted = _mitres(shaped.structure, project)
+        return replace(shaped, findings=(*shaped.findings, slanted)) if slanted else shaped
+    try:
+        return replace(shaped, findings=design(project).summary.fitness)
+    except FitnessError as error:
+        return replace(shaped, findings=error.findings)
+    except (FabkitError, GeometryError) as error:
+        return replace(shaped, trouble=(in_one_sentence(error),))
+
+
+def _shaped(project: Project) -> _Tried:
+    """The stages up to the Gauss image."""
+    tried = _Tried()
+    try:
+        mesh, given = mesh_in_mm(project)
+        tried = replace(tried, given=mesh)
+        if given is not None:
+            structure, _, found = judged_pair(project, mesh, given, Stages())
+            return _Tried(mesh, structure.mesh, structure, found)
+        planar, found = judged_planar(project, mesh, Stages())
+        tried = _Tried(mesh, planar, None, found)
+        structure, found = judged_image(project, planar, found, Stages())
+    except FitnessError as error:
+        return replace(tried, findings=error.findings)
+    except GeometryError as error:
+        crossing = self_intersection(tried.given) if tried.given and not tried.planar else None
+        findings = (*tried.findings, crossing) if crossing else tried.findings
+        return replace(tried, findings=findings, trouble=(in_one_sentence(error),))
+    return replace(tried, structure=structure, findings=found)
+
+
+def _mitres(structure: SupportStructure, project: Project) -> Finding | None:
+    """Of beams that have no marks yet: named by their edges."""
+    edges = range(structure.mesh.n_edges)
+    cuts = np.degrees(_ends(structure).inclination.reshape(-1, 2))
+    return mitres(cuts, [f"edge {edge}" for edge in edges], edges, project.fitness)
+
+
+def _ends(structure: SupportStructure) -> Ends:
+    return beam_ends(structure, np.ones(structure.mesh.n_edges, dtype=bool), DetailingRules())
+
+
+# --- facts
 
 
 def _as_read(file: MeshFile) -> Iterator[tuple[str, str]]:
@@ -98,38 +218,6 @@ def _as_read(file: MeshFile) -> Iterator[tuple[str, str]]:
     for note in file.mended:
         yield "mended", note
     yield "planarity", f"{mesh.planarity.max():.1e} of the edge length at worst, as read"
-
-
-def inspect_mesh(path: Path) -> Inspection:
-    """Read a mesh and try all that a build would ask of it, up to the Gauss image.
-
-    Raises GeometryError where there is no mesh to be read; what fails after that is part of the answer.
-    """
-    file = read_mesh(path).near_zero()
-    try:
-        planar = planarise(file.mesh)
-    except GeometryError as error:
-        return Inspection(file, None, None, (error.message,))
-    try:
-        heights = edge_distances(planar.mesh, gauss_image(planar.mesh))
-    except GeometryError as error:
-        return Inspection(file, planar, None, (error.message,))
-    return Inspection(file, planar, heights, ())
-
-
-def inspect_pair(mesh: Path, image: Path) -> PairInspection:
-    """Read a mesh and its Gauss image and say how they fit, whatever a build would accept.
-
-    Raises GeometryError where a file cannot be read or the faces differ; what fails after that is part of the answer.
-    """
-    file, gauss = read_mesh_pair(mesh, image)
-    file = file.near_zero()
-    try:
-        exact = nearest_parallel_pair(file.mesh, gauss)
-        SupportStructure(*exact, 1.0)  # no node axis lies in an edge
-    except GeometryError as error:
-        return PairInspection(file, gauss, None, (error.message,))
-    return PairInspection(file, gauss, exact, ())
 
 
 def _counts(values: IntArray, wording: str) -> str:
@@ -148,12 +236,13 @@ def _boundaries(mesh: Mesh) -> str:
     return f"{len(loops)} of {sizes} vertices; {parts}, Euler characteristic {mesh.combinatorics.euler_characteristic}"
 
 
-def _moves(planar: OptimisedMesh) -> str:
-    if planar.iterations == 0:
-        return "nothing to do"
+def _moves(before: Mesh, after: Mesh) -> str | None:
+    moves = np.linalg.norm(after.vertices - before.vertices, axis=1) / before.mean_edge_length
+    if not moves.any():
+        return None
     return (
-        f"to {planar.planarity_after:.1e} by moving vertices by {planar.mean_move:.2g} of the edge length in the mean, "
-        f"{planar.largest_move:.2g} at most"
+        f"to {after.planarity.max():.1e} by moving vertices by {moves.mean():.2g} of the edge length in the mean, "
+        f"{np.percentile(moves, 95):.2g} at 95 %, {moves.max():.2g} at most (vertex {moves.argmax()}, counted from 0)"
     )
 
 
@@ -186,6 +275,22 @@ def _heights(heights: FloatArray) -> str:
 
 
 # --- pairs
+
+
+def _pair(mesh: Mesh, image: Mesh) -> Iterator[tuple[str, str]]:
+    """How a mesh and a Gauss image fit, whatever a build would accept."""
+    sideways = parallelity(mesh, image)
+    worst = mesh.combinatorics.edge_name(int(sideways.argmax()))
+    yield "parallel", f"to {sideways.max():.1e} of the unit sphere's radius, at {worst}, counted from 0"
+    try:
+        exact = nearest_parallel_pair(mesh, image)
+        structure = SupportStructure(*exact, 1.0)  # no node axis lies in an edge
+    except GeometryError:
+        return  # a build fails by the same reason, which is told
+    yield "made exact", _pair_moves((mesh, image), exact)
+    yield from _distances(*exact)
+    yield "reversed", _reversed(*exact)
+    yield "alignment", _alignment(structure)
 
 
 def _pair_moves(given: tuple[Mesh, Mesh], exact: tuple[Mesh, Mesh]) -> str:
@@ -229,17 +334,10 @@ def _reversed(mesh: Mesh, image: Mesh) -> str:
     )
 
 
-def _alignment(mesh: Mesh, image: Mesh) -> str:
-    """How far tops and bottoms of beams of one height miss each other on the node axes: h / cos, h the height."""
-    structure = SupportStructure(mesh, image, 1.0)
-    ends = mesh.combinatorics.edges.ravel()
-    along = np.einsum("ek,ek->e", structure.axes[ends], np.repeat(mesh.edge_directions, 2, axis=0))
-    cuts = 1 / np.sqrt(np.maximum(1 - along**2, np.finfo(float).tiny))
-    least, largest = np.full(mesh.n_vertices, np.inf), np.full(mesh.n_vertices, -np.inf)
-    np.minimum.at(least, ends, cuts)
-    np.maximum.at(largest, ends, cuts)
-    spread = (largest - least)[mesh.combinatorics.is_used]
+def _alignment(structure: SupportStructure) -> str:
+    """How far tops and bottoms of beams of one height miss each other on the node axes."""
+    spreads = axis_spreads(_ends(structure), (0.0, 1.0), structure.mesh.n_vertices)
     return (
-        f"tops and bottoms of beams miss each other on the node axes by {np.median(spread):.1e} of the beam height in "
-        f"the median, {spread.max():.1e} at most"
+        f"tops and bottoms of beams miss each other on the node axes by {np.nanmedian(spreads):.1e} of the beam height "
+        f"in the median, {np.nanmax(spreads):.1e} at most"
     )

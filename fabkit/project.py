@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from fabkit.detailing.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
 from fabkit.errors import ProjectError
+from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import TOLERANCE
 from fabkit.production.marks import EQUAL_WITHIN_MM
 from fabkit.units import MM_PER_UNIT, Unit
@@ -82,7 +83,8 @@ class Project(BaseModel):
     mesh: the file. Either unit, the unit of its coordinates, or mean_edge_mm, the length to which its mean edge is
     scaled, is required. flip turns the outside round. name: of the structure, by default that of the mesh file.
     gauss_image: weights, or a file, which may also stand in the place of the whole table. equal_within_mm: how far
-    coordinates of parts may differ for these to share a mark; parts then stand off their places by as much.
+    coordinates of parts may differ for these to share a mark; parts then stand off their places by as much. fitness:
+    from where on something is told or refused; allow: names of what is accepted although it would be refused.
     """
 
     model_config = _STRICT
@@ -95,6 +97,8 @@ class Project(BaseModel):
     flip: bool = False
     skip_unbuildable: bool = False
     equal_within_mm: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = EQUAL_WITHIN_MM
+    allow: tuple[str, ...] = ()
+    fitness: FitnessRules = Field(default_factory=FitnessRules)
     planarise: PlanariseWeights = PlanariseWeights()
     gauss_image: GaussImageRules = GaussImageRules()
     nesting: Nesting = Nesting()
@@ -108,6 +112,19 @@ class Project(BaseModel):
     @classmethod
     def _file_alone(cls, given: Any) -> Any:
         return {"file": given} if isinstance(given, str | Path) else given
+
+    @field_validator("allow")
+    @classmethod
+    def _known_and_allowable(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        for name in names:
+            close = get_close_matches(name, CRITERIA, n=1, cutoff=0.5)
+            known = ", ".join(each for each, reason in CRITERIA.items() if not reason)
+            if name not in CRITERIA:
+                hint = f"did you mean {close[0]}?" if close else f"what may be allowed is {known}"
+                raise ValueError(f"{name!r} is nothing that is judged; {hint}")
+            if CRITERIA[name]:
+                raise ValueError(f"{name!r} may not be allowed: {CRITERIA[name]}; what may be is {known}")
+        return tuple(dict.fromkeys(names))
 
     @model_validator(mode="after")
     def _checked_as_a_whole(self) -> Project:

@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from fabkit.errors import FabkitError
+from fabkit.errors import FabkitError, in_one_sentence
 from geometry.errors import GeometryError
 
 __all__ = ["ERR", "OUT", "end_tidily", "escaped", "facts_table", "one_sentence"]
@@ -33,7 +33,7 @@ def one_sentence() -> Iterator[None]:
     try:
         yield
     except (FabkitError, GeometryError) as error:
-        ERR.print(f"[bold red]fabkit:[/] {escaped(str(error))}")
+        ERR.print(f"[bold red]fabkit:[/] {escaped(in_one_sentence(error))}")
         raise typer.Exit(2) from None
     except MemoryError:
         ERR.print("[bold red]fabkit:[/] there is not enough memory for so much: take a coarser mesh, or smaller counts")

@@ -24,7 +24,7 @@ from geometry.edge_offset import (
     rotational_koebe,
     tangent_mesh,
 )
-from geometry.errors import GeometryError, MeshError, MeshFileError, ParallelityError, RankError
+from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
 from geometry.mesh import Combinatorics, Mesh, MeshFile, Surface, read_mesh, read_mesh_pair, write_mesh
 from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
@@ -50,6 +50,7 @@ __all__ = [
     "Combinatorics",
     "ConvergenceError",
     "FaceCurvatures",
+    "FoldedError",
     "GeometryError",
     "KoebePolyhedron",
     "LaguerreTransformation",

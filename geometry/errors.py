@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["GeometryError", "MeshError", "MeshFileError", "ParallelityError", "RankError"]
+__all__ = ["FoldedError", "GeometryError", "MeshError", "MeshFileError", "ParallelityError", "RankError"]
 
 
 class GeometryError(ValueError):
@@ -35,6 +35,14 @@ class MeshError(GeometryError):
 
 class MeshFileError(GeometryError):
     """A file does not hold a mesh that can be read."""
+
+
+class FoldedError(GeometryError):
+    """A face or an edge turned over while a mesh was optimised. happened: the message without what to do."""
+
+    def __init__(self, happened: str, advice: str, *, elements: Sequence[int], value: float, bound: float) -> None:
+        super().__init__(f"{happened}; {advice}", elements=elements, value=value, bound=bound)
+        self.happened = happened
 
 
 class ParallelityError(GeometryError):

@@ -21,6 +21,8 @@ def panels_outside_cells(structure: SupportStructure, panels: Sequence[Panel]) -
     At each level the cell is the polygon in which the node axes at the corners of the face meet the plane of the panel.
     """
     outside = np.zeros(len(panels), dtype=bool)
+    if not panels:
+        return np.flatnonzero(outside)
     outlines = shapely.polygons([shapely.linearrings(panel.outline) for panel in panels])
     for above in (False, True):
         cells = [_cell(structure, panel, panel.thickness_mm if above else 0.0) for panel in panels]

@@ -7,7 +7,7 @@ made them.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from fabkit.detailing.convex import is_splittable
 from fabkit.detailing.fit import seats
 from fabkit.detailing.stacks import Stack, stacks
 from fabkit.errors import DetailingError
-from fabkit.parts import Assembly, Part, face_normals, volumes
+from fabkit.parts import Assembly, Beam, Panel, Part, face_normals, volumes
 from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["Violation", "check_fit", "in_one_sentence", "violations"]
@@ -46,7 +46,7 @@ class Violation:
 
     @property
     def sentence(self) -> str:
-        return f"{self.finding}; {self.cure}"
+        return f"{self.finding} (elements counted from 0); {self.cure}"
 
 
 def check_fit(
@@ -72,7 +72,7 @@ def in_one_sentence(found: Sequence[Violation]) -> str:
         told.append(f"and {len(alike) - len(told)} more like this")
     others = len(found) - len(alike)
     besides = f" ({others} other finding{'s' if others > 1 else ''} besides)" if others else ""
-    return f"{'; '.join(told)}: {cure}{besides}"
+    return f"{'; '.join(told)} (elements counted from 0): {cure}{besides}"
 
 
 def violations(
@@ -81,8 +81,10 @@ def violations(
     fit_mm: float = FIT_MM,
     shortest_edge_mm: float = SHORTEST_EDGE_MM,
     twist_deg: float = TWIST_DEG,
+    have_marks: bool = True,
 ) -> tuple[Violation, ...]:
-    """Everything that does not hold, none if all is well; lengths in mm, angles in degrees.
+    """Everything that does not hold, none if all is well; lengths in mm, angles in degrees. have_marks: whether parts
+    are called by their marks; where these are still to be shared out, by their mesh elements alone.
 
     - Each mesh element has at most one part of a kind.
     - Each part is placed by a rigid motion; its solid has positive volume, faces planar to `fit_mm`, no edge shorter
@@ -92,24 +94,33 @@ def violations(
     - Each end face of a beam lies on a facet of its node that looks towards it, and inside it, to `fit_mm`.
     - No two parts reach into each other by more than `fit_mm`.
     """
+    name = _by_mark if have_marks else _by_element
     parts = list(assembly.parts())
     every = stacks(parts)
-    unsound = list(_unsound(parts, every, fit_mm, shortest_edge_mm))
+    unsound = list(_unsound(parts, every, fit_mm, shortest_edge_mm, name))
     broken = {part for violation in unsound for part in violation.parts}
     is_sound = np.array([(part.kind, part.element) not in broken for part in parts], dtype=bool)
     sound = [stack[is_sound[stack.parts]] for stack in every]
     return (
         *_twice(parts),
         *unsound,
-        *_twisted(assembly, twist_deg),
-        *_unlinked(assembly),
-        *_unseated(assembly, broken, fit_mm),
-        *_clashing(parts, [stack for stack in sound if len(stack.parts)], fit_mm),
+        *_twisted(assembly, twist_deg, name),
+        *_unlinked(assembly, name),
+        *_unseated(assembly, broken, fit_mm, name),
+        *_clashing(assembly, parts, [stack for stack in sound if len(stack.parts)], fit_mm, name),
     )
 
 
-def _name(part: Part) -> str:
+Name = Callable[[Part], str]
+"""What a part is called in a sentence."""
+
+
+def _by_mark(part: Part) -> str:
     return f"{part.kind} {part.mark} ({ELEMENTS[part.kind]} {part.element})"
+
+
+def _by_element(part: Part) -> str:
+    return f"the {part.kind} {'at' if part.kind == 'node' else 'on'} {ELEMENTS[part.kind]} {part.element}"
 
 
 def _concerned(*parts: Part) -> tuple[tuple[str, int], ...]:
@@ -134,7 +145,9 @@ class _Rule:
     cure: str
 
 
-def _unsound(parts: list[Part], every: list[Stack], fit_mm: float, shortest_edge_mm: float) -> Iterator[Violation]:
+def _unsound(
+    parts: list[Part], every: list[Stack], fit_mm: float, shortest_edge_mm: float, name: Name
+) -> Iterator[Violation]:
     """One violation at most for each part: the first rule it breaks."""
     for stack in every:
         passed = np.ones(len(stack.parts), dtype=bool)
@@ -143,7 +156,7 @@ def _unsound(parts: list[Part], every: list[Stack], fit_mm: float, shortest_edge
         for rule in rules:
             for k in np.flatnonzero(passed & ~rule.holds).tolist():
                 part = parts[stack.parts[k]]
-                yield Violation(f"{_name(part)} {rule.words.format(rule.values[k])}", rule.cure, _concerned(part))
+                yield Violation(f"{name(part)} {rule.words.format(rule.values[k])}", rule.cure, _concerned(part))
             passed &= rule.holds
 
 
@@ -204,14 +217,14 @@ def _bulges(stack: Stack) -> FloatArray:
     return bulges
 
 
-def _twisted(assembly: Assembly, twist_deg: float) -> Iterator[Violation]:
+def _twisted(assembly: Assembly, twist_deg: float, name: Name) -> Iterator[Violation]:
     for beam in assembly.beams:
         if not abs(beam.twist_deg) <= twist_deg:
-            finding = f"{_name(beam)} is twisted by {beam.twist_deg:.3g} degrees, allowed {twist_deg:g}"
+            finding = f"{name(beam)} is twisted by {beam.twist_deg:.3g} degrees, allowed {twist_deg:g}"
             yield Violation(finding, "make mesh and Gauss image parallel first", _concerned(beam))
 
 
-def _unlinked(assembly: Assembly) -> Iterator[Violation]:
+def _unlinked(assembly: Assembly, name: Name) -> Iterator[Violation]:
     cure = "make both or leave out both"
     beams = {beam.element: beam for beam in assembly.beams}
     nodes = {node.element: node for node in assembly.nodes}
@@ -219,19 +232,19 @@ def _unlinked(assembly: Assembly) -> Iterator[Violation]:
         for end, vertex in zip("AB", beam.nodes, strict=True):
             node = nodes.get(vertex)
             if node is None:
-                finding = f"{_name(beam)} ends (end {end}) at vertex {vertex}, which has no node"
+                finding = f"{name(beam)} ends (end {end}) at vertex {vertex}, which has no node"
                 yield Violation(finding, cure, (*_concerned(beam), ("node", vertex)))
             elif beam.element not in node.beams:
-                finding = f"{_name(beam)} ends (end {end}) at {_name(node)}, which has no facet for it"
+                finding = f"{name(beam)} ends (end {end}) at {name(node)}, which has no facet for it"
                 yield Violation(finding, cure, _concerned(beam, node))
     for node in assembly.nodes:
         for edge in node.beams:
             if edge not in beams or node.element not in beams[edge].nodes:
-                finding = f"{_name(node)} has a facet for edge {edge}, from which no beam comes"
+                finding = f"{name(node)} has a facet for edge {edge}, from which no beam comes"
                 yield Violation(finding, cure, (*_concerned(node), ("beam", edge)))
 
 
-def _unseated(assembly: Assembly, broken: set[tuple[str, int]], fit_mm: float) -> Iterator[Violation]:
+def _unseated(assembly: Assembly, broken: set[tuple[str, int]], fit_mm: float, name: Name) -> Iterator[Violation]:
     beams = [beam for beam in assembly.beams if ("beam", beam.element) not in broken]
     nodes = [node for node in assembly.nodes if ("node", node.element) not in broken]
     found = seats(beams, nodes)
@@ -239,17 +252,53 @@ def _unseated(assembly: Assembly, broken: set[tuple[str, int]], fit_mm: float) -
         beam, node, end = beams[found.beams[k]], nodes[found.nodes[k]], "AB"[found.ends[k]]
         off, over = found.off_mm[k], found.over_mm[k]
         if off > fit_mm:
-            finding = f"{_name(beam)} at its end {end} is {off:.3g} mm off the facet of {_name(node)}"
+            finding = f"{name(beam)} at its end {end} is {off:.3g} mm off the facet of {name(node)}"
             cure = "cut beams and node blocks with the same setbacks and axes"
         else:
-            finding = f"{_name(beam)} at its end {end} sticks out {over:.3g} mm over the facet of {_name(node)}"
+            finding = f"{name(beam)} at its end {end} sticks out {over:.3g} mm over the facet of {name(node)}"
             cure = "make the facets at least as wide and high as the beams' ends"
         yield Violation(f"{finding}, allowed {fit_mm:g} mm", cure, _concerned(beam, node))
 
 
-def _clashing(parts: list[Part], sound: list[Stack], fit_mm: float) -> Iterator[Violation]:
+def _clashing(
+    assembly: Assembly, parts: list[Part], sound: list[Stack], fit_mm: float, name: Name
+) -> Iterator[Violation]:
     pairs, depths = clashing_pairs(sound, depth_mm=fit_mm)
-    cure = "widen clearance, seat or joint, or leave one of them out"
+    corners = _Corners.of(assembly) if len(pairs) else None
     for (i, j), depth in zip(pairs.tolist(), depths.tolist(), strict=True):
-        finding = f"{_name(parts[i])} and {_name(parts[j])} share volume, {depth:.3g} mm deep, allowed {fit_mm:g} mm"
-        yield Violation(finding, cure, _concerned(parts[i], parts[j]))
+        first, second = parts[i], parts[j]
+        finding = f"{name(first)} and {name(second)} share volume, {depth:.3g} mm deep, allowed {fit_mm:g} mm"
+        yield Violation(
+            finding, NEARBY if corners and corners.meet(first, second) else APART, _concerned(first, second)
+        )
+
+
+NEARBY = "widen clearance, seat or joint, or leave one of them out with --skip-unbuildable"
+APART = (
+    "they share no corner of the mesh, which runs through itself or folds back there: move it apart, or leave one of "
+    "them out with --skip-unbuildable"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class _Corners:
+    """of_edge: the vertices at which a beam on an edge ends, as far as beams and nodes tell."""
+
+    of_edge: dict[int, set[int]]
+
+    @classmethod
+    def of(cls, assembly: Assembly) -> _Corners:
+        ends = {beam.element: set(beam.nodes) for beam in assembly.beams}
+        for node in assembly.nodes:
+            for edge in node.beams:
+                ends.setdefault(edge, set()).add(node.element)
+        return cls(ends)
+
+    def meet(self, first: Part, second: Part) -> bool:
+        """Whether the elements of two parts have a vertex in common."""
+        return not self._vertices(first).isdisjoint(self._vertices(second))
+
+    def _vertices(self, part: Part) -> set[int]:
+        if isinstance(part, Panel):
+            return set().union(*(self.of_edge.get(edge, set()) for edge in part.beams))
+        return set(part.nodes) if isinstance(part, Beam) else {part.element}

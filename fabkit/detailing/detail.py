@@ -16,6 +16,8 @@ from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
 from fabkit.detailing.panels import PanelShapes, make_panels, panel_shapes
 from fabkit.detailing.rules import DetailingRules
 from fabkit.errors import DetailingError
+from fabkit.fitness import FitnessRules
+from fabkit.fitness.shape import outwards
 from fabkit.parts import Assembly, LeftOut, Material
 from geometry.arrays import BoolArray, FloatArray
 from geometry.parallel.support import SupportStructure
@@ -28,10 +30,12 @@ TOLD_IN_FULL = 3
 
 @dataclass(frozen=True, eq=False)
 class Detailed:
-    """The assembly, and what decided the level of its panels. lift_mm: of the panels' lower sides above the mesh."""
+    """The assembly, and what decided the level of its panels. lift_mm: of the panels' lower sides above the mesh.
+    asked_mm (N,): how far the block at each vertex stands above the highest face it reaches under, 0 without one."""
 
     assembly: Assembly
     lift_mm: float
+    asked_mm: FloatArray
     lift_reason: str
 
 
@@ -46,7 +50,8 @@ def detail(
     plan = _Plan(structure, rules, skip_unbuildable)
     while True:
         detailed = plan.make(name)
-        found = plan.panels_outside_cells(detailed.assembly) + violations(detailed.assembly)
+        plan.check_something_left()
+        found = plan.panels_outside_cells(detailed.assembly) + violations(detailed.assembly, have_marks=False)
         if not found:
             return detailed
         plan.leave_out_violating(found)
@@ -93,7 +98,9 @@ class _Plan:
             ),
             tuple(self.left_out) + self._bare_nodes(ends),
         )
-        return Detailed(assembly, panels.lift, self._lift_reason(heights, panels.lift))
+        asked = np.zeros(self.structure.mesh.n_vertices)
+        np.maximum.at(asked, self.structure.mesh.combinatorics.corners, heights)
+        return Detailed(assembly, panels.lift, asked, self._lift_reason(heights, asked, panels.lift))
 
     # --- beams and nodes
 
@@ -119,13 +126,13 @@ class _Plan:
             f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long, the setbacks are {setbacks[0]:.1f} and "
             f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts, and at least "
             f"{self.rules.beams.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
-            f"{angle:.1f} degrees apart)"
+            f"{angle:.1f} degrees apart; counted from 0)"
         )
 
     def _bare_nodes(self, ends: Ends) -> tuple[LeftOut, ...]:
         bare = np.flatnonzero((np.diff(ends.ring_starts) == 0) & self.structure.mesh.combinatorics.is_used)
         return tuple(
-            LeftOut("node", vertex, f"the node at vertex {vertex} has no beams left to join")
+            LeftOut("node", vertex, f"the node at vertex {vertex} (counted from 0) has no beams left to join")
             for vertex in bare.tolist()
         )
 
@@ -152,10 +159,10 @@ class _Plan:
         return (
             f"the panel on face {face} is eaten by its joint: at {shapes.lift:.1f} mm above the mesh, "
             f"cut back by half the joint of {rules.joint_mm:g} mm, its shortest edge is {shortest[face]:.1f} mm, and "
-            f"at least {rules.least_edge_mm:g} mm are needed"
+            f"at least {rules.least_edge_mm:g} mm are needed (faces counted from 0)"
         )
 
-    def _lift_reason(self, heights: FloatArray, level: float) -> str:
+    def _lift_reason(self, heights: FloatArray, asked: FloatArray, level: float) -> str:
         if self.rules.panels.lift_mm is not None:
             return f"given as {level:g} mm"
         corner = int(heights.argmax())
@@ -164,7 +171,7 @@ class _Plan:
         c = self.structure.mesh.combinatorics
         return (
             f"the node block at vertex {c.corners[corner]} stands {heights[corner]:.1f} mm above face "
-            f"{c.corner_face[corner]}; the median node asks for {float(np.median(heights)):.1f} mm"
+            f"{c.corner_face[corner]} (counted from 0); the median node asks for {np.median(asked[c.is_used]):.1f} mm"
         )
 
     # --- what cannot be made
@@ -173,7 +180,7 @@ class _Plan:
         panels = [assembly.panels[k] for k in panels_outside_cells(self.structure, assembly.panels)]
         cure = "the outline crosses the support planes of its face: change the mesh there, or lower the panels"
         return tuple(
-            Violation(f"panel {panel.mark} (face {panel.element}) leaves its cell", cure, (("panel", panel.element),))
+            Violation(f"the panel on face {panel.element} leaves its cell", cure, (("panel", panel.element),))
             for panel in panels
         )
 
@@ -193,6 +200,15 @@ class _Plan:
             self._leave_out("panel", self.panels, panels)
         if beams:
             self._leave_out("beam", self.beams, beams)
+
+    def check_something_left(self) -> None:
+        for kind, made in (("beam", self.beams), ("panel", self.panels)):
+            if not made.any():
+                reasons = [left.reason for left in self.left_out if left.kind == kind]
+                raise DetailingError(
+                    f"with what cannot be built left out, no {kind} remains of {len(made)}, the first because "
+                    f"{reasons[0]}: change the mesh or the sizes"
+                )
 
     def _beams_at(self, nodes: Iterable[int]) -> list[int]:
         touching = np.isin(self.structure.mesh.combinatorics.edges, list(nodes)).any(axis=1)
@@ -218,22 +234,9 @@ class _Plan:
         return f"edge {element} (vertices {i} and {j})"
 
     def _check_outwards(self) -> None:
-        c = self.structure.mesh.combinatorics
-        facing = np.einsum(
-            "ck,ck->c",
-            self.structure.height_directions[c.corner_edge],
-            self.structure.mesh.face_normals[c.corner_face],
-        )
-        corner = int(facing.argmin())
-        if facing[corner] <= 0:
-            edge = int(c.corner_edge[corner])
-            i, j = c.edges[edge].tolist()
-            raise DetailingError(
-                f"the beam on edge {edge} from vertex {i} to vertex {j} does not point to the outside of face "
-                f"{c.corner_face[corner]} (angle to its normal {np.degrees(np.arccos(facing[corner])):.0f} degrees, "
-                "less than 90 is needed): the Gauss image folds over there; change the mesh or the weights of the "
-                "Gauss image"
-            )
+        found = outwards(self.structure, FitnessRules())
+        if found and found.level == "refused":
+            raise DetailingError(f"{found.sentence}; {found.cure}")
 
     def _material(self, kind: str) -> Material:
         name: str = getattr(self.rules, kind).material

@@ -13,7 +13,7 @@ from fabkit.parts import Frame, Material, Node, Solid, prism_topology, prism_ver
 from geometry.arrays import FloatArray, IntArray
 from geometry.parallel.support import SupportStructure
 
-__all__ = ["NodeShapes", "make_nodes", "node_shapes"]
+__all__ = ["NodeShapes", "axis_spreads", "make_nodes", "node_shapes"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +48,15 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> No
     n = structure.mesh.n_vertices
     bottom, _ = _extremes(lows, ends, n)
     lowest_top, top = _extremes(highs, ends, n)
-    on_axis = [_extremes(level / np.cos(ends.inclination), ends, n) for level in (inner, outer)]
-    axis_spread = np.maximum(*(most - least for least, most in on_axis))
-    return NodeShapes(corners, starts, bottom, top, top - lowest_top, axis_spread)
+    return NodeShapes(corners, starts, bottom, top, top - lowest_top, axis_spreads(ends, (inner, outer), n))
+
+
+def axis_spreads(ends: Ends, levels: tuple[float, float], n_vertices: int) -> FloatArray:
+    """(N,) how far the inner or the outer sides of a node's beams, which lie at these levels above the edges, are from
+    meeting the axis in one point, the larger of the two; NaN where there are no beams."""
+    on_axis = [_extremes(level / np.cos(ends.inclination), ends, n_vertices) for level in levels]
+    spreads: FloatArray = np.maximum(*(most - least for least, most in on_axis))
+    return spreads
 
 
 def _extremes(values: FloatArray, ends: Ends, n_vertices: int) -> tuple[FloatArray, FloatArray]:

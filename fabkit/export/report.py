@@ -20,6 +20,7 @@ from fabkit.export.gltf import LEFT_OUT_COLOUR
 from fabkit.export.measures import Measure, measures
 from fabkit.export.palette import PALETTE
 from fabkit.export.report_figures import histogram, sheet_picture
+from fabkit.export.report_fitness import fitness_html
 from fabkit.export.report_tables import table_html
 from fabkit.parts import Assembly, Beam, Node, Panel, Part
 from fabkit.production.cut_list import Table
@@ -56,6 +57,7 @@ def report_html(
         script="".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS),
         key_facts=_key_facts(assembly, len(sheets)),
         left_out=_left_out(assembly),
+        fitness=fitness_html(summary.fitness, assembly),
         layers=_layers(assembly),
         measures=_measure_options(measured),
         mesh_facts=_mesh_facts(summary),
@@ -141,7 +143,7 @@ def _rows(facts: Sequence[tuple[str, str]]) -> str:
 
 
 def _mesh_facts(summary: Summary) -> str:
-    lengths, heights = summary.edge_lengths_mm, summary.heights
+    lengths, heights, leans = summary.edge_lengths_mm, summary.height_shares, summary.lean_shares_deg
     return _rows(
         [
             ("Vertices, edges, faces", f"{summary.n_vertices}, {summary.n_edges}, {summary.n_faces}"),
@@ -153,13 +155,22 @@ def _mesh_facts(summary: Summary) -> str:
                 f"{summary.planarity_before:.1e}",
             ),
             ("Faces out of plane, as built", f"{summary.planarity_after:.1e}"),
-            ("Vertices moved to make faces planar, largest", f"{summary.largest_move_mm:.2f} mm"),
+            (
+                "Vertices moved to make faces planar, largest",
+                f"{summary.largest_move_mm:.2f} mm<br>"
+                f"<small class='soft'>vertex {summary.farthest_vertex}, counted from 0</small>",
+            ),
             ("Vertices moved, mean", f"{summary.mean_move_mm:.2f} mm"),
             ("Gauss image", _gauss_image(summary)),
             ("Parts that share a mark differ by less than", f"{summary.equal_within_mm:.2g} mm"),
             (
                 "Distance of the parallel meshes, of nominal",
-                f"{100 * heights.min():.2f} to {100 * heights.max():.2f} %",
+                f"{100 * heights['least']:.2f} to {100 * heights['largest']:.2f} %",
+            ),
+            ("The same, of 95 % of the beams", f"{100 * heights['p2_5']:.2f} to {100 * heights['p97_5']:.2f} %"),
+            (
+                "Node axes off the normals, median, 95 %, largest",
+                f"{leans['median']:.1f}, {leans['p95']:.1f}, {leans['largest']:.1f} °",
             ),
             ("Panels lifted over the mesh faces", f"{summary.lift_mm:.1f} mm"),
         ]

@@ -104,6 +104,7 @@ def _write_summary(workbook: Any, lists: CutList, summary: Summary, nest: Nest |
         (summary.name, _mesh_facts(summary), None),
         ("Parts", _part_facts(lists), None),
         ("Sheets", _sheet_facts(nest), None),
+        ("Unusual, told or allowed", _findings(summary), None),
         ("Mended in the mesh file", [(text, None) for text in summary.mended or ["nothing"]], None),
         ("Left out", [(text, None) for text in left_out or ["nothing"]], red if left_out else None),
     ]
@@ -116,8 +117,13 @@ def _write_summary(workbook: Any, lists: CutList, summary: Summary, nest: Nest |
         line += len(facts) + 2
 
 
+def _findings(summary: Summary) -> list[tuple[str, Cell]]:
+    facts: list[tuple[str, Cell]] = [(f"{each.name} ({each.level})", each.sentence) for each in summary.fitness]
+    return facts or [("nothing", None)]
+
+
 def _mesh_facts(summary: Summary) -> list[tuple[str, Cell]]:
-    lengths, heights = summary.edge_lengths_mm, summary.heights
+    lengths, heights, leans = summary.edge_lengths_mm, summary.height_shares, summary.lean_shares_deg
     return [
         ("Mesh file", summary.source),
         ("Millimetres a unit of the file", summary.scale_mm),
@@ -133,7 +139,12 @@ def _mesh_facts(summary: Summary) -> list[tuple[str, Cell]]:
         ("Edge lengths, least to largest (mm)", f"{lengths.min():.1f} to {lengths.max():.1f}"),
         ("Gauss image", summary.gauss_image_origin),
         ("Parts that share a mark differ by less than (mm)", f"{summary.equal_within_mm:.2g}"),
-        ("Heights over nominal, least to largest", f"{heights.min():.4f} to {heights.max():.4f}"),
+        ("Heights over nominal, least to largest", f"{heights['least']:.4f} to {heights['largest']:.4f}"),
+        ("Heights of 95 % of the beams over nominal", f"{heights['p2_5']:.4f} to {heights['p97_5']:.4f}"),
+        (
+            "Node axes off the normals, median / 95 % / largest (deg)",
+            f"{leans['median']:.2f} / {leans['p95']:.2f} / {leans['largest']:.2f}",
+        ),
         ("Twist of the beams, largest (deg)", f"{np.abs(summary.twists_deg).max():.1e}"),
         ("Panels lifted over the mesh faces (mm)", round(summary.lift_mm, 3)),
         ("Lift asked for by", summary.lift_reason),

@@ -154,9 +154,9 @@ def too_large(panels: Sequence[Panel], sheet: Sheet, *, border_mm: float) -> dic
 def _too_large(panels: Sequence[Panel], guillotine: Guillotine) -> dict[int, str]:
     inside = np.sort(guillotine.stock.inside)[::-1]
     return {
-        panel: f"panel {panels[panel].mark} on face {panels[panel].element} is larger than a sheet less its borders: "
-        f"its smallest rectangle is {guillotine.sizes[panel, 0]:.1f} x {guillotine.sizes[panel, 1]:.1f} mm, and "
-        f"{inside[0]:g} x {inside[1]:g} mm are at hand"
+        panel: f"panel {panels[panel].mark} on face {panels[panel].element} is larger than a sheet less its borders "
+        f"(face counted from 0): its smallest rectangle is {guillotine.sizes[panel, 0]:.1f} x "
+        f"{guillotine.sizes[panel, 1]:.1f} mm, and {inside[0]:g} x {inside[1]:g} mm are at hand"
         for panel in np.flatnonzero((guillotine.sizes > inside + ROUNDING_MM).any(axis=1)).tolist()
     }
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fabkit.production.marks import EQUAL_WITHIN_MM
+from fabkit.fitness import Finding
 from geometry.arrays import FloatArray
 
 __all__ = ["GivenGaussImage", "Summary"]
@@ -33,12 +34,14 @@ class Summary:
         leaves of coordinates far from zero.
     mended: what the reader mended in the file, a sentence each.
     planarity_before, planarity_after: largest distance of a corner from its face's best plane over the face's
-        mean edge length. largest_move_mm, mean_move_mm: how far planarising moved the vertices.
+        mean edge length. largest_move_mm, mean_move_mm: how far planarising moved the vertices; farthest_vertex: the
+        one it moved most.
     edge_lengths_mm (E,): of the planar mesh. heights (E,): distance between the two parallel meshes at each edge
         over the nominal one (1 everywhere for an edge offset mesh).
+    leans_deg (N,): angle between each node axis and the normal of the mesh there, NaN where there is none.
     twists_deg (E,): angle between the central planes at the two ends of each edge.
     lift_mm: height of the panels' lower side above the mesh faces; lift_reason: what asks for it, a sentence.
-    gauss_image: None where it was computed.
+    fitness: what is unusual, told or allowed. gauss_image: None where it was computed.
     """
 
     name: str
@@ -53,11 +56,14 @@ class Summary:
     planarity_after: float
     largest_move_mm: float
     mean_move_mm: float
+    farthest_vertex: int
     edge_lengths_mm: FloatArray
     heights: FloatArray
+    leans_deg: FloatArray
     twists_deg: FloatArray
     lift_mm: float
     lift_reason: str
+    fitness: tuple[Finding, ...] = ()
     gauss_image: GivenGaussImage | None = None
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))
     equal_within_mm: float = EQUAL_WITHIN_MM
@@ -66,6 +72,20 @@ class Summary:
     def placed_at(self) -> str:
         """The origin of the model in the mesh file, in words."""
         return ", ".join(f"{each:.0f}" for each in self.origin) + " in the unit of the mesh file"
+
+    @property
+    def height_shares(self) -> dict[str, float]:
+        """Heights over all beams, from the least to the largest, and between which 95 % lie."""
+        names = {"least": 0, "p2_5": 2.5, "median": 50, "p97_5": 97.5, "largest": 100}
+        found = np.percentile(self.heights, list(names.values())).tolist()
+        return dict(zip(names, found, strict=True))
+
+    @property
+    def lean_shares_deg(self) -> dict[str, float]:
+        """How far node axes lean: the median, what 95 % do not exceed, and the largest."""
+        names = {"median": 50, "p95": 95, "largest": 100}
+        found = np.nanpercentile(self.leans_deg, list(names.values())).tolist()
+        return dict(zip(names, found, strict=True))
 
     @property
     def gauss_image_origin(self) -> str:

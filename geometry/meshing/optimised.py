@@ -68,7 +68,7 @@ def optimised(
     """The mesh with planar faces that reaches the aim, near to the one given or on the surface.
 
     Raises GeometryError for numbers out of range, ConvergenceError where something is off by more than the tolerance,
-    and GeometryError where an edge or face folded over on the way.
+    and FoldedError where an edge or face folded over on the way.
     """
     for name, number in [
         ("tolerance", tolerance),

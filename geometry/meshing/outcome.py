@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.errors import GeometryError
+from geometry.errors import FoldedError
 from geometry.functionals.closeness import OnCurve
 from geometry.functionals.convexity import Convexity
 from geometry.functionals.planarity import face_deviations
@@ -71,7 +71,7 @@ def check_fixed_faces(mesh: Mesh, guides: Guides, tolerance: float) -> None:
 
 def check_outcome(before: Mesh, after: Mesh, aim: Aim, guides: Guides, solution: Solution, tolerance: float) -> None:
     """Raise ConvergenceError where faces are not planar or convex, the aim is missed or a vertex is off its curve, and
-    GeometryError where something folded over.
+    FoldedError where something folded over.
     """
     if solution.reason is Reason.CONVERGED:  # before anything is measured of faces without a shape
         _check_not_folded(before, after, aim)
@@ -164,9 +164,9 @@ def _check_not_folded(before: Mesh, after: Mesh, aim: Aim) -> None:
     face = int(turned.argmin())
     if turned[face] <= 0:
         degrees = float(np.degrees(np.arccos(max(-1.0, turned[face]))))
-        raise GeometryError(
-            f"face {face} folded over while {aim.task}: its normal turned by {degrees:.0f} degrees, "
-            f"allowed 90; {advice}",
+        raise FoldedError(
+            f"face {face} folded over while {aim.task}: its normal turned by {degrees:.0f} degrees, allowed 90",
+            advice,
             elements=[face],
             value=float(turned[face]),
             bound=0.0,
@@ -174,9 +174,10 @@ def _check_not_folded(before: Mesh, after: Mesh, aim: Aim) -> None:
     along = np.einsum("ei,ei->e", before.edge_vectors, after.edge_vectors) / before.edge_lengths**2
     edge = int(along.argmin())
     if along[edge] < LEAST_LENGTH:
-        raise GeometryError(
+        raise FoldedError(
             f"{before.combinatorics.edge_name(edge)} folded over while {aim.task}: along its old direction it has "
-            f"{along[edge]:.2g} times its old length, at least {LEAST_LENGTH} is allowed; {advice}",
+            f"{along[edge]:.2g} times its old length, at least {LEAST_LENGTH} is allowed",
+            advice,
             elements=[edge],
             value=float(along[edge]),
             bound=LEAST_LENGTH,

@@ -42,7 +42,7 @@ def planarise(
     convex: faces whose corners are to turn to one side, each by `outcome.LEAST_TURN` l or more; or "all".
 
     Raises MeshError for an edge without length; GeometryError for a vertex, face, path or number that cannot be
-    meant; ConvergenceError where faces do not become planar, or convex; and GeometryError where an edge or face
+    meant; ConvergenceError where faces do not become planar, or convex; and FoldedError where an edge or face
     folded over on the way.
     """
     aim = Aim("planarising", "lay the mesh along conjugate directions")

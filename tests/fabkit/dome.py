@@ -116,7 +116,7 @@ def make_node(
     )
 
 
-def make_panel(face: int, corners: FloatArray) -> Panel:
+def make_panel(face: int, corners: FloatArray, beams: tuple[int, ...]) -> Panel:
     centre = corners.mean(axis=0)
     z = unit(np.cross(corners[2] - corners[0], corners[3] - corners[1]))
     x = unit(corners[1] - corners[0])
@@ -135,7 +135,7 @@ def make_panel(face: int, corners: FloatArray) -> Panel:
         edge_lengths_mm=(0.0,) * 4,
         corner_angles_deg=(0.0,) * 4,
         dihedrals_deg=(0.0,) * 4,
-        beams=(0,) * 4,
+        beams=beams,
         neighbours=(-1,) * 4,
     )
 
@@ -155,5 +155,7 @@ def dome(n: int = 2, *, cell: float = 1500.0, notched: bool = False) -> Assembly
         levels = np.array([level for _, _, level in own])
         own_edges = [edge for edge, _, _ in own]
         nodes.append(make_node(vertex, own_edges, towards, points[vertex], axes[vertex], levels, notched))
-    panels = tuple(make_panel(face, points[corners]) for face, corners in enumerate(faces))
+    number = {frozenset(ends): edge for edge, ends in enumerate(edges.tolist())}
+    around_faces = [[number[frozenset((c[k], c[k - 3]))] for k in range(4)] for c in faces.tolist()]
+    panels = tuple(make_panel(face, points[corners], tuple(around_faces[face])) for face, corners in enumerate(faces))
     return Assembly("dome", tuple(beam for beam, _ in made), tuple(nodes), panels)

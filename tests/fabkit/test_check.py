@@ -247,6 +247,23 @@ def test_panel_lowered_into_the_beams() -> None:
     assert {("panel", 2)} <= {part for violation in violations(lowered) for part in violation.parts}
 
 
+def test_parts_that_clash_far_apart_hear_of_the_mesh_and_neighbours_of_sizes() -> None:
+    whole = dome()
+    here = whole.panels[0]
+    corners = {vertex for beam in whole.beams if beam.element in here.beams for vertex in beam.nodes}
+    far = next(beam for beam in whole.beams if not set(beam.nodes) & corners)
+    middle = here.placement.to_world(here.solid.centroid)
+    there = change(
+        whole, "beams", far.element, lambda beam: replace(beam, placement=Frame(middle, beam.placement.axes))
+    )
+    clash = [v for v in violations(there) if set(v.parts) == {("panel", here.element), ("beam", far.element)}]
+    assert "share no corner of the mesh, which runs through itself" in clash[0].sentence
+    assert "widen" not in clash[0].sentence
+    near = violations(change(whole, "panels", 0, moved([0, 0, -LIFT - 1.0])))
+    assert len(near) == 8  # four beams and four nodes
+    assert all("widen clearance" in violation.cure for violation in near)
+
+
 def test_panel_widened_into_its_neighbours() -> None:
     widened = change(dome(), "panels", 2, scaled([1.05, 1.05, 1.0]))
     refused(widened, "panel P2 (face 2) and panel P3 (face 3) share volume")

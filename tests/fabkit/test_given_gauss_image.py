@@ -211,7 +211,7 @@ def test_an_inspection_says_how_a_pair_fits(tmp_path: Path) -> None:
     assert float(other["parallel"].split()[1]) > 0.1
     assert "so that a build refuses it" in other["made exact"]
     said = CliRunner().invoke(app, ["inspect", str(tmp_path / "M.obj"), "--gauss-image", str(tmp_path / "S.ply")])
-    assert said.exit_code == 0
+    assert said.exit_code == 1  # a build refuses it
     assert "parallel" in said.stdout
     said = CliRunner().invoke(app, ["inspect", str(tmp_path / "M.obj"), "--gauss-image", str(tmp_path / "none.ply")])
     assert said.exit_code == 2

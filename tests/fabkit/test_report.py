@@ -20,6 +20,8 @@ from fabkit.export.gltf import LEFT_OUT_COLOUR, glb_bytes
 from fabkit.export.measures import Measure, measures
 from fabkit.export.report import report_html
 from fabkit.export.report_figures import histogram
+from fabkit.export.report_fitness import fitness_html
+from fabkit.fitness import CRITERIA, Finding
 from fabkit.parts import Assembly, Material
 from fabkit.production.cut_list import cut_list
 from fabkit.production.drawing import sheet_drawings
@@ -30,6 +32,14 @@ from tests.fabkit.gridshell import gridshell, gridshell_summary, left_out_lines
 
 NAME = "Roof </script><script>alert(1)</script> & <b>co</b>"
 LEFT_OUT = 3
+FINDINGS = tuple(
+    Finding(
+        name, level, 12.5 * k, 10.0 * k, "degrees", f"{name} is unusual, and " * 6, "mend it " * 12, noun, (1, 2, 3)
+    )
+    for k, (name, level, noun) in enumerate(
+        zip(CRITERIA, ("told", "allowed") * 6, ("vertex", "edge", "face", "") * 3, strict=False)
+    )
+)
 VOID = {"meta", "link", "input", "col", "br"}
 
 
@@ -37,7 +47,9 @@ def report(name: str = NAME, *, left_out: int = LEFT_OUT, assembly: Assembly | N
     assembly = assembly or gridshell(6, 5, name=name, left_out=left_out)
     nest = nest_panels(assembly.panels, Sheet(6000.0, 3210.0), gap_mm=10.0, border_mm=15.0)
     return report_html(
-        summary=gridshell_summary(6, 5, name=name, mended=("2 pairs of <equal> vertices were joined",)),
+        summary=replace(
+            gridshell_summary(6, 5, name=name, mended=("2 pairs of <equal> vertices were joined",)), fitness=FINDINGS
+        ),
         assembly=assembly,
         tables=cut_list(assembly, nest).tables,
         sheets=sheet_drawings(nest, assembly.panels),
@@ -114,6 +126,22 @@ def test_left_out_stands_in_red_at_the_top(text: str) -> None:
     assert "Left out: 3 beams" in head
     assert [f"edge {edge}: no room" in head for edge in (68, 69, 70)] == [True] * 3
     assert "Left out" not in report(left_out=0).split("<script", 1)[0].split("</header>")[0]
+
+
+def test_what_is_unusual_stands_before_the_model_with_parts_to_click() -> None:
+    assembly = gridshell(6, 5)
+    found = Finding(
+        "lean", "told", 17.0, 15.0, "degrees", "axes lean by <17> degrees", "turn & mend", "vertex", (3, 999)
+    )
+    html = fitness_html((found,), assembly)
+    Outline(html)
+    assert "axes lean by &lt;17&gt; degrees." in html
+    assert "turn &amp; mend" in html
+    marks = {node.element: node.mark for node in assembly.nodes}
+    assert re.findall(r'class="mark">(.*?)<', html) == [marks[3]]  # there is no vertex 999
+    assert "width: 56.7%" in html  # of twice the bound
+    assert "panels over sheets" in html
+    assert "Nothing is unusual" in fitness_html((), assembly)
 
 
 def test_data_has_a_value_for_each_part(text: str) -> None:
@@ -322,6 +350,23 @@ def test_long_facts_break_and_stay_in_their_column(browser: Browser) -> None:
         "[...document.querySelectorAll('.facts tr:not(:has(small)) th')].map(e => e.clientHeight)"
     )
     assert max(heights) < 100  # titles are not squeezed to a word a line: 3 lines
+
+
+def test_findings_stand_side_by_side_and_lead_into_the_model(browser: Browser) -> None:
+    boxes = np.array(
+        browser.evaluate(
+            "[...document.querySelectorAll('.findings article')].map(e => [e.scrollWidth - e.clientWidth,"
+            " e.getBoundingClientRect().top, document.querySelector('#model').getBoundingClientRect().top,"
+            " e.getBoundingClientRect().right - e.parentNode.getBoundingClientRect().right])"
+        )
+    )
+    assert len(boxes) == len(FINDINGS)
+    assert boxes[:, 0].max() < 2  # nothing runs out of its card
+    assert (boxes[:, 1] < boxes[:, 2]).all()
+    assert boxes[:, 3].max() < 1
+    browser.evaluate("document.querySelector('.findings button.mark').click()")
+    clicked = browser.evaluate("document.querySelector('.findings button.mark').textContent")
+    assert browser.evaluate("document.querySelector('#part strong').textContent") == clicked
 
 
 def test_sheets_are_there_and_open_large(browser: Browser) -> None:

@@ -1,0 +1,71 @@
+"""What is unusual, as a section of the report: for each finding its number against its bound, in words, with a cure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from fabkit.fitness import CRITERIA, Finding
+from fabkit.parts import Assembly
+
+__all__ = ["fitness_html"]
+
+BUTTONS = 12
+"""So many of the parts concerned can be clicked; the sentence or the tables name the others."""
+
+TITLES = {
+    "moves": "Movement while planarising",
+    "folding": "Folding",
+    "self-crossing": "Outlines that cross themselves",
+    "self-intersection": "Faces that meet",
+    "lean": "Lean of the node axes",
+    "heights": "Heights of the beams",
+    "outwards": "Beams that lie over",
+    "mitres": "Mitres",
+    "blocks": "Height of the node blocks",
+    "lift": "Lift by one node",
+    "sheets": "Panels over sheets",
+}
+
+
+def fitness_html(findings: Sequence[Finding], assembly: Assembly) -> str:
+    """The findings as cards; where there are none, what was looked at."""
+    within = [TITLES[name].lower() for name in CRITERIA if name not in {finding.name for finding in findings}]
+    looked_at = f"Within their bounds: {', '.join(within)}."
+    if not findings:
+        return f'<p class="soft">Nothing is unusual. {looked_at}</p>'
+    cards = "\n".join(_card(finding, assembly) for finding in findings)
+    return f'<div class="findings">\n{cards}\n</div>\n<p class="soft">{looked_at}</p>'
+
+
+def _card(finding: Finding, assembly: Assembly) -> str:
+    number = f"{finding.value:.0f}" if finding.value >= 100 or finding.unit == "panels" else f"{finding.value:.3g}"
+    return (
+        f'<article class="{finding.level}"><header><h3>{TITLES[finding.name]}</h3>'
+        f"<span>{finding.level}</span></header>"
+        f"<p class='number'>{number} <small>{escape(finding.unit)}</small></p>{_bar(finding)}"
+        f"<p class='said'>{escape(finding.sentence)}.</p>{_buttons(finding, assembly)}"
+        f"<p class='soft'>To mend it: {escape(finding.cure)}.</p></article>"
+    )
+
+
+def _bar(finding: Finding) -> str:
+    """The value as a part of twice its bound, which is marked in the middle."""
+    if finding.bound <= 0:
+        return ""
+    share = 100 * min(1.0, finding.value / (2 * finding.bound))
+    return (
+        f"<div class='bar' role='img' aria-label='{finding.value:.3g}, bound {finding.bound:g}'>"
+        f"<i style='width: {share:.1f}%'></i><b>{finding.bound:g}</b></div>"
+    )
+
+
+def _buttons(finding: Finding, assembly: Assembly) -> str:
+    """The parts on the elements concerned, to be seen in the model."""
+    groups = {"vertex": assembly.nodes, "edge": assembly.beams, "face": assembly.panels}
+    marks = {part.element: part.mark for part in groups.get(finding.noun, ())}
+    found = list(dict.fromkeys(marks[element] for element in finding.elements if element in marks))
+    if not found:
+        return ""
+    buttons = " ".join(f'<button type="button" class="mark">{escape(mark)}</button>' for mark in found[:BUTTONS])
+    return f"<p class='parts'>{buttons}{f' and {len(found) - BUTTONS} more' if len(found) > BUTTONS else ''}</p>"

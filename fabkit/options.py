@@ -1,0 +1,148 @@
+"""The options that `build` and `inspect` share, and the project that they describe."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from fabkit.errors import ProjectError
+from fabkit.project import Project, load_project, project_from
+
+__all__ = [
+    "Allow",
+    "Beam",
+    "Clearance",
+    "EqualWithin",
+    "Flip",
+    "GaussImage",
+    "Joint",
+    "Lift",
+    "MeanEdge",
+    "MeshPath",
+    "NestMode",
+    "NestSeconds",
+    "Reference",
+    "Sheet",
+    "SkipUnbuildable",
+    "Thickness",
+    "Unit",
+    "project_of",
+    "settings_of",
+]
+
+SIZES, SHOP, RUN = "Sizes (mm)", "Shop", "Run"
+
+MeshPath = Annotated[Path, typer.Argument(metavar="MESH", help="OBJ, OFF or PLY file, or a project file (.toml).")]
+GaussImage = Annotated[
+    Path | None,
+    typer.Option(help="Mesh file of a Gauss image to build with, parallel to MESH. Default: compute one."),
+]
+Unit = Annotated[str | None, typer.Option(help="Unit of the mesh file: mm, cm, m, in or ft. Never guessed.")]
+MeanEdge = Annotated[
+    float | None, typer.Option(help="Instead of a unit: scale the mesh so that its mean edge has this many mm.")
+]
+Flip = Annotated[bool, typer.Option("--flip", help="Turn the outside round.")]
+Beam = Annotated[
+    str | None, typer.Option(metavar="WxH", help="Section of the beams. Default: 50x120.", rich_help_panel=SIZES)
+]
+Reference = Annotated[
+    str | None,
+    typer.Option(
+        help="What of the beams lies on the mesh: outer, centre or inner. Default: outer.", rich_help_panel=SIZES
+    ),
+]
+Clearance = Annotated[
+    float | None,
+    typer.Option(help="Between beams at a node, beyond what is needed. Default: 5.", rich_help_panel=SIZES),
+]
+Thickness = Annotated[float | None, typer.Option(help="Of the panels. Default: 10.", rich_help_panel=SIZES)]
+Joint = Annotated[float | None, typer.Option(help="Between panels. Default: 10.", rich_help_panel=SIZES)]
+Lift = Annotated[
+    float | None,
+    typer.Option(
+        help="Of the panels above the mesh. Default: the least that clears beams and nodes, plus 5.",
+        rich_help_panel=SIZES,
+    ),
+]
+Sheet = Annotated[
+    str | None, typer.Option(metavar="LxW", help="Stock sheets. Default: 6000x3210.", rich_help_panel=SHOP)
+]
+NestMode = Annotated[
+    str | None,
+    typer.Option(help="Lay panels on sheets: quick, best or off. Default: quick.", rich_help_panel=SHOP),
+]
+NestSeconds = Annotated[float | None, typer.Option(help="What best may take. Default: 60.", rich_help_panel=SHOP)]
+EqualWithin = Annotated[
+    float | None,
+    typer.Option(
+        help="Parts that differ by less share a mark, and stand off by as much; at most 1. Default: 1e-7.",
+        rich_help_panel=SHOP,
+    ),
+]
+Allow = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="NAME",
+        help="Accept what would be refused: moves, lean, heights or self-intersection. May be said several times.",
+        rich_help_panel=RUN,
+    ),
+]
+SkipUnbuildable = Annotated[
+    bool,
+    typer.Option(
+        "--skip-unbuildable",
+        help="Leave out what cannot be built, and show it in red, instead of stopping.",
+        rich_help_panel=RUN,
+    ),
+]
+
+
+def settings_of(
+    *,
+    beam: str | None = None,
+    reference: str | None = None,
+    clearance: float | None = None,
+    thickness: float | None = None,
+    joint: float | None = None,
+    lift: float | None = None,
+    sheet: str | None = None,
+    nest: str | None = None,
+    nest_seconds: float | None = None,
+    **whole: Any,
+) -> dict[str, Any]:
+    """What was said, nested as in a project file; whole: keys of the file's first level."""
+    return _said(
+        {
+            **whole,
+            "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "reference": reference},
+            "nodes": {"clearance_mm": clearance},
+            "panels": {"thickness_mm": thickness, "joint_mm": joint, "lift_mm": lift},
+            "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
+            "nesting": {"mode": nest, "seconds": nest_seconds},
+        }
+    )
+
+
+def project_of(mesh: Path, settings: dict[str, Any]) -> Project:
+    """The project in a project file, over which the settings win; or of a mesh file and the settings."""
+    if mesh.suffix.lower() == ".toml":
+        return load_project(mesh, settings)
+    return project_from({"mesh": mesh, **settings})
+
+
+def _said(settings: dict[str, Any]) -> dict[str, Any]:
+    """Settings without those that were not given, on both levels."""
+    nested = {k: _said(v) if isinstance(v, dict) else v for k, v in settings.items()}
+    return {key: value for key, value in nested.items() if value is not None and value not in ({}, [])}
+
+
+def _pair(option: str, text: str | None, first: str, second: str) -> dict[str, float]:
+    if text is None:
+        return {}
+    found = re.fullmatch(r"\s*([\d.]+)\s*[xX*]\s*([\d.]+)\s*", text)
+    if not found:
+        raise ProjectError(f"{option} is {text!r}, but needs two sizes in mm such as 50x120")
+    return {first: float(found[1]), second: float(found[2])}
