@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabkit.production.marks import EQUAL_WITHIN_MM
 from fabkit.fitness import Finding
+from fabkit.production.marks import EQUAL_WITHIN_MM
 from geometry.arrays import FloatArray
 
 __all__ = ["GivenGaussImage", "Summary"]
