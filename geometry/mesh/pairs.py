@@ -10,10 +10,10 @@ from typing import NoReturn
 import numpy as np
 
 from geometry.arrays import IntArray
-from geometry.errors import MeshError, MeshFileError
+from geometry.errors import MeshError, MeshFileError, shown
 from geometry.mesh.checks import COINCIDENCE
 from geometry.mesh.combinatorics import Combinatorics
-from geometry.mesh.files import MeshFile, read_soup
+from geometry.mesh.files import MeshFile, about, path_name, read_soup
 from geometry.mesh.mending import mended_soup, tidied
 from geometry.mesh.mesh import Mesh
 from geometry.mesh.rings import rings_by_size
@@ -42,12 +42,7 @@ def read_mesh_pair(
         _check_equivalent(soup, companion)
         mended = mended_soup(replace(soup, companion=companion.vertices), coincidence)
     except MeshError as error:
-        raise MeshError(
-            f"{first} with {second.name}: {error.message}",
-            elements=error.elements,
-            value=error.value,
-            bound=error.bound,
-        ) from error
+        raise about(f"{path_name(first)} with {shown(second.name)}", error) from error
     mesh = Mesh(mended.vertices, Combinatorics(mended.n_vertices, mended.corners, mended.face_starts))
     assert mended.companion is not None
     return MeshFile(first, mesh, mended.mended), mesh.with_vertices(mended.companion)
@@ -57,9 +52,7 @@ def _soup(path: Path) -> PolygonSoup:
     try:
         return tidied(read_soup(path))
     except (MeshFileError, MeshError) as error:
-        raise type(error)(
-            f"{path}: {error.message}", elements=error.elements, value=error.value, bound=error.bound
-        ) from error
+        raise about(path_name(path), error) from error
 
 
 def _check_equivalent(soup: PolygonSoup, other: PolygonSoup) -> None:
