@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+from typing import NoReturn, TypeAlias
 
 import numpy as np
 
 from geometry.arrays import BoolArray, IntArray
 from geometry.errors import MeshError, listed
 from geometry.mesh.mesh import Mesh
-from geometry.mesh.outlines import Meeting, crossings, flattened, folds
+from geometry.mesh.outlines import Meeting, flattened, meetings
 from geometry.mesh.overlays import overlaid_faces, same_vertices
 from geometry.mesh.runs import runs_by_size
 from geometry.mesh.soup import PolygonSoup
@@ -36,6 +36,9 @@ COINCIDENCE = 1e-4
 # A corner nearer than this part of the face's mean edge length to an edge it does not belong to lies on that edge:
 # coordinates with six or seven digits say nothing about which side it is on.
 FOLD_CLEARANCE = 1e-6
+
+_Found: TypeAlias = tuple[int, IntArray, Meeting]
+"""A face, its vertices, and where its outline meets itself."""
 
 # Volumes and squares of areas of larger coordinates would leave the range of a double.
 LARGEST = 1e60
@@ -157,11 +160,13 @@ def _likewise_together(soup: PolygonSoup, pairs: IntArray) -> str:
     if not len(pairs):
         return ""
     hosts = np.unique(pairs[:, 0])
-    return f"; likewise {listed((_together(soup, pairs, host) for host in hosts), len(hosts))}"
+    groups = (_together(soup, pairs, host).removeprefix("faces ") for host in hosts)
+    return f"; likewise faces {listed(groups, len(hosts))}"
 
 
 def _on_host(soup: PolygonSoup, pairs: IntArray, host: int) -> str:
-    return f"{soup.face_names(pairs[pairs[:, 0] == host, 1])} on face {soup.face_name(host)}"
+    guests = pairs[pairs[:, 0] == host, 1]
+    return f"{listed(map(soup.face_name, guests), len(guests))} on {soup.face_name(host)}"
 
 
 def check_manifold(soup: PolygonSoup) -> None:
@@ -174,36 +179,41 @@ def check_manifold(soup: PolygonSoup) -> None:
     faces = soup.corner_face[corners[soup.corner_edge[corners] == edges[0]]]
     others = ""
     if len(edges) > 1:
-        others = f"; likewise {listed((_ends(soup, corner) for corner in firsts[1:]), len(edges) - 1)}"
+        others = f"; likewise the edges {listed((_ends(soup, corner) for corner in firsts[1:]), len(edges) - 1)}"
     raise MeshError(
-        f"the edge {_ends(soup, firsts[0])} belongs to {soup.face_names(faces)}, two at most are allowed: "
-        f"remove a face, or read the sheets as meshes of their own{others} {soup.counting}",
+        f"the edge from vertex {_ends(soup, firsts[0], 'to vertex')} belongs to {soup.face_names(faces)}, two at most "
+        f"are allowed: remove a face, or read the sheets as meshes of their own{others} {soup.counting}",
         elements=soup.faces_of_file(soup.corner_face[corners]),
         value=len(faces),
         bound=2,
     )
 
 
-def _ends(soup: PolygonSoup, corner: int) -> str:
+def _ends(soup: PolygonSoup, corner: int, to: str = "to") -> str:
     tail, head = soup.corners[corner], soup.heads[corner]
-    return f"from vertex {soup.vertex_name(tail)} to vertex {soup.vertex_name(head)}"
+    return f"{soup.vertex_name(tail)} {to} {soup.vertex_name(head)}"
 
 
 def check_folds(soup: PolygonSoup, clearance: float = FOLD_CLEARANCE) -> None:
     """No face crosses itself or folds back on itself; see `check_faces`."""
-    groups = [(faces, soup.corners[places]) for faces, places in runs_by_size(soup.face_starts)]
-    outlines = [flattened(soup.vertices[polygons]) for _, polygons in groups]
-    for find, refuse in ((lambda outline: folds(outline, clearance), _raise_folded), (crossings, _raise_crossed)):
-        found = [
-            (int(faces[meeting.outline]), polygons[meeting.outline], meeting)
-            for (faces, polygons), outline in zip(groups, outlines, strict=True)
-            for meeting in find(outline)
-        ]
-        if found:
-            refuse(soup, sorted(found, key=lambda each: each[0]), clearance)
+    folded, crossed = list[_Found](), list[_Found]()
+    for faces, places in runs_by_size(soup.face_starts):
+        polygons = soup.corners[places]
+        for found, of_size in zip(
+            (folded, crossed), meetings(flattened(soup.vertices[polygons]), clearance), strict=True
+        ):
+            found += [(int(faces[at.outline]), polygons[at.outline], at) for at in of_size]
+    if folded:
+        _raise_folded(soup, sorted(folded, key=_face), clearance)
+    if crossed:
+        _raise_crossed(soup, sorted(crossed, key=_face))
 
 
-def _raise_folded(soup: PolygonSoup, found: list[tuple[int, IntArray, Meeting]], clearance: float) -> NoReturn:
+def _face(found: _Found) -> int:
+    return found[0]
+
+
+def _raise_folded(soup: PolygonSoup, found: list[_Found], clearance: float) -> NoReturn:
     face, polygon, at = found[0]
     faces = np.array([each[0] for each in found])
     ends = [soup.vertex_name(polygon[(at.edge + step) % len(polygon)]) for step in (0, 1)]
@@ -217,7 +227,7 @@ def _raise_folded(soup: PolygonSoup, found: list[tuple[int, IntArray, Meeting]],
     )
 
 
-def _raise_crossed(soup: PolygonSoup, found: list[tuple[int, IntArray, Meeting]], _: float) -> NoReturn:
+def _raise_crossed(soup: PolygonSoup, found: list[_Found]) -> NoReturn:
     face, polygon, at = found[0]
     faces = np.array([each[0] for each in found])
     places = (at.corner, at.corner + 1, at.edge, at.edge + 1)

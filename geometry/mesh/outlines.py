@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["Meeting", "crossings", "flattened", "folds"]
+__all__ = ["Meeting", "flattened", "meetings"]
 
 LARGE = 256
 """Corners above which an outline is searched by strips; below, comparing all of its edges takes no longer."""
@@ -31,30 +31,12 @@ class Meeting:
     distance: float = 0.0
 
 
-def folds(outlines: FloatArray, clearance: float) -> list[Meeting]:
-    """The outlines (n, k, 2) with a corner within `clearance` of an edge it does not belong to, one place in each."""
+def meetings(outlines: FloatArray, clearance: float) -> tuple[list[Meeting], list[Meeting]]:
+    """Of the outlines (n, k, 2): those with a corner within `clearance` of an edge it does not belong to, and those of
+    which two edges cross; one place in each."""
     if outlines.shape[1] > LARGE:
-        return _large_folds(outlines, clearance)
-    found: dict[int, Meeting] = {}
-    for step in range(1, outlines.shape[1] - 1):
-        edge = (np.arange(outlines.shape[1]) + step) % outlines.shape[1]
-        distance = _distances(outlines, outlines[:, edge], np.roll(outlines, -step - 1, axis=1))
-        for outline, corner in np.argwhere(distance <= clearance).tolist():
-            place = Meeting(outline, corner, int(edge[corner]), float(distance[outline, corner]))
-            found.setdefault(outline, place)
-    return [found[outline] for outline in sorted(found)]
-
-
-def crossings(outlines: FloatArray) -> list[Meeting]:
-    """The outlines (n, k, 2), without folds, of which two edges cross, one place in each."""
-    if outlines.shape[1] > LARGE:
-        return _large_crossings(outlines)
-    found: dict[int, Meeting] = {}
-    for step in range(2, outlines.shape[1] // 2 + 1):
-        a, b, c, d = (np.roll(outlines, -shift, axis=1) for shift in (0, 1, step, step + 1))
-        for outline, corner in np.argwhere(_cross(a, b, c, d)).tolist():
-            found.setdefault(outline, Meeting(outline, corner, (corner + step) % outlines.shape[1]))
-    return [found[outline] for outline in sorted(found)]
+        return _large_meetings(outlines, clearance)
+    return _folds(outlines, clearance), _crossings(outlines)
 
 
 def flattened(polygons: FloatArray) -> FloatArray:
@@ -74,6 +56,26 @@ def flattened(polygons: FloatArray) -> FloatArray:
     axes = np.stack([x_axis, np.cross(normals, x_axis)], axis=2)
     outlines: FloatArray = here @ axes
     return outlines
+
+
+def _folds(outlines: FloatArray, clearance: float) -> list[Meeting]:
+    found: dict[int, Meeting] = {}
+    for step in range(1, outlines.shape[1] - 1):
+        edge = (np.arange(outlines.shape[1]) + step) % outlines.shape[1]
+        distance = _distances(outlines, outlines[:, edge], np.roll(outlines, -step - 1, axis=1))
+        for outline, corner in np.argwhere(distance <= clearance).tolist():
+            place = Meeting(outline, corner, int(edge[corner]), float(distance[outline, corner]))
+            found.setdefault(outline, place)
+    return list(found.values())
+
+
+def _crossings(outlines: FloatArray) -> list[Meeting]:
+    found: dict[int, Meeting] = {}
+    for step in range(2, outlines.shape[1] // 2 + 1):
+        a, b, c, d = (np.roll(outlines, -shift, axis=1) for shift in (0, 1, step, step + 1))
+        for outline, corner in np.argwhere(_cross(a, b, c, d)).tolist():
+            found.setdefault(outline, Meeting(outline, corner, (corner + step) % outlines.shape[1]))
+    return list(found.values())
 
 
 def _distances(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
@@ -102,34 +104,38 @@ def _side(start: FloatArray, end: FloatArray, point: FloatArray) -> IntArray:
 # --- large outlines, one by one
 
 
-def _large_folds(outlines: FloatArray, clearance: float) -> list[Meeting]:
-    found = []
+def _large_meetings(outlines: FloatArray, clearance: float) -> tuple[list[Meeting], list[Meeting]]:
+    folds, crossings = [], []
     for number, points in enumerate(outlines):
-        k = len(points)
-        seen = [_Strips.of(points[:, axes]).beside_corners() for axes in ([0, 1], [1, 0])]  # flat edges, steep edges
-        near = cKDTree(points).query(points, k=4)[1]  # itself, both neighbours, one more
-        near = np.stack([np.repeat(np.arange(k), 4), near.ravel()], axis=1)
-        pairs = np.concatenate([*seen, near, np.stack([near[:, 0], near[:, 1] - 1], axis=1) % k])
-        pairs = pairs[(pairs[:, 0] != pairs[:, 1]) & (pairs[:, 0] != (pairs[:, 1] + 1) % k)]
-        distance = _distances(points[pairs[:, 0]], points[pairs[:, 1]], points[(pairs[:, 1] + 1) % k])
-        least = int(distance.argmin())
-        if distance[least] <= clearance:
-            corner, edge = pairs[least].tolist()
-            found.append(Meeting(number, corner, edge, float(distance[least])))
-    return found
-
-
-def _large_crossings(outlines: FloatArray) -> list[Meeting]:
-    found = []
-    for number, points in enumerate(outlines):
-        strips, k = _Strips.of(points), len(points)
+        strips = _Strips.of(points)
         beside = strips.beside_corners()
+        corner, edge, distance = _nearest(points, beside)
+        if distance <= clearance:
+            folds.append(Meeting(number, corner, edge, distance))
+        k = len(points)
         pairs = np.concatenate([strips.above_each_other(), beside, (beside - [1, 0]) % k])
         ends = (points[pairs[:, 0]], points[(pairs[:, 0] + 1) % k], points[pairs[:, 1]], points[(pairs[:, 1] + 1) % k])
         crossed = np.flatnonzero(_cross(*ends))
         if len(crossed):
-            found.append(Meeting(number, *sorted(pairs[crossed[0]].tolist())))
-    return found
+            first, second = sorted(pairs[crossed[0]].tolist())
+            crossings.append(Meeting(number, first, second))
+    return folds, crossings
+
+
+def _nearest(points: FloatArray, beside: IntArray) -> tuple[int, int, float]:
+    """A corner and an edge that are as near to each other as any that nothing lies between, and their distance.
+
+    Strips along x find edges above and below, those along y find steep edges, a tree finds corners.
+    """
+    k = len(points)
+    near = cKDTree(points).query(points, k=4)[1]  # itself, both neighbours, one more
+    near = np.stack([np.repeat(np.arange(k), 4), near.ravel()], axis=1)
+    pairs = np.concatenate([beside, _Strips.of(points[:, ::-1]).beside_corners(), near, (near - [0, 1]) % k])
+    pairs = pairs[(pairs[:, 0] != pairs[:, 1]) & (pairs[:, 0] != (pairs[:, 1] + 1) % k)]
+    distance = _distances(points[pairs[:, 0]], points[pairs[:, 1]], points[(pairs[:, 1] + 1) % k])
+    least = int(distance.argmin())
+    corner, edge = pairs[least].tolist()
+    return corner, edge, float(distance[least])
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,10 +190,11 @@ class _Strips:
         corners, first, last = corners[full], first[full], last[full]
         low, high = first.copy(), last.copy()
         x, y = self.points[corners].T
-        while (open_ := low < high).any():
-            middle = np.where(open_, (low + high) // 2, first)
-            below = open_ & (self._heights(self.edges[middle], x) < y)
-            low, high = np.where(below, middle + 1, low), np.where(open_ & ~below, middle, high)
+        while len(rest := np.flatnonzero(low < high)):
+            middle = (low[rest] + high[rest]) // 2
+            below = self._heights(self.edges[middle], x[rest]) < y[rest]
+            low[rest[below]] = middle[below] + 1
+            high[rest[~below]] = middle[~below]
         places = low[:, None] + np.arange(-3, 3)  # two of these may be edges of the corner itself
         within = (places >= first[:, None]) & (places < last[:, None])
         return np.stack([np.repeat(corners, within.sum(axis=1)), self.edges[places[within]]], axis=1)
