@@ -2,9 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-__all__ = ["FoldedError", "GeometryError", "MeshError", "MeshFileError", "ParallelityError", "RankError"]
+__all__ = [
+    "FoldedError",
+    "GeometryError",
+    "MeshError",
+    "MeshFileError",
+    "ParallelityError",
+    "RankError",
+    "listed",
+    "shown",
+]
+
+NAMED = 10
+"""Findings of one kind that a sentence names; it counts the rest."""
+
+ECHO = 40
+"""Characters of a damaged word or line that a sentence repeats."""
 
 
 class GeometryError(ValueError):
@@ -51,3 +66,22 @@ class ParallelityError(GeometryError):
 
 class RankError(GeometryError):
     """The singular values have no gap, so that the dimension of a space cannot be told."""
+
+
+def listed(names: Iterable[object], count: int) -> str:
+    """ "1, 2 and 3", or "1, 2, 3 and 37 more": the first of `count` names, which need not all be made."""
+    first = [str(name) for _, name in zip(range(min(count, NAMED)), names, strict=False)]
+    if count > len(first):
+        return f"{', '.join(first)} and {count - len(first)} more"
+    return " and ".join(part for part in (", ".join(first[:-1]), first[-1]) if part)
+
+
+def shown(text: object, length: int = ECHO) -> str:
+    """Text from outside as a sentence may repeat it: on one line, printable everywhere, no longer than that.
+
+    The middle is left out, not the end, which tells file names apart.
+    """
+    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in str(text))
+    if len(plain) <= length:
+        return plain
+    return f"{plain[: length // 2]}...{plain[-(length - length // 2) :]}"

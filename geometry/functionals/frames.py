@@ -62,16 +62,17 @@ class FaceFrames:
 class LargerFaces:
     """The faces with more than three corners, by their number of corners k; k - 3 residuals are asked of each.
 
-    Residuals stand group after group, in each face after face.
+    Residuals stand group after group, in each face after face. A bound on k leaves out faces with more corners.
     """
 
     combinatorics: Combinatorics
+    bound: float = np.inf
 
     @cached_property
     def vertices(self) -> list[IntArray]:
         """For each k: the vertices (n, k) of its faces."""
         c = self.combinatorics
-        return [c.corners[corners] for _, corners in c.faces_by_size() if corners.shape[1] > 3]
+        return [c.corners[corners] for _, corners in c.faces_by_size() if 3 < corners.shape[1] <= self.bound]
 
     def frames(self, x: FloatArray) -> list[FaceFrames]:
         """For each k, where the vertices are at x (3N,)."""

@@ -4,6 +4,9 @@ For a face with k corners let h (k,) be the distances of its corners from its be
 perpendicular to 1 and to the in-plane coordinates of the corners, so the residuals Q^T h, with Q as in `frames`, have
 the norm of h: no false zeros, whatever corners are collinear. Turning the plane changes h by in-plane
 coordinates, which Q^T removes, so the Jacobian is Q^T times the normal, up to terms of the order of h.
+
+Q is full of numbers, k^2 of them; faces with many corners are measured from three of these instead, see
+`reference_planes`: k - 3 distances that vanish together with h, and whose squares add up to at least |h|^2.
 """
 
 from __future__ import annotations
@@ -12,13 +15,18 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import csr_array, vstack
 
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, IntArray
 from geometry.functionals.frames import LargerFaces
+from geometry.functionals.reference_planes import ReferencePlanes, far_apart
 from geometry.mesh import Combinatorics, Mesh
 from geometry.optimise.functional import SparseMatrix
 
 __all__ = ["Planarity", "face_deviations"]
+
+LARGEST = 12
+"""Corners of a face up to which its Q has hardly more numbers than three corners and the others."""
 
 
 def face_deviations(mesh: Mesh) -> FloatArray:
@@ -33,19 +41,44 @@ def face_deviations(mesh: Mesh) -> FloatArray:
 class Planarity:
     """k - 3 residuals for each face with k corners, in the unit of the coordinates; the unknown is all of them.
 
-    jacobian^T residual is the gradient of |residual|^2 / 2 everywhere.
+    jacobian^T residual is the gradient of |residual|^2 / 2 everywhere. shape (3N,): positions from which the three
+    corners of large faces are chosen once and for all, which keeps the pattern of the Jacobian; without, at each x.
     """
 
     combinatorics: Combinatorics
+    shape: FloatArray | None = None
 
     def residual(self, x: FloatArray) -> FloatArray:
-        return self._faces.stacked([frames.beyond(frames.heights) for frames in self._faces.frames(x)])
+        small = self._faces.stacked([frames.beyond(frames.heights) for frames in self._faces.frames(x)])
+        return np.concatenate([small, *(planes.heights.ravel() for planes in self._planes(x))])
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
-        return self._faces.matrix(
+        small = self._faces.matrix(
             [np.einsum("fkq,fi->fqki", frames.basis, frames.normals) for frames in self._faces.frames(x)]
         )
+        if not self._large:
+            return small
+        large = [planes.rows(at, len(x)) for planes, at in zip(self._planes(x), self._large, strict=True)]
+        return csr_array(vstack([small, *large], format="csr"))
 
     @cached_property
     def _faces(self) -> LargerFaces:
-        return LargerFaces(self.combinatorics)
+        return LargerFaces(self.combinatorics, LARGEST)
+
+    @cached_property
+    def _large(self) -> list[IntArray]:
+        """For each k above the bound: the vertices (n, k) of its faces."""
+        c = self.combinatorics
+        return [c.corners[corners] for _, corners in c.faces_by_size() if corners.shape[1] > LARGEST]
+
+    def _planes(self, x: FloatArray) -> list[ReferencePlanes]:
+        corners = [x.reshape(-1, 3)[vertices] for vertices in self._large]
+        three = self._three or [far_apart(each) for each in corners]
+        return [ReferencePlanes.of(*each) for each in zip(corners, three, strict=True)]
+
+    @cached_property
+    def _three(self) -> list[IntArray] | None:
+        """As `large`: the corners (n, 3) of the planes, where they are chosen beforehand."""
+        if self.shape is None:
+            return None
+        return [far_apart(self.shape.reshape(-1, 3)[vertices]) for vertices in self._large]

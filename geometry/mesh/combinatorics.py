@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, IntArray, integers
 from geometry.errors import MeshError
-from geometry.mesh.runs import next_in_run, run_of_place
+from geometry.mesh.runs import next_in_run, run_of_place, runs_by_size
 
 __all__ = ["Combinatorics"]
 
@@ -94,11 +94,7 @@ class Combinatorics:
 
     def faces_by_size(self) -> list[tuple[IntArray, IntArray]]:
         """For each size k: the faces with k corners (n,) and their corners (n, k)."""
-        groups = []
-        for size in np.unique(self.face_sizes):
-            faces = np.flatnonzero(self.face_sizes == size)
-            groups.append((faces, self.face_starts[faces][:, None] + np.arange(size)))
-        return groups
+        return runs_by_size(self.face_starts)
 
     def corners_of(self, faces: IntArray) -> tuple[IntArray, IntArray]:
         """All corners (n,) of faces (k,), one face after another, and which of the k each belongs to (n,)."""

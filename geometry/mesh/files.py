@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
+from stat import S_ISDIR, S_ISREG
 from typing import Any
 
 import numpy as np
 
 from geometry.arrays import FloatArray, floats
-from geometry.errors import MeshError, MeshFileError
+from geometry.errors import MeshError, MeshFileError, shown
 from geometry.mesh.checks import COINCIDENCE
+from geometry.mesh.encoding import decoded
 from geometry.mesh.mending import mend_soup
 from geometry.mesh.mesh import Mesh
 from geometry.mesh.obj import obj_text, read_obj
@@ -20,9 +22,12 @@ from geometry.mesh.origin import rounding
 from geometry.mesh.ply import ply_text, read_ply
 from geometry.mesh.soup import PolygonSoup
 
-__all__ = ["MeshFile", "read_mesh", "read_soup", "write_mesh"]
+__all__ = ["MeshFile", "about", "path_name", "read_mesh", "read_soup", "write_mesh"]
 
 _WRITERS = {".obj": obj_text, ".off": off_text, ".ply": ply_text}
+
+_LONGEST_NAME = 240
+"""Characters of a path in a sentence."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +74,7 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
     try:
         mesh, mended = mend_soup(read_soup(path), flip=flip, coincidence=coincidence)
     except (MeshFileError, MeshError) as error:
-        raise type(error)(
-            f"{path}: {error.message}", elements=error.elements, value=error.value, bound=error.bound
-        ) from error
+        raise about(path_name(path), error) from error
     return MeshFile(path, mesh, mended)
 
 
@@ -80,15 +83,19 @@ def write_mesh(path: str | PathLike[str], mesh: Mesh, *, origin: Any = (0.0, 0.0
 
     origin (3,): what was taken out of the mesh and is put back, see `MeshFile.near_zero`.
 
-    Raises MeshFileError for another suffix or a folder that does not exist.
+    Raises MeshFileError for another suffix, a folder that does not exist, and where the file cannot be written.
     """
     path = Path(path)
     writer = _WRITERS.get(path.suffix.lower())
     if writer is None:
-        raise MeshFileError(f"{path}: {_unknown_suffix(path)}")
-    if not path.parent.is_dir():
-        raise MeshFileError(f"{path}: there is no folder {path.parent}; make it first")
-    path.write_text(writer(mesh.translated(origin)), encoding="ascii", newline="\n")
+        raise MeshFileError(f"{path_name(path)}: {_unknown_suffix(path)}")
+    text = writer(mesh.translated(origin))
+    try:
+        path.write_text(text, encoding="ascii", newline="\n")
+    except FileNotFoundError as error:
+        raise MeshFileError(f"{path_name(path)}: there is no folder {path_name(path.parent)}; make it first") from error
+    except (OSError, ValueError) as error:
+        raise MeshFileError(f"{path_name(path)}: the file cannot be written: {_reason(error)}") from error
 
 
 def read_soup(path: Path) -> PolygonSoup:
@@ -96,16 +103,45 @@ def read_soup(path: Path) -> PolygonSoup:
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise MeshFileError(_unknown_suffix(path))
-    if not path.is_file():
-        raise MeshFileError("there is no such file; check the path")
-    data = path.read_bytes()
+    data = _contents(path)
     if not data.strip():
         raise MeshFileError("the file is empty; export the mesh again")
     if suffix == ".ply":
         return read_ply(data)
-    text = data.decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
+    text = decoded(data)
     return read_obj(text) if suffix == ".obj" else read_off(text)
 
 
+def path_name(path: Path) -> str:
+    """A path as a sentence may say it, whatever bytes it is made of."""
+    return shown(path, _LONGEST_NAME)
+
+
+def about(name: str, error: MeshFileError | MeshError) -> MeshFileError | MeshError:
+    """The same error, its sentence begun with a name."""
+    return type(error)(f"{name}: {error.message}", elements=error.elements, value=error.value, bound=error.bound)
+
+
+def _contents(path: Path) -> bytes:
+    """All bytes of a file. Devices and pipes, which may never end, are none."""
+    try:
+        mode = path.stat().st_mode
+        if S_ISREG(mode):
+            return path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise MeshFileError("there is no such file; check the path") from error
+    except (OSError, ValueError) as error:
+        raise MeshFileError(f"the file cannot be read: {_reason(error)}") from error
+    if S_ISDIR(mode):
+        raise MeshFileError("there is no such file; check the path, which is that of a folder")
+    raise MeshFileError("this is a pipe or a device, not a file; write what comes from it into a file, and give that")
+
+
+def _reason(error: OSError | ValueError) -> str:
+    """What the system says, without the path."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
 def _unknown_suffix(path: Path) -> str:
-    return f"meshes are read from and written to .obj, .off and .ply, not {path.suffix or 'a name without suffix'}"
+    suffix = shown(path.suffix) or "a name without suffix"
+    return f"meshes are read from and written to .obj, .off and .ply, not {suffix}"

@@ -9,9 +9,9 @@ from itertools import chain
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, integers
-from geometry.errors import MeshFileError
+from geometry.errors import MeshFileError, listed, shown
 
-__all__ = ["NumberRows", "parse_numbers", "whole", "word_lines"]
+__all__ = ["NumberRows", "likewise", "parse_numbers", "whole", "word_lines"]
 
 _EXACT = 2.0**53  # below this a double says every whole number
 
@@ -60,22 +60,38 @@ def parse_numbers(words: Iterable[str], lines: IntArray) -> FloatArray:
     """(n,) the numbers that the words say; `lines` (n,) is where they stand, for the error."""
     words = list(words)
     try:
-        return np.array(words, dtype=np.float64)
+        numbers = np.array(words, dtype=np.float64)
     except ValueError:
-        for word, line in zip(words, lines.tolist(), strict=True):
-            if not _is_number(word):
-                raise MeshFileError(f"line {line}: {word!r} is not a number; correct it", elements=[line]) from None
-        raise
+        numbers = None
+    if numbers is None or any("_" in word for word in words):
+        wrong = [place for place, word in enumerate(words) if not _is_number(word)]
+        first = wrong[0]
+        raise MeshFileError(
+            f"line {lines[first]}: '{shown(words[first])}' is not a number; correct it{likewise(lines[wrong])}",
+            elements=np.unique(lines[wrong]).tolist(),
+        )
+    return numbers
 
 
-def whole(values: FloatArray, lines: IntArray, what: str) -> IntArray:
-    """These numbers (n,), from these lines (n,), as integers. Raises MeshFileError where one is not whole."""
+def whole(values: FloatArray, lines: IntArray, what: str, place: str = "line") -> IntArray:
+    """These numbers (n,), from these lines (n,) or other places, as integers. Raises MeshFileError where one is not
+    whole."""
     indices = np.where(np.abs(values) < _EXACT, values, 0.0).astype(np.int64)
     wrong = np.flatnonzero(indices != values)
     if len(wrong):
         line, value = int(lines[wrong[0]]), float(values[wrong[0]])
-        raise MeshFileError(f"line {line}: {what} is {value:g}, a whole number is needed", elements=[line], value=value)
+        raise MeshFileError(
+            f"{place} {line}: {what} is {value:g}, a whole number is needed{likewise(lines[wrong], place)}",
+            elements=np.unique(lines[wrong]).tolist(),
+            value=value,
+        )
     return indices
+
+
+def likewise(lines: IntArray, place: str = "line") -> str:
+    """What a sentence about the first of some lines (n,) adds about the others; nothing where there are none."""
+    others = np.setdiff1d(lines, lines[:1])
+    return f"; likewise {place}{'s' * (len(others) != 1)} {listed(others, len(others))}" if len(others) else ""
 
 
 def _is_number(word: str) -> bool:
@@ -83,4 +99,4 @@ def _is_number(word: str) -> bool:
         float(word)
     except ValueError:
         return False
-    return True
+    return "_" not in word  # which Python reads over

@@ -7,22 +7,24 @@ import re
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.errors import MeshFileError
+from geometry.errors import MeshFileError, shown
 from geometry.mesh.mesh import Mesh
-from geometry.mesh.number_rows import NumberRows, whole, word_lines
+from geometry.mesh.number_rows import NumberRows, likewise, whole, word_lines
 from geometry.mesh.soup import PolygonSoup
 
 __all__ = ["off_text", "read_off"]
 
 _HEADER = re.compile(r"(ST)?C?N?(?P<homogeneous>4)?(?P<any>n)?OFF")
+_DIGITS = 15
+"""Of a number of elements, at most: no file holds more."""
 
 
 def read_off(text: str) -> PolygonSoup:
     """Vertices and faces of a file whose header is OFF, STOFF, COFF, NOFF, 4OFF or a mixture of these, or missing.
 
-    Faces may run over lines or share one. Where they do not come out exactly so, each vertex and each face is taken
-    to stand on a line of its own, and what follows (colours, normals, texture) is passed over. Where no index
-    is 0 and the largest is the number of vertices, they count from 1.
+    The header may be in small letters. Faces may run over lines or share one. Where they do not come out exactly so,
+    each vertex and each face is taken to stand on a line of its own, and what follows (colours, normals, texture) is
+    passed over. Where no index is 0 and the largest is the number of vertices, they count from 1.
     Raises MeshFileError where the header cannot be read, a word is not a number, or the file ends too early.
     """
     rows = word_lines(text)
@@ -33,10 +35,14 @@ def read_off(text: str) -> PolygonSoup:
     found = _stream(numbers, n_vertices, n_faces) if plain else None
     vertices, corners, sizes = found or _lines(numbers, n_vertices, n_faces, line, 4 if homogeneous else 3)
     if homogeneous:
-        if not vertices[:, 3].all():
-            vertex = int(np.flatnonzero(vertices[:, 3] == 0)[0])
-            raise MeshFileError(f"vertex {vertex} of the 4OFF file is at infinity: its fourth coordinate is 0")
-        vertices = vertices[:, :3] / vertices[:, 3:]
+        far = np.flatnonzero(vertices[:, 3] == 0)
+        if len(far):
+            raise MeshFileError(
+                f"vertex {far[0]} of the 4OFF file is at infinity: its fourth coordinate is 0{likewise(far, 'vertex')}",
+                elements=far.tolist(),
+            )
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused later
+            vertices = vertices[:, :3] / vertices[:, 3:]
     if len(corners) and corners.min() >= 1 and corners.max() == n_vertices:
         said = "face indices started at 1; counted from 0"
         return PolygonSoup.from_arrays(vertices, corners - 1, sizes, count_from=1, mended=(said,))
@@ -60,18 +66,20 @@ def _header(rows: Rows) -> tuple[bool, bool, Rows]:
     if not rows:
         raise MeshFileError("the file is empty: there is no OFF header and no mesh")
     line, words = rows[0]
-    header = _HEADER.fullmatch(words[0])
+    word = words[0] if words[0].endswith("nOFF") else words[0].upper()  # n: dimensions, N: normals
+    header = _HEADER.fullmatch(word)
     if header is None:
         if not words[0].isdecimal():
             raise MeshFileError(
-                f"line {line}: an OFF file begins with OFF, this one with {words[0]!r}", elements=[line]
+                f"line {line}: an OFF file begins with OFF, this one with '{shown(words[0])}'", elements=[line]
             )
         return False, True, rows
-    if header["any"] or words[1:2] == ["BINARY"]:
-        kind = "binary" if words[1:2] == ["BINARY"] else "n-dimensional"
+    binary = len(words) > 1 and words[1].upper() == "BINARY"
+    if header["any"] or binary:
+        kind = "binary" if binary else "n-dimensional"
         raise MeshFileError(f"line {line}: this OFF file is {kind}; save it as a plain one", elements=[line])
     rest = [(line, words[1:])] if words[1:] else []
-    return header["homogeneous"] is not None, words[0] == "OFF", rest + rows[1:]
+    return header["homogeneous"] is not None, word == "OFF", rest + rows[1:]
 
 
 def _counts(rows: Rows) -> tuple[int, int, int]:
@@ -79,9 +87,9 @@ def _counts(rows: Rows) -> tuple[int, int, int]:
     if not rows:
         raise MeshFileError("the file ends after its header: the numbers of vertices and faces are missing")
     line, words = rows[0]
-    if len(words) < 2 or not all(word.isdecimal() for word in words[:3]):
+    if len(words) < 2 or not all(word.isdecimal() and len(word) <= _DIGITS for word in words[:3]):
         raise MeshFileError(
-            f"line {line} should say the numbers of vertices, faces and edges, it says {' '.join(words)[:40]!r}",
+            f"line {line} should say the numbers of vertices, faces and edges, it says '{shown(' '.join(words))}'",
             elements=[line],
         )
     return int(words[0]), int(words[1]), line
@@ -121,8 +129,9 @@ def _lines(numbers: NumberRows, n_vertices: int, n_faces: int, header_line: int,
     thin = np.flatnonzero(widths[:n_vertices] < n_columns)
     if len(thin):
         raise MeshFileError(
-            f"line {lines[thin[0]]}: vertex {thin[0]} has {widths[thin[0]]} coordinates, {n_columns} are needed",
-            elements=[int(lines[thin[0]])],
+            f"line {lines[thin[0]]}: vertex {thin[0]} has {widths[thin[0]]} coordinates, {n_columns} are needed"
+            f"{likewise(lines[thin])}",
+            elements=lines[thin].tolist(),
         )
     vertices = numbers.values[starts[:n_vertices, None] + np.arange(n_columns)]
     sizes = whole(numbers.values[starts[n_vertices:]], lines[n_vertices:], "the number of corners of a face")
@@ -131,8 +140,8 @@ def _lines(numbers: NumberRows, n_vertices: int, n_faces: int, header_line: int,
         face, row = int(cut[0]), int(cut[0]) + n_vertices
         raise MeshFileError(
             f"line {lines[row]}: face {face} should have {sizes[face]} corners, the line holds {widths[row] - 1}; "
-            "the file is cut off or damaged",
-            elements=[int(lines[row])],
+            f"the file is cut off or damaged{likewise(lines[n_vertices + cut])}",
+            elements=lines[n_vertices + cut].tolist(),
         )
     within = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     return vertices, _indices(numbers, np.repeat(starts[n_vertices:] + 1, sizes) + within), sizes

@@ -10,12 +10,13 @@ from typing import NoReturn
 import numpy as np
 
 from geometry.arrays import IntArray
-from geometry.errors import MeshError, MeshFileError
-from geometry.mesh.checks import COINCIDENCE, check_indices
+from geometry.errors import MeshError, MeshFileError, shown
+from geometry.mesh.checks import COINCIDENCE
 from geometry.mesh.combinatorics import Combinatorics
-from geometry.mesh.files import MeshFile, read_soup
-from geometry.mesh.mending import drop_closing_corners, mended_soup
+from geometry.mesh.files import MeshFile, about, path_name, read_soup
+from geometry.mesh.mending import mended_soup, tidied
 from geometry.mesh.mesh import Mesh
+from geometry.mesh.rings import rings_by_size
 from geometry.mesh.soup import PolygonSoup
 
 __all__ = ["read_mesh_pair"]
@@ -41,12 +42,7 @@ def read_mesh_pair(
         _check_equivalent(soup, companion)
         mended = mended_soup(replace(soup, companion=companion.vertices), coincidence)
     except MeshError as error:
-        raise MeshError(
-            f"{first} with {second.name}: {error.message}",
-            elements=error.elements,
-            value=error.value,
-            bound=error.bound,
-        ) from error
+        raise about(f"{path_name(first)} with {shown(second.name)}", error) from error
     mesh = Mesh(mended.vertices, Combinatorics(mended.n_vertices, mended.corners, mended.face_starts))
     assert mended.companion is not None
     return MeshFile(first, mesh, mended.mended), mesh.with_vertices(mended.companion)
@@ -54,13 +50,9 @@ def read_mesh_pair(
 
 def _soup(path: Path) -> PolygonSoup:
     try:
-        soup = read_soup(path)
-        check_indices(soup)
-        return drop_closing_corners(soup)
+        return tidied(read_soup(path))
     except (MeshFileError, MeshError) as error:
-        raise type(error)(
-            f"{path}: {error.message}", elements=error.elements, value=error.value, bound=error.bound
-        ) from error
+        raise about(path_name(path), error) from error
 
 
 def _check_equivalent(soup: PolygonSoup, other: PolygonSoup) -> None:
@@ -71,39 +63,25 @@ def _check_equivalent(soup: PolygonSoup, other: PolygonSoup) -> None:
             f"the two do not have the same faces: the first has {counts}, the second {others}; write both from one "
             "model, with the same numbers of vertices"
         )
-    for size in np.unique(soup.face_sizes):  # as there are equally many faces, these are all sizes
-        (faces, rings), (_, known) = _rings(soup, size), _rings(other, size)
-        order = np.lexsort(rings.T[::-1])
-        if len(rings) != len(known) or not np.array_equal(rings[order], known[np.lexsort(known.T[::-1])]):
-            _raise_other_face(soup, faces, rings, known)
-
-
-def _raise_other_face(soup: PolygonSoup, faces: IntArray, rings: IntArray, known: IntArray) -> NoReturn:
-    of_second = set(map(tuple, known.tolist()))
-    for face, ring in zip(faces.tolist(), rings.tolist(), strict=True):
-        if tuple(ring) not in of_second:
-            names = ", ".join(soup.vertex_name(vertex) for vertex in soup.corners[soup.corner_face == face])
+    known = {rings.shape[1]: rings for _, rings in rings_by_size(other.corners, other.face_starts)}
+    for faces, rings in rings_by_size(soup.corners, soup.face_starts):
+        size = rings.shape[1]
+        theirs = known.get(size, np.zeros((0, size), dtype=np.int64))
+        same = np.unique(np.concatenate([theirs, rings]), axis=0, return_inverse=True)[1].ravel()
+        missing = faces[~np.isin(same[len(theirs) :], same[: len(theirs)])]
+        if len(missing):
+            _raise_other_faces(soup, missing)
+        if len(rings) != len(theirs):
             raise MeshError(
-                f"the two do not have the same faces: face {soup.face_name(face)} of the first, with the vertices "
-                f"{names}, is not in the second; write both from one model, with the same numbers of vertices "
-                f"{soup.counting}",
-                elements=[face],
+                f"the two do not have the same faces: the first has {len(rings)} with {size} corners, the second "
+                f"{len(theirs)}; write both from one model, with the same numbers of vertices"
             )
-    size = known.shape[1]
+
+
+def _raise_other_faces(soup: PolygonSoup, missing: IntArray) -> NoReturn:
     raise MeshError(
-        f"the two do not have the same faces: the first has {len(rings)} with {size} corners, the second {len(known)}; "
-        "write both from one model, with the same numbers of vertices"
+        f"the two do not have the same faces: face {soup.face_name(missing[0])} of the first, with the vertices "
+        f"{soup.corner_names(missing[0])}, is not in the second; write both from one model, with the same numbers of "
+        f"vertices{soup.likewise(missing[1:])} {soup.counting}",
+        elements=soup.faces_of_file(missing),
     )
-
-
-def _rings(soup: PolygonSoup, size: int) -> tuple[IntArray, IntArray]:
-    """The faces (n,) with so many corners, and their vertices (n, size) from the least one on towards the lesser of
-    its neighbours."""
-    faces = np.flatnonzero(soup.face_sizes == size)
-    rings = soup.corners[soup.face_starts[faces][:, None] + np.arange(size)]
-    rows, steps = np.arange(len(rings))[:, None], np.arange(size)
-    start = rings.argmin(axis=1)[:, None]
-    turned: IntArray = rings[rows, (start + steps) % size]
-    back = turned[:, 1] > turned[:, -1]
-    turned[back, 1:] = turned[back, :0:-1]
-    return faces, turned

@@ -10,7 +10,8 @@ from struct import Struct
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.errors import MeshFileError
+from geometry.errors import MeshFileError, shown
+from geometry.mesh.encoding import decoded, spelled_out
 from geometry.mesh.mesh import Mesh
 from geometry.mesh.number_rows import NumberRows, whole, word_lines
 from geometry.mesh.soup import PolygonSoup
@@ -24,6 +25,8 @@ _TYPES = {
 }  # fmt: skip
 _ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 _FACE_LISTS = ("vertex_indices", "vertex_index")
+_DIGITS = 15
+"""Of a number of elements, at most: no file holds more."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,7 @@ class _TextData:
     """The numbers of a text body; places count numbers."""
 
     def __init__(self, body: bytes, first_line: int) -> None:
-        text = body.decode("utf-8", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
-        self._numbers = NumberRows.from_words(word_lines(text, first_line=first_line))
+        self._numbers = NumberRows.from_words(word_lines(decoded(body), first_line=first_line))
         self._values = self._numbers.values.tolist()
         self.end = len(self._values)
 
@@ -61,7 +63,7 @@ class _TextData:
     def floats(self, places: IntArray, type_: str) -> FloatArray:
         return self._numbers.values[places]
 
-    def indices(self, places: IntArray, type_: str) -> IntArray:
+    def indices(self, places: IntArray, type_: str, faces: IntArray) -> IntArray:
         return whole(self._numbers.values[places], self._numbers.value_lines[places], "a vertex index of a face")
 
 
@@ -82,12 +84,12 @@ class _BinaryData:
         return value
 
     def floats(self, places: IntArray, type_: str) -> FloatArray:
-        values: FloatArray = self._gather(places, type_).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # of what is no number; it is refused later
+            values: FloatArray = self._gather(places, type_).astype(np.float64)
         return values
 
-    def indices(self, places: IntArray, type_: str) -> IntArray:
-        values: IntArray = self._gather(places, type_).astype(np.int64)
-        return values
+    def indices(self, places: IntArray, type_: str, faces: IntArray) -> IntArray:
+        return whole(self.floats(places, type_), faces, "a vertex index", "face")
 
     def _gather(self, places: IntArray, type_: str) -> np.ndarray:
         chosen = self._bytes[places[:, None] + np.arange(self.width(type_))]
@@ -100,8 +102,11 @@ _Data = _TextData | _BinaryData
 def read_ply(data: bytes) -> PolygonSoup:
     """Vertices (x, y, z) and faces (vertex_indices) of a file; all other elements and properties are passed over.
 
+    Words of the header may be in capitals. Sentences count vertices and faces from 0.
+
     Raises MeshFileError where the header cannot be read or lacks these, and where the data end too early.
     """
+    data = spelled_out(data)
     format_, elements, body_start, n_header_lines = _header(data)
     _check_elements(elements)
     body = data[body_start:]
@@ -114,11 +119,12 @@ def read_ply(data: bytes) -> PolygonSoup:
         if element.name == "vertex":
             vertices = np.stack([values.floats(places[axis], types[axis]) for axis in "xyz"], axis=1)
         elif element.name == "face":
-            name = next(name for name in _FACE_LISTS if name in types)
+            lists = {item.name for item in element.properties if item.count_type is not None}
+            name = next(name for name in _FACE_LISTS if name in lists)
             sizes = counts[name]
             within = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
             starts = np.repeat(places[name], sizes) + within * values.width(types[name])
-            corners = values.indices(starts, types[name])
+            corners = values.indices(starts, types[name], np.repeat(np.arange(element.count), sizes))
     return PolygonSoup.from_arrays(vertices, corners, sizes)
 
 
@@ -135,19 +141,19 @@ def ply_text(mesh: Mesh) -> str:
 
 def _header(data: bytes) -> tuple[str, list[_Element], int, int]:
     """Format, elements, where the body begins, and how many lines the header has."""
-    start = re.match(rb"ply[ \t]*(\r\n|\n|\r)", data)
+    start = re.match(rb"\s*ply[ \t]*(\r\n|\n|\r)", data, re.IGNORECASE)
     if start is None:
         raise MeshFileError("a PLY file begins with a line 'ply', this one does not")
-    end = re.compile(start[1] + rb"end_header[ \t]*(?:%b|$)" % start[1]).search(data)
+    end = re.compile(rb"[\r\n]end_header[ \t]*(?:%b|$)" % start[1], re.IGNORECASE).search(data)
     if end is None:
         raise MeshFileError("the PLY header does not end: there is no line 'end_header'; the file is cut off")
     lines = data[: end.end()].decode("ascii", errors="replace").splitlines()
     format_, elements = "", list[_Element]()
     for number, line in enumerate(lines, 1):
-        match line.split():
+        match line.lower().split():
             case ["format", ("ascii" | "binary_little_endian" | "binary_big_endian") as found, "1.0"]:
                 format_ = found
-            case ["element", name, count] if count.isdecimal():
+            case ["element", name, count] if count.isdecimal() and len(count) <= _DIGITS:
                 elements.append(_Element(name, int(count)))
             case ["property", "list", count_type, type_, name] if elements and {count_type, type_} <= _TYPES.keys():
                 elements[-1].properties.append(_Property(name, type_, count_type))
@@ -156,14 +162,23 @@ def _header(data: bytes) -> tuple[str, list[_Element], int, int]:
             case [] | ["ply"] | ["end_header"] | ["comment" | "obj_info", *_]:
                 pass
             case _:
-                raise MeshFileError(f"line {number}: {line[:60]!r} is not a line of a PLY header", elements=[number])
+                raise MeshFileError(f"line {number}: '{shown(line)}' is not a line of a PLY header", elements=[number])
     if not format_:
         raise MeshFileError("the PLY header does not say its format: ascii, binary_little_endian or binary_big_endian")
     return format_, elements, end.end(), len(lines)
 
 
 def _check_elements(elements: list[_Element]) -> None:
+    """What is needed is there, once."""
     for element in elements:
+        if element.name in ("vertex", "face") and sum(other.name == element.name for other in elements) > 1:
+            raise MeshFileError(f"the PLY header describes its elements '{element.name}' twice: write the file again")
+        needed = {"vertex": ("x", "y", "z"), "face": _FACE_LISTS}.get(element.name, ())
+        for name in needed:
+            if sum(item.name == name for item in element.properties) > 1:
+                raise MeshFileError(
+                    f"the PLY header gives its elements '{element.name}' two properties '{name}': write the file again"
+                )
         scalars = {item.name for item in element.properties if item.count_type is None}
         lists = {item.name for item in element.properties if item.count_type is not None}
         if element.name == "vertex" and not scalars >= {"x", "y", "z"}:
@@ -212,14 +227,14 @@ def _walk(element: _Element, data: _Data, place: int) -> tuple[dict[str, IntArra
 def _count(value: float, element: _Element, row: int) -> int:
     if not (value >= 0 and float(value).is_integer()):
         raise MeshFileError(
-            f"{element.name} {row} announces a list of {value:g} values: a whole number, not negative, is needed"
+            f"{shown(element.name)} {row} announces a list of {value:g} values: a whole number, not negative, is needed"
         )
     return int(value)
 
 
 def _cut_off(element: _Element, row: int) -> MeshFileError:
     return MeshFileError(
-        f"the file is cut off: its header announces {element.count} elements {element.name!r}, "
+        f"the file is cut off: its header announces {element.count} elements '{shown(element.name)}', "
         f"and number {row} (counted from 0) is not complete",
         elements=[row],
         value=row,

@@ -9,7 +9,7 @@ import numpy as np
 
 from geometry.arrays import IntArray, integers
 
-__all__ = ["next_in_run", "run_of_place"]
+__all__ = ["next_in_run", "run_of_place", "runs_by_size"]
 
 
 def next_in_run(starts: IntArray) -> IntArray:
@@ -22,3 +22,11 @@ def next_in_run(starts: IntArray) -> IntArray:
 def run_of_place(starts: IntArray) -> IntArray:
     """(C,) the run of each place."""
     return integers(np.repeat(np.arange(len(starts) - 1), np.diff(starts)))
+
+
+def runs_by_size(starts: IntArray) -> list[tuple[IntArray, IntArray]]:
+    """For each size k, from the least: the runs of k places (n,), and their places (n, k)."""
+    sizes = np.diff(starts)
+    order = np.argsort(sizes, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(sizes[order])) + 1)
+    return [(runs, starts[runs][:, None] + np.arange(sizes[runs[0]])) for runs in groups if len(runs)]

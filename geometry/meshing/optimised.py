@@ -136,7 +136,7 @@ class _Task:
     def constraint(self) -> Functional:
         """To be zero."""
         n = self.mesh.n_vertices
-        planar = Planarity(self.mesh.combinatorics)
+        planar = Planarity(self.mesh.combinatorics, self.start)
         aims = [] if self.aim.functional is None else [self.aim.functional]
         curves = [OnCurve(curve, vertices, n) for curve, vertices in self.guides.curves if len(vertices)]
         return Stack([planar, *aims, *curves]) if aims or curves else planar

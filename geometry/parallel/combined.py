@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
+from geometry.arrays import FloatArray
 from geometry.functionals.parallelity import Parallelity
 from geometry.functionals.planarity import Planarity, face_deviations
 from geometry.mesh import Mesh
@@ -46,7 +47,7 @@ def nearest_parallel_pair(mesh: Mesh, image: Mesh) -> tuple[Mesh, Mesh]:
     size, radius = mesh.mean_edge_length, float(np.linalg.norm(image.vertices, axis=1).mean())
     start = np.concatenate([(mesh.vertices - centre).ravel() / size, image.vertices.ravel() / radius])
     solution = nearest_feasible(
-        _exactness(mesh),
+        _exactness(mesh, start),
         start,
         csr_array(eye_array(len(start))),
         tolerance=ACCURACY,
@@ -71,12 +72,13 @@ def nearest_parallel_pair(mesh: Mesh, image: Mesh) -> tuple[Mesh, Mesh]:
     return mesh.with_vertices(vertices * size + centre), image.with_vertices(normals * radius)
 
 
-def _exactness(mesh: Mesh) -> Stack:
+def _exactness(mesh: Mesh, start: FloatArray) -> Stack:
     """S parallel to M, both with planar faces: the residuals of (M, S), x (6N,).
 
-    Planarity of M follows where no edge of S vanishes; asked for all the same, it also holds where one does.
+    Planarity of M follows where no edge of S vanishes; asked for all the same, it also holds where one does. start
+    (6N,) is near to x.
     """
     c, n = mesh.combinatorics, 3 * mesh.n_vertices
     both, nothing = csr_array(eye_array(2 * n)), np.zeros(n)
     blocks = (AffineMap(csr_array(both[:n]), nothing), AffineMap(csr_array(both[n:]), nothing))
-    return Stack([Parallelity(c), *(At(Planarity(c), block) for block in blocks)])
+    return Stack([Parallelity(c), *(At(Planarity(c, block(start)), block) for block in blocks)])

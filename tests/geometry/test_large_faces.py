@@ -1,0 +1,147 @@
+"""Faces of very many corners: checked and made planar in as many numbers as they have, with the same answers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from geometry.arrays import FloatArray
+from geometry.errors import MeshError
+from geometry.functionals import planarity
+from geometry.functionals.planarity import Planarity
+from geometry.mesh import Mesh, mend, outlines, shapes
+from geometry.mesh.checks import FOLD_CLEARANCE
+from geometry.meshing import planarise
+from geometry.optimise.constrained import ConstrainedQuadratic
+from geometry.parallel import nearest_parallel_pair
+
+seeds = st.integers(0, 2**32 - 1)
+KINDS = ["star", "on a raster", "two exchanged", "corner on an edge", "comb", "anywhere"]
+
+
+def outline(kind: str, k: int, rng: np.random.Generator) -> FloatArray:
+    """(1, k, 2) in its mean edge lengths: simple for the first kind; the others often are not."""
+    angles = np.sort(rng.uniform(0, 2 * np.pi, k))
+    points = rng.uniform(0.2, 1, k)[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    i, j = rng.choice(k, 2, replace=False)
+    match kind:
+        case "on a raster":
+            points = np.round(6 * points)
+        case "two exchanged":
+            points[[i, j]] = points[[j, i]]
+        case "corner on an edge":
+            share = rng.random()
+            points[i] = points[j] * (1 - share) + points[(j + 1) % k] * share
+        case "comb":
+            teeth = k // 2
+            points = np.stack([np.repeat(np.arange(teeth), 2), np.tile([0, 5, 5, 0], teeth)[: 2 * teeth]], axis=1)
+            points = np.concatenate([points, [[teeth, 0], [teeth, -1], [-1, -1], [-1, 0]]]).astype(float)
+            points[rng.integers(len(points))] += rng.integers(-1, 2, 2)
+        case "anywhere":
+            points = rng.normal(size=(k, 2))
+    points = points - points.mean(axis=0)
+    lengths = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    points = points[lengths > 0]  # the edges of a mended mesh have lengths
+    return (points / lengths.mean())[None]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=60, deadline=None)
+@given(seed=seeds, k=st.integers(6, 60))
+def test_strips_find_what_comparing_all_edges_finds(kind: str, seed: int, k: int) -> None:
+    points = outline(kind, k, np.random.default_rng(seed))
+    found = []
+    with pytest.MonkeyPatch.context() as patch:
+        for large in (10**9, 2):
+            patch.setattr(outlines, "LARGE", large)
+            folds, crossings = outlines.meetings(points, FOLD_CLEARANCE)
+            found.append((bool(folds), bool(folds or crossings)))
+    assert found[0] == found[1]
+
+
+def gear(k: int, *, depth: float = 0.5) -> FloatArray:
+    """(k, 3) teeth around a circle: long edges close to each other."""
+    angles = 2 * np.pi * np.arange(k) / k
+    radii = np.where(np.arange(k) % 2, 1.0, 1 - depth)
+    return np.stack([radii * np.cos(angles), radii * np.sin(angles), np.zeros(k)], axis=1)
+
+
+@pytest.mark.parametrize("k", [300, 8_000])
+def test_one_fault_among_many_corners_is_found(k: int) -> None:
+    points = gear(k)
+    assert mend(points, [range(k)])[0].n_faces == 1
+    crossed = points.copy()
+    crossed[[k // 3, k // 3 + 2]] = points[[k // 3 + 2, k // 3]]
+    with pytest.raises(MeshError, match="face 0 crosses itself") as caught:
+        mend(crossed, [range(k)])
+    assert caught.value.elements == (0,)
+    pinched = points.copy()
+    pinched[k // 2] = (points[k // 2 + 1] + points[k // 2 + 2]) / 2
+    with pytest.raises(MeshError, match=f"face 0 folds back on itself: its vertex {k // 2} lies"):
+        mend(pinched, [range(k)])
+
+
+# --- planarity
+
+
+def prism(k: int, seed: int, amount: float) -> Mesh:
+    mesh = shapes.regular_prism(k)
+    noise = np.random.default_rng(seed).normal(size=mesh.vertices.shape) * mesh.mean_edge_length
+    return mesh.with_vertices(mesh.vertices + amount * noise)
+
+
+@given(st.integers(13, 40), seeds, st.floats(-4, -1))
+def test_distances_of_many_corners_vanish_with_those_from_the_best_plane(k: int, seed: int, decade: float) -> None:
+    """Their squares add up to at least those from the best plane, and to no more than what the shares make of them."""
+    mesh = prism(k, seed, 10**decade)
+    x = mesh.vertices.ravel()
+    large = Planarity(mesh.combinatorics)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(planarity, "LARGEST", k)
+        small = Planarity(mesh.combinatorics).residual(x)
+        assert len(small) == len(large.residual(x))
+    square, best = float((large.residual(x) ** 2).sum()), float((small**2).sum())
+    assert best * (1 - 1e-9) <= square <= 10 * k * best
+
+
+@given(st.integers(13, 40), seeds, st.floats(-4, -1))
+def test_derivatives_of_large_faces_are_exact(k: int, seed: int, decade: float) -> None:
+    mesh = prism(k, seed, 10**decade)
+    x = mesh.vertices.ravel()
+    functional = Planarity(mesh.combinatorics, x)
+    step = np.random.default_rng(seed + 1).normal(size=len(x)) * 1e-6
+    difference = (functional.residual(x + step) - functional.residual(x - step)) / 2
+    expected = functional.jacobian(x) @ step
+    # quads are exact at planar faces only; they come first
+    quads = k
+    np.testing.assert_allclose(difference[quads:], expected[quads:], rtol=0, atol=1e-8 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("k", [100, 1000])
+def test_large_faces_become_planar_and_their_factor_stays_sparse(k: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers in the factor grow as the corners do: by steps of ten, ten times, and not a thousand times."""
+    sizes = []
+    factor = ConstrainedQuadratic._factor.func
+
+    def counted(self: ConstrainedQuadratic) -> object:
+        found = factor(self)
+        sizes.append(found.lu.L.nnz)
+        return found
+
+    monkeypatch.setattr(ConstrainedQuadratic, "_factor", property(counted))
+    found = planarise(prism(k, 1, 1e-4))
+    assert found.planarity_after <= 1e-12
+    assert found.largest_move < 1e-2
+    assert max(sizes) < 300 * k  # a dense factor has 4.5 k^2, and 9 k^2 / 2 for either face
+
+
+def test_a_pair_of_meshes_with_large_faces_becomes_exact() -> None:
+    mesh = shapes.regular_prism(200)
+    image = mesh.with_vertices(mesh.vertices / np.linalg.norm(mesh.vertices, axis=1).mean())
+    rounded = mesh.with_vertices(mesh.vertices.round(6)), image.with_vertices(image.vertices.round(8))
+    exact, parallel = nearest_parallel_pair(*rounded)
+    assert exact.plane_deviations.max() < 1e-12 * exact.mean_edge_length * 200  # that is how large the faces are
+    assert np.linalg.norm(exact.vertices - mesh.vertices, axis=1).max() < 1e-4
+    assert parallel.n_faces == mesh.n_faces
