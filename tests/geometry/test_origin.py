@@ -85,7 +85,7 @@ def test_mending_does_not_depend_on_the_place(seed: int, move: FloatArray, close
 
 @given(st.integers(0, 9999), WHOLE)
 def test_which_side_is_outside_does_not_depend_on_the_place(seed: int, move: FloatArray) -> None:
-    """Of a flat hexagon under six triangles with a vertex of their own, whose volume is what rounding leaves of zero."""
+    """Of a flat hexagon under six triangles with a vertex of their own: its volume is what rounding leaves of zero."""
     rng = np.random.default_rng(seed)
     corner, along, across = np.round(rng.uniform(-1, 1, (3, 3)) * 2.0**24) / 2.0**24
     plan = np.array([[0, 0], [3, -1], [5, 1], [4, 4], [1, 5], [-1, 2], [2, 2]])
