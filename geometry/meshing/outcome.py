@@ -85,12 +85,12 @@ def check_outcome(before: Mesh, after: Mesh, aim: Aim, guides: Guides, solution:
 
 def _ending(after: Mesh, aim: Aim, solution: Solution) -> str:
     """Why something is off, and what to do."""
-    if solution.reason is Reason.CONVERGED:
-        distance = float(np.abs(after.vertices).max()) / after.mean_edge_length
-        return (
-            f"because the mesh lies {distance:.0e} mean edge lengths from the origin, where coordinates are coarse; "
-            "move it nearer to the origin, or allow more"
-        )
+    if solution.reason is Reason.CONVERGED:  # about the centroid it holds: the rounding of coordinates is in the way
+        centre = np.abs(after.vertices.mean(axis=0)).max()
+        rounding = float(np.spacing(np.abs(after.vertices).max())) / after.mean_edge_length
+        is_far = centre > np.abs(after.vertices - after.vertices.mean(axis=0)).max()
+        cure = "move the mesh to the origin" if is_far else "allow more"
+        return f"because coordinates are rounded to {rounding:.0e} mean edge lengths; {cure}"
     return f"after {solution.steps} steps: {solution.reason.value}; {aim.advice}"
 
 
@@ -161,14 +161,13 @@ def _check_convex(after: Mesh, aim: Aim, guides: Guides, solution: Solution, tol
 
 
 def _check_not_folded(before: Mesh, after: Mesh, aim: Aim) -> None:
-    advice = f"use more fairness, or {aim.advice}"
     turned = np.einsum("fi,fi->f", before.face_normals, after.face_normals)
     face = int(turned.argmin())
     if turned[face] <= 0:
         degrees = float(np.degrees(np.arccos(max(-1.0, turned[face]))))
         raise GeometryError(
             f"face {face} folded over while {aim.task}: its normal turned by {degrees:.0f} degrees, "
-            f"allowed 90; {advice}",
+            f"allowed 90; {aim.advice}",
             elements=[face],
             value=float(turned[face]),
             bound=0.0,
@@ -178,7 +177,7 @@ def _check_not_folded(before: Mesh, after: Mesh, aim: Aim) -> None:
     if along[edge] < LEAST_LENGTH:
         raise GeometryError(
             f"{before.combinatorics.edge_name(edge)} folded over while {aim.task}: along its old direction it has "
-            f"{along[edge]:.2g} times its old length, at least {LEAST_LENGTH} is allowed; {advice}",
+            f"{along[edge]:.2g} times its old length, at least {LEAST_LENGTH} is allowed; {aim.advice}",
             elements=[edge],
             value=float(along[edge]),
             bound=LEAST_LENGTH,
