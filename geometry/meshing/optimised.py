@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray, integers
+from geometry.arrays import FloatArray, floats, integers
 from geometry.errors import GeometryError
 from geometry.functionals.closeness import OnCurve, OnSurface
 from geometry.functionals.convexity import Convexity
@@ -38,7 +38,8 @@ class OptimisedMesh:
 
     Planarity is the largest distance of a corner from its face's best plane. The deviation is what a circular or
     conical mesh is off by: the largest circularity of a face or conicality (radians) of a vertex, as the norm of what
-    the functional of that name finds; zero where neither is asked. surface_distance: the largest distance of a vertex
+    the functional of that name finds; zero where neither is asked. moves (N,): how far each vertex moved, read-only;
+    they tell whether the result is the shape that was given. surface_distance: the largest distance of a vertex
     from the surface, None without one. Lengths are parts of the mean edge length l of the mesh as given. `reason` says
     why the method stopped.
     """
@@ -51,8 +52,15 @@ class OptimisedMesh:
     deviation_after: float
     largest_move: float
     mean_move: float
+    moves: FloatArray
     surface_distance: float | None
     reason: str
+
+    def move_of(self, share: float) -> float:
+        """The move that this share of the vertices do not exceed, from 0 to 1; vertices without faces do not count."""
+        if not 0 <= share <= 1:
+            raise GeometryError(f"the share of the vertices is {share}: a number from 0 to 1 is needed", value=share)
+        return float(np.quantile(self.moves[self.mesh.combinatorics.is_used], share))
 
 
 def optimised(
@@ -209,6 +217,7 @@ class _Task:
             deviation_after=float(self.aim.deviations(result).max(initial=0.0)),
             largest_move=float(moves.max()),
             mean_move=float(moves.mean()),
+            moves=floats(moves),
             surface_distance=self.surface_distance(result),
             reason=reason,
         )

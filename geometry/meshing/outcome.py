@@ -159,14 +159,13 @@ def _check_convex(after: Mesh, aim: Aim, guides: Guides, solution: Solution, tol
 
 
 def _check_not_folded(before: Mesh, after: Mesh, aim: Aim) -> None:
-    advice = f"use more fairness, or {aim.advice}"
     turned = np.einsum("fi,fi->f", before.face_normals, after.face_normals)
     face = int(turned.argmin())
     if turned[face] <= 0:
         degrees = float(np.degrees(np.arccos(max(-1.0, turned[face]))))
         raise FoldedError(
             f"face {face} folded over while {aim.task}: its normal turned by {degrees:.0f} degrees, allowed 90",
-            advice,
+            aim.advice,
             elements=[face],
             value=float(turned[face]),
             bound=0.0,
@@ -177,7 +176,7 @@ def _check_not_folded(before: Mesh, after: Mesh, aim: Aim) -> None:
         raise FoldedError(
             f"{before.combinatorics.edge_name(edge)} folded over while {aim.task}: along its old direction it has "
             f"{along[edge]:.2g} times its old length, at least {LEAST_LENGTH} is allowed",
-            advice,
+            aim.advice,
             elements=[edge],
             value=float(along[edge]),
             bound=LEAST_LENGTH,

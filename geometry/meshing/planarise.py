@@ -30,8 +30,10 @@ def planarise(
 
     Constrained Newton steps of least |moves|^2 + fairness * strain; see `functionals.fairness.strain`. Faces
     have any number of corners; a mesh that is as asked comes back as the same object. Less fairness (0.01) stays closer
-    to the given vertices in the mean, and turns and shortens edges more. After `held_steps` the pull back to the given
-    vertices is dropped: it is in the way of quadratic convergence.
+    to the given vertices in the mean, and turns and shortens edges more; with more of it, edges collapse less easily.
+    After `held_steps` the pull back to the given vertices is dropped: it is in the way of quadratic convergence. So the
+    result is planar to the tolerance and near to the given mesh, but not the nearest of all planar meshes; and where
+    none is near, as along asymptotic lines, it is another shape. The `moves` of the result tell.
 
     surface: vertices glide on it: squared distances from it count 10 times as much as squared moves. How far
       vertices end up from it is part of the result.

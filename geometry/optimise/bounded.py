@@ -203,7 +203,9 @@ class _Problem:
         multipliers[np.concatenate([np.ones(len(self.b), dtype=bool), held])] = found.multipliers
         of_bounds = multipliers[len(self.b) :]
         pulls = (above & (of_bounds < 0) | below & (of_bounds > 0)) & ~self.equal
-        reason = near.reason if pulls.any() or found.reason is not Reason.CONVERGED else Reason.CONVERGED
+        if pulls.any():  # bounds that depend on each other share what holds x in many ways
+            return Solution(found.x, near.multipliers, self.violation(found.x), near.steps, near.reason)
+        reason = near.reason if found.reason is not Reason.CONVERGED else Reason.CONVERGED
         return Solution(found.x, multipliers, self.violation(found.x), near.steps, reason)
 
     def violation(self, x: FloatArray) -> float:

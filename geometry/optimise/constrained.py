@@ -28,6 +28,20 @@ PENALTY = 1e7
 PATIENCE = 10
 """Corrections without a smaller violation before giving up; conjugate gradients need not gain at each step."""
 
+CAREFUL_PENALTY = 1e11
+"""The penalty where constraints nearly depend on each other: singular values down to 1e-6 take no correction of their
+own. The factor rounds by 1e-5 then, so corrections begin afresh from what is left of both equations."""
+
+CAREFUL_PATIENCE = 50
+"""Corrections without a smaller violation there."""
+
+REFINEMENTS = 20
+"""Times at most that it begins afresh from what is left of both equations. Mostly one does; more are needed where the
+penalty is high, or where H nearly vanishes in some directions."""
+
+SETTLED = 1e-6
+"""Change of x in such a time, over x, below which it is the last: the next one would change the square of that."""
+
 LARGE = 60_000
 """Unknowns above which factors in single precision are faster on the whole."""
 
@@ -62,13 +76,15 @@ class ConstrainedQuadratic:
     """x H x / 2 - g x under A x = b, for any g and b: one factor serves them all.
 
     H (n, n) symmetric, positive definite; A (m, n) with rows of about unit length, dependent or not. order (n,): the
-    `elimination` of an earlier one with the same pattern, which saves time.
+    `elimination` of an earlier one with the same pattern, which saves time. careful: for constraints that nearly
+    depend on each other, with `CAREFUL_PENALTY`; takes more time and memory.
     """
 
     H: SparseMatrix
     A: SparseMatrix
     penalty: float = PENALTY
     order: IntArray | None = None
+    careful: bool = False
 
     def minimise(self, g: FloatArray, b: FloatArray, *, tolerance: float, max_steps: int = 200) -> Solution:
         """The x with the least violation met. A step is one solve with the factor.
@@ -76,12 +92,25 @@ class ConstrainedQuadratic:
         Stops when the largest |A x - b| is at most `tolerance` or falls no further, as it does not where constraints
         contradict each other by rounding.
         """
-        if len(g) > LARGE and self._is_even:
+        if len(g) > LARGE and not self.careful and self._is_even:
             found = self._minimise_large(g, b, tolerance)
             if found.reason is Reason.CONVERGED:
                 return found
             self.__dict__.pop("_saddle_point")  # its memory is wanted for the factor in double precision
-        factor, w = self._factor, self._weight
+        best = self._corrected(g, b, tolerance, max_steps)
+        for _ in range(REFINEMENTS):
+            stalled = best.violation > tolerance and not self.careful
+            further = self._refined(best, g, b, tolerance, 0 if stalled else max_steps)
+            if further.violation > max(tolerance, best.violation):
+                break
+            change, best = largest(further.x - best.x), further
+            if stalled or change <= SETTLED * largest(best.x):
+                break
+        return best if best.violation > tolerance else replace(best, reason=Reason.CONVERGED)
+
+    def _corrected(self, g: FloatArray, b: FloatArray, tolerance: float, max_steps: int) -> Solution:
+        """One solve, and conjugate gradients on the multipliers."""
+        factor, w, patience = self._factor, self._weight, CAREFUL_PATIENCE if self.careful else PATIENCE
         x = factor.solve(g + w * apply(self._transposed, b))
         direction = residual = apply(self.A, x) - b
         multipliers = np.zeros(len(b))  # H x - g + A^T (multipliers + w residual) = 0 at every x
@@ -91,7 +120,7 @@ class ConstrainedQuadratic:
                 break
             change = factor.solve(apply(self._transposed, direction))
             curvature = float(direction @ apply(self.A, change))
-            if curvature <= 0 or step - best.steps > PATIENCE:
+            if curvature <= 0 or step - best.steps > patience:
                 best = replace(best, reason=Reason.STALLED)
                 break
             squared = float(residual @ residual)
@@ -100,19 +129,21 @@ class ConstrainedQuadratic:
             residual = apply(self.A, x) - b
             direction = residual + float(residual @ residual) / squared * direction
             if largest(residual) < best.violation:
-                best = Solution(x, multipliers, largest(residual), step, Reason.STEP_LIMIT)
-        return self._refined(best, g, b, tolerance)
+                best = Solution(x, multipliers + w * residual, largest(residual), step, Reason.STEP_LIMIT)
+        return best
 
-    def _refined(self, best: Solution, g: FloatArray, b: FloatArray, tolerance: float) -> Solution:
-        """One more solve, for what is left of the gradient: the factor rounds by the penalty's size, this does not."""
-        multipliers = best.multipliers + self._weight * (apply(self.A, best.x) - b)
-        change = self._factor.solve(g - apply(self.H, best.x) - apply(self._transposed, multipliers))
-        x = best.x + change
-        violation = largest(apply(self.A, x) - b)
-        if violation <= max(tolerance, best.violation):
-            multipliers = multipliers + self._weight * apply(self.A, change)
-            best = replace(best, x=x, multipliers=multipliers, violation=violation)
-        return best if best.violation > tolerance else replace(best, reason=Reason.CONVERGED)
+    def _refined(self, best: Solution, g: FloatArray, b: FloatArray, tolerance: float, max_steps: int) -> Solution:
+        """The same for what is left of both equations: the factor rounds by the penalty's size, this does not."""
+        gradient = g - apply(self.H, best.x) - apply(self._transposed, best.multipliers)
+        more = self._corrected(gradient, b - apply(self.A, best.x), tolerance, max_steps)
+        x = best.x + more.x
+        return replace(
+            best,
+            x=x,
+            multipliers=best.multipliers + more.multipliers,
+            violation=largest(apply(self.A, x) - b),
+            steps=best.steps + more.steps,
+        )
 
     @cached_property
     def _transposed(self) -> SparseMatrix:
@@ -120,7 +151,8 @@ class ConstrainedQuadratic:
 
     @cached_property
     def _weight(self) -> float:
-        return self.penalty * float(self.H.diagonal().mean())
+        penalty = CAREFUL_PENALTY if self.careful else self.penalty
+        return penalty * float(self.H.diagonal().mean())
 
     @property
     def elimination(self) -> IntArray | None:

@@ -58,12 +58,14 @@ def minimise_semidefinite(
     near: FloatArray,
     *,
     accuracy: float,
+    noise: float = 0.0,
     max_steps: int = 20,
 ) -> Solution:
     """Minimise x H x / 2 - g x under A x = b; of several minimisers, the nearest to `near` (n,).
 
     H (n, n) symmetric, positive semi-definite; A (m, n) with rows of about unit length, dependent or not. A step is a
-    cycle of up to 30 solves with one factor.
+    cycle of up to 30 solves with one factor. noise: what rounding leaves of A x - b, over the size of x: iterations are
+    not to fit that, as combinations of rows that are zero but for rounding would take x far.
 
     The reason is CONVERGED where the largest |A x - b| is at most `accuracy` times the largest |x|, |b|, |near|/100;
     UNBOUNDED where there is no least value, INFEASIBLE where the constraints contradict each other; STALLED where
@@ -76,7 +78,7 @@ def minimise_semidefinite(
     for step in range(1, max_steps + 1):
         if here.left(accuracy) <= 1:
             return here.solution(step - 1, Reason.CONVERGED)
-        x, y = system.correction(*here.wanting(accuracy), aim=_aim(system, here, accuracy), digits=DIGITS)
+        x, y = system.correction(*here.wanting(accuracy), aim=_aim(system, here, accuracy, noise), digits=DIGITS)
         if largest(x) > longest:  # rounding in directions without curvature, where nothing stops it
             x = x - _flat_part(system, x)
         there = _state(system, here.x + x, here.y + y, g, b, least_size)
@@ -126,9 +128,10 @@ def _state(
     return _State(x, y, g - apply(system.H, x) - hold, b - apply(system.A, x), gradient_size, size)
 
 
-def _aim(system: SaddlePoint, state: _State, accuracy: float) -> float:
+def _aim(system: SaddlePoint, state: _State, accuracy: float, noise: float) -> float:
     """A norm over all that is left; the largest is some three times the mean."""
     aim = min(STATIONARY / 10 * state.gradient_size, system.scale * accuracy * state.residual_size)
+    aim = max(aim, system.scale * noise * state.residual_size)
     return float(aim * np.sqrt(len(state.x) + len(state.y)) / 3)
 
 

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import FloatArray, IntArray, integers
 from geometry.functionals.parallelity import parallel_to
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Mesh
@@ -67,12 +67,17 @@ class FaceUnknowns:
     @cached_property
     def open_constraints(self) -> SparseMatrix:
         """(m, 3N) A: the equations of parallelity, two an edge, that matrix y does not satisfy of itself."""
+        rows = 2 * self.open_edges[:, None] + np.arange(2)
+        return csr_array(parallel_to(self.mesh).matrix[rows.ravel()])
+
+    @cached_property
+    def open_edges(self) -> IntArray:
+        """(m / 2,) the edges of these equations: those around no face that is an unknown as a whole."""
         c = self.mesh.combinatorics
         closed = np.zeros(c.n_edges, dtype=bool)
         for corners, _ in self._shapes:
             closed[c.corner_edge[corners]] = True
-        rows = 2 * np.flatnonzero(~closed)[:, None] + np.arange(2)
-        return csr_array(parallel_to(self.mesh).matrix[rows.ravel()])
+        return integers(np.flatnonzero(~closed))
 
     @cached_property
     def constraints(self) -> SparseMatrix:

@@ -15,7 +15,7 @@ from geometry.functionals.normals import (
 from geometry.mesh import Mesh
 from geometry.optimise.functional import normal_equations
 from geometry.parallel.parallelity import check_planar
-from geometry.parallel.refine import PARALLEL, nearest_parallel, refine_distances
+from geometry.parallel.refine import nearest_parallel, refine_distances
 
 __all__ = ["gauss_image", "refuse_triangle_mesh"]
 
@@ -64,7 +64,7 @@ def gauss_image(
     if fairness > 0:
         terms.append((fairness, laplacian(mesh.combinatorics)))
     H, g = normal_equations(terms)
-    image = nearest_parallel(mesh, H, g, tolerance=PARALLEL / 100)  # mostly 1e-15 is reached
+    image = nearest_parallel(mesh, H, g)
     if rounds == 1:
         return image
     return refine_distances(

@@ -16,6 +16,7 @@ from geometry.optimise.semidefinite import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
 from geometry.parallel.conditions import FactorBounds, Fixed, Objective
 from geometry.parallel.face_unknowns import FaceUnknowns
+from geometry.parallel.optimality import NOISE, Optimality, check_optimal, coarseness, rounding
 from geometry.parallel.parallelity import edge_factors, parallelity
 
 __all__ = ["AIM", "PARALLEL", "check_solved", "closest_exact", "minimum"]
@@ -43,25 +44,39 @@ def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: 
     A = csr_array(vstack([unknowns.constraints, fixed.rows(mesh.n_vertices) @ to_vertices]))
     b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), fixed.positions.ravel()])
     H, g = unknowns.objective(objective.H, objective.g)
+    noise = _noise(mesh)
     if bounds is None:
-        solution = _determined(H, g, A, b, near=unknowns.of(mesh.vertices.ravel()))
+        solution = least = _determined(H, g, A, b, near=unknowns.of(mesh.vertices.ravel()), noise=noise)
+        rows, left = A, apply(A, least.x) - b
     else:
-        rows = csr_array(bounds.rows(mesh) @ to_vertices)
+        factors = csr_array(bounds.rows(mesh) @ to_vertices)
         lower, upper = bounds.lower * mesh.edge_lengths, bounds.upper * mesh.edge_lengths
-        solution = _bounded(H, g, A, b, rows, lower, upper, size=largest(mesh.vertices))
+        least = _bounded(H, g, A, b, factors, lower, upper, size=largest(mesh.vertices), noise=noise)
+        rows = csr_array(vstack([A, factors]))
+        left = np.concatenate([apply(A, least.x) - b, _from_bounds(least, apply(factors, least.x), lower, upper)])
+        solution = replace(closest_exact(least.x, A, b, noise=noise), reason=least.reason)
     found = mesh.with_vertices(apply(to_vertices, solution.x).reshape(-1, 3))
     if bounds is not None:
         _check_bounds(mesh, found, bounds, solution)
     if len(fixed.vertices):
         _check_fixed(mesh, found, fixed, solution)
     size = max(largest(found.vertices), largest(fixed.positions), COLLAPSED * largest(mesh.vertices))
+    optimality = Optimality.of(unknowns, H, g, rows, left, least, found)
     check_solved(mesh, found, solution, size)
+    check_optimal(unknowns, optimality, least, what="the minimum")
     return found
 
 
-def _determined(H: SparseMatrix, g: FloatArray, A: SparseMatrix, b: FloatArray, *, near: FloatArray) -> Solution:
+def _noise(mesh: Mesh) -> float:
+    """What the rounding of M may leave of parallelity, over the size of S."""
+    return NOISE * coarseness(mesh) / largest(mesh.vertices - mesh.vertices.mean(axis=0))
+
+
+def _determined(
+    H: SparseMatrix, g: FloatArray, A: SparseMatrix, b: FloatArray, *, near: FloatArray, noise: float
+) -> Solution:
     """The minimiser, or the one nearest to M."""
-    solution = minimise_semidefinite(H, g, A, b, near, accuracy=AIM * PARALLEL)
+    solution = minimise_semidefinite(H, g, A, b, near, accuracy=_accuracy(noise), noise=noise)
     if solution.reason is Reason.UNBOUNDED:
         raise _without_end()
     return solution
@@ -77,15 +92,18 @@ def _bounded(
     upper: FloatArray,
     *,
     size: float,
+    noise: float,
 ) -> Solution:
-    """The minimiser with lower <= rows y <= upper; size: that of M, where no number has one."""
+    """The minimiser with lower <= rows y <= upper, with multipliers of A, then rows; size: that of M, where no number
+    has one."""
     curvature = float(H.diagonal().mean()) or np.inf
     nearest = largest(distances_from_zero(lower, upper))
     size = max(largest(b), nearest, largest(g) / curvature) or size
-    signs_only = nearest == 0 and H.nnz
-    solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=PARALLEL) if signs_only else None
-    if solution is None or not _is_within(solution, rows, lower, upper):
-        solution = minimise_bounded(H, g, A, b, rows, lower, upper, tolerance=AIM * PARALLEL * size)
+    if nearest == 0 and H.nnz:  # signs only
+        solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=PARALLEL, noise=noise)
+        if _is_within(solution, rows, lower, upper):
+            return replace(solution, multipliers=np.concatenate([solution.multipliers, np.zeros(len(lower))]))
+    solution = minimise_bounded(H, g, A, b, rows, lower, upper, tolerance=_accuracy(noise) * size)
     if solution.reason is Reason.UNBOUNDED:
         raise _without_end()
     if solution.reason is Reason.INFEASIBLE:
@@ -99,14 +117,30 @@ def _bounded(
             f"{solution.reason.value}; P(M) may be determined by rounding only: look at `spectrum`, or widen bounds",
             solution=solution,
             value=solution.violation,
-            bound=AIM * PARALLEL * size,
+            bound=_accuracy(noise) * size,
         )
-    return replace(closest_exact(solution.x, A, b), reason=solution.reason)
+    return solution
 
 
-def closest_exact(y: FloatArray, A: SparseMatrix, b: FloatArray) -> Solution:
-    """What is left of A y = b goes by the shortest way."""
-    return minimise_semidefinite(csr_array(eye_array(len(y))), y, A, b, y, accuracy=AIM * PARALLEL)
+def _from_bounds(solution: Solution, values: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
+    """(k,) how far values (k,) are from the bounds that hold them, as the signs of their multipliers say.
+
+    As far as the largest value where there is no such bound.
+    """
+    pushes = solution.multipliers[-len(values) :]
+    bounds = np.where(pushes > 0, upper, np.where(pushes < 0, lower, values))
+    return np.where(np.isfinite(bounds), values - bounds, largest(values))
+
+
+def closest_exact(y: FloatArray, A: SparseMatrix, b: FloatArray, *, noise: float = 0.0) -> Solution:
+    """What is left of A y = b goes by the shortest way. noise: see `minimise_semidefinite`."""
+    H = csr_array(eye_array(len(y)))
+    return minimise_semidefinite(H, y, A, b, y, accuracy=_accuracy(noise), noise=noise)
+
+
+def _accuracy(noise: float) -> float:
+    """What is asked of the solvers, over the size of S."""
+    return min(PARALLEL, max(AIM * PARALLEL, noise))
 
 
 def _is_within(solution: Solution, rows: SparseMatrix, lower: FloatArray, upper: FloatArray) -> bool:
@@ -161,10 +195,12 @@ def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> No
     edge = int(sideways.argmax())
     value, bound = float(sideways[edge]), PARALLEL * size
     if not value <= bound:
+        cure = "ask for some closeness beside fairness"
+        if NOISE * largest(rounding(mesh, found)) > bound:
+            cure = f"faces of M leave their planes by {coarseness(mesh):.1e}, planarise the mesh further, at the origin"
         raise ConvergenceError(
             f"{mesh.combinatorics.edge_name(edge)} is off the direction of its edge of M by {value:.1e}, allowed "
-            f"{bound:.1e}: the solver stopped since {solution.reason.value}; planarise the mesh further, or ask for "
-            "some closeness beside fairness",
+            f"{bound:.1e}: the solver stopped since {solution.reason.value}; {cure}",
             solution=solution,
             elements=[edge],
             value=value,

@@ -9,20 +9,21 @@ from geometry.arrays import FloatArray
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import unit_edge_distances, unit_face_distances, unit_vertex_distances
 from geometry.mesh import Mesh
-from geometry.mesh.origin import cure_of_place
-from geometry.optimise.constrained import minimise_quadratic
-from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, normal_equations
-from geometry.optimise.solution import ConvergenceError, Solution
+from geometry.optimise.constrained import ConstrainedQuadratic
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
 from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.node_axes import axis_directions
 from geometry.parallel.offsets import edge_feet
-from geometry.parallel.parallelity import parallelity
+from geometry.parallel.optimality import optimum
 
 __all__ = ["LINEAR_DAMPING", "PARALLEL", "foot_directions", "nearest_parallel", "refine_distances"]
 
 PARALLEL = 1e-11
-"""How far an end of an edge of S may be off the direction of its edge of M; S has unit size. Faces planar to
-1e-12 only, short edges, or coordinates far from the origin leave no less."""
+"""How far an end of an edge of S may be off the direction of its edge of M at most; S has unit size. Short edges of
+faces that are planar to 1e-12 only leave no less."""
+
+MOSTLY_PARALLEL = 1e-12
+"""The same where the rounding of M does not ask for more."""
 
 DAMPING = 1e-3
 """Weight of the moves in the first round, over the sum of the weights; a tenth after each round that gains."""
@@ -40,23 +41,22 @@ SETTLED = 1e-15
 """Mean square of the distances' deviations from 1 is zero below the square of this."""
 
 
-def nearest_parallel(
-    mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: FloatArray | None = None, tolerance: float = PARALLEL / 2
-) -> Mesh:
+def nearest_parallel(mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: FloatArray | None = None) -> Mesh:
     """The mesh S parallel to M, or start (3N,) plus one, that minimises x H x / 2 - g x; x is S, or S minus start.
 
-    The solver stops where S is parallel to `tolerance`. Where rounding has turned edges of M by nearly as much, a
-    smaller one asks for more than there is: S gives up freedom for it, and can be far from the minimiser.
-
-    Raises ConvergenceError where S is parallel to M no better than `PARALLEL`.
+    Raises as `optimum` does: where rounding decides about S, and where S is not parallel to M or no minimum.
     """
     unknowns = FaceUnknowns(mesh)
-    origin = np.zeros(len(g)) if start is None else start
-    target = -apply(unknowns.open_constraints, origin)
-    solution = minimise_quadratic(*unknowns.objective(H, g), unknowns.constraints, target, tolerance=tolerance)
-    image = mesh.with_vertices((origin + apply(unknowns.matrix, solution.x)).reshape(-1, 3))
-    _check_parallel(mesh, image, solution)
-    return image
+    H, g = unknowns.objective(H, g)
+    return optimum(
+        unknowns,
+        ConstrainedQuadratic(H, unknowns.constraints),
+        g,
+        origin=np.zeros(3 * mesh.n_vertices) if start is None else start,
+        size=1.0,
+        bounds=(MOSTLY_PARALLEL, PARALLEL),
+        what="the Gauss image",
+    )
 
 
 def refine_distances(
@@ -131,19 +131,3 @@ def _moved(mesh: Mesh, image: Mesh, weights: tuple[float, ...], damping: float) 
     moves = [(w, LinearFunctional(term.matrix, -term.residual(x))) for w, term in _terms(mesh, image, weights)]
     H, g = normal_equations([*moves, (damping, still)])
     return nearest_parallel(mesh, H, g, start=x)
-
-
-def _check_parallel(mesh: Mesh, image: Mesh, solution: Solution) -> None:
-    sideways = parallelity(mesh, image)
-    edge = int(sideways.argmax())
-    value = float(sideways[edge])
-    if not value <= PARALLEL:
-        raise ConvergenceError(
-            f"{mesh.combinatorics.edge_name(edge)} of the Gauss image is off the direction of its mesh edge by "
-            f"{value:.1e}, allowed {PARALLEL:.0e}; "
-            f"{' and '.join(filter(None, [cure_of_place(mesh, value), 'planarise the mesh further']))}",
-            solution=solution,
-            elements=[edge],
-            value=value,
-            bound=PARALLEL,
-        )

@@ -15,12 +15,13 @@ from geometry.errors import GeometryError, MeshError
 from geometry.functionals.parallelity import parallel_to
 from geometry.mesh import Mesh
 from geometry.optimise.constrained import ConstrainedQuadratic
-from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply
+from geometry.optimise.functional import LinearFunctional, SparseMatrix
 from geometry.parallel.closing import Closing
 from geometry.parallel.conditions import FactorBounds, Fixed, Objective
 from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.members import Members
-from geometry.parallel.minimising import PARALLEL, check_solved, minimum
+from geometry.parallel.minimising import PARALLEL, minimum
+from geometry.parallel.optimality import optimum
 from geometry.parallel.parallelity import check_parallel, check_planar, parallelity
 from geometry.parallel.spectrum import Spectrum, least_singular_vectors, passing
 
@@ -134,18 +135,23 @@ class ParallelSpace:
     def project(self, mesh: Mesh) -> Mesh:
         """The member of P(M) nearest to a mesh: the sum of squared distances of the vertices is least.
 
-        Parallel to M within `PARALLEL` times the size of that mesh; raises ConvergenceError where that is not reached.
+        Parallel to M within `PARALLEL` times the size of that mesh; raises ConvergenceError where that is not reached,
+        and RankError, naming edges and singular values, where rounding decides which member is the nearest.
         """
         if not self.mesh.combinatorics.same_as(mesh.combinatorics):
             raise MeshError("the two meshes do not have the same faces, so they cannot be parallel")
         centre = mesh.vertices.mean(axis=0)  # translations are members: they can be kept out of rounding
         wanted = (mesh.vertices - centre).ravel()
         size = float(np.abs(wanted).max())
-        unknowns, nearest = self._unknowns, self._nearest
-        zeros = np.zeros(nearest.A.shape[0])
-        solution = nearest.minimise(unknowns.of(wanted), zeros, tolerance=PARALLEL / 10 * size)
-        found = self.mesh.with_vertices(apply(unknowns.matrix, solution.x).reshape(-1, 3))
-        check_solved(self.mesh, found, solution, size)
+        found = optimum(
+            self._unknowns,
+            self._nearest,
+            self._unknowns.of(wanted),
+            origin=np.zeros(len(wanted)),
+            size=size,
+            bounds=(PARALLEL * size, PARALLEL * size),
+            what="the projection",
+        )
         return found.with_vertices(found.vertices + centre)
 
     def contains(self, mesh: Mesh) -> bool:

@@ -55,10 +55,14 @@ class Spectrum:
         first = float(values[kept]) if kept < len(values) else np.inf
         needed = GAP * max(zero, last)
         if first < needed:
+            cure = (
+                "planarise the mesh first"
+                if deviation > ZERO
+                else "put faces that are nearly in one plane exactly in it"
+            )
             raise RankError(
                 f"the singular values have no gap that shows the dimension of P(M): it is {spare + kept} if those up "
-                f"to {last:.1e} are zero, but the next is {first:.1e}, and at least {needed:.1e} is needed; planarise "
-                "the mesh first",
+                f"to {last:.1e} are zero, but the next is {first:.1e}, and at least {needed:.1e} is needed; {cure}",
                 value=first,
                 bound=needed,
             )

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from geometry.errors import GeometryError, MeshError, ParallelityError
 from geometry.mesh import Mesh, shapes
 from geometry.optimise.solution import ConvergenceError
-from geometry.parallel import minimising, space
+from geometry.parallel import space
 from geometry.parallel.parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
 from tests.geometry.topologies import ANNULUS, MESHES, by_equation_2, meshes, projected
@@ -96,7 +96,7 @@ def test_projection_is_orthogonal_to_the_null_space_of_equation_2(
 
 
 def test_what_is_not_reached_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(minimising, "PARALLEL", 1e-20)
+    monkeypatch.setattr(space, "PARALLEL", 1e-20)
     stranger = ANNULUS.with_vertices(np.random.default_rng(0).normal(size=ANNULUS.vertices.shape))
     with pytest.raises(ConvergenceError, match=r"edge \d+ from vertex \d+ to vertex \d+ is off .* allowed") as caught:
         ParallelSpace(ANNULUS).project(stranger)
