@@ -75,8 +75,8 @@ def nearest_parallel_pair(mesh: Mesh, image: Mesh) -> tuple[Mesh, Mesh]:
 def _exactness(mesh: Mesh, start: FloatArray) -> Stack:
     """S parallel to M, both with planar faces: the residuals of (M, S), x (6N,).
 
-    Planarity of M follows where no edge of S vanishes; asked for all the same, it also holds where one does. start
-    (6N,) is near to x.
+    Planarity of M follows where no edge of S vanishes; asked for all the same, it also holds where one does.
+    start (6N,) is near to x.
     """
     c, n = mesh.combinatorics, 3 * mesh.n_vertices
     both, nothing = csr_array(eye_array(2 * n)), np.zeros(n)

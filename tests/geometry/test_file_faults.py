@@ -185,6 +185,14 @@ def test_a_scalar_beside_the_list_of_corners_is_passed_over(tmp_path: Path) -> N
     assert mesh.combinatorics.faces() == [[0, 1, 2, 3]]
 
 
+@pytest.mark.parametrize("bits", [0x7F800001, 0xFFC00000, 0x7F800000])
+def test_bytes_that_are_no_number_are_refused_without_a_warning(tmp_path: Path, bits: int) -> None:
+    header = PLY.format("binary_little_endian 1.0") + "property list uchar int vertex_indices\nend_header\n"
+    content = header.encode() + b"".join(struct.pack("<fff", *vertex) for vertex in SQUARE[:3])
+    said = refused(tmp_path / "a.ply", content + struct.pack("<IffB4i", bits, 1, 0, 4, 0, 1, 2, 3))
+    assert said.startswith("vertex 3 is (")
+
+
 # --- numbers
 
 
