@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import platform
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -14,7 +12,8 @@ import numpy as np
 from fabkit.detailing.detail import Detailed, detail
 from fabkit.errors import ProjectError
 from fabkit.export.documents import write_documents
-from fabkit.export.folder import MANIFEST, check_replaceable, whole_folder
+from fabkit.export.folder import whole_folder
+from fabkit.export.manifest import write_manifest
 from fabkit.gauss_image import GivenPair, exact_pair, read_given_pair
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production.marks import share_equal_parts
@@ -34,13 +33,14 @@ __all__ = ["Built", "build", "design"]
 
 @dataclass(frozen=True, eq=False)
 class Built:
-    """What a build made, in memory. seconds: by stage."""
+    """What a build made, in memory. seconds: by stage; sha256: of the mesh file as it was read."""
 
     structure: SupportStructure
     assembly: Assembly
     nest: Nest | None
     summary: Summary
     seconds: dict[str, float]
+    sha256: str
 
 
 def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
@@ -51,12 +51,12 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
     """
     if project.out is None:
         raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
-    check_replaceable(project.out, force=force)
     stages = Stages(listener)
-    built = design(project, stages)
-    with whole_folder(project.out, force=force) as folder:
+    inputs = [path for path in (project.mesh, project.gauss_image.file) if path]
+    with whole_folder(project.out, force=force, inputs=inputs) as folder:
+        built = design(project, stages)
         write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
-        (folder / MANIFEST).write_text(json.dumps(_manifest(project, built), indent=1) + "\n", encoding="utf-8")
+        write_manifest(folder, _manifest(project, built))
     return built
 
 
@@ -77,7 +77,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
             assembly = _without_too_large(project, assembly)
         nest = _nest(project, assembly, stages)
     summary = replace(_summary(project, file, scale, structure, detailed), gauss_image=told)
-    return Built(structure, assembly, nest, summary, stages.seconds)
+    return Built(structure, assembly, nest, summary, stages.seconds, file.sha256)
 
 
 def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
@@ -174,7 +174,7 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
     heights = summary.heights
     return {
         "name": summary.name,
-        "input": {"file": summary.source, "sha256": hashlib.sha256(project.mesh.read_bytes()).hexdigest()},
+        "input": {"file": summary.source, "sha256": built.sha256},
         "gauss_image": None if summary.gauss_image is None else vars(summary.gauss_image),
         "settings": project.model_dump(mode="json", exclude={"mesh": True, "out": True, "gauss_image": {"file"}}),
         "versions": {
@@ -198,5 +198,4 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
         "lift": {"mm": summary.lift_mm, "reason": summary.lift_reason},
         "mended": list(summary.mended),
         "left_out": [vars(part) for part in assembly.left_out],
-        "seconds": {stage: round(seconds, 3) for stage, seconds in built.seconds.items()},
     }

@@ -9,17 +9,19 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.text import Text
 
 from fabkit.build import Built, build
 from fabkit.design_commands import design_app
 from fabkit.errors import ProjectError
 from fabkit.inspection import Inspection, PairInspection, inspect_mesh, inspect_pair
 from fabkit.project import Project, load_project, project_from
-from fabkit.terminal import ERR, OUT, end_tidily, escaped, facts_table, one_sentence
+from fabkit.terminal import ERR, OUT, Commands, facts_table, one_sentence, told
 
 __all__ = ["app"]
 
 app = typer.Typer(
+    cls=Commands,
     help="From a freeform mesh with planar faces to what a workshop needs: torsion-free beams, nodes and panels as "
     "STEP, DXF, cut lists and a report.",
     no_args_is_help=True,
@@ -31,11 +33,6 @@ app = typer.Typer(
 app.add_typer(design_app, name="design")
 
 SIZES, SHOP, RUN = "Sizes (mm)", "Shop", "Run"
-
-
-@app.callback()
-def _main() -> None:
-    end_tidily()
 
 
 @app.command("build")
@@ -131,7 +128,7 @@ def build_command(
             project = project_from({"mesh": mesh, **settings})
         with _progress() as progress:
             built = build(project, force=force, listener=_Display(progress))
-    _print_result(project, built)
+        _print_result(project, built)
 
 
 @app.command("inspect")
@@ -158,7 +155,8 @@ def _without_nothing(settings: dict[str, Any]) -> dict[str, Any]:
 def _pair(option: str, text: str | None, first: str, second: str) -> dict[str, float]:
     if text is None:
         return {}
-    found = re.fullmatch(r"\s*([\d.]+)\s*[xX*]\s*([\d.]+)\s*", text)
+    number = r"\s*(\d+\.?\d*|\.\d+)\s*"
+    found = re.fullmatch(f"{number}[xX*]{number}", text)
     if not found:
         raise ProjectError(f"{option} is {text!r}, but needs two sizes in mm such as 50x120")
     return {first: float(found[1]), second: float(found[2])}
@@ -203,21 +201,22 @@ def _print_result(project: Project, built: Built) -> None:
     table.add_row("vertices moved", f"{summary.mean_move_mm:.2f} mm in the mean, {summary.largest_move_mm:.2f} at most")
     table.add_row("largest twist", f"{summary.twists_deg.max():.1e} degrees")
     if summary.gauss_image:
-        table.add_row("gauss image", escaped(summary.gauss_image_origin))
+        table.add_row("gauss image", told(summary.gauss_image_origin))
     table.add_row("heights", f"{_spread(summary.heights)} of the nominal height")
     table.add_row("panels lifted", f"{summary.lift_mm:.1f} mm: {summary.lift_reason}")
     for note in summary.mended:
-        table.add_row("mended", escaped(note))
+        table.add_row("mended", told(note))
     OUT.print(table)
     for part in assembly.left_out:
-        OUT.print(f"[bold red]left out:[/] {escaped(part.reason)}")
-    OUT.print(f"written to [bold]{escaped(str(project.out))}[/] in {sum(built.seconds.values()):.1f} s")
+        OUT.print(Text.assemble(("left out: ", "bold red"), told(part.reason)))
+    seconds = sum(built.seconds.values())
+    OUT.print(Text.assemble("written to ", (told(str(project.out)), "bold"), f" in {seconds:.1f} s"))
 
 
 def _print_inspection(found: Inspection | PairInspection) -> None:
     table = facts_table()
     for name, fact in found.facts():
-        table.add_row(name, escaped(fact))
+        table.add_row(name, told(fact))
     OUT.print(table)
 
 

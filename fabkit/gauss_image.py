@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -65,8 +64,7 @@ def read_given_pair(mesh: Path, image: Path, *, flip: bool, tolerance: float) ->
     if flip:
         found, gauss_image = found.reversed(), -1.0 * gauss_image.reversed()
         mended = (*mended, "all faces turned round, as asked")
-    sha256 = hashlib.sha256(image.read_bytes()).hexdigest()
-    return GivenPair(replace(file, mesh=found, mended=mended), gauss_image, image.name, sha256)
+    return GivenPair(replace(file, mesh=found, mended=mended), gauss_image, image.name, file.companion_sha256)
 
 
 def exact_pair(mesh: Mesh, image: Mesh, *, tolerance: float) -> ExactPair:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -65,8 +66,10 @@ def minimal_design(
     Raises GeometryError for numbers out of range, and for a Gauss image that has no dual.
     """
     if gauss_image is not None:
-        image, mesh = _dual_of(gauss_image)
-        return EdgeOffsetDesign.of("minimal", mesh, image, {"gauss_image": gauss_image.name})
+        file = read_mesh(gauss_image)
+        image, mesh = _dual_of(file.mesh, gauss_image.name)
+        design = EdgeOffsetDesign.of("minimal", mesh, image, {"gauss_image": gauss_image.name})
+        return replace(design, inputs={gauss_image: file.sha256})
     _check_turn(turn_deg)
     turn = float(np.radians(turn_deg))
     told = {"shape": str(shape), "faces": str(faces), "count": count, "turn_deg": turn_deg}
@@ -79,9 +82,8 @@ def minimal_design(
     return EdgeOffsetDesign.of("minimal", christoffel_dual(image), image, told)
 
 
-def _dual_of(path: Path) -> tuple[Mesh, Mesh]:
-    """The Koebe polyhedron in a file, planar to the last digit, and its Christoffel dual."""
-    given = read_mesh(path).mesh
+def _dual_of(given: Mesh, name: str) -> tuple[Mesh, Mesh]:
+    """The Koebe polyhedron read from a file, planar to the last digit, and its Christoffel dual."""
     check_touching(given)
     image = exact_pair(given, given, tolerance=TOUCHING).image  # itself if it is planar
     try:
@@ -91,7 +93,7 @@ def _dual_of(path: Path) -> tuple[Mesh, Mesh]:
         if off <= EXACT:
             raise
         raise ProjectError(
-            f"{error.message}; {path.name} is off the unit sphere by {off:.1e} of its radius, more than {EXACT:.0e}: "
+            f"{error.message}; {name} is off the unit sphere by {off:.1e} of its radius, more than {EXACT:.0e}: "
             "write it with more digits"
         ) from error
 
@@ -165,4 +167,5 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
     wanted = median if mean is None else mean
     mesh = constant_mean(image, wanted, pair.mesh)
     told = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
-    return EdgeOffsetDesign.of("cmc", mesh, image, told)
+    design = EdgeOffsetDesign.of("cmc", mesh, image, told)
+    return replace(design, inputs={start: file.sha256, gauss_image: file.companion_sha256})

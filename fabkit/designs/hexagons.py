@@ -68,7 +68,8 @@ def hexagons_design(
     ProjectError where less than `LEAST` of the faces is left.
     """
     _check_numbers(count, turn_deg)
-    phi = Surface(read_mesh(surface, flip=flip).mesh)
+    file = read_mesh(surface, flip=flip)
+    phi = Surface(file.mesh)
     axis, widest = _mean_normal(phi.mesh)
     if not widest < WIDEST_DEG:
         raise ProjectError(
@@ -90,7 +91,8 @@ def hexagons_design(
         "flip": flip,
     }
     design = EdgeOffsetDesign.of("hexagons", found.mesh.part(kept), best.image.part(kept), told)
-    return replace(design, notes=_notes(found, kept, surface.name, best.times), has_unit=True)
+    notes = _notes(found, kept, surface.name, best.times)
+    return replace(design, notes=notes, has_unit=True, inputs={surface: file.sha256})
 
 
 def _covered(phi: Surface, image: Mesh, axis: FloatArray, turn_deg: float, curvature: int) -> _Cover:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -13,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from fabkit.errors import ProjectError
-from fabkit.export.folder import MANIFEST, whole_folder
+from fabkit.export.folder import whole_folder
+from fabkit.export.manifest import write_manifest
 from fabkit.export.picture import pair_picture
 from fabkit.gauss_image import points_inwards
 from geometry.arrays import BoolArray, FloatArray
@@ -38,7 +37,8 @@ SHORTEST = 1e-6
 @dataclass(frozen=True, eq=False)
 class EdgeOffsetDesign:
     """M and S over one combinatorics, S pointing outwards. kind: which command made it; settings: by which numbers;
-    notes: what is to be known of it, a sentence each; has_unit: whether M has the size of something given."""
+    notes: what is to be known of it, a sentence each; has_unit: whether M has the size of something given; inputs: the
+    files it was made from, with the sha256 of what was read."""
 
     kind: str
     mesh: Mesh
@@ -46,6 +46,7 @@ class EdgeOffsetDesign:
     settings: dict[str, Any]
     notes: tuple[str, ...] = ()
     has_unit: bool = False
+    inputs: dict[Path, str] = field(default_factory=dict)
 
     @classmethod
     def of(cls, kind: str, mesh: Mesh, gauss_image: Mesh, settings: dict[str, Any]) -> EdgeOffsetDesign:
@@ -64,7 +65,7 @@ class EdgeOffsetDesign:
             mesh, gauss_image = LaguerreTransformation.boost(velocity).map_mesh(mesh, gauss_image)
         boosts = {"boosts": [list(velocity) for velocity in velocities]} if velocities else {}
         boosted = EdgeOffsetDesign.of(self.kind, mesh, gauss_image, self.settings | boosts)
-        return replace(boosted, notes=self.notes, has_unit=self.has_unit)
+        return replace(boosted, notes=self.notes, has_unit=self.has_unit, inputs=self.inputs)
 
     @property
     def reversed_edges(self) -> BoolArray:
@@ -144,7 +145,7 @@ def write_design(design: EdgeOffsetDesign, out: Path, *, force: bool = False) ->
     Returns the measures. Raises OutputError where the folder may not be written.
     """
     measures = design.measures()
-    with whole_folder(out, force=force) as folder:
+    with whole_folder(out, force=force, inputs=design.inputs) as folder:
         for name, mesh in (("M.obj", design.mesh), ("S.obj", design.gauss_image)):
             write_mesh(folder / name, mesh)
         caption = (
@@ -157,8 +158,8 @@ def write_design(design: EdgeOffsetDesign, out: Path, *, force: bool = False) ->
             "settings": design.settings,
             "measures": measures,
             "notes": list(design.notes),
-            "sha256": {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.iterdir())},
+            "inputs": {path.name: sha256 for path, sha256 in design.inputs.items()},
             "versions": {name: version(name) for name in ("fabkit", "numpy", "scipy")},
         }
-        (folder / MANIFEST).write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
+        write_manifest(folder, manifest)
     return measures

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -22,11 +23,16 @@ _WRITERS = {".obj": obj_text, ".off": off_text, ".ply": ply_text}
 
 @dataclass(frozen=True, eq=False)
 class MeshFile:
-    """A mesh as read: where from, and a sentence for each thing that was mended on the way."""
+    """A mesh as read: where from, and a sentence for each thing that was mended on the way.
+
+    sha256: of the bytes it was read from, which are read once; companion_sha256: of those of the second file of a pair.
+    """
 
     path: Path
     mesh: Mesh
     mended: tuple[str, ...]
+    sha256: str = ""
+    companion_sha256: str = ""
 
 
 def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: float = COINCIDENCE) -> MeshFile:
@@ -41,12 +47,13 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
     """
     path = Path(path)
     try:
-        mesh, mended = mend_soup(read_soup(path), flip=flip, coincidence=coincidence)
+        soup, sha256 = read_soup(path)
+        mesh, mended = mend_soup(soup, flip=flip, coincidence=coincidence)
     except (MeshFileError, MeshError) as error:
         raise type(error)(
             f"{path}: {error.message}", elements=error.elements, value=error.value, bound=error.bound
         ) from error
-    return MeshFile(path, mesh, mended)
+    return MeshFile(path, mesh, mended, sha256)
 
 
 def write_mesh(path: str | PathLike[str], mesh: Mesh) -> None:
@@ -63,14 +70,24 @@ def write_mesh(path: str | PathLike[str], mesh: Mesh) -> None:
     path.write_text(writer(mesh), encoding="ascii", newline="\n")
 
 
-def read_soup(path: Path) -> PolygonSoup:
-    """What a file holds, before anything is mended. Raises MeshFileError where it cannot be read."""
+def read_soup(path: Path) -> tuple[PolygonSoup, str]:
+    """What a file holds, before anything is mended, and the sha256 of its bytes.
+
+    Raises MeshFileError where it cannot be read.
+    """
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise MeshFileError(_unknown_suffix(path))
-    if not path.is_file():
-        raise MeshFileError("there is no such file; check the path")
-    data = path.read_bytes()
+    try:
+        if not path.is_file():
+            raise MeshFileError("there is no such file; check the path")
+        data = path.read_bytes()
+    except OSError as error:
+        raise MeshFileError(f"the file cannot be read: {error.strerror or error}") from error
+    return _soup(data, suffix), hashlib.sha256(data).hexdigest()
+
+
+def _soup(data: bytes, suffix: str) -> PolygonSoup:
     if not data.strip():
         raise MeshFileError("the file is empty; export the mesh again")
     if suffix == ".ply":

@@ -36,7 +36,7 @@ def read_mesh_pair(
     the first are apart in the second.
     """
     first, second = Path(path), Path(other)
-    soup, companion = _soup(first), _soup(second)
+    (soup, sha256), (companion, of_second) = _soup(first), _soup(second)
     try:
         _check_equivalent(soup, companion)
         mended = mended_soup(replace(soup, companion=companion.vertices), coincidence)
@@ -49,14 +49,14 @@ def read_mesh_pair(
         ) from error
     mesh = Mesh(mended.vertices, Combinatorics(mended.n_vertices, mended.corners, mended.face_starts))
     assert mended.companion is not None
-    return MeshFile(first, mesh, mended.mended), mesh.with_vertices(mended.companion)
+    return MeshFile(first, mesh, mended.mended, sha256, of_second), mesh.with_vertices(mended.companion)
 
 
-def _soup(path: Path) -> PolygonSoup:
+def _soup(path: Path) -> tuple[PolygonSoup, str]:
     try:
-        soup = read_soup(path)
+        soup, sha256 = read_soup(path)
         check_indices(soup)
-        return drop_closing_corners(soup)
+        return drop_closing_corners(soup), sha256
     except (MeshFileError, MeshError) as error:
         raise type(error)(
             f"{path}: {error.message}", elements=error.elements, value=error.value, bound=error.bound
