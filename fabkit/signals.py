@@ -9,9 +9,10 @@ import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
-__all__ = ["ENDING", "end_at_once", "ending_tidily", "signals_wait", "starting"]
+__all__ = ["ENDING", "SignalsWait", "end_at_once", "ending_tidily", "starting"]
 
 ENDING = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK") if hasattr(signal, name)
@@ -51,17 +52,41 @@ def starting() -> Iterator[None]:
         _restore(before)
 
 
-@contextmanager
-def signals_wait() -> Iterator[None]:
-    """Such signals that arrive inside are answered at the end. Threads but the main one never see signals."""
-    arrived: list[int] = []
-    before = _handlers()
-    try:
-        _answer(before, lambda number, frame: arrived.append(number))
-        yield
-    finally:
-        _restore(before)
-        for number in arrived:
+class SignalsWait:
+    """Inside, such signals wait as long as `waiting`, and are answered as before when they no longer need to, and while
+    it is False. It is an attribute, so that nothing comes between a `finally` and waiting."""
+
+    def __init__(self) -> None:
+        self.waiting = True
+        self._arrived: list[int] = []
+        self._before = _handlers()
+
+    def __enter__(self) -> SignalsWait:
+        try:
+            _answer(self._before, self._hear)
+        except BaseException:
+            _restore(self._before)
+            raise
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.waiting = False
+        _restore(self._before)
+        self.answer()
+
+    def answer(self) -> None:
+        """Answer those that have waited."""
+        while self._arrived:
+            signal.raise_signal(self._arrived.pop(0))
+
+    def _hear(self, number: int, frame: FrameType | None) -> None:
+        handler = self._before[number]
+        if self.waiting:
+            self._arrived.append(number)
+        elif callable(handler):
+            handler(number, frame)
+        else:  # what the system does
+            signal.signal(number, handler)
             signal.raise_signal(number)
 
 

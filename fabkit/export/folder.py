@@ -14,7 +14,7 @@ from pathlib import Path
 from fabkit.errors import OutputError
 from fabkit.export.manifest import not_ours
 from fabkit.export.renaming import exchange, rename_new
-from fabkit.signals import signals_wait
+from fabkit.signals import SignalsWait
 
 if sys.platform == "win32":
     import msvcrt
@@ -61,13 +61,22 @@ def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iter
         _check_parent(out)
         if not force and not _exists(_workspace(out)):
             check_replaceable(out, force=force)  # before anything is written beside it
-        with _claimed(out) as workspace:
-            check_replaceable(out, force=force, inputs=inputs)
-            draft = workspace / "draft"
-            draft.mkdir()
-            yield draft
-            with signals_wait():
+        with SignalsWait() as signals:
+            workspace = _workspace(out)
+            lock = _locked(workspace, out)
+            try:
+                _clear(workspace, out)
+                check_replaceable(out, force=force, inputs=inputs)
+                draft = workspace / "draft"
+                draft.mkdir()
+                signals.waiting = False
+                signals.answer()
+                yield draft
+                signals.waiting = True
                 _put_in_place(workspace, out, force=force)
+            finally:
+                signals.waiting = True
+                _leave(workspace, out, lock)
 
 
 def _absolute(out: Path) -> Path:
@@ -146,38 +155,29 @@ def _put_in_place(workspace: Path, out: Path, *, force: bool) -> None:
 
 
 def _workspace(out: Path) -> Path:
+    """The folder `.NAME.fabkit` beside `out`, which is ours alone until the end: a lock in it, which the system takes
+    from a process that ends, tells whether somebody works there. What a process left that did not come to its end is
+    cleared by the next one, or put back.
+
+    draft: being written, or being removed, and of no worth. ready: a whole result, which is to take the place of `out`,
+    or, where names were exchanged, is what was there. before: what was there, where the system cannot exchange names.
+    """
     name = out.name
     if len(os.fsencode(name)) > LONGEST:
         name = name[: LONGEST // 8] + hashlib.sha256(os.fsencode(name)).hexdigest()[:16]
     return out.parent / f".{name}.fabkit"
 
 
-@contextmanager
-def _claimed(out: Path) -> Iterator[Path]:
-    """The folder `.NAME.fabkit` beside `out`, which is ours alone until the end. A lock in it, which the system takes
-    from a process that ends, tells whether somebody works there; what a process left that did not come to its end is
-    cleared, or put back."""
-    workspace = _workspace(out)
-    lock = -1
-    try:
-        with signals_wait():
-            lock = _locked(workspace, out)
-        with signals_wait():
-            _clear(workspace, out)
-        yield workspace
-    finally:
-        with signals_wait():
-            if lock >= 0:
-                _leave(workspace, out, lock)
-
-
 def _locked(workspace: Path, out: Path) -> int:
     """A file descriptor that holds the lock of the workspace, which is made if it is missing."""
     while True:
-        workspace.mkdir(exist_ok=True)
+        with suppress(FileExistsError):
+            workspace.mkdir()
         try:
             lock = os.open(workspace / "lock", os.O_RDWR | os.O_CREAT)
         except FileNotFoundError:
+            if workspace.is_symlink():
+                raise
             continue  # another run left just now, and took the folder away
         except OSError:
             with suppress(OSError):
@@ -186,7 +186,7 @@ def _locked(workspace: Path, out: Path) -> int:
         try:
             if not _is_free(lock):
                 raise OutputError(f"another run of fabkit is writing {out}; wait for it, or choose another folder")
-            if os.path.samestat(os.fstat(lock), (workspace / "lock").stat()):
+            if os.path.samestat(os.fstat(lock), os.stat(workspace / "lock")):
                 return lock
         except FileNotFoundError:
             pass  # the same: the lock is of a file that is no more
@@ -213,15 +213,16 @@ def _clear(workspace: Path, out: Path) -> None:
 
     Raises OutputError where files are among them that fabkit did not write.
     """
-    before = workspace / "before"
+    draft, ready, before = (workspace / name for name in ("draft", "ready", "before"))
     if _exists(before) and not _exists(out):
         rename_new(before, out)
     with suppress(FileNotFoundError):
-        shutil.rmtree(workspace / "draft")
-    for folder in (workspace / "ready", before):
+        shutil.rmtree(draft)
+    for folder in (ready, before):
         if _exists(folder):
             _check_ours(folder, folder)
-            shutil.rmtree(folder)
+            folder.rename(draft)  # half of it is no longer known as ours
+            shutil.rmtree(draft)
 
 
 def _leave(workspace: Path, out: Path, lock: int) -> None:
