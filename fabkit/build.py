@@ -23,6 +23,7 @@ from fabkit.production.summary import GivenGaussImage, Summary
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.units import MM_PER_UNIT
+from fabkit.wording import readable
 from geometry.mesh import Mesh, MeshFile, read_mesh
 from geometry.meshing import planarise
 from geometry.parallel.gauss_image import gauss_image
@@ -150,7 +151,7 @@ def _summary(
     moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
     return Summary(
         name=project.title,
-        source=project.mesh.name,
+        source=readable(project.mesh.name),
         scale_mm=scale,
         n_vertices=mesh.n_vertices,
         n_edges=mesh.n_edges,

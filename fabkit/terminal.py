@@ -17,6 +17,7 @@ from typer.core import TyperGroup
 
 from fabkit.errors import FabkitError
 from fabkit.signals import ending_tidily
+from fabkit.wording import readable
 from geometry.errors import GeometryError
 
 __all__ = ["ERR", "OUT", "Commands", "facts_table", "one_sentence", "told"]
@@ -83,12 +84,16 @@ def one_sentence() -> Iterator[None]:
         if error.errno == errno.EPIPE:
             raise SystemExit(BROKEN_PIPE) from None
         said = error.strerror or str(error)
-        _leave(f"{error.filename}: {said}" if error.filename else f"what is printed cannot be written: {said}")
+        _leave(
+            f"{error.filename}: {said}"
+            if error.filename
+            else f"{said}: what is printed is lost, what is written is whole"
+        )
 
 
 def told(text: str) -> str:
     """Text on one line, without what a terminal would obey, and without its middle where it is long."""
-    plain = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in text)
+    plain = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in readable(text))
     return plain if len(plain) <= LONGEST else f"{plain[: LONGEST // 2]} ... {plain[-LONGEST // 2 :]}"
 
 

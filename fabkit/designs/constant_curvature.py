@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabkit.designs.pair import TOUCHING, EdgeOffsetDesign, check_touching
+from fabkit.designs.pair import CLOSED, TOUCHING, EdgeOffsetDesign, check_count, check_touching
 from fabkit.errors import ProjectError
 from fabkit.gauss_image import exact_pair
 from geometry.curvature import (
@@ -30,6 +30,14 @@ __all__ = ["Faces", "MinimalShape", "cmc_design", "cmc_near_design", "minimal_de
 
 EXACT = 1e-10
 """Distance of the edges of S from the unit sphere, beyond which the file is blamed where there is no dual."""
+
+
+WIDEST = 1e6
+"""Radius of a bulge with mean curvature 1, beyond which squares of it leave nothing of 1."""
+
+
+MOST_CURVED = 1e3
+"""Mean curvature times mean edge length of a start, beyond which a sphere is a thousandth of an edge."""
 
 
 class MinimalShape(StrEnum):
@@ -73,11 +81,15 @@ def minimal_design(
     _check_turn(turn_deg)
     turn = float(np.radians(turn_deg))
     told = {"shape": str(shape), "faces": str(faces), "count": count, "turn_deg": turn_deg}
+    check_count(count, CLOSED)
     if shape is MinimalShape.CATENOID:
-        image = rotational_koebe(faces.pattern, count, rows_within(faces.pattern, count, turn))
+        rows = rows_within(faces.pattern, count, turn)
+        check_count(count * rows, CLOSED)
+        image = rotational_koebe(faces.pattern, count, rows)
         return EdgeOffsetDesign.of("minimal", minimal_of_revolution(image), image, told)
     if faces is not Faces.QUADS:
         raise ProjectError("the surface of Enneper is made of quads; leave out the hexagons, or take the catenoid")
+    check_count(max(count, 0) ** 2, CLOSED)
     image = enneper_koebe(count, reach=float(np.tan(turn / 2)))
     return EdgeOffsetDesign.of("minimal", christoffel_dual(image), image, told)
 
@@ -127,8 +139,11 @@ def cmc_design(
         raise ProjectError(
             f"a band of hexagons cannot fold over itself, and {folds} folds are asked for: take quads, or no folds"
         )
+    check_count(max(count, 0) * max(rows, 0) * (max(folds, 0) + 1), CLOSED)
     image = rotational_koebe(faces.pattern, count, rows, folds=folds)
     low, high = _radii_at_inflections(image)
+    if bulge is not None and bulge > WIDEST:
+        raise ProjectError(f"a bulge of {bulge:g} is asked for, and at most {WIDEST:g} is made; a sphere has 1")
     if bulge is None:
         bulge = None if folds else (2 * high + low) / 2
     elif low < bulge < high and not np.isclose(bulge, [low, high], rtol=1e-9, atol=0).any():
@@ -165,6 +180,12 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
     image = pair.image
     median = float(np.median(face_curvatures(pair.mesh, image).mean))
     wanted = median if mean is None else mean
+    most = MOST_CURVED / pair.mesh.mean_edge_length
+    if np.isfinite(wanted) and abs(wanted) > most:
+        raise ProjectError(
+            f"a mean curvature of {wanted:g} is asked for, and of edges as long as those of {start.name} at most "
+            f"{most:g} is made: that of {start.name} is {median:g} in the median"
+        )
     mesh = constant_mean(image, wanted, pair.mesh)
     told = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
     design = EdgeOffsetDesign.of("cmc", mesh, image, told)

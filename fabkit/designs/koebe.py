@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.designs.pair import EdgeOffsetDesign
+from fabkit.designs.pair import SOLVED, EdgeOffsetDesign, check_count
 from fabkit.designs.sound import without_unsound_rim
 from fabkit.errors import ProjectError
 from geometry.arrays import FloatArray, IntArray
@@ -39,7 +39,8 @@ class Tiles(StrEnum):
     PENTAGONS = "pentagons"
 
     def patch(self, count: int) -> Combinatorics:
-        """About as long as wide."""
+        """About as long as wide. Raises ProjectError for more faces than are made."""
+        check_count(max(count, 0) ** 2, SOLVED)
         if self is Tiles.QUADS:
             return quad_patch(count, count)
         if self is Tiles.PENTAGONS:

@@ -15,6 +15,7 @@ from fabkit.export.folder import whole_folder
 from fabkit.export.manifest import write_manifest
 from fabkit.export.picture import pair_picture
 from fabkit.gauss_image import points_inwards
+from fabkit.wording import echo
 from geometry.arrays import BoolArray, FloatArray
 from geometry.curvature import face_curvatures
 from geometry.edge_offset.laguerre import LaguerreTransformation
@@ -22,7 +23,10 @@ from geometry.mesh import Mesh, write_mesh
 from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 from geometry.parallel import edge_distances, edge_factors, parallelity
 
-__all__ = ["TOUCHING", "EdgeOffsetDesign", "check_touching", "write_design"]
+__all__ = ["CLOSED", "SOLVED", "TOUCHING", "EdgeOffsetDesign", "check_count", "check_touching", "write_design"]
+
+CLOSED, SOLVED = 250_000, 20_000
+"""Most faces of designs in closed form, which take seconds, and of those that are solved for, which take minutes."""
 
 WIDEST_PANEL_MM = (3000.0, 5700.0)
 """Width and length of faces that leave panels for sheets of 3210 x 6000 mm."""
@@ -111,6 +115,15 @@ class EdgeOffsetDesign:
         """1500, or less where panels would not go on common sheets: `WIDEST_PANEL_MM`."""
         largest = float((_face_widths(self.mesh) / WIDEST_PANEL_MM).max())
         return max(1, min(1500, int(self.mesh.mean_edge_length / largest) // 50 * 50))
+
+
+def check_count(n_faces: int, most: int) -> None:
+    """Raise ProjectError where so many faces are asked for that nobody would wait for them."""
+    if n_faces > most:
+        raise ProjectError(
+            f"the number of faces that these counts ask for is {echo(n_faces)}, and at most {most} are made in one "
+            "design: take smaller counts"
+        )
 
 
 def check_touching(gauss_image: Mesh) -> None:
