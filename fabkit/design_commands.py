@@ -213,6 +213,6 @@ def _vector(text: str) -> tuple[float, float, float]:
     if not found:
         raise ProjectError(f"--boost is {text!r}, but needs three numbers such as 0.3,0,-0.1")
     x, y, z = (float(word) for word in found.groups())
-    if not max(abs(x), abs(y), abs(z)) < 1:
+    if not max(abs(x), abs(y), abs(z)) < 1e9:  # squares of these are finite
         raise ProjectError(f"--boost is {text!r}, and together its numbers have to be shorter than 1")
     return x, y, z

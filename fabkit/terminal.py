@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import sys
 from collections.abc import Iterator
@@ -24,9 +23,6 @@ __all__ = ["ERR", "OUT", "Commands", "facts_table", "one_sentence", "told"]
 
 LONGEST = 600
 """Letters of what is said of an error: three lines of a wide terminal. Of more, the middle is left out."""
-
-BROKEN_PIPE = 128 + 13
-"""Exit code where nobody reads what is printed any longer, as of programs that SIGPIPE ends."""
 
 Misuse = cast(type[Exception], typer.BadParameter.__base__)
 """UsageError, which typer brings along or takes from click."""
@@ -81,8 +77,6 @@ def one_sentence() -> Iterator[None]:
         raise SystemExit(130) from None
     except OSError as error:
         _print_no_more()
-        if error.errno == errno.EPIPE:
-            raise SystemExit(BROKEN_PIPE) from None
         said = error.strerror or str(error)
         _leave(
             f"{error.filename}: {said}"
