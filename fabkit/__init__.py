@@ -1,7 +1,10 @@
 """From a freeform mesh with planar faces to torsion-free beams, nodes and panels, and the shop's documents."""
 
-from fabkit.build import Built, build, design
-from fabkit.errors import FabkitError
-from fabkit.project import Project, load_project
+from fabkit.signals import starting
+
+with starting():
+    from fabkit.build import Built, build, design
+    from fabkit.errors import FabkitError
+    from fabkit.project import Project, load_project
 
 __all__ = ["Built", "FabkitError", "Project", "build", "design", "load_project"]

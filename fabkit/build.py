@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import platform
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -14,7 +12,8 @@ import numpy as np
 from fabkit.detailing.detail import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.export.documents import write_documents
-from fabkit.export.folder import MANIFEST, check_replaceable, whole_folder
+from fabkit.export.folder import whole_folder
+from fabkit.export.manifest import write_manifest
 from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
 from fabkit.fitness.parts import blocks, lift, mitres_of, sheets
 from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
@@ -27,6 +26,7 @@ from fabkit.production.summary import GivenGaussImage, Summary
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.units import MM_PER_UNIT
+from fabkit.wording import readable
 from geometry.errors import FoldedError
 from geometry.mesh import Mesh, MeshFile, read_mesh
 from geometry.meshing import planarise
@@ -43,14 +43,15 @@ at map coordinates of symmetric meshes, where each coordinate of two parts is of
 
 @dataclass(frozen=True, eq=False)
 class Built:
-    """What a build made, in memory: near zero, `assembly.origin_mm` from where the mesh file has it. seconds: by
-    stage."""
+    """What a build made, in memory: near zero, `assembly.origin_mm` from where the mesh file has it. seconds: by stage;
+    sha256: of the mesh file as it was read."""
 
     structure: SupportStructure
     assembly: Assembly
     nest: Nest | None
     summary: Summary
     seconds: dict[str, float]
+    sha256: str
 
 
 def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
@@ -61,12 +62,12 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
     """
     if project.out is None:
         raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
-    check_replaceable(project.out, force=force)
     stages = Stages(listener)
-    built = design(project, stages)
-    with whole_folder(project.out, force=force) as folder:
+    inputs = [path for path in (project.mesh, project.gauss_image.file) if path]
+    with whole_folder(project.out, force=force, inputs=inputs) as folder:
+        built = design(project, stages)
         write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
-        (folder / MANIFEST).write_text(json.dumps(_manifest(project, built), indent=1) + "\n", encoding="utf-8")
+        write_manifest(folder, _manifest(project, built))
     return built
 
 
@@ -93,7 +94,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     summary = replace(
         _summary(project, file, scale, structure, detailed), gauss_image=told, equal_within_mm=within, fitness=found
     )
-    return Built(structure, assembly, nest, summary, stages.seconds)
+    return Built(structure, assembly, nest, summary, stages.seconds, file.sha256)
 
 
 def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
@@ -233,7 +234,7 @@ def _summary(
     moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
     return Summary(
         name=project.title,
-        source=project.mesh.name,
+        source=readable(project.mesh.name),
         scale_mm=scale,
         origin=file.origin,
         n_vertices=mesh.n_vertices,
@@ -259,7 +260,7 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
     summary, assembly = built.summary, built.assembly
     return {
         "name": summary.name,
-        "input": {"file": summary.source, "sha256": hashlib.sha256(project.mesh.read_bytes()).hexdigest()},
+        "input": {"file": summary.source, "sha256": built.sha256},
         "gauss_image": None if summary.gauss_image is None else vars(summary.gauss_image),
         "settings": project.model_dump(mode="json", exclude={"mesh": True, "out": True, "gauss_image": {"file"}}),
         "versions": {
@@ -291,5 +292,4 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
         "lift": {"mm": summary.lift_mm, "reason": summary.lift_reason},
         "mended": list(summary.mended),
         "left_out": [vars(part) for part in assembly.left_out],
-        "seconds": {stage: round(seconds, 3) for stage, seconds in built.seconds.items()},
     }

@@ -9,6 +9,7 @@ import numpy as np
 import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from fabkit.build import Built, build
 from fabkit.design_commands import design_app
@@ -37,11 +38,12 @@ from fabkit.options import (
     settings_of,
 )
 from fabkit.project import Project
-from fabkit.terminal import ERR, OUT, end_tidily, escaped, facts_table, one_sentence
+from fabkit.terminal import ERR, OUT, Commands, facts_table, one_sentence, told
 
 __all__ = ["app"]
 
 app = typer.Typer(
+    cls=Commands,
     help="From a freeform mesh with planar faces to what a workshop needs: torsion-free beams, nodes and panels as "
     "STEP, DXF, cut lists and a report.",
     no_args_is_help=True,
@@ -53,11 +55,6 @@ app = typer.Typer(
 app.add_typer(design_app, name="design")
 
 COLOURS = {"told": "yellow", "allowed": "yellow", "unfit": "red"}
-
-
-@app.callback()
-def _main() -> None:
-    end_tidily()
 
 
 @app.command("build")
@@ -113,7 +110,7 @@ def build_command(
         project = project_of(mesh, settings)
         with _progress() as progress:
             built = build(project, force=force, listener=_Display(progress))
-    _print_result(project, built)
+        _print_result(project, built)
 
 
 @app.command("inspect")
@@ -160,7 +157,7 @@ def inspect_command(
             found = inspect_project(project_of(mesh, settings))
         else:
             found = inspect_project(project_of(mesh, settings | UNSIZED), is_sized=False)
-    _print_inspection(found)
+        _print_inspection(found)
     if found.is_unfit:
         raise typer.Exit(1)
 
@@ -206,30 +203,29 @@ def _print_result(project: Project, built: Built) -> None:
     table.add_row("vertices moved", moved)
     table.add_row("largest twist", f"{summary.twists_deg.max():.1e} degrees")
     if summary.gauss_image:
-        table.add_row("gauss image", escaped(summary.gauss_image_origin))
+        table.add_row("gauss image", told(summary.gauss_image_origin))
     table.add_row("heights", f"{_spread(summary.heights)} of the nominal height")
     table.add_row("panels lifted", f"{summary.lift_mm:.1f} mm: {summary.lift_reason}")
     for note in summary.mended:
-        table.add_row("mended", escaped(note))
+        table.add_row("mended", told(note))
     _add_findings(table, summary.fitness)
     OUT.print(table)
     for part in assembly.left_out:
-        OUT.print(f"[bold red]left out:[/] {escaped(part.reason)}")
-    OUT.print(f"written to [bold]{escaped(str(project.out))}[/] in {sum(built.seconds.values()):.1f} s")
+        OUT.print(Text.assemble(("left out: ", "bold red"), told(part.reason)))
+    seconds = sum(built.seconds.values())
+    OUT.print(Text.assemble("written to ", (told(str(project.out)), "bold"), f" in {seconds:.1f} s"))
 
 
 def _print_inspection(found: Inspection) -> None:
     table = facts_table()
     for name, fact in found.facts():
-        colour = COLOURS.get(name)
-        table.add_row(f"[{colour}]{name}[/]" if colour else name, escaped(fact))
+        table.add_row(Text(name, style=COLOURS.get(name, "")), told(fact))
     OUT.print(table)
 
 
 def _add_findings(table: Table, findings: tuple[Finding, ...]) -> None:
     for finding in findings:
-        told = f"{finding.name}: {finding.sentence}"
-        table.add_row(f"[{COLOURS[finding.level]}]{finding.level}[/]", escaped(told))
+        table.add_row(Text(finding.level, style=COLOURS[finding.level]), told(f"{finding.name}: {finding.sentence}"))
 
 
 def _spread(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:

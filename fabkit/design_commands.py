@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.text import Text
 
 from fabkit.designs import (
     Bend,
@@ -24,7 +24,7 @@ from fabkit.designs import (
 )
 from fabkit.errors import ProjectError
 from fabkit.export.folder import check_replaceable
-from fabkit.terminal import OUT, escaped, facts_table, one_sentence
+from fabkit.terminal import OUT, facts_table, one_sentence, told
 
 __all__ = ["design_app"]
 
@@ -198,11 +198,11 @@ def _finish(design: EdgeOffsetDesign, out: Path, boosts: list[str] | None, force
     if crossed or met:
         table.add_row("meets itself", f"{crossed} faces cross themselves, {met} pairs of faces do: it cannot be built")
     for note in made.notes:
-        table.add_row("note", escaped(note))
+        table.add_row("note", told(note))
     OUT.print(table)
-    folder = escaped(str(out))
+    folder = told(str(out))
     unit = " (or the unit of the surface)" if made.has_unit else ""
-    OUT.print(f"written to [bold]{folder}[/]; build it with{unit}")
+    OUT.print(Text.assemble("written to ", (folder, "bold"), f"; build it with{unit}"))
     size = "--unit m" if made.has_unit else f"--mean-edge {made.proposed_mean_edge_mm()}"
     OUT.print(f"  fabkit build {folder}/M.obj --gauss-image {folder}/S.obj {size} -o {folder}-built")
 
@@ -213,6 +213,6 @@ def _vector(text: str) -> tuple[float, float, float]:
     if not found:
         raise ProjectError(f"--boost is {text!r}, but needs three numbers such as 0.3,0,-0.1")
     x, y, z = (float(word) for word in found.groups())
-    if not all(map(isfinite, (x, y, z))):
+    if not max(abs(x), abs(y), abs(z)) < 1e9:  # squares of these are finite
         raise ProjectError(f"--boost is {text!r}, and together its numbers have to be shorter than 1")
     return x, y, z

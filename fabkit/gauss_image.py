@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from fabkit.wording import readable
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError, ParallelityError
 from geometry.mesh import Mesh, MeshFile, read_mesh_pair
@@ -67,8 +67,7 @@ def read_given_pair(mesh: Path, image: Path, *, flip: bool, tolerance: float) ->
     if flip:
         found, gauss_image = found.reversed(), -1.0 * gauss_image.reversed()
         mended = (*mended, "all faces turned round, as asked")
-    sha256 = hashlib.sha256(image.read_bytes()).hexdigest()
-    return GivenPair(replace(file, mesh=found, mended=mended), gauss_image, image.name, sha256)
+    return GivenPair(replace(file, mesh=found, mended=mended), gauss_image, readable(image.name), file.companion_sha256)
 
 
 def exact_pair(mesh: Mesh, image: Mesh, *, tolerance: float) -> ExactPair:

@@ -142,7 +142,8 @@ def _said(settings: dict[str, Any]) -> dict[str, Any]:
 def _pair(option: str, text: str | None, first: str, second: str) -> dict[str, float]:
     if text is None:
         return {}
-    found = re.fullmatch(r"\s*([\d.]+)\s*[xX*]\s*([\d.]+)\s*", text)
+    number = r"\s*(\d+\.?\d*|\.\d+)\s*"
+    found = re.fullmatch(f"{number}[xX*]{number}", text)
     if not found:
         raise ProjectError(f"{option} is {text!r}, but needs two sizes in mm such as 50x120")
     return {first: float(found[1]), second: float(found[2])}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from difflib import get_close_matches
 from pathlib import Path
@@ -15,10 +16,13 @@ from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import TOLERANCE
 from fabkit.production.marks import EQUAL_WITHIN_MM
 from fabkit.units import MM_PER_UNIT, Unit
+from fabkit.wording import echo, readable
 
 __all__ = ["GaussImageRules", "Nesting", "PlanariseWeights", "Project", "load_project", "project_from"]
 
 _STRICT = ConfigDict(extra="forbid", frozen=True)
+
+BACKSLASHES = r"write backslashes in single quotes, as in 'C:\models\roof.obj', or forward slashes"
 
 
 class GaussImageRules(BaseModel):
@@ -39,7 +43,7 @@ class GaussImageRules(BaseModel):
     edges: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     vertices: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     fairness: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
-    rounds: Annotated[int, Field(ge=1)] | None = None
+    rounds: Annotated[int, Field(ge=1, le=1000)] | None = None
 
     @model_validator(mode="after")
     def _given_or_computed(self) -> GaussImageRules:
@@ -155,7 +159,7 @@ class Project(BaseModel):
 
     @property
     def title(self) -> str:
-        return self.name or self.mesh.stem
+        return readable(self.name or self.mesh.stem)
 
 
 def load_project(path: Path, overrides: dict[str, Any]) -> Project:
@@ -163,15 +167,8 @@ def load_project(path: Path, overrides: dict[str, Any]) -> Project:
 
     Raises ProjectError with one sentence that names the key, what was found and what would do.
     """
-    try:
-        found = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ProjectError(f"there is no project file {path}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ProjectError(f"the project file {path} cannot be read: {error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ProjectError(f"{path.name} is not TOML: {error}") from None
-    _start_paths_from(path.parent, found)
+    found = _toml(path)
+    _start_paths_from(path, found)
     if "mesh" not in found:
         raise ProjectError(f"{path.name} names no mesh: add a line like mesh = 'roof.obj'")
     if "unit" in overrides or "mean_edge_mm" in overrides:
@@ -183,6 +180,36 @@ def load_project(path: Path, overrides: dict[str, Any]) -> Project:
     return project_from(_merged(found, overrides), source=path.name)
 
 
+def _toml(path: Path) -> dict[str, Any]:
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise ProjectError(f"there is no project file {path}") from None
+    except OSError as error:
+        raise ProjectError(f"the project file {path} cannot be read: {error.strerror or error}") from None
+    try:
+        text = data.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise ProjectError(
+            f"{path.name} is not UTF-8 text (byte {error.start + 1} is {data[error.start]:#04x}): save it as UTF-8"
+        ) from None
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ProjectError(f"{path.name} is nested too deeply: a project has tables in two levels") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ProjectError(f"{path.name} is not TOML: {error}{_cure(text, str(error))}") from None
+    except ValueError:
+        raise ProjectError(f"{path.name} has a number of thousands of digits: write fewer") from None
+
+
+def _cure(text: str, message: str) -> str:
+    r"""What to do where a line has "C:\models\roof.obj", in which TOML reads \m and \r as signs of its own."""
+    number = re.search(r"at line (\d+)", message)
+    line = text.split("\n")[int(number[1]) - 1 if number else -1]
+    return f"; {BACKSLASHES}" if re.search(r'"[^"]*\\', line) else ""
+
+
 def project_from(settings: dict[str, Any], *, source: str = "") -> Project:
     """A project from settings nested as in the file. Raises ProjectError with one sentence."""
     try:
@@ -192,12 +219,16 @@ def project_from(settings: dict[str, Any], *, source: str = "") -> Project:
         raise ProjectError(f"{source}: {problems}" if source else problems) from None
 
 
-def _start_paths_from(folder: Path, found: dict[str, Any]) -> None:
-    """Make the paths in a project file start from its folder."""
+def _start_paths_from(file: Path, found: dict[str, Any]) -> None:
+    r"""Make the paths in a project file start from its folder. In "C:\new\table.obj", \n and \t are signs of TOML."""
     rules = found.get("gauss_image")
     for table, key in ((found, "mesh"), (found, "out"), (found, "gauss_image"), (rules, "file")):
         if isinstance(table, dict) and isinstance(table.get(key), str):
-            table[key] = folder / table[key]
+            if re.search(r"[\x00-\x1f]", table[key]):
+                raise ProjectError(
+                    f"{file.name}: {key} is {echo(table[key])}, with line breaks, tabs or the like: {BACKSLASHES}"
+                )
+            table[key] = file.parent / table[key]
 
 
 def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
@@ -217,8 +248,8 @@ def _sentence(problem: dict[str, Any]) -> str:
         close = get_close_matches(key, known, n=1, cutoff=0.5)
         place = f"[{parent}]" if parent else "the project"
         hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
-        return f"unknown key {key!r} in {place}; {hint}"
+        return f"unknown key {echo(key)} in {place}; {hint}"
     message = problem["msg"].removeprefix("Value error, ")
     if not where:
         return str(message)
-    return f"{where} is {problem['input']!r}: {message[0].lower()}{message[1:]}"
+    return f"{where} is {echo(problem['input'])}: {message[0].lower()}{message[1:]}"

@@ -2,29 +2,64 @@
 
 from __future__ import annotations
 
-import signal
+import os
 import sys
-import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from typing import Any, TextIO, cast
 
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
+from typer.core import TyperGroup
 
 from fabkit.errors import FabkitError, in_one_sentence
+from fabkit.signals import ending_tidily
+from fabkit.wording import readable
 from geometry.errors import GeometryError
 
-__all__ = ["ERR", "OUT", "end_tidily", "escaped", "facts_table", "one_sentence"]
+__all__ = ["ERR", "OUT", "Commands", "facts_table", "one_sentence", "told"]
 
-OUT = Console(soft_wrap=True, highlight=False)
-ERR = Console(stderr=True, soft_wrap=True, highlight=False)
+LONGEST = 600
+"""Letters of what is said of an error: three lines of a wide terminal. Of more, the middle is left out."""
+
+Misuse = cast(type[Exception], typer.BadParameter.__base__)
+"""UsageError, which typer brings along or takes from click."""
 
 
-def end_tidily() -> None:
-    """When told to terminate, leave as on an interrupt: drafts of folders are removed on the way."""
-    if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
+class _Standing:
+    """Standard error as far as there is one: that it is gone, or its device full, stops no build."""
+
+    def write(self, text: str) -> int:
+        with suppress(OSError, AttributeError):  # it is None where nothing was opened
+            sys.stderr.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with suppress(OSError, AttributeError):
+            sys.stderr.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(sys.stderr, name)
+
+
+OUT = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
+ERR = Console(file=cast(TextIO, _Standing()), soft_wrap=True, highlight=False, markup=False, emoji=False)
+
+
+class Commands(TyperGroup):
+    """Commands of which everything that goes wrong is said in one sentence, how they are called included."""
+
+    def main(self, *arguments: Any, **settings: Any) -> Any:
+        with one_sentence(), ending_tidily():
+            _print_everything()
+            try:
+                code = super().main(*arguments, **{**settings, "standalone_mode": False})
+            except Misuse as error:
+                _say_misuse(error)
+                code = 2
+            sys.exit(code if isinstance(code, int) else 0)
 
 
 @contextmanager
@@ -33,16 +68,27 @@ def one_sentence() -> Iterator[None]:
     try:
         yield
     except (FabkitError, GeometryError) as error:
-        ERR.print(f"[bold red]fabkit:[/] {escaped(in_one_sentence(error))}")
-        raise typer.Exit(2) from None
+        _leave(in_one_sentence(error))
     except MemoryError:
-        ERR.print("[bold red]fabkit:[/] there is not enough memory for so much: take a coarser mesh, or smaller counts")
-        raise typer.Exit(2) from None
+        _leave("there is not enough memory for so much: take a coarser mesh, or smaller counts")
+    except RecursionError:
+        _leave("the input is nested too deeply: write it flatter")
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None
+    except OSError as error:
+        _print_no_more()
+        said = error.strerror or str(error)
+        _leave(
+            f"{error.filename}: {said}"
+            if error.filename
+            else f"{said}: what is printed is lost, what is written is whole"
+        )
 
 
-def escaped(text: str) -> str:
-    """Text that rich prints as it is."""
-    return text.replace("[", "\\[")
+def told(text: str) -> str:
+    """Text on one line, without what a terminal would obey, and without its middle where it is long."""
+    plain = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in readable(text))
+    return plain if len(plain) <= LONGEST else f"{plain[: LONGEST // 2]} ... {plain[-LONGEST // 2 :]}"
 
 
 def facts_table() -> Table:
@@ -51,3 +97,29 @@ def facts_table() -> Table:
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
     return table
+
+
+def _leave(sentence: str) -> None:
+    ERR.print(Text.assemble(("fabkit: ", "bold red"), told(sentence)))
+    raise SystemExit(2)
+
+
+def _say_misuse(error: Any) -> None:
+    if "NoArgs" in type(error).__name__:
+        error.show()
+        return
+    command = error.ctx.command_path if error.ctx else "fabkit"
+    _leave(f"{error.format_message().rstrip('.')}; {command} --help lists what there is")
+
+
+def _print_everything() -> None:
+    """From now on what the encoding of the terminal lacks is printed as its number."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _print_no_more() -> None:
+    """What waits to be printed would fail again at the end."""
+    with suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

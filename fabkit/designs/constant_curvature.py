@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabkit.designs.pair import TOUCHING, EdgeOffsetDesign, check_touching
+from fabkit.designs.pair import CLOSED, TOUCHING, EdgeOffsetDesign, check_count, check_touching
 from fabkit.errors import ProjectError
 from fabkit.gauss_image import exact_pair
 from geometry.curvature import (
@@ -30,6 +30,14 @@ __all__ = ["Faces", "MinimalShape", "cmc_design", "cmc_near_design", "minimal_de
 
 EXACT = 1e-10
 """Distance of the edges of S from the unit sphere, beyond which the file is blamed where there is no dual."""
+
+
+WIDEST = 1e6
+"""Radius of a bulge with mean curvature 1, beyond which squares of it leave nothing of 1."""
+
+
+MOST_CURVED = 1e3
+"""Mean curvature times mean edge length of a start, beyond which a sphere is a thousandth of an edge."""
 
 
 class MinimalShape(StrEnum):
@@ -66,23 +74,28 @@ def minimal_design(
     Raises GeometryError for numbers out of range, and for a Gauss image that has no dual.
     """
     if gauss_image is not None:
-        image, mesh = _dual_of(gauss_image)
-        return EdgeOffsetDesign.of("minimal", mesh, image, {"gauss_image": gauss_image.name})
+        file = read_mesh(gauss_image)
+        image, mesh = _dual_of(file.mesh, gauss_image.name)
+        design = EdgeOffsetDesign.of("minimal", mesh, image, {"gauss_image": gauss_image.name})
+        return replace(design, inputs={gauss_image: file.sha256})
     _check_turn(turn_deg)
     turn = float(np.radians(turn_deg))
     told = {"shape": str(shape), "faces": str(faces), "count": count, "turn_deg": turn_deg}
+    check_count(count, CLOSED)
     if shape is MinimalShape.CATENOID:
-        image = rotational_koebe(faces.pattern, count, rows_within(faces.pattern, count, turn))
+        rows = rows_within(faces.pattern, count, turn)
+        check_count(count * rows, CLOSED)
+        image = rotational_koebe(faces.pattern, count, rows)
         return EdgeOffsetDesign.of("minimal", minimal_of_revolution(image), image, told)
     if faces is not Faces.QUADS:
         raise ProjectError("the surface of Enneper is made of quads; leave out the hexagons, or take the catenoid")
+    check_count(max(count, 0) ** 2, CLOSED)
     image = enneper_koebe(count, reach=float(np.tan(turn / 2)))
     return EdgeOffsetDesign.of("minimal", christoffel_dual(image), image, told)
 
 
-def _dual_of(path: Path) -> tuple[Mesh, Mesh]:
-    """The Koebe polyhedron in a file, planar to the last digit, and its Christoffel dual."""
-    given = read_mesh(path).mesh
+def _dual_of(given: Mesh, name: str) -> tuple[Mesh, Mesh]:
+    """The Koebe polyhedron read from a file, planar to the last digit, and its Christoffel dual."""
     check_touching(given)
     image = exact_pair(given, given, tolerance=TOUCHING).image  # itself if it is planar
     try:
@@ -92,7 +105,7 @@ def _dual_of(path: Path) -> tuple[Mesh, Mesh]:
         if off <= EXACT:
             raise
         raise ProjectError(
-            f"{error.message}; {path.name} is off the unit sphere by {off:.1e} of its radius, more than {EXACT:.0e}: "
+            f"{error.message}; {name} is off the unit sphere by {off:.1e} of its radius, more than {EXACT:.0e}: "
             "write it with more digits"
         ) from error
 
@@ -126,8 +139,11 @@ def cmc_design(
         raise ProjectError(
             f"a band of hexagons cannot fold over itself, and {folds} folds are asked for: take quads, or no folds"
         )
+    check_count(max(count, 0) * max(rows, 0) * (max(folds, 0) + 1), CLOSED)
     image = rotational_koebe(faces.pattern, count, rows, folds=folds)
     low, high = _radii_at_inflections(image)
+    if bulge is not None and bulge > WIDEST:
+        raise ProjectError(f"a bulge of {bulge:g} is asked for, and at most {WIDEST:g} is made; a sphere has 1")
     if bulge is None:
         bulge = None if folds else (2 * high + low) / 2
     elif low < bulge < high and not np.isclose(bulge, [low, high], rtol=1e-9, atol=0).any():
@@ -166,9 +182,16 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
     median = float(np.median(face_curvatures(pair.mesh, pair.image).mean))
     image = exact_pair(image, image, tolerance=TOUCHING).image  # itself if it is planar, however coarse M is
     wanted = median if mean is None else mean
+    most = MOST_CURVED / pair.mesh.mean_edge_length
+    if np.isfinite(wanted) and abs(wanted) > most:
+        raise ProjectError(
+            f"a mean curvature of {wanted:g} is asked for, and of edges as long as those of {start.name} at most "
+            f"{most:g} is made: that of {start.name} is {median:g} in the median"
+        )
     mesh = _where(pair.mesh, constant_mean(image, wanted, pair.mesh))
     told = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
-    return replace(EdgeOffsetDesign.of("cmc", mesh, image, told), origin=file.origin)
+    design = EdgeOffsetDesign.of("cmc", mesh, image, told)
+    return replace(design, origin=file.origin, inputs={start: file.sha256, gauss_image: file.companion_sha256})
 
 
 def _where(start: Mesh, mesh: Mesh) -> Mesh:

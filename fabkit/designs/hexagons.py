@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fabkit.designs.koebe import Tiles
-from fabkit.designs.pair import EdgeOffsetDesign
+from fabkit.designs.pair import SOLVED, EdgeOffsetDesign, check_count
 from fabkit.designs.sound import NARROWEST, largest_piece, sound_piece
 from fabkit.errors import ProjectError
 from geometry.arrays import FloatArray, IntArray
@@ -92,7 +92,7 @@ def hexagons_design(
     }
     design = EdgeOffsetDesign.of("hexagons", found.mesh.part(kept), best.image.part(kept), told)
     notes = _notes(found, kept, surface.name, best.times)
-    return replace(design, notes=notes, has_unit=True, origin=file.origin)
+    return replace(design, notes=notes, has_unit=True, origin=file.origin, inputs={surface: file.sha256})
 
 
 def _covered(phi: Surface, image: Mesh, axis: FloatArray, turn_deg: float, curvature: int) -> _Cover:
@@ -106,6 +106,7 @@ def _covered(phi: Surface, image: Mesh, axis: FloatArray, turn_deg: float, curva
 
 
 def _check_numbers(count: int, turn_deg: float | None) -> None:
+    check_count(max(count, 0) ** 2, SOLVED)
     if count < 2:
         raise ProjectError(f"{count} hexagons across are asked for, at least 2 are needed")
     if turn_deg is not None and not np.isfinite(turn_deg):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.designs.pair import EdgeOffsetDesign
+from fabkit.designs.pair import SOLVED, EdgeOffsetDesign, check_count
 from fabkit.designs.sound import without_unsound_rim
 from fabkit.errors import ProjectError
 from geometry.arrays import FloatArray, IntArray
@@ -39,7 +39,8 @@ class Tiles(StrEnum):
     PENTAGONS = "pentagons"
 
     def patch(self, count: int) -> Combinatorics:
-        """About as long as wide."""
+        """About as long as wide. Raises ProjectError for more faces than are made."""
+        check_count(max(count, 0) ** 2, SOLVED)
         if self is Tiles.QUADS:
             return quad_patch(count, count)
         if self is Tiles.PENTAGONS:
@@ -77,9 +78,16 @@ def koebe_design(
     if not np.isfinite(direction_deg):
         raise ProjectError(f"the direction is {direction_deg} degrees: a finite number is needed")
     told: dict[str, Any] = {"tiles": str(tiles), "count": count}
-    if combinatorics is not None:
-        told = {"combinatorics": combinatorics.name}
-    faces = tiles.patch(count) if combinatorics is None else read_mesh(combinatorics).mesh.combinatorics
+    inputs: dict[Path, str] = {}
+    if combinatorics is None:
+        faces = tiles.patch(count)
+    else:
+        file = read_mesh(combinatorics)
+        faces, inputs, told = (
+            file.mesh.combinatorics,
+            {combinatorics: file.sha256},
+            {"combinatorics": combinatorics.name},
+        )
     if take_dual:
         faces = dual(faces)
     is_open = bool(faces.is_boundary_edge.any())
@@ -92,7 +100,7 @@ def koebe_design(
     design = EdgeOffsetDesign.of("koebe", mesh.part(kept), image.part(kept), told)
     n_cut = mesh.n_faces - len(kept)
     note = f"{n_cut} of {mesh.n_faces} faces at the rim were cut off, as some of them were too narrow, or crossed"
-    return replace(design, notes=(note,)) if n_cut else design
+    return replace(design, notes=(note,) if n_cut else (), inputs=inputs)
 
 
 def _bent(image: Mesh, bend: Bend, direction_deg: float, is_open: bool) -> Mesh:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -13,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from fabkit.errors import ProjectError
-from fabkit.export.folder import MANIFEST, whole_folder
+from fabkit.export.folder import whole_folder
+from fabkit.export.manifest import write_manifest
 from fabkit.export.picture import pair_picture
 from fabkit.gauss_image import points_inwards
+from fabkit.wording import echo
 from geometry.arrays import BoolArray, FloatArray
 from geometry.curvature import face_curvatures
 from geometry.edge_offset.laguerre import LaguerreTransformation
@@ -23,7 +23,10 @@ from geometry.mesh import Mesh, write_mesh
 from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 from geometry.parallel import edge_distances, edge_factors, parallelity
 
-__all__ = ["TOUCHING", "EdgeOffsetDesign", "check_touching", "write_design"]
+__all__ = ["CLOSED", "SOLVED", "TOUCHING", "EdgeOffsetDesign", "check_count", "check_touching", "write_design"]
+
+CLOSED, SOLVED = 250_000, 20_000
+"""Most faces of designs in closed form, which take seconds, and of those that are solved for, which take minutes."""
 
 WIDEST_PANEL_MM = (3000.0, 5700.0)
 """Width and length of faces that leave panels for sheets of 3210 x 6000 mm."""
@@ -39,7 +42,8 @@ SHORTEST = 1e-6
 class EdgeOffsetDesign:
     """M and S over one combinatorics, S pointing outwards. kind: which command made it; settings: by which numbers;
     notes: what is to be known of it, a sentence each; has_unit: whether M has the size of something given. origin (3,):
-    what was taken out of a file that M lies near to, and is put back into its coordinates when it is written."""
+    what was taken out of a file that M lies near to, and is put back into its coordinates when it is written. inputs:
+    the files it was made from, with the sha256 of what was read."""
 
     kind: str
     mesh: Mesh
@@ -48,6 +52,7 @@ class EdgeOffsetDesign:
     notes: tuple[str, ...] = ()
     has_unit: bool = False
     origin: FloatArray | None = None
+    inputs: dict[Path, str] = field(default_factory=dict)
 
     @classmethod
     def of(cls, kind: str, mesh: Mesh, gauss_image: Mesh, settings: dict[str, Any]) -> EdgeOffsetDesign:
@@ -72,7 +77,7 @@ class EdgeOffsetDesign:
             mesh, gauss_image = LaguerreTransformation.boost(velocity).map_mesh(mesh, gauss_image)
         settings = self.settings | {"boosts": [list(velocity) for velocity in velocities]}
         boosted = EdgeOffsetDesign.of(self.kind, mesh.translated(about), gauss_image, settings)
-        return replace(boosted, notes=self.notes, has_unit=self.has_unit, origin=self.origin)
+        return replace(boosted, notes=self.notes, has_unit=self.has_unit, origin=self.origin, inputs=self.inputs)
 
     @property
     def reversed_edges(self) -> BoolArray:
@@ -120,6 +125,15 @@ class EdgeOffsetDesign:
         return max(1, min(1500, int(self.mesh.mean_edge_length / largest) // 50 * 50))
 
 
+def check_count(n_faces: int, most: int) -> None:
+    """Raise ProjectError where so many faces are asked for that nobody would wait for them."""
+    if n_faces > most:
+        raise ProjectError(
+            f"the number of faces that these counts ask for is {echo(n_faces)}, and at most {most} are made in one "
+            "design: take smaller counts"
+        )
+
+
 def check_touching(gauss_image: Mesh) -> None:
     """Raise ProjectError, naming the worst edge, where S is no Koebe polyhedron to `TOUCHING`."""
     off = np.abs(edge_distances(gauss_image, gauss_image) - 1)
@@ -152,7 +166,7 @@ def write_design(design: EdgeOffsetDesign, out: Path, *, force: bool = False) ->
     Returns the measures. Raises OutputError where the folder may not be written.
     """
     measures = design.measures()
-    with whole_folder(out, force=force) as folder:
+    with whole_folder(out, force=force, inputs=design.inputs) as folder:
         write_mesh(folder / "M.obj", design.mesh, origin=np.zeros(3) if design.origin is None else design.origin)
         write_mesh(folder / "S.obj", design.gauss_image)
         caption = (
@@ -165,8 +179,8 @@ def write_design(design: EdgeOffsetDesign, out: Path, *, force: bool = False) ->
             "settings": design.settings,
             "measures": measures,
             "notes": list(design.notes),
-            "sha256": {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(folder.iterdir())},
+            "inputs": {path.name: sha256 for path, sha256 in design.inputs.items()},
             "versions": {name: version(name) for name in ("fabkit", "numpy", "scipy")},
         }
-        (folder / MANIFEST).write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
+        write_manifest(folder, manifest)
     return measures

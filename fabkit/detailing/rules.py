@@ -11,10 +11,15 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
+from fabkit.wording import echo
+
 __all__ = ["BeamRules", "DetailingRules", "HeightReference", "NodeRules", "PanelRules", "Setbacks", "SheetRules"]
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+#: A thousand kilometres: beyond anything that is built, and far below where products of lengths overflow.
+LARGEST = 1e9
+
+Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
 HeightReference = Literal["outer", "centre", "inner"]
 Setbacks = Literal["auto", "least", "equal"]
 
@@ -61,7 +66,7 @@ class PanelRules:
     thickness_mm: Positive = 10.0
     joint_mm: NotNegative = 10.0
     seat_mm: NotNegative = 5.0
-    lift_mm: Annotated[float, Field(allow_inf_nan=False)] | None = None
+    lift_mm: Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)] | None = None
     least_edge_mm: Positive = 1.0
     material: str = "glass"
 
@@ -91,6 +96,6 @@ class DetailingRules:
         for kind in ("beams", "nodes", "panels"):
             material = getattr(self, kind).material
             if material not in self.densities_kg_m3:
-                known = ", ".join(sorted(self.densities_kg_m3))
-                raise ValueError(f"{kind}.material is {material!r}, but densities_kg_m3 has only {known}")
+                known = ", ".join(echo(name) for name in sorted(self.densities_kg_m3))
+                raise ValueError(f"{kind}.material is {echo(material)}, but densities_kg_m3 has only {known}")
         return self

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -15,25 +16,40 @@ from fabkit.production.cut_list import Cell, CutList, Table
 from fabkit.production.nest import Nest
 from fabkit.production.summary import Summary
 
-__all__ = ["write_csv", "write_xlsx"]
+__all__ = ["not_run", "write_csv", "write_xlsx"]
 
 #: Written as the time of creation, so that the same lists give the same bytes.
 CREATED = datetime(2000, 1, 1)
 WIDEST = 48
 
+_NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?", re.ASCII)
+_RUN = re.compile(r"(?:^|(?<=[;\t\n]))(?=[-=+@\t\n\uff1d\uff0b\uff0d\uff20])")
+
 
 def write_csv(target: Path | TextIO, table: Table) -> None:
     """The rows, the totals, then one row for each part left out, with its sentence in the first column.
 
-    UTF-8 without a mark (everything but names is ASCII), commas, decimal points, lines end in \\n.
+    UTF-8 without a mark (everything but names is ASCII), commas, decimal points, lines end in \\n. Numbers are as they
+    are; a text that a spreadsheet would take for a formula has an apostrophe before it, as `not_run` says.
     """
-    rows = [list(table.columns), *map(table.text, table.rows), table.text(table.totals)]
+    rows = [table.columns, *map(table.text, table.rows), table.text(table.totals)]
     rows += [[sentence] + [""] * (len(table.columns) - 1) for sentence in table.left_out]
+    rows = [[not_run(cell) for cell in row] for row in rows]
     if isinstance(target, Path):
         with target.open("w", encoding="utf-8", newline="") as stream:
             csv.writer(stream, lineterminator="\n").writerows(rows)
     else:
         csv.writer(target, lineterminator="\n").writerows(rows)
+
+
+def not_run(cell: str) -> str:
+    """The text of a cell, with an apostrophe before what a spreadsheet would run if it began a cell there.
+
+    What begins with = + - @, a tab or a line end is run, also after a semicolon, tab or line end, at which spreadsheets
+    of other countries part cells [OWASP, CSV Injection]. Numbers are no formulas.
+    """
+    lines = cell.replace("\r\n", "\n").replace("\r", "\n")  # of which csv.writer quotes no \r
+    return cell if _NUMBER.fullmatch(cell) else _RUN.sub("'", lines)
 
 
 def write_xlsx(path: Path, lists: CutList, summary: Summary, nest: Nest | None) -> None:

@@ -75,14 +75,15 @@ def rows_within(pattern: Pattern, around: int, latitude: float) -> int:
     Raises GeometryError where no band fits.
     """
     _check(pattern, around, 2, latitude, 0, False)
+    latitude = min(abs(latitude), float(np.arcsin(np.tanh(MOST))))  # beyond, no band is made
     step = _seed(pattern, around)[0]
-    reach = np.arctanh(np.sin(abs(latitude))) / step * (1 + 1e-12)  # so that the latitude of an edge counts as within
+    reach = np.arctanh(np.sin(latitude)) / step * (1 + 1e-12)  # so that the latitude of an edge counts as within
     rows = int(2 * reach) - (pattern is Pattern.LYING_HEXAGONS)
     if rows < (2 if pattern is Pattern.LYING_HEXAGONS else 1):
         raise GeometryError(
-            f"no band of {around} faces around fits between the latitudes +-{abs(latitude):.3f}: take more faces "
+            f"no band of {around} faces around fits between the latitudes +-{latitude:.3f}: take more faces "
             "around, or a higher latitude",
-            value=abs(latitude),
+            value=latitude,
         )
     return rows
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
@@ -35,12 +36,15 @@ class MeshFile:
     """A mesh as read: where from, and a sentence for each thing that was mended on the way.
 
     origin (3,): what is taken out of the coordinates, which are those of `mesh` plus the origin in the file. As read it
-    is zero: the mesh stands where the file has it, and nothing is to be put back.
+    is zero: the mesh stands where the file has it, and nothing is to be put back. sha256: of the bytes it
+    was read from, which are read once; companion_sha256: of those of the second file of a pair.
     """
 
     path: Path
     mesh: Mesh
     mended: tuple[str, ...]
+    sha256: str = ""
+    companion_sha256: str = ""
     origin: FloatArray = field(default_factory=lambda: floats(np.zeros(3)))
 
     @property
@@ -72,10 +76,11 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
     """
     path = Path(path)
     try:
-        mesh, mended = mend_soup(read_soup(path), flip=flip, coincidence=coincidence)
+        soup, sha256 = read_soup(path)
+        mesh, mended = mend_soup(soup, flip=flip, coincidence=coincidence)
     except (MeshFileError, MeshError) as error:
         raise about(path_name(path), error) from error
-    return MeshFile(path, mesh, mended)
+    return MeshFile(path, mesh, mended, sha256)
 
 
 def write_mesh(path: str | PathLike[str], mesh: Mesh, *, origin: Any = (0.0, 0.0, 0.0)) -> None:
@@ -98,12 +103,19 @@ def write_mesh(path: str | PathLike[str], mesh: Mesh, *, origin: Any = (0.0, 0.0
         raise MeshFileError(f"{path_name(path)}: the file cannot be written: {_reason(error)}") from error
 
 
-def read_soup(path: Path) -> PolygonSoup:
-    """What a file holds, before anything is mended. Raises MeshFileError where it cannot be read."""
+def read_soup(path: Path) -> tuple[PolygonSoup, str]:
+    """What a file holds, before anything is mended, and the sha256 of its bytes.
+
+    Raises MeshFileError where it cannot be read.
+    """
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise MeshFileError(_unknown_suffix(path))
     data = _contents(path)
+    return _soup(data, suffix), hashlib.sha256(data).hexdigest()
+
+
+def _soup(data: bytes, suffix: str) -> PolygonSoup:
     if not data.strip():
         raise MeshFileError("the file is empty; export the mesh again")
     if suffix == ".ply":

@@ -37,7 +37,7 @@ def read_mesh_pair(
     the first are apart in the second.
     """
     first, second = Path(path), Path(other)
-    soup, companion = _soup(first), _soup(second)
+    (soup, sha256), (companion, of_second) = _soup(first), _soup(second)
     try:
         _check_equivalent(soup, companion)
         mended = mended_soup(replace(soup, companion=companion.vertices), coincidence)
@@ -45,12 +45,13 @@ def read_mesh_pair(
         raise about(f"{path_name(first)} with {shown(second.name)}", error) from error
     mesh = Mesh(mended.vertices, Combinatorics(mended.n_vertices, mended.corners, mended.face_starts))
     assert mended.companion is not None
-    return MeshFile(first, mesh, mended.mended), mesh.with_vertices(mended.companion)
+    return MeshFile(first, mesh, mended.mended, sha256, of_second), mesh.with_vertices(mended.companion)
 
 
-def _soup(path: Path) -> PolygonSoup:
+def _soup(path: Path) -> tuple[PolygonSoup, str]:
     try:
-        return tidied(read_soup(path))
+        soup, sha256 = read_soup(path)
+        return tidied(soup), sha256
     except (MeshFileError, MeshError) as error:
         raise about(path_name(path), error) from error
 

@@ -130,7 +130,10 @@ def test_an_existing_folder_is_replaced_only_with_force(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "model.step").read_bytes() != before
 
 
-@pytest.mark.parametrize(("told", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(
+    ("told", "code"),
+    [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129), (signal.SIGQUIT, 131)],
+)
 def test_a_run_that_is_ended_leaves_nothing(tmp_path: Path, told: signal.Signals, code: int) -> None:
     write_mesh(tmp_path / "mesh.obj", shapes.dome(40, 12))
     command = [sys.executable, "-c", "from fabkit.cli import app; app()", "build", "mesh.obj", "--mean-edge", "1500"]

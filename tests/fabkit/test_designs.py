@@ -125,7 +125,7 @@ def test_the_folder_holds_the_pair_the_picture_and_the_numbers(tmp_path: Path) -
     manifest = json.loads((tmp_path / "a" / "manifest.json").read_text())
     assert manifest["measures"] == measures
     assert manifest["settings"] == {"shape": "catenoid", "faces": "quads", "count": 12, "turn_deg": 60.0}
-    assert manifest["sha256"]["S.obj"] == hashlib.sha256((tmp_path / "a" / "S.obj").read_bytes()).hexdigest()
+    assert manifest["files"]["S.obj"] == hashlib.sha256((tmp_path / "a" / "S.obj").read_bytes()).hexdigest()
     write_design(design, tmp_path / "b")
     for path in (tmp_path / "a").iterdir():
         assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,71 @@ def test_wrong_settings_are_named_with_what_would_do(settings: dict[str, object]
     with pytest.raises(ProjectError, match=sentence) as caught:
         project_from({"mesh": "roof.obj", **settings})
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        pytest.param(b"\xef\xbb\xbf" + GOOD.encode(), id="byte order mark"),
+        pytest.param(GOOD.replace("\n", "\r\n").encode(), id="line ends of Windows"),
+    ],
+)
+def test_files_as_editors_write_them(tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "p.toml").write_bytes(data)
+    assert load_project(tmp_path / "p.toml", {}).rules.beams.width_mm == 60
+
+
+SINGLE_QUOTES = "write backslashes in single quotes"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (rb'mesh = "C:\models\roof.obj"', SINGLE_QUOTES),
+        (rb'mesh = "C:\Users\roof.obj"', SINGLE_QUOTES),
+        (rb'mesh = "C:\new\table.obj"', SINGLE_QUOTES),
+        (rb'mesh = "C:\models', SINGLE_QUOTES),
+        (b'mesh = "a.obj"\n' + rb'out = "C:\temp"', SINGLE_QUOTES),
+        (b'mesh = "a.obj"\n' + rb'gauss_image = "C:\temp"', SINGLE_QUOTES),
+        (b'mesh = "a.obj"\n[gauss_image]\n' + rb'file = "C:\temp"', SINGLE_QUOTES),
+        (rb'mesh = "a\u0000.obj"', SINGLE_QUOTES),
+        (GOOD.encode("utf-16"), r"is not UTF-8 text \(byte 1 is 0xff\): save it as UTF-8"),
+        (b'name = "\xe4"', r"is not UTF-8 text \(byte 9 is 0xe4\)"),
+        (b"x = " + b"[" * 3000 + b"]" * 3000, "nested too deeply"),
+        (b"x = " + b"{a = " * 3000 + b"1" + b"}" * 3000, "nested too deeply"),
+        (b"beams." + b".".join([b"a"] * 3000) + b" = 1", "names no mesh"),
+        (GOOD.encode() + b"[beams.width_mm]\n" + b".".join([b"a"] * 3000) + b" = 1", "is not TOML"),
+        (b"x = " + b"9" * 5000, "thousands of digits"),
+        (GOOD.encode() + b"[planarise]\nfairness = 0x" + b"f" * 5000, "planarise.fairness is a number of thousands"),
+        (GOOD.encode() + b"[gauss_image]\nrounds = 1" + b"0" * 4000, r"rounds is 1000.*000: input should be less than"),
+        (b"y" * 3000 + b" = 1\n" + GOOD.encode(), "unknown key 'yyy"),
+        (GOOD.encode() + b"[panels]\nmaterial = '" + b"y" * 3000 + b"'", "panels.material is 'yyy"),
+        (b"\0\0", "is not TOML"),
+    ],
+)
+def test_what_no_project_file_says_gets_one_short_sentence(tmp_path: Path, text: bytes, sentence: str) -> None:
+    (tmp_path / "p.toml").write_bytes(text)
+    with pytest.raises(ProjectError, match=sentence) as caught:
+        load_project(tmp_path / "p.toml", {})
+    assert len(str(caught.value)) < 400
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("value", [1e300, 1e10, float("inf"), float("nan"), -1.0, 0.0])
+def test_lengths_that_overflow_or_are_none_are_refused(value: float) -> None:
+    for settings in ({"mean_edge_mm": value}, {"unit": "m", "beams": {"height_mm": value}}):
+        with pytest.raises(ProjectError, match=r"(mean_edge|height)_mm is .*: input should be"):
+            project_from({"mesh": "roof.obj", **settings})
+
+
+def test_a_file_that_cannot_be_read_gets_a_sentence(tmp_path: Path) -> None:
+    for name in (tmp_path, tmp_path / ("x" * 300)):
+        with pytest.raises(ProjectError, match=r"cannot be read: (Is a directory|File name too long)"):
+            load_project(name, {})
+
+
+def test_names_that_are_not_utf_8_are_titles_all_the_same() -> None:
+    assert project_from({"mesh": os.fsdecode(b"\xfe.obj"), "unit": "m"}).title == r"\xfe"
 
 
 def test_files_that_are_no_project(tmp_path: Path) -> None:

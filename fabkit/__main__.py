@@ -1,0 +1,22 @@
+"""The command `fabkit`, also as `python -m fabkit`: nothing is imported before signals have an answer."""
+
+from __future__ import annotations
+
+from fabkit.signals import end_at_once
+
+__all__ = ["main"]
+
+
+def main() -> None:
+    """Run the command line. Before and after its commands, which tidy up, a signal ends the process at once."""
+    end_at_once()
+    try:
+        from fabkit.cli import app
+
+        app()
+    finally:
+        end_at_once()
+
+
+if __name__ == "__main__":
+    main()

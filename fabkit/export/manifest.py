@@ -1,0 +1,102 @@
+"""The manifest: what a folder holds, by which anybody can see that nothing in it was added or edited since."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+__all__ = ["MANIFEST", "not_ours", "write_manifest"]
+
+MANIFEST = "manifest.json"
+
+_LITTER = {".DS_Store", ".localized", ".directory", "Thumbs.db", "ehthumbs.db", "desktop.ini", "Icon\r"}
+"""Files that systems put into folders that somebody looks at, and make again when they want them."""
+
+_UNSIGNED = "0" * 64
+
+
+def write_manifest(folder: Path, told: dict[str, Any]) -> None:
+    """Write manifest.json: what is told, then everything in the folder.
+
+    `folders` are those within it; `files` gives the sha256 of every file by its path, parts of which are joined by /.
+    `sha256` is that of the manifest itself, written with 64 zeros in its place.
+    """
+    files, folders = {}, []
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder).as_posix()
+        if path.is_dir():
+            folders.append(name)
+        else:
+            files[name] = _sha256(path)
+    listed = {**told, "folders": folders, "files": files, "sha256": _UNSIGNED}
+    text = json.dumps(listed, indent=1) + "\n"
+    signature = hashlib.sha256(text.encode("ascii")).hexdigest()
+    head, _, tail = text.rpartition(_UNSIGNED)
+    (folder / MANIFEST).write_text(head + signature + tail, encoding="ascii", newline="\n")
+
+
+def not_ours(folder: Path) -> Iterator[str]:
+    """What was added to the folder or edited in it since its manifest was written, a few words each.
+
+    Litter of the system is passed over, and so is what is missing. Where no manifest says what was written, all that is
+    there is named. Raises OSError where something cannot be read.
+    """
+    if folder.is_symlink() or not folder.is_dir():
+        yield "it is not a folder"
+        return
+    files, folders = _listed(folder)
+    yield from _others(folder, "", files, folders)
+
+
+def _others(folder: Path, prefix: str, files: dict[str, str], folders: set[str]) -> Iterator[str]:
+    with os.scandir(folder) as found:
+        entries = sorted(found, key=lambda entry: entry.name)
+    for entry in entries:
+        name = prefix + entry.name
+        if entry.is_dir(follow_symlinks=False):
+            if name not in folders:
+                yield name + "/"
+            else:
+                yield from _others(Path(entry), name + "/", files, folders)
+        elif not entry.is_file(follow_symlinks=False):
+            yield name
+        elif name in files:
+            if files[name] != _sha256(Path(entry)):
+                yield f"{name} (edited)"
+        elif name == MANIFEST:
+            yield f"{name} (edited, or of an earlier version: it does not say what fabkit wrote)"
+        elif not _is_litter(prefix, entry.name, files, folders):
+            yield name
+
+
+def _listed(folder: Path) -> tuple[dict[str, str], set[str]]:
+    """Files and folders by the manifest, which is one of the files; nothing where it is missing or was edited."""
+    path = folder / MANIFEST
+    nothing: tuple[dict[str, str], set[str]] = {}, set()
+    if path.is_symlink() or not path.is_file():
+        return nothing
+    data = path.read_bytes()
+    try:
+        told = json.loads(data)
+        signature, files, folders = told["sha256"], dict(told["files"]), set(told["folders"])
+        unsigned = data.replace(signature.encode("ascii"), _UNSIGNED.encode("ascii"))
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return nothing
+    if hashlib.sha256(unsigned).hexdigest() != signature:
+        return nothing
+    return {**files, MANIFEST: hashlib.sha256(data).hexdigest()}, folders
+
+
+def _is_litter(prefix: str, name: str, files: dict[str, str], folders: set[str]) -> bool:
+    """Also the `._` files in which macOS keeps what its other file systems keep beside a file."""
+    beside = prefix + name.removeprefix("._")
+    return name in _LITTER or (name.startswith("._") and (beside in files or beside in folders or name[2:] in _LITTER))
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
