@@ -27,11 +27,24 @@ def end_at_once() -> None:
 
 @contextmanager
 def ending_tidily() -> Iterator[None]:
-    """Inside, such a signal leaves with 128 + its number through everything that tidies up on the way."""
+    """Inside, such a signal leaves with 128 + its number through everything that tidies up on the way.
+
+    Also where what is left turns the exit into an error of its own, as numpy does that was comparing just then.
+    """
     before = _handlers()
+    arrived: list[int] = []
+
+    def end(number: int, frame: FrameType | None) -> None:
+        arrived.append(number)
+        sys.exit(128 + number)
+
     try:
-        _answer(before, lambda number, frame: sys.exit(128 + number))
+        _answer(before, end)
         yield
+    except BaseException:
+        if arrived:
+            raise SystemExit(128 + arrived[0]) from None
+        raise
     finally:
         _restore(before)
 

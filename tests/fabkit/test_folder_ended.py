@@ -180,6 +180,23 @@ def test_signals_that_waited_are_answered_in_their_order() -> None:
             signal.signal(number, handler)
 
 
+def test_an_exit_that_became_an_error_on_the_way_is_an_exit_all_the_same() -> None:
+    """numpy compares structured arrays by Python code, and says TypeError where that does not come to its end."""
+
+    def compare(number: int | None) -> None:
+        try:
+            if number:
+                signal.raise_signal(number)
+        finally:
+            raise TypeError("Cannot compare structured arrays")
+
+    with pytest.raises(SystemExit) as end, ending_tidily():
+        compare(signal.SIGTERM)
+    assert end.value.code == 128 + signal.SIGTERM
+    with pytest.raises(TypeError), ending_tidily():
+        compare(None)
+
+
 def test_a_thread_of_its_own_writes_too(tmp_path: Path) -> None:
     thread = threading.Thread(target=write, args=(tmp_path / "out", "one"))
     thread.start()
