@@ -19,7 +19,28 @@ from geometry.arrays import BoolArray, IntArray, integers
 from geometry.errors import MeshError
 from geometry.mesh.runs import next_in_run, run_of_place, runs_by_size
 
-__all__ = ["Combinatorics"]
+__all__ = ["Combinatorics", "corners_and_sizes"]
+
+
+def corners_and_sizes(faces: Iterable[Sequence[int]]) -> tuple[IntArray, IntArray]:
+    """The vertices of all corners (C,) and the numbers of corners (F,) of faces given as one sequence of vertices each.
+
+    Raises MeshError for vertices that are no whole numbers.
+    """
+    lists = [list(face) for face in faces]
+    sizes = integers([len(face) for face in lists])
+    given = np.array([vertex for face in lists for vertex in face])
+    if given.dtype.kind in "iu" or not given.size:
+        return integers(given), sizes
+    with np.errstate(invalid="ignore"):
+        broken = given.astype(np.float64) % 1 != 0  # so is what is not finite
+    if broken.any():
+        places = np.flatnonzero(broken)
+        wrong = np.unique(np.repeat(np.arange(len(lists)), sizes)[places])
+        raise MeshError(
+            f"face {wrong[0]} names vertex {given[places[0]]}: vertices have whole numbers", elements=wrong.tolist()
+        )
+    return integers(given), sizes
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +67,9 @@ class Combinatorics:
 
     @classmethod
     def from_faces(cls, n_vertices: int, faces: Iterable[Sequence[int]]) -> Combinatorics:
-        """From one sequence of vertex indices a face."""
-        lists = [list(face) for face in faces]
-        sizes = [len(face) for face in lists]
-        corners = np.array([vertex for face in lists for vertex in face], dtype=np.int64)
-        return cls(n_vertices, corners, np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]))
+        """From one sequence of vertex indices a face. Raises MeshError also where one is no whole number."""
+        corners, sizes = corners_and_sizes(faces)
+        return cls(n_vertices, corners, np.concatenate([[0], np.cumsum(sizes)]))
 
     # --- faces and corners
 

@@ -20,6 +20,9 @@ CLEARANCE = 1e-9
 """Distance from a plane over the mean edge length, up to which a vertex lies in it: faces are planar to 1e-12, and
 their planes are known to about that over how thin they are."""
 
+LARGE = 64
+"""Corners of a face, above which points are sought in it by a tree over its edges."""
+
 OVERLAP = 1e-6
 """Area that two faces in one plane share, over that of the smaller one, below which they only touch."""
 
@@ -77,7 +80,14 @@ def _heights(mesh: Mesh, faces: IntArray, points: FloatArray) -> FloatArray:
 
 def _contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
     """(k,) whether faces (k,) contain points (k, 3) of their planes: a ray crosses an odd number of edges."""
-    c, axes = mesh.combinatorics, two_across(mesh.face_normals)[faces]
+    c = mesh.combinatorics
+    large = c.face_sizes[faces] > LARGE
+    if large.any():
+        found = np.zeros(len(faces), dtype=bool)
+        found[~large] = _contain(mesh, faces[~large], points[~large])
+        found[large] = _large_contain(mesh, faces[large], points[large])
+        return found
+    axes = two_across(mesh.face_normals)[faces]
     corners, owner = c.corners_of(faces)
     tail, head = (
         np.einsum("kai,ki->ak", axes[owner], mesh.vertices[c.corners[at]] - points[owner])
@@ -86,6 +96,15 @@ def _contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
     spans = (tail[1] > 0) != (head[1] > 0)
     ahead = (tail[0] * head[1] > tail[1] * head[0]) == (head[1] > tail[1])
     return np.asarray(np.bincount(owner, spans & ahead, minlength=len(faces)) % 2 == 1)
+
+
+def _large_contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
+    """The same for faces of very many corners, each of which is searched once and not anew for every point."""
+    which, face = np.unique(faces, return_inverse=True)
+    polygons = _polygons(mesh, which, which)
+    shapely.prepare(polygons)
+    x, y = np.einsum("kai,ki->ak", two_across(mesh.face_normals)[faces], points)
+    return np.asarray(shapely.contains_xy(polygons[face], x, y))
 
 
 # --- faces in one plane

@@ -11,6 +11,7 @@ import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.errors import NAMED, MeshError, listed
+from geometry.mesh.combinatorics import corners_and_sizes
 from geometry.mesh.mesh import Mesh
 from geometry.mesh.runs import next_in_run, run_of_place
 
@@ -59,10 +60,7 @@ class PolygonSoup:
     @classmethod
     def from_faces(cls, vertices: Any, faces: Iterable[Sequence[int]]) -> PolygonSoup:
         """From positions (N, 3) and one sequence of vertices, counted from 0, a face."""
-        lists = [list(face) for face in faces]
-        corners = np.array([vertex for face in lists for vertex in face], dtype=np.int64)
-        positions = np.asarray(vertices, dtype=np.float64)
-        return cls.from_arrays(positions, corners, np.array([len(face) for face in lists], dtype=np.int64))
+        return cls.from_arrays(np.asarray(vertices, dtype=np.float64), *corners_and_sizes(faces))
 
     @classmethod
     def from_mesh(cls, mesh: Mesh) -> PolygonSoup:

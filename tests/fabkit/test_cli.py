@@ -58,8 +58,7 @@ def refused(tmp_path: Path, mesh: str, *options: str, suffix: str = ".obj") -> s
             ["edge from vertex 1 to vertex 2", "faces 1, 2 and 3", "two at most"],
             id="non-manifold edge",
         ),
-        pytest.param(QUAD_STRIP + "v 1.5 0 0\nf 1 2 7 5 4\nf 2 3 6 5", ["zero", "length"], id="zero-length edge"),
-        pytest.param(QUAD_STRIP + "f 1 2 5 4\nf 2 5 4 1\nf 2 3 6 5", ["same", "faces"], id="duplicate faces"),
+        pytest.param(QUAD_STRIP + "f 1 2 5 4\nf 2 4 5 1\nf 2 3 6 5", ["same", "faces"], id="faces over each other"),
         pytest.param(
             QUAD_STRIP + "f 1 2 5 2 4\nf 2 3 6 5", ["face 1 touches itself", "vertex 2"], id="self-touching face"
         ),
@@ -70,6 +69,22 @@ def refused(tmp_path: Path, mesh: str, *options: str, suffix: str = ".obj") -> s
 def test_bad_meshes(tmp_path: Path, mesh: str, words: list[str]) -> None:
     sentence = refused(tmp_path, mesh)
     assert all(word.lower() in sentence.lower() for word in words), sentence
+
+
+@pytest.mark.parametrize(
+    ("mesh", "mended"),
+    [
+        pytest.param("v 1.5 0 0\nf 1 2 7 5 4\nf 2 3 6 5", "1 of 2 faces had corners at one place", id="zero length"),
+        pytest.param("f 1 2 5 4\nf 2 5 4 1\nf 2 3 6 5", "1 of 3 faces were written before", id="duplicate faces"),
+        pytest.param("f 1 2 5 4 4\nf 2 3 6 5\nf 1 2", "1 of 3 faces named a vertex twice", id="doubled corners"),
+    ],
+)
+def test_what_is_mended_is_told(tmp_path: Path, mesh: str, mended: str) -> None:
+    file = tmp_path / "mesh.obj"
+    file.write_text(QUAD_STRIP + mesh)
+    result = run("inspect", file)
+    assert result.exit_code == 0, result.output
+    assert mended in " ".join(result.output.split())
 
 
 def test_a_beam_shorter_than_its_setbacks(tmp_path: Path) -> None:

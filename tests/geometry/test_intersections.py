@@ -11,12 +11,34 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.mesh import Mesh, shapes, solids
+from geometry.mesh import Mesh, intersections, shapes, solids
 from geometry.mesh.intersections import intersecting_faces, is_embedded, self_crossing_faces
 from tests.geometry.bent_meshes import rotation
 from tests.geometry.topologies import MESHES, split, together
 
 seeds = st.integers(0, 2**32 - 1)
+
+
+def prisms(first: int, second: int, seed: int) -> Mesh:
+    """Two prisms of one size, one within the other or through it."""
+    rng = np.random.default_rng(seed)
+    vertices, faces = [], []
+    for k, turn, shift in ((first, np.eye(3), np.zeros(3)), (second, rotation(seed), rng.normal(size=3) / 2)):
+        prism = shapes.regular_prism(k)
+        faces += [[v + sum(map(len, vertices)) for v in face] for face in prism.combinatorics.faces()]
+        vertices.append(prism.vertices / np.abs(prism.vertices).max() @ turn + shift)
+    return Mesh.from_faces(np.concatenate(vertices), faces)
+
+
+@given(st.integers(5, 20), st.integers(5, 20), seeds)
+def test_points_are_found_in_large_faces_as_in_small_ones(first: int, second: int, seed: int) -> None:
+    mesh = prisms(first, second, seed)
+    expected = intersecting_faces(mesh)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(intersections, "LARGE", 4)
+        np.testing.assert_array_equal(intersecting_faces(mesh), expected)
+
+
 FLAT_FACE = "a triangle without height"
 
 

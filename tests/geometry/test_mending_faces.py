@@ -176,6 +176,16 @@ def test_boxes_side_by_side_keep_the_walls_that_they_share() -> None:
     assert (found.n_faces, said) == (12, ())
 
 
+@pytest.mark.parametrize("index", [0.5, np.nan, np.inf, 2 + 1e-9])
+def test_indices_that_are_not_whole_are_no_vertices(index: float) -> None:
+    square = shapes.grid(1, 1).vertices
+    for make in (mend, Mesh.from_faces):
+        with pytest.raises(MeshError, match=r"face 1 names vertex .*: vertices have whole numbers") as caught:
+            make(square, [[0, 2, 3], [0, 1, index]])
+        assert caught.value.elements == (1,)
+    assert mend(square, [np.array([0.0, 2.0, 3.0])])[0].n_faces == 1
+
+
 # --- what contradicts
 
 
