@@ -26,6 +26,10 @@ LEAST_TURN = 0.01
 between edges of mean length. A corner that is straight could be either."""
 
 
+ROUNDINGS = 100.0
+"""What is left, over the rounding of coordinates, up to which that is what is in the way."""
+
+
 @dataclass(frozen=True, eq=False)
 class Aim:
     """What is asked of a mesh beside planar faces, if anything, and how that is said.
@@ -85,12 +89,15 @@ def check_outcome(before: Mesh, after: Mesh, aim: Aim, guides: Guides, solution:
 
 def _ending(after: Mesh, aim: Aim, solution: Solution) -> str:
     """Why something is off, and what to do."""
-    if solution.reason is Reason.CONVERGED:  # about the centroid it holds: the rounding of coordinates is in the way
-        centre = np.abs(after.vertices.mean(axis=0)).max()
-        rounding = float(np.spacing(np.abs(after.vertices).max())) / after.mean_edge_length
-        is_far = centre > np.abs(after.vertices - after.vertices.mean(axis=0)).max()
-        cure = "move the mesh to the origin" if is_far else "allow more"
-        return f"because coordinates are rounded to {rounding:.0e} mean edge lengths; {cure}"
+    away, extent = (float(np.abs(v).max()) for v in (after.vertices, after.vertices - after.vertices.mean(axis=0)))
+    rounding = float(np.spacing(away)) / after.mean_edge_length
+    if solution.reason is Reason.CONVERGED or solution.violation <= ROUNDINGS * rounding:
+        if away > 2 * extent:
+            return (
+                f"because the mesh lies {away / after.mean_edge_length:.0e} mean edge lengths from the origin, where "
+                "coordinates are coarse; move it to the origin, or allow more"
+            )
+        return f"because coordinates are rounded to {rounding:.0e} mean edge lengths; allow more"
     return f"after {solution.steps} steps: {solution.reason.value}; {aim.advice}"
 
 

@@ -206,6 +206,12 @@ def test_a_refusal_names_the_edges_and_the_singular_values() -> None:
         assert planar.face_normals[left] @ planar.face_normals[right] > 1 - 1e-9
 
 
+def test_no_gap_in_a_planar_mesh_is_not_put_down_to_its_faces() -> None:
+    planar = planarise(noisy(tower(4), 1e-6, 0)).mesh
+    with pytest.raises(RankError, match=r"no gap .* put faces that are nearly in one plane exactly in it$"):
+        _ = ParallelSpace(planar).dimension
+
+
 @pytest.mark.parametrize("weight", [1e-4, 1e-6, 1e-8])
 def test_small_weights_decide_what_larger_ones_leave_free(weight: float) -> None:
     mesh, turn = planarise(shaken(shapes.dome(12, 6), 0.02, 3)).mesh, turning(0)
