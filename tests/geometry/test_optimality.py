@@ -198,6 +198,23 @@ def test_boxes_whose_noise_is_seen_are_built() -> None:
     np.testing.assert_allclose(gauss_image(planar).vertices, by_null_space(planar, 1e-9), atol=1e-13 / least)
 
 
+def test_boxes_take_care_where_the_usual_penalty_stalls(monkeypatch: pytest.MonkeyPatch) -> None:
+    meshes = [planarise(noisy(tower(5), 1e-6, seed)).mesh for seed in range(4)]
+    for seed, mesh in enumerate(meshes):
+        turn = turning(seed)
+        turned = gauss_image(mesh.with_vertices(mesh.vertices @ turn))
+        # singular values down to some 1e-9
+        np.testing.assert_allclose(turned.vertices, gauss_image(mesh).vertices @ turn, atol=1e-4)
+    monkeypatch.setattr(optimality_module, "replace", lambda quadratic, careful: quadratic)
+    stalled = []
+    for mesh in meshes:
+        try:
+            gauss_image(mesh)
+        except GeometryError as error:
+            stalled.append(error)
+    assert stalled
+
+
 def test_a_refusal_names_the_edges_and_the_singular_values() -> None:
     planar = planarise(noisy(block(4), 1e-12, 0)).mesh
     with pytest.raises(RankError) as refused:
@@ -226,8 +243,8 @@ def test_small_weights_decide_what_larger_ones_leave_free(weight: float) -> None
     mesh, turn = planarise(shaken(shapes.dome(12, 6), 0.02, 3)).mesh, turning(0)
     found = gauss_image(mesh, vertices=weight)
     turned = gauss_image(mesh.with_vertices(mesh.vertices @ turn), vertices=weight)
-    # rounding over the weight, and over the least singular value
-    np.testing.assert_allclose(turned.vertices, found.vertices @ turn, atol=1e-13 / weight)
+    # rounding over the weight, with room; one refinement only leaves 1e-4 with the least weight
+    np.testing.assert_allclose(turned.vertices, found.vertices @ turn, atol=max(1e-10, 1e-14 / weight))
 
 
 # --- the checks are seen to fire
