@@ -27,6 +27,10 @@ LEAST_TURN = 0.01
 between edges of mean length. A corner that is straight could be either."""
 
 
+ROUNDINGS = 100.0
+"""What is left, over the rounding of coordinates, up to which that is what is in the way."""
+
+
 @dataclass(frozen=True, eq=False)
 class Aim:
     """What is asked of a mesh beside planar faces, if anything, and how that is said.
@@ -86,7 +90,8 @@ def check_outcome(before: Mesh, after: Mesh, aim: Aim, guides: Guides, solution:
 
 def _ending(after: Mesh, aim: Aim, solution: Solution, value: float) -> str:
     """Why something is off by a value, and what to do."""
-    if solution.reason is Reason.CONVERGED:
+    rounding = float(np.spacing(np.abs(after.vertices).max())) / after.mean_edge_length
+    if solution.reason is Reason.CONVERGED or solution.violation <= ROUNDINGS * rounding:
         cure = cure_of_place(after, value)
         return f"because {cure}, or allow more" if cure else "which is as near as rounding lets it come; allow more"
     return f"after {solution.steps} steps: {solution.reason.value}; {aim.advice}"

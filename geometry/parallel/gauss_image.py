@@ -49,8 +49,10 @@ def gauss_image(
 
     Unlike the paper this needs no basis of P(M), hence no singular value decomposition.
 
-    Raises GeometryError for weights that do not determine S, for a face that is not planar and for a mesh of triangles
-    only; MeshError for an edge without length; ConvergenceError where S is not parallel to M.
+    S is checked for being parallel to M and for being the minimum. Raises GeometryError for weights that do not
+    determine S, for a face that is not planar and for a mesh of triangles only; MeshError for an edge without length;
+    RankError where rounding decides about S, with the edges and the singular values, as where faces are nearly in one
+    plane; ConvergenceError where S is not parallel to M, or not the minimum.
     """
     _check_weights(faces, edges, vertices, fairness, rounds)
     refuse_triangle_mesh(mesh)

@@ -158,7 +158,7 @@ def check_optimal(unknowns: FaceUnknowns, found: Optimality, solution: Solution,
         edges = _worst_edges(unknowns, found.changes)
         raise RankError(
             f"rounding decides about {what}: conditions of P(M) nearly depend on each other, with singular values of "
-            f"about {found.singular_value:.0e}, {_at(unknowns.mesh, edges)}. The least value is uncertain by "
+            f"about {found.singular_value:.0e}{_at(unknowns.mesh, edges)}. Its least value is uncertain by "
             f"{found.decided:.0e} of its size, allowed {DECIDED:.0e}; {_cure(unknowns.mesh)}",
             elements=edges.tolist(),
             value=found.decided,
@@ -185,7 +185,7 @@ def not_parallel(
         edges = _worst_edges(unknowns, found.changes)
         reason = (
             f"conditions of P(M) nearly depend on each other, with singular values of about "
-            f"{found.singular_value:.0e}, {_at(unknowns.mesh, edges)}; {_cure(unknowns.mesh)}"
+            f"{found.singular_value:.0e}{_at(unknowns.mesh, edges)}; {_cure(unknowns.mesh)}"
         )
     return ConvergenceError(
         f"{unknowns.mesh.combinatorics.edge_name(edge)} is off the direction of its mesh edge by {sideways[edge]:.1e} "
@@ -205,7 +205,8 @@ def _worst_edges(unknowns: FaceUnknowns, values: FloatArray) -> IntArray:
 
 
 def _at(mesh: Mesh, edges: IntArray) -> str:
-    return "above all at " + ", ".join(mesh.combinatorics.edge_name(int(edge)) for edge in edges)
+    pairs = [f"{i} to {j}" for i, j in mesh.combinatorics.edges[edges].tolist()]
+    return f", above all at the edges from vertex {', '.join(pairs)}" if pairs else ""
 
 
 def _cure(mesh: Mesh) -> str:

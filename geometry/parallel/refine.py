@@ -76,7 +76,7 @@ def refine_distances(
     origin to vertices and edges as they are, which makes distances linear, and adds a weight on how far
     vertices move, so that those that the distances leave free stay. That weight falls as rounds gain, and rises where
     one does not, which then changes nothing. Stops after `rounds`, each one solve; where all distances are 1;
-    and where a round gains less than the part `least_gain` of what is left.
+    and where a round gains less than the part `least_gain` of what is left. Raises as `nearest_parallel` does.
     """
     weights = faces, edges, vertices, fairness
     heaviest = sum(weights)

@@ -193,7 +193,8 @@ class ParallelSpace:
         Edges are parallel, and vertices where they are fixed, within `PARALLEL` times the largest coordinate; bounds
         are kept within `BOUND` times that. Raises GeometryError where fixed vertices, or bounds, contradict each other,
         where there is no least value, and for what is not finite or of the wrong shape; ConvergenceError where the
-        solver does not reach that accuracy.
+        solver does not reach that accuracy, or not the minimum; RankError, naming edges and singular values, where
+        rounding decides about the minimum.
         """
         return minimum(
             self._unknowns,

@@ -21,7 +21,7 @@ from geometry.meshing import planarise
 from geometry.optimise import bounded, constrained, semidefinite
 from geometry.optimise.functional import normal_equations
 from geometry.optimise.solution import ConvergenceError
-from geometry.parallel import ParallelSpace, gauss_image, parallelity
+from geometry.parallel import ParallelSpace, gauss_image, minimising, parallelity
 from geometry.parallel import optimality as optimality_module
 
 from .bent_meshes import shaken, vault, with_midpoints
@@ -134,7 +134,7 @@ def test_far_away_it_is_the_same_or_refused(kind: Callable[[int], Mesh], seed: i
     np.testing.assert_allclose(gauss_image(back).vertices, image, atol=bound)
 
 
-@given(seeds, st.floats(1, 4))
+@given(seeds, st.floats(1, 3))  # from 4 on, rounding alone may be more than the parallelity that is promised
 @settings(max_examples=15, deadline=None)
 def test_far_away_projections_and_minima_are_the_same(seed: int, decades: float) -> None:
     mesh = disc(seed % 100)
@@ -152,6 +152,15 @@ def test_far_away_projections_and_minima_are_the_same(seed: int, decades: float)
     terms = [(1.0, close_to(target.vertices))]
     kept = [space.minimise(terms, factor_bounds=(0.9, 1.1)).vertices for space in (near_space, far_space)]
     np.testing.assert_allclose(kept[1], kept[0], atol=max(10 * bound, 1e-7))  # interior points, where no polish helps
+
+
+def test_rounding_beyond_the_promised_parallelity_is_put_down_to_the_faces(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = disc(0)
+    noise = 1e-13 * mesh.mean_edge_length * np.random.default_rng(0).choice([-1.0, 1.0], mesh.vertices.shape)
+    coarse = ParallelSpace(mesh.with_vertices(mesh.vertices + noise))
+    monkeypatch.setattr(minimising, "PARALLEL", 1e-15)  # as if more were promised than the faces leave
+    with pytest.raises(ConvergenceError, match=r"faces of M leave their planes by .* planarise the mesh further"):
+        coarse.minimise([(1.0, close_to(np.sin(5 * mesh.vertices)))])
 
 
 # --- boxes: conditions that nearly depend on each other
@@ -189,6 +198,23 @@ def test_boxes_whose_noise_is_seen_are_built() -> None:
     np.testing.assert_allclose(gauss_image(planar).vertices, by_null_space(planar, 1e-9), atol=1e-13 / least)
 
 
+def test_boxes_take_care_where_the_usual_penalty_stalls(monkeypatch: pytest.MonkeyPatch) -> None:
+    meshes = [planarise(noisy(tower(5), 1e-6, seed)).mesh for seed in range(4)]
+    for seed, mesh in enumerate(meshes):
+        turn = turning(seed)
+        turned = gauss_image(mesh.with_vertices(mesh.vertices @ turn))
+        # singular values down to some 1e-9
+        np.testing.assert_allclose(turned.vertices, gauss_image(mesh).vertices @ turn, atol=1e-4)
+    monkeypatch.setattr(optimality_module, "replace", lambda quadratic, careful: quadratic)
+    stalled = []
+    for mesh in meshes:
+        try:
+            gauss_image(mesh)
+        except GeometryError as error:
+            stalled.append(error)
+    assert stalled
+
+
 def test_a_refusal_names_the_edges_and_the_singular_values() -> None:
     planar = planarise(noisy(block(4), 1e-12, 0)).mesh
     with pytest.raises(RankError) as refused:
@@ -206,13 +232,19 @@ def test_a_refusal_names_the_edges_and_the_singular_values() -> None:
         assert planar.face_normals[left] @ planar.face_normals[right] > 1 - 1e-9
 
 
+def test_no_gap_in_a_planar_mesh_is_not_put_down_to_its_faces() -> None:
+    planar = planarise(noisy(tower(4), 1e-6, 0)).mesh
+    with pytest.raises(RankError, match=r"no gap .* put faces that are nearly in one plane exactly in it$"):
+        _ = ParallelSpace(planar).dimension
+
+
 @pytest.mark.parametrize("weight", [1e-4, 1e-6, 1e-8])
 def test_small_weights_decide_what_larger_ones_leave_free(weight: float) -> None:
     mesh, turn = planarise(shaken(shapes.dome(12, 6), 0.02, 3)).mesh, turning(0)
     found = gauss_image(mesh, vertices=weight)
     turned = gauss_image(mesh.with_vertices(mesh.vertices @ turn), vertices=weight)
-    # rounding over the weight, and over the least singular value
-    np.testing.assert_allclose(turned.vertices, found.vertices @ turn, atol=1e-13 / weight)
+    # rounding over the weight, with room; one refinement only leaves 1e-4 with the least weight
+    np.testing.assert_allclose(turned.vertices, found.vertices @ turn, atol=max(1e-10, 1e-14 / weight))
 
 
 # --- the checks are seen to fire

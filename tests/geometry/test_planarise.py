@@ -198,6 +198,45 @@ def test_a_mesh_too_far_from_the_origin_is_refused_unless_more_is_allowed() -> N
     assert out_of_plane(planarise(far, tolerance=1e-9).mesh) <= 1e-9
 
 
+def test_a_mesh_about_the_origin_is_not_told_to_move_there() -> None:
+    bent = shaken(vault(40, 30), 0.05, 0)
+    with pytest.raises(ConvergenceError, match=r"coordinates are rounded to .* lengths; allow more$") as raised:
+        planarise(bent, tolerance=1e-16)
+    assert "origin" not in raised.value.message
+
+
+@pytest.mark.parametrize("mesh", [ROUGH, graph(12, lambda x, y: 0.4 * x * y)])
+def test_advice_names_nothing_that_only_a_library_knows(mesh: Mesh) -> None:
+    """The same sentences are read by those who have a command line: they name what to do to the mesh."""
+    with pytest.raises(GeometryError, match=r"; lay the mesh along conjugate directions$"):
+        planarise(mesh)
+
+
+@given(seeds, st.floats(1e-6, 0.05))
+@settings(deadline=None, max_examples=20)
+def test_moves_are_told_of_each_vertex(seed: int, amount: float) -> None:
+    bent = shaken(vault(), amount, seed)
+    bent = Mesh.from_faces(np.concatenate([bent.vertices, [[9.0, 9.0, 9.0]]]), bent.combinatorics.faces())
+    result = planarise(bent)
+    moves = np.linalg.norm(result.mesh.vertices - bent.vertices, axis=1) / bent.mean_edge_length
+    np.testing.assert_allclose(result.moves, moves, rtol=0, atol=1e-15 * 1e3)
+    assert not result.moves.flags.writeable
+    assert result.moves[-1] == 0  # belongs to no face, so shares take no notice of it
+    assert result.move_of(1.0) == result.largest_move == result.moves.max()
+    assert result.mean_move == pytest.approx(result.moves.mean())
+    assert (result.moves[:-1] <= result.move_of(0.95)).mean() >= 0.95 - 1 / bent.n_vertices
+    assert result.move_of(0.0) == result.moves[:-1].min()
+    with pytest.raises(GeometryError, match=r"the share of the vertices is 1\.5"):
+        result.move_of(1.5)
+
+
+def test_a_shape_that_collapses_is_seen_in_the_moves() -> None:
+    """Along asymptotic lines no mesh is planar but flat ones: all vertices move, and nothing else tells."""
+    result = planarise(graph(8, lambda x, y: 0.12 * x * y))
+    assert result.planarity_after <= TOLERANCE
+    assert result.move_of(0.95) > 0.3
+
+
 @pytest.mark.parametrize("name", ["tolerance", "fairness", "held_steps", "max_steps"])
 @pytest.mark.parametrize("number", [-1, float("nan"), float("inf")])
 def test_numbers_out_of_range_are_refused(name: str, number: float) -> None:
