@@ -13,6 +13,9 @@ from geometry.arrays import FloatArray, IntArray, integers
 
 __all__ = ["Seats", "seats"]
 
+NUMBERS_AT_ONCE = 4_000_000
+"""Numbers held in memory while ends are compared with facets: 32 MB."""
+
 
 @dataclass(frozen=True, eq=False)
 class Seats:
@@ -47,9 +50,16 @@ def seats(beams: Sequence[Beam], nodes: Sequence[Node]) -> Seats:
         bar[bars.parts] = np.arange(len(bars.parts))
         for k, blocks in enumerate(node_stacks):
             rows = np.flatnonzero((bar[beam] >= 0) & (which[node] == k))
-            own = bar[beam[rows]], end[rows]
-            off[rows], over[rows] = _misfits(corners[own], normals[own], blocks[row[node[rows]]])
+            for some in _a_few_at_a_time(rows, blocks.topology):
+                own = bar[beam[some]], end[some]
+                off[some], over[some] = _misfits(corners[own], normals[own], blocks[row[node[some]]])
     return Seats(beam, end, node, off, over)
+
+
+def _a_few_at_a_time(rows: IntArray, topology: Topology) -> list[IntArray]:
+    """These rows in runs, so that some twenty numbers a corner of each block are no more than NUMBERS_AT_ONCE."""
+    size = max(1, NUMBERS_AT_ONCE // (20 * len(topology.corners)))
+    return [rows[start : start + size] for start in range(0, len(rows), size)]
 
 
 def _end_faces(bars: Stack, along: FloatArray) -> tuple[FloatArray, FloatArray]:

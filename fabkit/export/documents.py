@@ -9,7 +9,7 @@ import numpy as np
 from fabkit.export.dxf import write_dxf
 from fabkit.export.gltf import glb_bytes
 from fabkit.export.report import report_html
-from fabkit.export.step import write_part_step, write_step
+from fabkit.export.step import write_part_steps, write_step
 from fabkit.export.tables import write_csv, write_xlsx
 from fabkit.parts import Assembly
 from fabkit.production.cut_list import cut_list
@@ -34,8 +34,7 @@ def write_documents(
         write_step(folder / "model.step", assembly)
     with stages("STEP parts"):
         (folder / "parts").mkdir()
-        for mark, part in {part.mark: part for part in assembly.parts()}.items():
-            write_part_step(folder / "parts" / f"{mark}.step", part)
+        write_part_steps(folder / "parts", {part.mark: part for part in assembly.parts()}.values())
     with stages("DXF"):
         sheets = sheet_drawings(nest, assembly.panels) if nest else ()
         (folder / "sheets").mkdir()

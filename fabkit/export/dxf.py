@@ -6,6 +6,7 @@ ezdxf writes the head and the tables of a file once; the polylines are set into 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -23,6 +24,7 @@ from geometry.arrays import FloatArray
 __all__ = ["write_dxf"]
 
 Version = Literal["R2010", "R12"]
+Points = list[list[float]]
 
 #: Colours by number: red, blue, grey.
 COLOURS = {CUT: 1, MARK: 5, SHEET: 8}
@@ -31,7 +33,7 @@ DECIMALS = 9
 
 #: Numbers that stand in a template for extents (low, high), middle and height of the view, and the next handle.
 SLOTS = tuple(9e9 + k for k in range(7))
-SEED = "{seed}"
+ENTITIES = "  2\nENTITIES\n"
 
 
 def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2010") -> None:
@@ -43,10 +45,14 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
     template = _template(version, drawing.notes)
     handles = iter(range(template.first_handle, 2**62))
     write = _lwpolyline if version == "R2010" else _polyline
-    curves = [(layer, curve.round(DECIMALS) + 0.0) for layer, all_of in drawing.layers.items() for curve in all_of]
-    entities = "".join(write(layer, curve, template.owner, handles) for layer, curve in curves)
-    corners = np.concatenate([curve for _, curve in curves])
-    text = template.fill(entities, corners.min(axis=0), corners.max(axis=0), next(handles))
+    curves = [(layer, curve) for layer, all_of in drawing.layers.items() for curve in all_of]
+    points = np.concatenate([curve for _, curve in curves]).round(DECIMALS) + 0.0
+    ends = np.cumsum([len(curve) for _, curve in curves]).tolist()
+    numbers, entities, start = points.tolist(), [], 0
+    for (layer, _), end in zip(curves, ends, strict=True):
+        entities.append(write(layer, numbers[start:end], template.owner, handles))
+        start = end
+    text = template.fill("".join(entities), points.min(axis=0), points.max(axis=0), next(handles))
     if isinstance(target, Path):
         target.write_text(text, encoding="utf-8", newline="\n")
     else:
@@ -55,20 +61,20 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
 
 @dataclass(frozen=True)
 class _Template:
-    """The text of a file without entities, with SLOTS where extents and view go. owner: handle of the model space."""
+    """The text of a file in pieces, between which come the values of the slots of that number: extents and view, the
+    first free handle, and the entities. owner: handle of the model space."""
 
-    before: str
-    after: str
+    pieces: tuple[str, ...]
+    slots: tuple[int, ...]
     owner: str
     first_handle: int
 
     def fill(self, entities: str, low: FloatArray, high: FloatArray, seed: int) -> str:
         middle, height = (low + high) / 2, 1.05 * float((high - low).max())
-        before, after = self.before.replace(SEED, f"$HANDSEED\n  5\n{seed:X}\n"), self.after
-        for slot, value in zip(SLOTS, [*low.tolist(), *high.tolist(), *middle.tolist(), height], strict=True):
-            before = before.replace(f"{slot!r}\n", f"{value!r}\n")
-            after = after.replace(f"{slot!r}\n", f"{value!r}\n")
-        return f"{before}{entities}{after}"
+        numbers = [*low.tolist(), *high.tolist(), *middle.tolist(), height]
+        values = [*(f"{value!r}\n" for value in numbers), f"$HANDSEED\n  5\n{seed:X}\n", ENTITIES + entities]
+        filled = [piece + values[slot] for piece, slot in zip(self.pieces, self.slots, strict=False)]
+        return "".join([*filled, self.pieces[-1]])
 
 
 @lru_cache(maxsize=16)
@@ -83,10 +89,11 @@ def _template(version: Version, notes: tuple[str, ...]) -> _Template:
     finally:
         options.write_fixed_meta_data_for_testing = fixed
     comments = "".join(f"999\n{note}\n" for note in notes)
-    head, entities, tail = stream.getvalue().partition("  2\nENTITIES\n")
-    first_handle = str(document.header["$HANDSEED"])
-    head = head.replace(f"$HANDSEED\n  5\n{first_handle}\n", SEED)
-    return _Template(comments + head + entities, tail, document.modelspace().layout_key, int(first_handle, 16))
+    text, first_handle = comments + stream.getvalue(), str(document.header["$HANDSEED"])
+    marks = [*(f"{slot!r}\n" for slot in SLOTS), f"$HANDSEED\n  5\n{first_handle}\n", ENTITIES]
+    pieces = re.split("(" + "|".join(map(re.escape, marks)) + ")", text)
+    slots = tuple(map(marks.index, pieces[1::2]))
+    return _Template(tuple(pieces[::2]), slots, document.modelspace().layout_key, int(first_handle, 16))
 
 
 def _document(version: Version, notes: tuple[str, ...]) -> Document:
@@ -107,17 +114,17 @@ def _document(version: Version, notes: tuple[str, ...]) -> Document:
     return document
 
 
-def _lwpolyline(layer: str, curve: FloatArray, owner: str, handles: Iterator[int]) -> str:
-    points, closed = _points(curve)
-    corners = "".join(f" 10\n{x!r}\n 20\n{y!r}\n" for x, y in points)
+def _lwpolyline(layer: str, curve: Points, owner: str, handles: Iterator[int]) -> str:
+    points, closed = _open(curve)
+    corners = "".join([f" 10\n{x!r}\n 20\n{y!r}\n" for x, y in points])
     return (
         f"  0\nLWPOLYLINE\n  5\n{next(handles):X}\n330\n{owner}\n100\nAcDbEntity\n  8\n{layer}\n"
         f"100\nAcDbPolyline\n 90\n{len(points)}\n 70\n{closed}\n{corners}"
     )
 
 
-def _polyline(layer: str, curve: FloatArray, owner: str, handles: Iterator[int]) -> str:
-    points, closed = _points(curve)
+def _polyline(layer: str, curve: Points, owner: str, handles: Iterator[int]) -> str:
+    points, closed = _open(curve)
     vertices = "".join(
         f"  0\nVERTEX\n  5\n{next(handles):X}\n  8\n{layer}\n 10\n{x!r}\n 20\n{y!r}\n 30\n0.0\n" for x, y in points
     )
@@ -127,8 +134,7 @@ def _polyline(layer: str, curve: FloatArray, owner: str, handles: Iterator[int])
     )
 
 
-def _points(curve: FloatArray) -> tuple[list[list[float]], int]:
+def _open(curve: Points) -> tuple[Points, int]:
     """The points to write, and whether they are closed: a closed curve ends where it begins."""
-    closed = len(curve) > 2 and bool((curve[0] == curve[-1]).all())
-    points: list[list[float]] = (curve[:-1] if closed else curve).tolist()
-    return points, int(closed)
+    closed = len(curve) > 2 and curve[0] == curve[-1]
+    return (curve[:-1] if closed else curve), int(closed)

@@ -22,11 +22,11 @@ import numpy as np
 
 from fabkit.errors import OutputError
 from fabkit.export.step_entities import Schema
-from fabkit.export.step_writer import StepWriter, instance_name
+from fabkit.export.step_writer import StepWriter, instance_name, solid_texts
 from fabkit.parts import Assembly, Part
 from geometry.arrays import FloatArray
 
-__all__ = ["instance_name", "stream_step", "write_part_step", "write_step"]
+__all__ = ["instance_name", "stream_step", "write_part_step", "write_part_steps", "write_step"]
 
 _BATCH = 64
 """Parts worked on together: enough to make array operations worthwhile, few enough to stay in the processor's cache."""
@@ -99,6 +99,20 @@ def write_part_step(
         writer = StepWriter(stream, part.mark, schema, author, organisation, time_stamp)
         writer.write_shapes([part])
         writer.end()
+
+
+def write_part_steps(folder: Path, parts: Iterable[Part]) -> None:
+    """Write a file for each part, called as its mark, into an empty folder; otherwise as `write_part_step`.
+
+    What is to be computed is computed batch by batch: that is most of the work where there are thousands of them.
+    """
+    remaining = iter(parts)
+    while batch := list(islice(remaining, _BATCH)):
+        for part, numbers in zip(batch, solid_texts(batch), strict=True):
+            with (folder / f"{part.mark}.step").open("w", encoding="ascii", newline="\n") as stream:
+                writer = StepWriter(stream, part.mark, "AP242", "", "", _NO_TIME)
+                writer.write_only_shape(part, numbers)
+                writer.end()
 
 
 @contextmanager

@@ -37,7 +37,7 @@ from fabkit.export.step_text import Block, reals, string
 from fabkit.parts import Material, Part, Topology
 from geometry.arrays import FloatArray
 
-__all__ = ["StepWriter", "instance_name"]
+__all__ = ["StepWriter", "instance_name", "solid_texts"]
 
 _GROUPS = {"beam": "beams", "node": "nodes", "panel": "panels"}
 _ELEMENTS = {"beam": "e", "node": "v", "panel": "f"}
@@ -110,10 +110,18 @@ class StepWriter:
             self._check_mark(part)
             if part.mark not in self._products:
                 new.setdefault(part.mark, part)
-        for part, row in zip(new.values(), self._rows(list(new.values())), strict=True):
-            name, material, style = string(part.mark), self._material(part.material), self._style(part.kind)
-            values = (name, name, part.kind, str(material), str(material + DENSITY), str(style), name, *row)
-            self._products[part.mark] = self._add(_part_block(part.solid.topology), values)
+        for part, numbers in zip(new.values(), solid_texts(list(new.values())), strict=True):
+            self._add_shape(part, numbers)
+
+    def write_only_shape(self, part: Part, numbers: Sequence[str]) -> None:
+        """The product of a file of one part; numbers: what `solid_texts` says of it."""
+        self._check_mark(part)
+        self._add_shape(part, numbers)
+
+    def _add_shape(self, part: Part, numbers: Sequence[str]) -> None:
+        name, material, style = string(part.mark), self._material(part.material), self._style(part.kind)
+        values = (name, name, part.kind, str(material), str(material + DENSITY), str(style), name, *numbers)
+        self._products[part.mark] = self._add(_part_block(part.solid.topology), values)
 
     def write_instances(self, parts: Sequence[Part]) -> None:
         """Each part, placed in the group of its kind; shapes come first."""
@@ -178,21 +186,6 @@ class StepWriter:
         if part.mark in self._taken:
             raise OutputError(f"mark {part.mark} is also the name of the structure or a group; names must be unique")
 
-    def _rows(self, parts: Sequence[Part]) -> list[list[str]]:
-        """Measures and numbers of the solid of each part, as text; worked out for all of one topology at once."""
-        members: dict[Topology, list[int]] = {}
-        for n, part in enumerate(parts):
-            members.setdefault(part.solid.topology, []).append(n)
-        rows: list[list[str]] = [[]] * len(parts)
-        for topology, chosen in members.items():
-            names = [parts[n].mark for n in chosen]
-            vertices = np.stack([parts[n].solid.vertices for n in chosen])
-            texts = reals(solid_numbers(vertices, topology, names))
-            width = len(texts) // len(chosen)
-            for row, n in enumerate(chosen):
-                rows[n] = texts[row * width : (row + 1) * width]
-        return rows
-
     def _material(self, material: Material) -> int:
         if material not in self._materials:
             density = reals(np.array(material.density_kg_m3 / 1000))
@@ -204,6 +197,22 @@ class StepWriter:
         if kind not in self._styles:
             self._styles[kind] = self._add(STYLE_BLOCK, reals(np.array(PALETTE[kind])))
         return self._styles[kind]
+
+
+def solid_texts(parts: Sequence[Part]) -> list[list[str]]:
+    """Measures and numbers of the solid of each part, as text; worked out for all of one topology at once."""
+    members: dict[Topology, list[int]] = {}
+    for n, part in enumerate(parts):
+        members.setdefault(part.solid.topology, []).append(n)
+    rows: list[list[str]] = [[]] * len(parts)
+    for topology, chosen in members.items():
+        names = [parts[n].mark for n in chosen]
+        vertices = np.stack([parts[n].solid.vertices for n in chosen])
+        texts = reals(solid_numbers(vertices, topology, names))
+        width = len(texts) // len(chosen)
+        for row, n in enumerate(chosen):
+            rows[n] = texts[row * width : (row + 1) * width]
+    return rows
 
 
 @lru_cache(maxsize=256)

@@ -69,10 +69,10 @@ def _write_table(workbook: Any, table: Table) -> None:
     total_formats = [
         workbook.add_format({"bold": True, "top": 1, "num_format": _pattern(decimals)}) for decimals in table.decimals
     ]
-    for column, name in enumerate(table.columns):
+    texts = [table.text(table.totals), *map(table.text, table.rows)]
+    for column, (name, shown) in enumerate(zip(table.columns, zip(*texts, strict=True), strict=True)):
         sheet.write_string(0, column, name, head)
-        texts = [name[:14], *(table.text(row)[column] for row in table.rows), table.text(table.totals)[column]]
-        sheet.set_column(column, column, min(WIDEST, max(map(len, texts))) + 2)
+        sheet.set_column(column, column, min(WIDEST, max(map(len, (name[:14], *shown)))) + 2)
     for number, row in enumerate(table.rows, start=1):
         _write_row(sheet, number, row, formats)
     _write_row(sheet, len(table.rows) + 1, table.totals, total_formats)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 import shapely
@@ -60,11 +61,18 @@ class _Labels:
     def strokes(self, n_panels: int) -> list[list[FloatArray]]:
         """Polylines (k, 2) of each panel, in its own frame."""
         strokes: list[list[FloatArray]] = [[] for _ in range(n_panels)]
-        up = np.stack([-self.along[:, 1], self.along[:, 0]], axis=1)
-        axes = np.stack([self.along, up], axis=1) * self.height[:, None, None]
-        start = self.foot - axes[:, 0] * np.array([[text_width(text) / 2] for text in self.texts])
-        for text, panel, origin, axis in zip(self.texts, self.panel.tolist(), start, axes, strict=True):
-            strokes[panel] += [origin + stroke @ axis for stroke in text_strokes(text)]
+        if not len(self.texts):
+            return strokes
+        x = self.along * self.height[:, None]
+        y = np.stack([-x[:, 1], x[:, 0]], axis=1)
+        start = self.foot - x * np.array([[text_width(text) / 2] for text in self.texts])
+        curves = [text_strokes(text) for text in self.texts]
+        flat = [stroke for of_text in curves for stroke in of_text]
+        text = np.repeat(np.arange(len(curves)), [sum(map(len, of_text)) for of_text in curves])
+        points = np.concatenate(flat)
+        placed = iter(_runs(start[text] + points[:, :1] * x[text] + points[:, 1:] * y[text], flat))
+        for panel, of_text in zip(self.panel.tolist(), curves, strict=True):
+            strokes[panel] += islice(placed, len(of_text))
         return strokes
 
     def boxes(self) -> FloatArray:
@@ -85,7 +93,8 @@ def sheet_drawings(nest: Nest, panels: Sequence[Panel]) -> tuple[Drawing, ...]:
     mark: list[list[FloatArray]] = [[] for _ in range(nest.n_sheets)]
     for place in nest.placements:
         cut[place.sheet].append(_closed(moved(panels[place.panel].outline, place)))
-        mark[place.sheet] += [floats(moved(stroke, place)) for stroke in marks[place.panel]]
+        strokes = marks[place.panel]
+        mark[place.sheet] += _runs(moved(np.concatenate(strokes), place), strokes)
     notes = (
         f"Contours are nominal: the kerf is not taken off; parts are at least {nest.gap_mm:g} mm apart.",
         "Millimetres. Outer side up. Layers: CUT contours, MARK open strokes, SHEET stock.",
@@ -117,7 +126,7 @@ def panel_drawings(assembly: Assembly) -> tuple[Drawing, ...]:
         "Millimetres. Outer side up. Layers: CUT contour, MARK open strokes.",
     )
     return tuple(
-        Drawing(panel.mark, {CUT: (_closed(panel.outline),), MARK: tuple(map(floats, strokes))}, notes)
+        Drawing(panel.mark, {CUT: (_closed(panel.outline),), MARK: tuple(strokes)}, notes)
         for panel, strokes in zip(panels, marks, strict=True)
     )
 
@@ -176,6 +185,12 @@ def _edge_labels(
         height[outside] /= 2
     arrow = np.array([text[0] == ARROW for text in texts])
     return labels(np.flatnonzero(arrow | (height >= READABLE_MM)))
+
+
+def _runs(points: FloatArray, alike: Sequence[FloatArray]) -> list[FloatArray]:
+    """Points (n, 2) as curves as long as those alike, one after the other."""
+    points, ends = floats(points), np.cumsum([len(curve) for curve in alike]).tolist()
+    return [points[start:end] for start, end in zip([0, *ends[:-1]], ends, strict=True)]
 
 
 def _closed(outline: FloatArray) -> FloatArray:

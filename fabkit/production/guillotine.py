@@ -71,7 +71,8 @@ def _extents(ends: FloatArray, along: FloatArray, owner: IntArray, starts: IntAr
         """Angles since the first edge, polygon after polygon."""
         x, y = along[first].T
         angles = np.arctan2(y * directions[:, 0] - x * directions[:, 1], x * directions[:, 0] + y * directions[:, 1])
-        return np.mod(angles, 2 * np.pi) + 10.0 * owner
+        since: FloatArray = np.mod(angles, 2 * np.pi) + 10.0 * owner
+        return since
 
     angles = np.maximum.accumulate(turned(along))
     reaches = []

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from fabkit.errors import OutputError
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, IntArray, floats, integers
 
 __all__ = ["ARROW", "text_strokes", "text_width"]
 
@@ -82,8 +82,12 @@ def text_strokes(text: str) -> tuple[FloatArray, ...]:
         )
     strokes, x = [], 0
     for character in text:
-        for stroke in GLYPHS[character].split():
-            points = np.array([[int(point[0]), int(point[1])] for point in stroke.split(",")])
-            strokes.append(floats((points + np.array([x, 0])) / HEIGHT))
+        strokes += [floats((points + np.array([x, 0])) / HEIGHT) for points in _glyph(character)]
         x += _width(character) + SPACE
     return tuple(strokes)
+
+
+@lru_cache(maxsize=len(GLYPHS))
+def _glyph(character: str) -> tuple[IntArray, ...]:
+    strokes = GLYPHS[character].split()
+    return tuple(integers([[int(point[0]), int(point[1])] for point in stroke.split(",")]) for stroke in strokes)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fabkit.detailing import fit
 from fabkit.detailing.fit import seats
 from fabkit.parts import Frame, Solid, prism_topology, prism_vertices
 from geometry.arrays import FloatArray
@@ -46,3 +47,12 @@ def test_of_two_facets_in_one_plane_the_one_under_the_end_counts() -> None:
     assert seat([50.0, 300.0], [20.0, 40.0], fork) == pytest.approx((0.0, -10.0))
     assert seat([50.0, 300.0], [-40.0, -20.0], fork) == pytest.approx((0.0, -10.0))
     assert seat([50.0, 300.0], [-20.0, 20.0], fork) == pytest.approx((0.0, 30.0))
+
+
+def test_ends_are_compared_a_few_at_a_time_with_the_same_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = dome()
+    at_once = seats(whole.beams, whole.nodes)
+    monkeypatch.setattr(fit, "NUMBERS_AT_ONCE", 1)
+    few = seats(whole.beams, whole.nodes)
+    assert np.array_equal(few.off_mm, at_once.off_mm)
+    assert np.array_equal(few.over_mm, at_once.over_mm)
