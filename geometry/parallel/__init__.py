@@ -3,6 +3,7 @@
 from geometry.parallel.combined import nearest_parallel_pair
 from geometry.parallel.exact import edge_gauss_image, exact_gauss_images, face_gauss_image, vertex_gauss_image
 from geometry.parallel.gauss_image import gauss_image, refuse_triangle_mesh
+from geometry.parallel.lean import axis_lean
 from geometry.parallel.node_axes import node_axes, parallel_from_axes
 from geometry.parallel.offsets import (
     circularity,
@@ -22,6 +23,7 @@ __all__ = [
     "ParallelSpace",
     "Spectrum",
     "SupportStructure",
+    "axis_lean",
     "circularity",
     "conicality",
     "edge_axis_twist",
