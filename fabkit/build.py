@@ -97,7 +97,9 @@ def _structure(
         with stages("Planarise"):
             planar = planarise(mesh, **project.planarise.model_dump(exclude_none=True)).mesh
         with stages("Gauss image"):
-            return SupportStructure(planar, gauss_image(planar, **rules.weights), height), None
+            return SupportStructure(
+                planar, gauss_image(planar, normals=planar.vertex_normals, **rules.weights), height
+            ), None
     with stages("Planar and parallel"):
         pair = exact_pair(mesh, given.image, tolerance=rules.tolerance)
         told = GivenGaussImage(given.name, given.sha256, pair.largest_move, pair.mean_move)

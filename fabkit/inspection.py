@@ -111,7 +111,7 @@ def inspect_mesh(path: Path) -> Inspection:
     except GeometryError as error:
         return Inspection(file, None, None, (error.message,))
     try:
-        heights = edge_distances(planar.mesh, gauss_image(planar.mesh))
+        heights = edge_distances(planar.mesh, gauss_image(planar.mesh, normals=planar.mesh.vertex_normals))
     except GeometryError as error:
         return Inspection(file, planar, None, (error.message,))
     return Inspection(file, planar, heights, ())
