@@ -15,18 +15,17 @@ from fabkit.detailing.detail import Detailed, detail
 from fabkit.errors import ProjectError
 from fabkit.export.documents import write_documents
 from fabkit.export.folder import MANIFEST, check_replaceable, whole_folder
-from fabkit.gauss_image import GivenPair, exact_pair, read_given_pair
+from fabkit.gauss_image import GivenPair, computed_image, exact_pair, read_given_pair
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production.marks import share_equal_parts
 from fabkit.production.nest import Nest, Sheet
 from fabkit.production.sheet_nesting import nest_panels, too_large
-from fabkit.production.summary import GivenGaussImage, Summary
+from fabkit.production.summary import ExactGaussImage, GivenGaussImage, Summary
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.units import MM_PER_UNIT
 from geometry.mesh import Mesh, MeshFile, read_mesh
 from geometry.meshing import planarise
-from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.support import SupportStructure
 
 __all__ = ["Built", "build", "design"]
@@ -90,16 +89,15 @@ def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
 
 def _structure(
     project: Project, mesh: Mesh, given: GivenPair | None, stages: Stages
-) -> tuple[SupportStructure, GivenGaussImage | None]:
-    """Between the planar mesh and its Gauss image, computed or given; and what is to be told of the given one."""
+) -> tuple[SupportStructure, GivenGaussImage | ExactGaussImage | None]:
+    """Between the planar mesh and its Gauss image, computed or given; and what is to be told of it."""
     rules, height = project.gauss_image, project.beams.height_mm
     if given is None:
         with stages("Planarise"):
             planar = planarise(mesh, **project.planarise.model_dump(exclude_none=True)).mesh
         with stages("Gauss image"):
-            return SupportStructure(
-                planar, gauss_image(planar, normals=planar.vertex_normals, **rules.weights), height
-            ), None
+            image, offset = computed_image(planar, rules.weights)
+            return SupportStructure(planar, image, height), None if offset is None else ExactGaussImage(offset)
     with stages("Planar and parallel"):
         pair = exact_pair(mesh, given.image, tolerance=rules.tolerance)
         told = GivenGaussImage(given.name, given.sha256, pair.largest_move, pair.mean_move)

@@ -8,25 +8,24 @@ from pathlib import Path
 
 import numpy as np
 
-from fabkit.gauss_image import TOLERANCE
+from fabkit.gauss_image import TOLERANCE, computed_image
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh, MeshFile, read_mesh, read_mesh_pair
 from geometry.meshing import OptimisedMesh, planarise
 from geometry.parallel import (
+    DISTANCE_TOLERANCE,
     SupportStructure,
     circularity,
     conicality,
-    edge_axis_twist,
-    edge_cone_deviation,
     edge_distances,
     edge_factors,
     face_distances,
     nearest_parallel_pair,
+    offset_deviations,
     parallelity,
     vertex_distances,
 )
-from geometry.parallel.gauss_image import gauss_image
 
 __all__ = ["Inspection", "PairInspection", "inspect_mesh", "inspect_pair"]
 
@@ -111,7 +110,7 @@ def inspect_mesh(path: Path) -> Inspection:
     except GeometryError as error:
         return Inspection(file, None, None, (error.message,))
     try:
-        heights = edge_distances(planar.mesh, gauss_image(planar.mesh, normals=planar.mesh.vertex_normals))
+        heights = edge_distances(planar.mesh, computed_image(planar.mesh, {})[0])
     except GeometryError as error:
         return Inspection(file, planar, None, (error.message,))
     return Inspection(file, planar, heights, ())
@@ -157,22 +156,30 @@ def _moves(planar: OptimisedMesh) -> str:
 
 
 def _offsets(mesh: Mesh) -> Iterator[tuple[str, str]]:
-    """Which offsets at exactly constant distance the planar mesh has [Pottmann2007, Prop. 2]."""
-    yield "circular", _verdict(circularity(mesh), "constant distance between vertices", "of the edge length")
-    yield "conical", _verdict(conicality(mesh), "constant distance between faces", "radians")
-    # edges on cones of revolution whose axes are coplanar over each edge [Pottmann2007, Prop. 3]
-    cones = np.concatenate([edge_cone_deviation(mesh), edge_axis_twist(mesh)])
-    yield "edge offset", _verdict(cones, "beams of constant height", "radians")
+    """Which offsets at exactly constant distance the planar mesh has [Pottmann2007, Prop. 2], judged by the nearest S:
+    circular faces give a vertex offset to quads alone, and three planes at each vertex always give a face offset."""
+    off = offset_deviations(mesh)
+    yield "vertex offset", _offset(off["vertex"], "constant distance between vertices")
+    yield "edge offset", _offset(off["edge"], "beams of constant height")
+    yield "face offset", _offset(off["face"], "constant distance between faces")
+    yield "circular", _verdict(circularity(mesh), "of the edge length")
+    yield "conical", _verdict(conicality(mesh), "radians")
 
 
-def _verdict(deviations: FloatArray, offers: str, unit: str) -> str:
+def _offset(deviation: float, offers: str) -> str:
+    if deviation > NEARLY:
+        return f"no: not {offers}"
+    answer = "yes" if deviation <= DISTANCE_TOLERANCE else "nearly"
+    return f"{answer}: {offers}, to {deviation:.1e} of it at worst"
+
+
+def _verdict(deviations: FloatArray, unit: str) -> str:
     asked = deviations[~np.isnan(deviations)]
     if not len(asked):
-        return f"nothing is asked of this mesh: {offers}"
+        return "nothing is asked of this mesh"
     worst, median = float(asked.max()), float(np.median(asked))
     answer = "yes" if worst <= EXACT else "nearly" if worst <= NEARLY else "no"
-    gives = f", which gives {offers}" if worst <= NEARLY else f", so not: {offers}"
-    return f"{answer}: off by {median:.1e} {unit} in the median, {worst:.1e} at worst{gives}"
+    return f"{answer}: off by {median:.1e} {unit} in the median, {worst:.1e} at worst"
 
 
 def _heights(heights: FloatArray) -> str:

@@ -6,7 +6,25 @@ from dataclasses import dataclass
 
 from geometry.arrays import FloatArray
 
-__all__ = ["GivenGaussImage", "Summary"]
+__all__ = ["ExactGaussImage", "GivenGaussImage", "Summary"]
+
+
+@dataclass(frozen=True)
+class ExactGaussImage:
+    """The Gauss image where it was computed and is exact: offset says what is at constant distance, "vertex", "edge" or
+    "face"."""
+
+    offset: str
+
+    @property
+    def origin(self) -> str:
+        """Where it is from, in words."""
+        constant = {
+            "edge": "all edges at distance 1 from the origin, so that all beams have one height",
+            "vertex": "all vertices at distance 1 from the origin, so that all node axes have one length",
+            "face": "all faces at distance 1 from the origin, so that faces have one distance",
+        }[self.offset]
+        return f"computed, an exact {self.offset} offset: {constant}; weights in [gauss_image] ask for another"
 
 
 @dataclass(frozen=True)
@@ -18,6 +36,13 @@ class GivenGaussImage:
     sha256: str
     largest_move: float
     mean_move: float
+
+    @property
+    def origin(self) -> str:
+        """Where it is from, in words."""
+        if self.largest_move == 0:
+            return f"given by {self.file}, exact as it is"
+        return f"given by {self.file}; its vertices moved by {self.largest_move:.1e} at most to become parallel"
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +57,7 @@ class Summary:
         over the nominal one (1 everywhere for an edge offset mesh).
     twists_deg (E,): angle between the central planes at the two ends of each edge.
     lift_mm: height of the panels' lower side above the mesh faces; lift_reason: what asks for it, a sentence.
-    gauss_image: None where it was computed.
+    gauss_image: None where it was computed and is not exact.
     """
 
     name: str
@@ -52,14 +77,9 @@ class Summary:
     twists_deg: FloatArray
     lift_mm: float
     lift_reason: str
-    gauss_image: GivenGaussImage | None = None
+    gauss_image: GivenGaussImage | ExactGaussImage | None = None
 
     @property
     def gauss_image_origin(self) -> str:
         """Where the Gauss image is from, in words."""
-        given = self.gauss_image
-        if given is None:
-            return "computed"
-        if given.largest_move == 0:
-            return f"given by {given.file}, exact as it is"
-        return f"given by {given.file}; its vertices moved by {given.largest_move:.1e} at most to become parallel"
+        return "computed" if self.gauss_image is None else self.gauss_image.origin
