@@ -28,7 +28,7 @@ def support() -> SupportStructure:
     across = np.stack([0.15 * y, y, -0.16 * y**2 + 0.04 * y**3], axis=1)
     plain = shapes.translation_surface(along, across)
     mesh = plain.with_vertices(plain.vertices / (1 + 0.07 * plain.vertices[:, :1]))
-    return SupportStructure(mesh, gauss_image(mesh), HEIGHT)
+    return SupportStructure(mesh, gauss_image(mesh, normals=mesh.vertex_normals), HEIGHT)
 
 
 def node_with_axis() -> tuple[FloatArray, FloatArray]:

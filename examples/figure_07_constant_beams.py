@@ -27,7 +27,7 @@ def support() -> SupportStructure:
     across = np.stack([0.7 * y, 0.85 * y, -0.3 * y**2], axis=1)
     plain = shapes.translation_surface(along, across)
     mesh = plain.with_vertices(plain.vertices / (1 + 0.05 * plain.vertices[:, :1]))
-    return SupportStructure(mesh, gauss_image(mesh), HEIGHT)
+    return SupportStructure(mesh, gauss_image(mesh, normals=mesh.vertex_normals), HEIGHT)
 
 
 def inner_ends() -> FloatArray:

@@ -32,7 +32,7 @@ def support() -> SupportStructure:
     plain = shapes.rotational_mesh(profile, 44)
     places = plain.vertices * [1.25, 1, 1]
     mesh = plain.with_vertices(places / (1 + 0.07 * places[:, :1]))
-    return SupportStructure(mesh, gauss_image(mesh), DISTANCE)
+    return SupportStructure(mesh, gauss_image(mesh, normals=mesh.vertex_normals), DISTANCE)
 
 
 @cache

@@ -17,12 +17,12 @@ from fabkit.export.manifest import write_manifest
 from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
 from fabkit.fitness.parts import blocks, lift, mitres_of, sheets
 from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
-from fabkit.gauss_image import GivenPair, exact_pair, read_given_pair
+from fabkit.gauss_image import GivenPair, computed_image, exact_pair, read_given_pair
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production.marks import share_equal_parts
 from fabkit.production.nest import Nest, Sheet
 from fabkit.production.sheet_nesting import nest_panels, too_large
-from fabkit.production.summary import GivenGaussImage, Summary
+from fabkit.production.summary import ExactGaussImage, GivenGaussImage, Summary
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.units import MM_PER_UNIT
@@ -31,7 +31,6 @@ from geometry.errors import FoldedError
 from geometry.mesh import Mesh, MeshFile, read_mesh
 from geometry.meshing import planarise
 from geometry.parallel import axis_lean
-from geometry.parallel.gauss_image import gauss_image
 from geometry.parallel.support import SupportStructure
 
 __all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm"]
@@ -114,14 +113,12 @@ def mesh_in_mm(project: Project) -> tuple[Mesh, GivenPair | None]:
 
 def _structure(
     project: Project, mesh: Mesh, given: GivenPair | None, stages: Stages
-) -> tuple[SupportStructure, GivenGaussImage | None, tuple[Finding, ...]]:
-    """Between the planar mesh and its Gauss image, computed or given; what is to be told of the given one; and what is
-    unusual."""
+) -> tuple[SupportStructure, GivenGaussImage | ExactGaussImage | None, tuple[Finding, ...]]:
+    """Between the planar mesh and its Gauss image, computed or given; what is to be told of it; and what is unusual."""
     if given is not None:
         return judged_pair(project, mesh, given, stages)
     planar, found = judged_planar(project, mesh, stages)
-    structure, found = judged_image(project, planar, found, stages)
-    return structure, None, found
+    return judged_image(project, planar, found, stages)
 
 
 def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
@@ -133,12 +130,13 @@ def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, t
 
 def judged_image(
     project: Project, planar: Mesh, before: tuple[Finding, ...], stages: Stages
-) -> tuple[SupportStructure, tuple[Finding, ...]]:
+) -> tuple[SupportStructure, ExactGaussImage | None, tuple[Finding, ...]]:
     """With the Gauss image that is computed, and all findings up to here. Raises FitnessError as above."""
     with stages("Gauss image"):
-        image = gauss_image(planar, **project.gauss_image.weights)
+        image, offset = computed_image(planar, project.gauss_image.weights)
         structure = SupportStructure(planar, image, project.beams.height_mm)
-        return structure, _judged(project, before, of_gauss_image(structure, project.fitness))
+        told = None if offset is None else ExactGaussImage(offset)
+        return structure, told, _judged(project, before, of_gauss_image(structure, project.fitness))
 
 
 def judged_pair(

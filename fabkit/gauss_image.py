@@ -1,9 +1,11 @@
-"""A Gauss image that is given as a file beside that of the mesh, and what it takes to build with it."""
+"""The Gauss image to build with: computed, or given as a file beside that of the mesh, and what that takes."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +13,10 @@ from fabkit.wording import readable
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError, ParallelityError
 from geometry.mesh import Mesh, MeshFile, read_mesh_pair
-from geometry.parallel import edge_distances, nearest_parallel_pair, parallelity
+from geometry.parallel import edge_distances, gauss_image, nearest_parallel_pair, offset_gauss_image, parallelity
 from geometry.parallel.offsets import edge_feet
 
-__all__ = ["TOLERANCE", "ExactPair", "GivenPair", "exact_pair", "points_inwards", "read_given_pair"]
+__all__ = ["TOLERANCE", "ExactPair", "GivenPair", "computed_image", "exact_pair", "points_inwards", "read_given_pair"]
 
 TOLERANCE = 1e-3
 """How far a pair may be off parallel, and be moved to be exact, in radii of the unit sphere, if nothing is said."""
@@ -44,6 +46,19 @@ class ExactPair:
     image: Mesh
     largest_move: float
     mean_move: float
+
+
+def computed_image(mesh: Mesh, weights: Mapping[str, Any]) -> tuple[Mesh, str | None]:
+    """S of a planar mesh, and of which offset if it is exact: "edge", "vertex" or "face" where M has one and no
+    weights are given; else S is as near to the unit sphere as the weights say.
+
+    Beams follow the mean normals of the faces that they carry, at the boundary too. Raises as `gauss_image` does, but
+    for meshes of triangles that have an exact S.
+    """
+    exact = None if weights else offset_gauss_image(mesh)
+    if exact is not None:
+        return exact[1], exact[0]
+    return gauss_image(mesh, normals=mesh.vertex_normals, **weights), None
 
 
 def read_given_pair(mesh: Path, image: Path, *, flip: bool, tolerance: float) -> GivenPair:

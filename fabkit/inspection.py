@@ -24,15 +24,15 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh, MeshFile, read_mesh, read_mesh_pair
 from geometry.parallel import (
+    DISTANCE_TOLERANCE,
     SupportStructure,
     circularity,
     conicality,
-    edge_axis_twist,
-    edge_cone_deviation,
     edge_distances,
     edge_factors,
     face_distances,
     nearest_parallel_pair,
+    offset_deviations,
     parallelity,
     vertex_distances,
 )
@@ -182,7 +182,7 @@ def _shaped(project: Project) -> _Tried:
             return _Tried(mesh, structure.mesh, structure, found)
         planar, found = judged_planar(project, mesh, Stages())
         tried = _Tried(mesh, planar, None, found)
-        structure, found = judged_image(project, planar, found, Stages())
+        structure, _, found = judged_image(project, planar, found, Stages())
     except FitnessError as error:
         return replace(tried, findings=error.findings)
     except GeometryError as error:
@@ -247,22 +247,30 @@ def _moves(before: Mesh, after: Mesh) -> str | None:
 
 
 def _offsets(mesh: Mesh) -> Iterator[tuple[str, str]]:
-    """Which offsets at exactly constant distance the planar mesh has [Pottmann2007, Prop. 2]."""
-    yield "circular", _verdict(circularity(mesh), "constant distance between vertices", "of the edge length")
-    yield "conical", _verdict(conicality(mesh), "constant distance between faces", "radians")
-    # edges on cones of revolution whose axes are coplanar over each edge [Pottmann2007, Prop. 3]
-    cones = np.concatenate([edge_cone_deviation(mesh), edge_axis_twist(mesh)])
-    yield "edge offset", _verdict(cones, "beams of constant height", "radians")
+    """Which offsets at exactly constant distance the planar mesh has [Pottmann2007, Prop. 2], judged by the nearest S:
+    circular faces give a vertex offset to quads alone, and three planes at each vertex always give a face offset."""
+    off = offset_deviations(mesh)
+    yield "vertex offset", _offset(off["vertex"], "constant distance between vertices")
+    yield "edge offset", _offset(off["edge"], "beams of constant height")
+    yield "face offset", _offset(off["face"], "constant distance between faces")
+    yield "circular", _verdict(circularity(mesh), "of the edge length")
+    yield "conical", _verdict(conicality(mesh), "radians")
 
 
-def _verdict(deviations: FloatArray, offers: str, unit: str) -> str:
+def _offset(deviation: float, offers: str) -> str:
+    if deviation > NEARLY:
+        return f"no: not {offers}"
+    answer = "yes" if deviation <= DISTANCE_TOLERANCE else "nearly"
+    return f"{answer}: {offers}, to {deviation:.1e} of it at worst"
+
+
+def _verdict(deviations: FloatArray, unit: str) -> str:
     asked = deviations[~np.isnan(deviations)]
     if not len(asked):
-        return f"nothing is asked of this mesh: {offers}"
+        return "nothing is asked of this mesh"
     worst, median = float(asked.max()), float(np.median(asked))
     answer = "yes" if worst <= EXACT else "nearly" if worst <= NEARLY else "no"
-    gives = f", which gives {offers}" if worst <= NEARLY else f", so not: {offers}"
-    return f"{answer}: off by {median:.1e} {unit} in the median, {worst:.1e} at worst{gives}"
+    return f"{answer}: off by {median:.1e} {unit} in the median, {worst:.1e} at worst"
 
 
 def _heights(heights: FloatArray) -> str:

@@ -25,7 +25,7 @@ from fabkit.export.report_tables import table_html
 from fabkit.parts import Assembly, Beam, Node, Panel, Part
 from fabkit.production.cut_list import Table
 from fabkit.production.drawing import Drawing
-from fabkit.production.summary import Summary
+from fabkit.production.summary import GivenGaussImage, Summary
 from geometry.arrays import FloatArray
 
 __all__ = ["report_html"]
@@ -179,7 +179,9 @@ def _mesh_facts(summary: Summary) -> str:
 
 def _gauss_image(summary: Summary) -> str:
     given = summary.gauss_image
-    checksum = f"<br><small class='soft'>sha256 {given.sha256}</small>" if given else ""
+    checksum = ""
+    if isinstance(given, GivenGaussImage):
+        checksum = f"<br><small class='soft'>sha256 {given.sha256}</small>"
     return escape(summary.gauss_image_origin) + checksum
 
 

@@ -10,7 +10,25 @@ from fabkit.fitness import Finding
 from fabkit.production.marks import EQUAL_WITHIN_MM
 from geometry.arrays import FloatArray
 
-__all__ = ["GivenGaussImage", "Summary"]
+__all__ = ["ExactGaussImage", "GivenGaussImage", "Summary"]
+
+
+@dataclass(frozen=True)
+class ExactGaussImage:
+    """The Gauss image where it was computed and is exact: offset says what is at constant distance, "vertex", "edge" or
+    "face"."""
+
+    offset: str
+
+    @property
+    def origin(self) -> str:
+        """Where it is from, in words."""
+        constant = {
+            "edge": "all edges at distance 1 from the origin, so that all beams have one height",
+            "vertex": "all vertices at distance 1 from the origin, so that all node axes have one length",
+            "face": "all faces at distance 1 from the origin, so that faces have one distance",
+        }[self.offset]
+        return f"computed, an exact {self.offset} offset: {constant}; weights in [gauss_image] ask for another"
 
 
 @dataclass(frozen=True)
@@ -22,6 +40,13 @@ class GivenGaussImage:
     sha256: str
     largest_move: float
     mean_move: float
+
+    @property
+    def origin(self) -> str:
+        """Where it is from, in words."""
+        if self.largest_move == 0:
+            return f"given by {self.file}, exact as it is"
+        return f"given by {self.file}; its vertices moved by {self.largest_move:.1e} at most to become parallel"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +66,7 @@ class Summary:
     leans_deg (N,): angle between each node axis and the normal of the mesh there, NaN where there is none.
     twists_deg (E,): angle between the central planes at the two ends of each edge.
     lift_mm: height of the panels' lower side above the mesh faces; lift_reason: what asks for it, a sentence.
-    fitness: what is unusual, told or allowed. gauss_image: None where it was computed.
+    fitness: what is unusual, told or allowed. gauss_image: None where it was computed and is not exact.
     """
 
     name: str
@@ -64,7 +89,7 @@ class Summary:
     lift_mm: float
     lift_reason: str
     fitness: tuple[Finding, ...] = ()
-    gauss_image: GivenGaussImage | None = None
+    gauss_image: GivenGaussImage | ExactGaussImage | None = None
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))
     equal_within_mm: float = EQUAL_WITHIN_MM
 
@@ -90,9 +115,4 @@ class Summary:
     @property
     def gauss_image_origin(self) -> str:
         """Where the Gauss image is from, in words."""
-        given = self.gauss_image
-        if given is None:
-            return "computed"
-        if given.largest_move == 0:
-            return f"given by {given.file}, exact as it is"
-        return f"given by {given.file}; its vertices moved by {given.largest_move:.1e} at most to become parallel"
+        return "computed" if self.gauss_image is None else self.gauss_image.origin

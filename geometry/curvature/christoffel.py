@@ -38,6 +38,17 @@ COLLAPSED = 1e-6
 """Length of an edge over the mean edge length, below which it has none: rounding turns shorter ones by more than the
 1e-9 to which meshes count as parallel."""
 
+SHORT = 0.1
+"""Length of an edge over the mean of its faces, below which the fairest dual is turned towards others that are nearly
+as fair. On meshes of hexagons two are equally fair, as the associated minimal surfaces are; in one of them three edges
+of a hexagon sum to zero as 1 + 1 - 2, in the other as 1 - 1 + 0: then every third edge vanishes."""
+
+VANISHING = 1e-2
+"""The same, below which a dual is refused where there was a choice: its faces have other numbers of corners."""
+
+CHOICE, ANGLES = 4, 720
+"""How many of the fairest are turned to, and how many turns over a half circle are tried."""
+
 FLAT = 1e-12
 """Added to the squares of fairness, so that they are definite; it does not change which dual is fairest."""
 
@@ -96,10 +107,13 @@ class ChristoffelDuals:
         """The dual with the least sum of squared deviations of vertices from the mean of their neighbours' neighbours,
         over the sum of its squared edge lengths; see `fairness_of_lengths` for why.
 
+        Where that lets edges vanish, the one whose least edge is longest, over the mean edge of its faces, among those
+        between the fairest and the next fairest.
+
         In each piece, its mean edge length is that of S, its mean is at the origin, and of M and -M it is the one whose
         first edge runs as in S. Raises GeometryError where there is no dual, saying the singular values and the worst
-        face, and where a dual has an edge without length; ConvergenceError where the iteration does not find the
-        fairest. Of several pieces, elements are numbered in the piece.
+        face, and, naming the edge, where all these duals have edges that vanish; ConvergenceError where the iteration
+        does not find the fairest. Of several pieces, elements are numbered in the piece.
         """
         c, parts = self.gauss_image.combinatorics, self.equations.parts
         of_faces = parts[c.corners[c.face_starts[:-1]]]
@@ -110,7 +124,7 @@ class ChristoffelDuals:
                 vertices[parts == part] = ChristoffelDuals(piece).fairest().vertices
             return self.gauss_image.with_vertices(vertices)
         self._check_existence()
-        lengths = np.asarray(self.equations.lengths @ self._fairest_lengths)
+        lengths = self._sound_lengths()
         lengths *= self.gauss_image.mean_edge_length / np.abs(lengths).mean() * (1 if lengths[0] >= 0 else -1)
         return with_edges(self.gauss_image, self._members.positions(lengths[:, None])[0])
 
@@ -135,14 +149,48 @@ class ChristoffelDuals:
         values, vectors = self._least
         return Members(self.equations, vectors[:, values <= passing(self.equations.deviation)])
 
-    @cached_property
-    def _fairest_lengths(self) -> FloatArray:
-        """(n,) of length 1: by Lanczos' method, the largest eigenvector of the inverse of fairness among duals."""
+    def _sound_lengths(self) -> FloatArray:
+        """(E,) the signed lengths of the fairest dual without edges that vanish, up to size."""
+        fairest = apply(self.equations.lengths, self._fairest(1)[:, 0])
+        if self.dimension == 1 or self._relative(fairest[:, None]).min() >= SHORT:
+            return fairest
+        others = np.asarray(self.equations.lengths @ self._fairest(min(CHOICE, self.dimension)))
+        turns = np.linspace(0, np.pi, ANGLES, endpoint=False)
+        best: FloatArray = max(
+            (np.outer(others[:, 0], np.cos(turns)) + np.outer(other, np.sin(turns)) for other in others.T[1:]),
+            key=lambda turned: self._relative(turned).min(axis=0).max(),
+        )
+        relative = self._relative(best)
+        turn = int(relative.min(axis=0).argmax())
+        edge = int(relative[:, turn].argmin())
+        if relative[edge, turn] < VANISHING:
+            raise GeometryError(
+                f"{self.gauss_image.combinatorics.edge_name(edge)} vanishes in the fairest dual, and in all between it "
+                f"and the next fairest some edge does: the best leaves it {relative[edge, turn]:.1e} of the mean edge "
+                f"of its faces, at least {VANISHING:g} is needed; ask for the nearest to a mesh, or take other faces",
+                elements=[edge],
+                value=float(relative[edge, turn]),
+                bound=VANISHING,
+            )
+        return np.asarray(best[:, turn])
+
+    def _relative(self, lengths: FloatArray) -> FloatArray:
+        """(E, k) how long edges of signed lengths (E, k) are over the mean edge of their faces, of the larger mean."""
+        c = self.gauss_image.combinatorics
+        sizes = np.abs(lengths)
+        means = face_sums(c, sizes[c.corner_edge]) / c.face_sizes[:, None]
+        left, right = c.edge_faces.T
+        larger = np.maximum(means[left], means[np.where(right < 0, left, right)])
+        return np.asarray(np.divide(sizes, larger, out=np.zeros_like(sizes), where=larger > 0))
+
+    def _fairest(self, count: int) -> FloatArray:
+        """(n, count) of length 1, the fairest first: by Lanczos' method, the largest eigenvectors of the inverse of
+        fairness among duals."""
         B = self.equations.matrix
         n = B.shape[1]
         start = self._closed(np.random.default_rng(0).standard_normal(n))
         if self.dimension == 1:
-            return start / np.linalg.norm(start)
+            return (start / np.linalg.norm(start))[:, None]
         fair = csr_array(fairness_of_lengths(self.gauss_image) @ self.equations.lengths)
         H = csr_array(csr_array(fair.T) @ fair + FLAT * eye_array(n))
         quadratic, zero = ConstrainedQuadratic(H, B), np.zeros(B.shape[0])
@@ -153,10 +201,10 @@ class ChristoffelDuals:
 
         operator = LinearOperator((n, n), matvec=inverse, dtype=np.float64)
         try:
-            _, vectors = eigsh(operator, k=1, v0=start, ncv=min(LANCZOS, n), maxiter=RESTARTS, tol=FAIREST)
+            _, vectors = eigsh(operator, k=count, v0=start, ncv=min(LANCZOS, n), maxiter=RESTARTS, tol=FAIREST)
         except ArpackNoConvergence as error:
             raise _undecided(start, self.dimension) from error
-        return self._closed(vectors[:, 0])
+        return self._members.closed(vectors[:, ::-1])
 
     def _closed(self, x: FloatArray) -> FloatArray:
         """(n,) the nearest to x (n,) that is a dual."""

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray, IntArray, floats
 from geometry.functionals.closeness import close_to
+from geometry.functionals.rim import extrapolated_normals
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Mesh
 from geometry.optimise.functional import LinearFunctional, SparseMatrix
@@ -47,8 +48,8 @@ def unit_vertex_distances(mesh: Mesh, directions: FloatArray) -> LinearFunctiona
 
 
 def close_to_vertex_normals(mesh: Mesh) -> LinearFunctional:
-    """f_vert: s_i minus the estimated unit normal at m_i."""
-    return close_to(mesh.vertex_normals)
+    """f_vert: s_i minus the estimated unit normal at m_i, `extrapolated_normals`."""
+    return close_to(extrapolated_normals(mesh))
 
 
 def edge_normals(mesh: Mesh) -> FloatArray:

@@ -8,13 +8,14 @@ lowering what is left of the deviations in P(M), so that S is parallel to roundi
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array, eye_array
+from scipy.sparse import csr_array, diags_array, eye_array
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
 from geometry.mesh import Mesh
-from geometry.optimise.functional import normal_equations
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
+from geometry.parallel.circumscribed import circumscribed_candidate
 from geometry.parallel.inscribed import inscribed_candidate
 from geometry.parallel.midscribed import midscribed_candidate
 from geometry.parallel.offsets import (
@@ -31,9 +32,12 @@ from geometry.parallel.refine import LINEAR_DAMPING, PARALLEL, nearest_parallel,
 
 __all__ = [
     "DISTANCE_TOLERANCE",
+    "circumscribed_image",
     "edge_gauss_image",
     "exact_gauss_images",
     "face_gauss_image",
+    "inscribed_image",
+    "midscribed_image",
     "vertex_gauss_image",
 ]
 
@@ -44,6 +48,10 @@ from end to end."""
 CHORD = 0.1
 """How far s_j may be from s_i reflected at their edge. More is another S on the sphere, one whose edges have no length
 where they should, as a single point has it for each mesh: [Pottmann2007, Prop. 2] leaves these out."""
+
+DRAWN = 1e-4
+"""Weight by which vertices whose place is not known are drawn to their normals, over that of the known ones: three
+rounds lower what is left by its cube, and with less, rounding decides where vertices are that edges leave free."""
 
 ROUNDS = 30
 LEAST_GAIN = 0.5
@@ -59,7 +67,7 @@ def vertex_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> 
     Raises GeometryError where there is no such S, naming the worst vertex; where a face is not planar; where the
     tolerance is not positive. Raises MeshError for an edge without length.
     """
-    image, deviations = _inscribed(mesh, tolerance)
+    image, deviations = inscribed_image(mesh, tolerance)
     vertex = int(deviations.argmax())
     if not deviations[vertex] <= tolerance:
         off_circle = circularity(mesh)
@@ -87,7 +95,7 @@ def edge_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Me
     Raises GeometryError where no such S is found, naming the worst edge; where a face is not planar; where the
     tolerance is not positive. Raises MeshError for an edge without length.
     """
-    image, deviations = _midscribed(mesh, tolerance)
+    image, deviations = midscribed_image(mesh, tolerance)
     edge = int(deviations.argmax())
     if not deviations[edge] <= tolerance:
         cones = float(np.nan_to_num(edge_cone_deviation(mesh)[mesh.combinatorics.edges[edge]]).max())
@@ -115,7 +123,7 @@ def face_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Me
     Raises GeometryError where there is no such S, naming the worst face and vertex; where a face is not planar; where
     the tolerance is not positive. Raises MeshError for an edge without length.
     """
-    image, deviations = _circumscribed(mesh, tolerance)
+    image, deviations = circumscribed_image(mesh, tolerance)
     face = int(deviations.argmax())
     if not deviations[face] <= tolerance:
         off_cone = np.nan_to_num(conicality(mesh))
@@ -139,9 +147,9 @@ def exact_gauss_images(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> 
     there is no S.
     """
     found = {
-        "vertex": _inscribed(mesh, tolerance),
-        "edge": _midscribed(mesh, tolerance),
-        "face": _circumscribed(mesh, tolerance),
+        "vertex": inscribed_image(mesh, tolerance),
+        "edge": midscribed_image(mesh, tolerance),
+        "face": circumscribed_image(mesh, tolerance),
     }
     return {kind: image for kind, (image, deviations) in found.items() if deviations.max() <= tolerance}
 
@@ -149,7 +157,8 @@ def exact_gauss_images(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> 
 # --- the best S of each kind, and how far its distances are from 1
 
 
-def _inscribed(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+def inscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+    """The nearest S with vertices on the unit sphere, and deviations (N,): of distances from 1, and of chords."""
     _check(mesh, tolerance)
     image = _nearest(mesh, inscribed_candidate(mesh, tolerance))
     image = refine_distances(mesh, image, vertices=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
@@ -162,19 +171,40 @@ def _inscribed(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
     return image, deviations
 
 
-def _midscribed(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+def midscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+    """The nearest S with edge lines at distance 1, and deviations (E,) from that."""
     _check(mesh, tolerance)
     image = _nearest(mesh, midscribed_candidate(mesh))
     image = refine_distances(mesh, image, edges=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
     return image, np.abs(edge_distances(mesh, image) - 1)
 
 
-def _circumscribed(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+def circumscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+    """The nearest S with face planes at distance 1, and deviations (F,) from that."""
     _check(mesh, tolerance)
-    H, g = normal_equations([(1.0, unit_face_distances(mesh)), (LINEAR_DAMPING, close_to_vertex_normals(mesh))])
-    image = nearest_parallel(mesh, H, g)
-    image = refine_distances(mesh, image, faces=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    image = _with_planes_met(mesh)
+    if np.abs(face_distances(mesh, image) - 1).max() > DISTANCE_TOLERANCE:
+        H, g = normal_equations([(1.0, unit_face_distances(mesh)), (LINEAR_DAMPING, close_to_vertex_normals(mesh))])
+        image = nearest_parallel(mesh, H, g)
+        image = refine_distances(mesh, image, faces=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
     return image, np.abs(face_distances(mesh, image) - 1)
+
+
+def _with_planes_met(mesh: Mesh) -> Mesh:
+    """With vertices where their planes meet, if three of them say where; those of the others that make edges parallel.
+
+    Exact where M is conical, after three rounds, in which minimising over the distances alone would take a dozen where
+    vertices are far from their normals: the others are drawn to their normals by next to nothing, then to themselves.
+    """
+    places, known = circumscribed_candidate(mesh)
+    weights = np.repeat(np.where(known, 1.0, DRAWN), 3)
+    drawn: SparseMatrix = csr_array(diags_array(np.sqrt(weights)))
+    image = mesh.with_vertices(places)
+    for _ in range(3):
+        target = np.where(known[:, None], places, image.vertices).ravel()
+        near = LinearFunctional(drawn, np.sqrt(weights) * target)
+        image = nearest_parallel(mesh, *normal_equations([(1.0, unit_face_distances(mesh)), (1.0, near)]))
+    return image
 
 
 def _check(mesh: Mesh, tolerance: float) -> None:

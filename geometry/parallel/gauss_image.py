@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError
+from geometry.functionals.closeness import close_to
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import (
     close_to_vertex_normals,
@@ -31,12 +33,15 @@ def gauss_image(
     vertices: float = 0.1,
     fairness: float = 0.0,
     rounds: int = 1,
+    normals: FloatArray | None = None,
 ) -> Mesh:
     """The mesh S parallel to M that minimises faces f_faces + edges f_edges + vertices f_vert + fairness f_Laplacian.
 
     [Pottmann2007, 4.2 and (3)]. f_faces asks for faces at distance 1 from the origin, f_edges the same of edge lines,
     in the direction halfway between the normals of their faces (beam heights), f_vert for vertices at the
-    estimated normals of M, f_Laplacian for a fair S: beam heights hardly need that, and it doubles the time.
+    normals of M, f_Laplacian for a fair S: beam heights hardly need that, and it doubles the time.
+    normals (N, 3): unit vectors, if the surface is known; left out, they are estimated: `extrapolated_normals`, with
+    which mean curvatures converge at the boundary too.
     S shares the combinatorics of M, and depends neither on the size nor on the place of M. Vertices that belong to no
     face are at the origin.
 
@@ -50,15 +55,17 @@ def gauss_image(
     Unlike the paper this needs no basis of P(M), hence no singular value decomposition.
 
     S is checked for being parallel to M and for being the minimum. Raises GeometryError for weights that do not
-    determine S, for a face that is not planar and for a mesh of triangles only; MeshError for an edge without length;
+    determine S, for normals of another shape or not finite, for a face that is not planar and for a mesh of triangles
+    only; MeshError for an edge without length;
     RankError where rounding decides about S, with the edges and the singular values, as where faces are nearly in one
     plane; ConvergenceError where S is not parallel to M, or not the minimum.
     """
     _check_weights(faces, edges, vertices, fairness, rounds)
     refuse_triangle_mesh(mesh)
     check_planar(mesh)
+    near_normals = close_to_vertex_normals(mesh) if normals is None else close_to(_checked_normals(mesh, normals))
     terms = [
-        (max(vertices, LEAST_VERTEX_WEIGHT * max(faces, edges, fairness)), close_to_vertex_normals(mesh)),
+        (max(vertices, LEAST_VERTEX_WEIGHT * max(faces, edges, fairness)), near_normals),
         (faces, unit_face_distances(mesh)),
     ]
     if edges > 0:
@@ -79,8 +86,15 @@ def refuse_triangle_mesh(mesh: Mesh) -> None:
     if mesh.combinatorics.face_sizes.max() == 3:
         raise GeometryError(
             "all faces are triangles: meshes parallel to a triangle mesh are only scaled copies of it, so there is no "
-            "Gauss image to be found; take its dual, or lay a mesh of planar quads or hexagons over the surface"
+            "Gauss image to be found; lay a mesh of planar quads or hexagons over the surface"
         )
+
+
+def _checked_normals(mesh: Mesh, normals: FloatArray) -> FloatArray:
+    given = floats(normals)
+    if given.shape != mesh.vertices.shape:
+        raise GeometryError(f"normals have shape {given.shape}, one a vertex is needed: {mesh.vertices.shape}")
+    return given
 
 
 def _check_weights(faces: float, edges: float, vertices: float, fairness: float, rounds: int) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
+from geometry.functionals.rim import extrapolated_normals
 from geometry.mesh import Mesh
 from geometry.parallel.cones import angles_between
 
@@ -16,12 +17,15 @@ def axis_lean(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
     """(N,) angle in radians between the node axis s_i and the estimated normal of M at m_i, from 0 to pi.
 
     Zero torsion says nothing of it: on meshes laid askew of the principal directions axes lean far. Large angles make
-    long node blocks and slanted cuts. NaN for vertices that belong to no face, and where s_i is zero.
+    long node blocks and slanted cuts. At the boundary there are two estimates, the mean of the faces and
+    `extrapolated_normals`; the smaller angle counts, since neither is sure on a rough rim. NaN for vertices that belong
+    to no face, and where s_i is zero.
 
     Raises MeshError where the two meshes do not have the same faces.
     """
     if not mesh.combinatorics.same_as(gauss_image.combinatorics):
         raise MeshError("the Gauss image does not have the faces of the mesh, so its vertices are no axes of it")
-    leans = angles_between(gauss_image.vertices, mesh.vertex_normals)
-    meant = mesh.combinatorics.is_used & gauss_image.vertices.any(axis=1)
+    s = gauss_image.vertices
+    leans = np.minimum(angles_between(s, mesh.vertex_normals), angles_between(s, extrapolated_normals(mesh)))
+    meant = mesh.combinatorics.is_used & s.any(axis=1)
     return np.where(meant, leans, np.nan)

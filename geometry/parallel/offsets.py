@@ -22,7 +22,9 @@ __all__ = [
     "edge_distances",
     "edge_feet",
     "face_distances",
+    "least_norm",
     "vertex_distances",
+    "vertex_sums",
 ]
 
 RANK = 1e-12
@@ -77,7 +79,7 @@ def _circle_deviations(flat: FloatArray, mesh: Mesh) -> FloatArray:
     squares = squares - (face_sums(c, squares) / c.face_sizes)[c.corner_face]
     scatter = face_sums(c, flat[:, :, None] * flat[:, None, :])
     moments = face_sums(c, flat * squares[:, None])
-    centres = _least_norm(scatter, moments) / 2
+    centres = least_norm(scatter, moments) / 2
     radii = np.linalg.norm(flat - centres[c.corner_face], axis=1)
     off = np.abs(radii - (face_sums(c, radii) / c.face_sizes)[c.corner_face])
     return np.maximum.reduceat(off, c.face_starts[:-1])
@@ -93,16 +95,16 @@ def conicality(mesh: Mesh) -> FloatArray:
     normals = mesh.face_normals[c.corner_face]
     asked = c.is_used & ~c.is_boundary_vertex
     counts = np.maximum(np.bincount(c.corners, minlength=c.n_vertices), 1)
-    means = _vertex_sums(mesh, normals) / counts[:, None]
+    means = vertex_sums(mesh, normals) / counts[:, None]
     middle = means[c.corners] / np.maximum(np.linalg.norm(means, axis=1), 1e-300)[c.corners, None]
     # the axis is middle + b with b across the middle, such that (normal - mean) . axis is least
     away = normals - means[c.corners]
     up = np.einsum("ci,ci->c", away, middle)
     flat = away - up[:, None] * middle
-    scatter = _vertex_sums(mesh, flat[:, :, None] * flat[:, None, :])
-    axes = middle - _least_norm(scatter, _vertex_sums(mesh, flat * up[:, None]))[c.corners]
+    scatter = vertex_sums(mesh, flat[:, :, None] * flat[:, None, :])
+    axes = middle - least_norm(scatter, vertex_sums(mesh, flat * up[:, None]))[c.corners]
     angles = angles_between(normals, axes)
-    off = np.abs(angles - (_vertex_sums(mesh, angles) / counts)[c.corners])
+    off = np.abs(angles - (vertex_sums(mesh, angles) / counts)[c.corners])
     largest = np.zeros(c.n_vertices)
     np.maximum.at(largest, c.corners, off)
     return np.where(asked, largest, np.nan)
@@ -142,13 +144,13 @@ def edge_axis_twist(mesh: Mesh) -> FloatArray:
     return np.asarray(np.minimum(angles, np.pi - angles).min(axis=(1, 2)))
 
 
-def _vertex_sums(mesh: Mesh, per_corner: FloatArray) -> FloatArray:
+def vertex_sums(mesh: Mesh, per_corner: FloatArray) -> FloatArray:
     """(N, ...) sum over the corners at each vertex of values (C, ...)."""
     sums = np.zeros((mesh.n_vertices, *per_corner.shape[1:]))
     np.add.at(sums, mesh.combinatorics.corners, per_corner)
     return sums
 
 
-def _least_norm(scatter: FloatArray, moments: FloatArray) -> FloatArray:
+def least_norm(scatter: FloatArray, moments: FloatArray) -> FloatArray:
     """(n, 3) x of least norm with scatter x nearest to moments; scatter (n, 3, 3) symmetric, of any rank."""
     return np.asarray(np.einsum("nij,nj->ni", np.linalg.pinv(scatter, rcond=RANK, hermitian=True), moments))

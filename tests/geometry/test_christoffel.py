@@ -10,6 +10,8 @@ from scipy.linalg import null_space
 
 from geometry.arrays import FloatArray
 from geometry.curvature import ChristoffelDuals, christoffel_dual, face_curvatures, minimal_of_revolution
+from geometry.edge_offset.koebe import koebe
+from geometry.edge_offset.patterns import hexagon_patch
 from geometry.edge_offset.planar_patterns import enneper_koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
 from geometry.errors import GeometryError, MeshError
@@ -286,3 +288,31 @@ def test_to_the_surface_of_enneper() -> None:
         errors.append(similar(smooth, mesh))
     assert errors[-1] < 1e-3
     np.testing.assert_allclose(order(errors), 2, atol=0.2)
+
+
+# --- where the fairest dual would let edges vanish
+
+
+@pytest.mark.parametrize(
+    ("nx", "ny"), [(3, 3), (4, 5), (8, 5), (12, 5), (4, 7), (7, 7), (12, 7), (2, 9), (20, 20), (1, 5)]
+)
+def test_edges_of_hexagonal_patches_do_not_vanish(nx: int, ny: int) -> None:
+    """Every third edge of the fairest is shorter than 1e-5 in most of these; an equally fair one has none short."""
+    image = koebe(hexagon_patch(nx, ny)).mesh
+    dual = christoffel_dual(image)
+    assert parallelity(image, dual).max() <= 1e-12 * np.abs(dual.vertices).max()
+    assert mean_curvature(dual, image) <= MINIMAL
+    bound = 0.45 if min(nx, ny) > 1 else 0.1  # a single row has no inner vertex to be fair at
+    assert dual.edge_lengths.min() > bound * dual.mean_edge_length
+
+
+def test_an_edge_that_vanishes_in_all_of_them_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The bound is raised, so that even the best is refused."""
+    monkeypatch.setattr("geometry.curvature.christoffel.VANISHING", 0.9)
+    image = koebe(hexagon_patch(4, 5)).mesh
+    with pytest.raises(
+        GeometryError, match=r"edge \d+ from vertex \d+ to vertex \d+ vanishes in the fairest dual"
+    ) as e:
+        christoffel_dual(image)
+    assert e.value.value is not None
+    assert 0.5 < e.value.value < 0.9

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError
+from geometry.functionals.rim import extrapolated_normals
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.gauss_image import gauss_image, refuse_triangle_mesh
 from geometry.parallel.offsets import edge_distances, face_distances, vertex_distances
@@ -49,7 +50,7 @@ def rotation(seed: int) -> FloatArray:
 def objective(mesh: Mesh, image: Mesh, faces: float, edges: float, vertices: float, fairness: float) -> float:
     """The functional of [Pottmann2007, 4.2], face by face and vertex by vertex, and that of the edges."""
     c = mesh.combinatorics
-    s = image.vertices
+    s, at_vertices = image.vertices, extrapolated_normals(mesh)
     total = 0.0
     for face in range(c.n_faces):
         total += faces * float(mesh.face_normals[face] @ s[c.face(face)[0]] - 1) ** 2
@@ -59,7 +60,7 @@ def objective(mesh: Mesh, image: Mesh, faces: float, edges: float, vertices: flo
         total += edges * float(middle @ s[c.edges[edge, 0]] / np.linalg.norm(middle) - 1) ** 2
     for vertex in range(c.n_vertices):
         neighbours = c.adjacency[[vertex]].indices
-        total += vertices * float(((s[vertex] - mesh.vertex_normals[vertex]) ** 2).sum())
+        total += vertices * float(((s[vertex] - at_vertices[vertex]) ** 2).sum())
         total += fairness * float(((s[vertex] - s[neighbours].mean(axis=0)) ** 2).sum())
     return total
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from geometry.errors import MeshError
+from geometry.functionals.rim import extrapolated_normals
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
 from geometry.parallel import axis_lean
 
@@ -42,6 +43,16 @@ def test_axes_of_a_flat_mesh_lean_by_the_shift_of_its_gauss_image() -> None:
     gone = image.vertices.copy()
     gone[4] = 0
     assert np.flatnonzero(np.isnan(axis_lean(flat, flat.with_vertices(gone)))).tolist() == [4, 12]
+
+
+def test_at_the_boundary_the_nearer_of_two_normals_counts() -> None:
+    """The mean of the faces lags behind on a coarse cap of a sphere, and the extrapolated normal is not sure."""
+    cap = shapes.dome(12, 4)
+    at_rim = cap.combinatorics.is_boundary_vertex
+    for image in (cap.with_vertices(cap.vertex_normals), cap.with_vertices(extrapolated_normals(cap))):
+        np.testing.assert_allclose(axis_lean(cap, image), 0, atol=1e-7)  # acos and atan2 of rounding
+    leans = axis_lean(cap, cap)  # vertices on the sphere are its normals
+    assert leans[at_rim].max() < 0.5 * np.radians(70 / 4) / 2  # the mean of the faces is half a face behind
 
 
 def test_other_faces_are_refused() -> None:
