@@ -99,7 +99,7 @@ def _sorted(text: str) -> _Words:
         lines = integers([line for line, _, _ in thin])
         raise MeshFileError(
             f"line {line}: vertex {vertex} has {count} coordinates, 3 are needed; the file is cut off or damaged"
-            f"{likewise(lines)}",
+            f"{likewise(lines)} (vertices counted from 1)",
             elements=lines.tolist(),
         )
     if "/" in text:

@@ -78,6 +78,7 @@ def test_what_has_no_common_height_of_beams_is_not_written(tmp_path: Path) -> No
     m, s, out = tmp_path / "dome" / "M.obj", tmp_path / "dome" / "S.obj", tmp_path / "out"
     swapped = refused("design", "cmc", "--start", s, "--gauss-image", m, "-o", out)
     assert "of the Gauss image is off the unit sphere by" in swapped
+    assert "(counted from 0)" in swapped
     assert "allowed 1e-05" in swapped
     assert "give a Koebe polyhedron" in refused("design", "minimal", "--gauss-image", m, "-o", out)
     assert not out.exists()
