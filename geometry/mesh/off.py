@@ -130,8 +130,8 @@ def _lines(numbers: NumberRows, n_vertices: int, n_faces: int, header_line: int,
     thin = np.flatnonzero(widths[:n_vertices] < n_columns)
     if len(thin):
         raise MeshFileError(
-            f"line {lines[thin[0]]}: vertex {thin[0]} has {widths[thin[0]]} coordinates, {n_columns} are needed"
-            f"{likewise(lines[thin])} (vertices counted from 0)",
+            f"line {lines[thin[0]]}: vertex {thin[0]} has {widths[thin[0]]} coordinates, {n_columns} are needed "
+            f"(counted from 0){likewise(lines[thin])}",
             elements=lines[thin].tolist(),
         )
     vertices = numbers.values[starts[:n_vertices, None] + np.arange(n_columns)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import shlex
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -109,18 +108,6 @@ def test_what_is_designed_goes_straight_through_a_build_as_it_is_told(name: str,
     assert np.ptp(made.structure.heights) < 1e-12
     assert max(node.axis_spread_mm for node in made.assembly.nodes) < 1e-9 * 120
     assert len(made.assembly.beams) == made.structure.mesh.n_edges
-
-
-@pytest.mark.parametrize("name", ["-", "-o", "two words", "it's", "$HOME"])
-def test_what_to_type_next_can_be_typed(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    said = run("design", "koebe", "--count", "2", f"--out={name}")
-    assert said.exit_code == 0, said.output
-    program, *arguments = shlex.split(said.stdout.splitlines()[-1])
-    assert program == "fabkit"
-    result = run(*arguments, "--nest", "off")
-    assert result.exit_code == 0, result.output
-    assert (tmp_path / f"{name}-built" / "manifest.json").is_file()
 
 
 def test_the_folder_holds_the_pair_the_picture_and_the_numbers(tmp_path: Path) -> None:

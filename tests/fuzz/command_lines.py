@@ -172,7 +172,9 @@ def _run_inside(work: Path, wanted: dict[str, Any]) -> int:
             result = CliRunner().invoke(app, arguments, catch_exceptions=False)
         project = (work / "project.toml").read_bytes().decode("latin-1")
         words = [*arguments, *(word.partition("=")[2] for word in arguments), *re.findall(r"[\"'](.*?)[\"']", project)]
-        places = {os.path.realpath(os.path.dirname(word.replace("\0", "").rstrip("/")) or ".") for word in words}
+        named = [word.replace("\0", "").rstrip("/") for word in words]
+        places = {os.path.realpath(os.path.dirname(word) or ".") for word in named}
+        places |= {os.path.dirname(os.path.realpath(word)) for word in named}
         strange = [place for place in system.outside if os.path.realpath(os.path.dirname(place)) not in places]
         assert not strange, f"outside the folder: {strange}"
     finally:

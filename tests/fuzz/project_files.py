@@ -155,7 +155,7 @@ def _other_value(content: str, random: Random) -> str:
     place = random.choice([n for n, line in enumerate(lines) if "=" in line])
     if random.random() < 0.8:
         key, _, value = lines[place].partition(" = ")
-        values = NUMBERS if value[0].isdigit() and random.random() < 0.6 else VALUES
+        values = NUMBERS if value[:1].isdigit() and random.random() < 0.6 else VALUES
         lines[place] = f"{key} = {random.choice(values)}"
     else:
         lines.insert(place, f"{random.choice(KEYS)} = {random.choice(VALUES)}")
