@@ -140,7 +140,7 @@ def _arguments(random: Random) -> list[str]:
         options = {**SHARED, "--force": [], "--name": WORDS} if command == "build" else SHARED
         line = [command, random.choice(["mesh.obj", "mesh.obj", "mesh.off", "project.toml", random.choice(PATHS)])]
         line += ["--unit", "m"] if random.random() < 0.8 else []
-        if command == "build":
+        if command == "build" and random.random() < 0.9:
             line += ["-o", random.choice(["out", "out", "out", "earlier", random.choice(PATHS)])]
     for option in random.sample(list(options), random.choice([0, 0, 1, 1, 2, 3])):
         line += [option, *([random.choice(options[option])] if options[option] else [])]
