@@ -18,9 +18,9 @@ __all__ = ["Copy", "assert_same", "copy_of", "made_of", "piece"]
 
 MEAN_EDGE_MM = 1000.0
 
-SOLVED_MM = 1e-8
+SOLVED_MM = 3e-8
 """What solving leaves where coordinates are finer: faces are planar to 1e-12 of a mean edge, 1e-9 mm, and what follows
-from them multiplies that by up to ten."""
+from them multiplies that by up to ten, an exact Gauss image by up to thirty."""
 
 FEW_HUNDRED = 300.0
 """How often the rounding of the coordinates of a copy may be found in its parts: solving for planar faces and Gauss
