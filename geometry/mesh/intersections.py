@@ -12,9 +12,10 @@ import shapely
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh.mesh import Mesh
+from geometry.mesh.near_faces import meeting_boxes, near_faces
 from geometry.mesh.polygons import two_across
 
-__all__ = ["intersecting_faces", "is_embedded", "meeting_boxes", "self_crossing_faces"]
+__all__ = ["intersecting_faces", "is_embedded", "self_crossing_faces"]
 
 CLEARANCE = 1e-9
 """Distance from a plane over the mean edge length, up to which a vertex lies in it: faces are planar to 1e-12, and
@@ -22,6 +23,9 @@ their planes are known to about that over how thin they are."""
 
 LARGE = 64
 """Corners of a face, above which points are sought in it by a tree over its edges."""
+
+BATCH = 4096
+"""Pairs of faces whose edges are looked at together: more would take memory only."""
 
 OVERLAP = 1e-6
 """Area that two faces in one plane share, over that of the smaller one, below which they only touch."""
@@ -38,7 +42,8 @@ def intersecting_faces(mesh: Mesh) -> IntArray:
     They cross each other, a vertex of one lies in the other, or they overlap in one plane. Where boundaries only just
     touch, rounding decides. A self-crossing face contains what its outline runs around an odd number of times.
     """
-    pairs = np.concatenate([_crossing(mesh), _overlapping(mesh)])
+    near = near_faces(mesh, CLEARANCE * mesh.mean_edge_length)
+    pairs = np.concatenate([_crossing(mesh, *near), _overlapping(mesh, *near)])
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
@@ -50,14 +55,12 @@ def is_embedded(mesh: Mesh) -> bool:
 # --- edges that pass through faces: where two faces cross in a segment, it ends at edges of theirs
 
 
-def _crossing(mesh: Mesh) -> IntArray:
-    """(n, 2) a face at an edge, and another face that the edge meets without a vertex in common."""
+def _crossing(mesh: Mesh, first: IntArray, second: IntArray) -> IntArray:
+    """(n, 2) a face at an edge, and another face that the edge meets without a vertex in common, of faces near each
+    other."""
     c = mesh.combinatorics
     ends = mesh.vertices[c.edges]
-    edges, faces = meeting_boxes(ends.min(axis=1), ends.max(axis=1), *_face_boxes(mesh))
-    of_corners = c.corner_face * c.n_vertices + c.corners
-    apart = ~np.isin(faces[:, None] * c.n_vertices + c.edges[edges], of_corners).any(axis=1)
-    edges, faces = edges[apart], faces[apart]
+    edges, faces = _edges_near(mesh, np.concatenate([first, second]), np.concatenate([second, first]))
 
     heights = np.stack([_heights(mesh, faces, ends[edges, end]) for end in (0, 1)])
     within = (heights == 0).all(axis=0)  # the plane: what is there shows where faces overlap, or at other edges
@@ -68,6 +71,31 @@ def _crossing(mesh: Mesh) -> IntArray:
     sides = c.edge_faces[edges[hit]]
     pairs = np.stack([sides, np.broadcast_to(faces[hit, None], sides.shape)], axis=2)
     return np.asarray(pairs[sides >= 0])
+
+
+def _edges_near(mesh: Mesh, owners: IntArray, faces: IntArray) -> tuple[IntArray, IntArray]:
+    """The edges (n,) of faces `owners` (k,) whose boxes meet those of faces (k,) at them, without a vertex in common;
+    each edge with each face (n,) once."""
+    c = mesh.combinatorics
+    ends, corners = mesh.vertices[c.edges], mesh.vertices[c.corners]
+    boxes = ends.min(axis=1), ends.max(axis=1)
+    lower, upper = (of.reduceat(corners, c.face_starts[:-1]) for of in (np.minimum, np.maximum))
+    is_large = c.face_sizes[owners] > LARGE
+    found = [np.zeros((2, 0), dtype=np.int64)]
+    for owner in np.unique(owners[is_large]):
+        edges, others = c.corner_edge[c.corners_of(np.array([owner]))[0]], faces[owners == owner]
+        at, which = meeting_boxes(boxes[0][edges], boxes[1][edges], lower[others], upper[others])
+        found.append(np.stack([edges[at], others[which]]))
+    owners, faces = owners[~is_large], faces[~is_large]
+    for start in range(0, len(owners), BATCH):
+        at, place = c.corners_of(owners[start : start + BATCH])
+        edges, others = c.corner_edge[at], faces[start + place]
+        meet = ((boxes[0][edges] <= upper[others]) & (lower[others] <= boxes[1][edges])).all(axis=1)
+        found.append(np.stack([edges[meet], others[meet]]))
+    pairs = np.unique(np.concatenate(found, axis=1), axis=1)
+    keys = pairs[1][:, None] * c.n_vertices + c.edges[pairs[0]]
+    edges, faces = pairs[:, ~np.isin(keys, c.corner_face * c.n_vertices + c.corners).any(axis=1)]
+    return edges, faces
 
 
 def _heights(mesh: Mesh, faces: IntArray, points: FloatArray) -> FloatArray:
@@ -110,22 +138,39 @@ def _large_contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray
 # --- faces in one plane
 
 
-def _overlapping(mesh: Mesh) -> IntArray:
-    """(n, 2) simple faces in one plane that share area."""
-    boxes = _face_boxes(mesh)
-    first, second = meeting_boxes(*boxes, *boxes)
+def _overlapping(mesh: Mesh, first: IntArray, second: IntArray) -> IntArray:
+    """(n, 2) simple faces in one plane that share area, of faces near each other."""
     is_simple = _is_simple(mesh)
-    candidates = (first < second) & is_simple[first] & is_simple[second]
+    candidates = is_simple[first] & is_simple[second]
     first, second = first[candidates], second[candidates]
     flat = _in_plane(mesh, first, second) | _in_plane(mesh, second, first)
     first, second = first[flat], second[flat]
-    one, other = _polygons(mesh, first, first), _polygons(mesh, second, first)
-    smaller = np.minimum(shapely.area(one), shapely.area(other))
+    sizes = mesh.combinatorics.face_sizes
+    larger = np.where(sizes[second] > sizes[first], second, first)
+    smaller = first + second - larger
+    which, place = np.unique(larger, return_inverse=True)
+    planes = _polygons(mesh, which, which)
+    other = _polygons(mesh, smaller, larger)
+    areas = np.minimum(shapely.area(planes)[place], shapely.area(other))
     # a simple polygon that crosses itself in another plane it lies in has no area but for rounding either
-    wide = shapely.is_valid(other) & (smaller > (CLEARANCE * mesh.mean_edge_length) ** 2)
-    first, second, one, other, smaller = first[wide], second[wide], one[wide], other[wide], smaller[wide]
-    shared = shapely.area(shapely.intersection(one, other)) > OVERLAP * smaller
+    wide = shapely.is_valid(other) & (areas > (CLEARANCE * mesh.mean_edge_length) ** 2)
+    wide[wide] = _may_overlap(planes, place[wide], other[wide], sizes[larger[wide]] > LARGE)
+    first, second, one, other, areas = first[wide], second[wide], planes[place[wide]], other[wide], areas[wide]
+    shared = shapely.area(shapely.intersection(one, other)) > OVERLAP * areas
     return np.stack([first[shared], second[shared]], axis=1)
+
+
+def _may_overlap(
+    planes: npt.NDArray[np.object_], place: IntArray, others: npt.NDArray[np.object_], is_large: BoolArray
+) -> BoolArray:
+    """(k,) False where another polygon only touches a large one, which is searched by its tree and not cut with it."""
+    large, place = others[is_large], place[is_large]
+    found = np.ones(len(others), dtype=bool)
+    shapely.prepare(planes[np.unique(place)])
+    # what is taken off is less than the area that would count
+    inner = shapely.buffer(large, -OVERLAP / 10 * np.sqrt(shapely.area(large)), join_style="mitre")
+    found[is_large] = shapely.is_empty(inner) | shapely.intersects(planes[place], inner)
+    return found
 
 
 def _in_plane(mesh: Mesh, faces: IntArray, others: IntArray) -> BoolArray:
@@ -151,26 +196,3 @@ def _polygons(mesh: Mesh, faces: IntArray, planes: IntArray) -> npt.NDArray[np.o
     here = mesh.vertices[mesh.combinatorics.corners[corners]]
     flat = np.einsum("kai,ki->ka", two_across(mesh.face_normals)[planes[owner]], here)
     return np.asarray(shapely.polygons(shapely.linearrings(flat, indices=owner)))
-
-
-# --- faces and boxes
-
-
-def _face_boxes(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
-    """(F, 3) least and largest coordinates of each face."""
-    corners, starts = mesh.vertices[mesh.combinatorics.corners], mesh.combinatorics.face_starts[:-1]
-    return np.minimum.reduceat(corners, starts), np.maximum.reduceat(corners, starts)
-
-
-def meeting_boxes(
-    lower: FloatArray, upper: FloatArray, lower_2: FloatArray, upper_2: FloatArray
-) -> tuple[IntArray, IntArray]:
-    """Which boxes (n, 3) meet which others (m, 3)."""
-    if not len(lower_2):
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    z, x, y = np.argsort(np.ptp(lower_2, axis=0))  # the tree is flat: its plane is that of the two longest extents
-    boxes = shapely.box(lower[:, x], lower[:, y], upper[:, x], upper[:, y])
-    others = shapely.box(lower_2[:, x], lower_2[:, y], upper_2[:, x], upper_2[:, y])
-    first, second = shapely.STRtree(others).query(boxes)
-    meet = (lower[first, z] <= upper_2[second, z]) & (lower_2[second, z] <= upper[first, z])
-    return first[meet], second[meet]

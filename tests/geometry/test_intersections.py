@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tracemalloc
+from collections.abc import Callable
 
 import igl
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.mesh import Mesh, intersections, shapes, solids
+from geometry.mesh import Mesh, intersections, near_faces, shapes, solids
 from geometry.mesh.intersections import intersecting_faces, is_embedded, self_crossing_faces
 from tests.geometry.bent_meshes import rotation
 from tests.geometry.topologies import MESHES, split, together
@@ -179,3 +180,55 @@ def test_a_large_face_is_not_copied_for_each_of_its_neighbours() -> None:
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 50e6  # as copies, the 1000 neighbours of each cap would take 300 MB
+
+
+def crumpled_stars(seed: int) -> Mesh:
+    """Two stars of triangles and quads with a common rim, turned and crumpled so that many faces cross."""
+    rng = np.random.default_rng(seed)
+    n = 14
+    angles = np.sort(rng.uniform(0, 2 * np.pi, n))
+    rim = np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1) + rng.normal(scale=0.3, size=(n, 3))
+    far = 2 * rim + rng.normal(scale=0.3, size=(n, 3))
+    vertices = np.concatenate([[[0, 0, 0.5], [0, 0, -0.5]], rim, far]) @ rotation(seed).T
+    rings = [((k + 2), (k + 1) % n + 2) for k in range(n)]
+    faces = [[0, i, j] for i, j in rings] + [[1, j + n, i + n] for i, j in rings]
+    return Mesh.from_faces(vertices, faces + [[j, i, i + n, j + n] for i, j in rings])
+
+
+@given(seeds)
+def test_faces_at_one_vertex_are_found_by_their_directions_as_by_all_pairs(seed: int) -> None:
+    mesh = crumpled_stars(seed)
+    first, second = np.triu_indices(mesh.n_faces, 1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(intersections, "near_faces", lambda mesh, clearance: (first, second))
+        expected = intersecting_faces(mesh)
+    for many in (2, 1000):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(near_faces, "MANY", many)
+            np.testing.assert_array_equal(intersecting_faces(mesh), expected)
+
+
+def fan(n: int) -> Mesh:
+    angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    rim = np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
+    return Mesh.from_faces(np.concatenate([[[0, 0, 1.0]], rim]), [[0, k + 1, (k + 1) % n + 1] for k in range(n)])
+
+
+def tilted_prism(n: int) -> Mesh:
+    angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    rim = np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
+    ring = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
+    return Mesh.from_faces(np.concatenate([rim, rim + np.array([0, 0, 5])]) @ rotation(3).T, ring)
+
+
+@pytest.mark.parametrize("make", [fan, tilted_prism])
+def test_slender_faces_are_not_compared_all_with_all(make: Callable[[int], Mesh]) -> None:
+    """Pairs of all would take a gigabyte; those that are near each other take some kilobytes a face."""
+    mesh = make(8000)
+    tracemalloc.start()
+    try:
+        assert is_embedded(mesh)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 100e6
