@@ -77,7 +77,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         file, given = _read(project)
         scale = _scale(project, file.mesh)
         mesh = file.mesh * scale
-    structure, told, found = _structure(project, mesh, given, stages)
+    structure, told, found = _structure(project, mesh, file.rounding * scale, given, stages)
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
@@ -105,20 +105,21 @@ def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
     return pair.file, pair
 
 
-def mesh_in_mm(project: Project) -> tuple[Mesh, GivenPair | None]:
-    """The mesh of a project, and its Gauss image where that is given."""
+def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None]:
+    """The mesh of a project, how coarse its coordinates were, in mm, and its Gauss image where that is given."""
     file, given = _read(project)
-    return file.mesh * _scale(project, file.mesh), given
+    scale = _scale(project, file.mesh)
+    return file.mesh * scale, file.rounding * scale, given
 
 
 def _structure(
-    project: Project, mesh: Mesh, given: GivenPair | None, stages: Stages
+    project: Project, mesh: Mesh, rounding_mm: float, given: GivenPair | None, stages: Stages
 ) -> tuple[SupportStructure, GivenGaussImage | ExactGaussImage | None, tuple[Finding, ...]]:
     """Between the planar mesh and its Gauss image, computed or given; what is to be told of it; and what is unusual."""
     if given is not None:
         return judged_pair(project, mesh, given, stages)
     planar, found = judged_planar(project, mesh, stages)
-    return judged_image(project, planar, found, stages)
+    return judged_image(project, planar, rounding_mm, found, stages)
 
 
 def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
@@ -129,11 +130,14 @@ def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, t
 
 
 def judged_image(
-    project: Project, planar: Mesh, before: tuple[Finding, ...], stages: Stages
+    project: Project, planar: Mesh, rounding_mm: float, before: tuple[Finding, ...], stages: Stages
 ) -> tuple[SupportStructure, ExactGaussImage | None, tuple[Finding, ...]]:
-    """With the Gauss image that is computed, and all findings up to here. Raises FitnessError as above."""
+    """With the Gauss image that is computed, and all findings up to here; rounding_mm: of the coordinates as read.
+
+    Raises FitnessError as above.
+    """
     with stages("Gauss image"):
-        image, offset = computed_image(planar, project.gauss_image.weights)
+        image, offset = computed_image(planar, project.gauss_image.weights, rounding_mm)
         structure = SupportStructure(planar, image, project.beams.height_mm)
         told = None if offset is None else ExactGaussImage(offset)
         return structure, told, _judged(project, before, of_gauss_image(structure, project.fitness))

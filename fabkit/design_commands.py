@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -204,7 +205,14 @@ def _finish(design: EdgeOffsetDesign, out: Path, boosts: list[str] | None, force
     unit = " (or the unit of the surface)" if made.has_unit else ""
     OUT.print(Text.assemble("written to ", (folder, "bold"), f"; build it with{unit}"))
     size = "--unit m" if made.has_unit else f"--mean-edge {made.proposed_mean_edge_mm()}"
-    OUT.print(f"  fabkit build {folder}/M.obj --gauss-image {folder}/S.obj {size} -o {folder}-built")
+    mesh, image, built = (_as_typed(path) for path in (out / "M.obj", out / "S.obj", Path(f"{out}-built")))
+    OUT.print(f"  fabkit build {mesh} --gauss-image {image} {size} -o {built}")
+
+
+def _as_typed(path: Path) -> str:
+    """As a shell takes it for a path: quoted where it has blanks and the like, and never for an option."""
+    text = told(str(path))
+    return shlex.quote(f"./{text}" if text.startswith("-") else text)
 
 
 def _vector(text: str) -> tuple[float, float, float]:

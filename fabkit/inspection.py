@@ -175,14 +175,14 @@ def _shaped(project: Project) -> _Tried:
     """The stages up to the Gauss image."""
     tried = _Tried()
     try:
-        mesh, given = mesh_in_mm(project)
+        mesh, rounding_mm, given = mesh_in_mm(project)
         tried = replace(tried, given=mesh)
         if given is not None:
             structure, _, found = judged_pair(project, mesh, given, Stages())
             return _Tried(mesh, structure.mesh, structure, found)
         planar, found = judged_planar(project, mesh, Stages())
         tried = _Tried(mesh, planar, None, found)
-        structure, _, found = judged_image(project, planar, found, Stages())
+        structure, _, found = judged_image(project, planar, rounding_mm, found, Stages())
     except FitnessError as error:
         return replace(tried, findings=error.findings)
     except GeometryError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from difflib import get_close_matches
+from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,6 +22,18 @@ from fabkit.wording import echo, readable
 __all__ = ["GaussImageRules", "Nesting", "PlanariseWeights", "Project", "load_project", "project_from"]
 
 _STRICT = ConfigDict(extra="forbid", frozen=True)
+
+PLAIN = {
+    "path_type": "A path in quotes is needed, as in 'roof.obj'",
+    "tuple_type": "A list in brackets is needed, as in ['moves']",
+    "dict_type": "A table is needed, as in { steel = 7850 }",
+    "model_type": "A table is needed",
+    "dataclass_type": "A table is needed",
+}
+"""What to say where pydantic would speak of Python, by its types of errors."""
+
+ROOM = 400
+"""Letters of what is wrong with a project."""
 
 BACKSLASHES = r"write backslashes in single quotes, as in 'C:\models\roof.obj', or forward slashes"
 
@@ -207,6 +220,8 @@ def _cure(text: str, message: str) -> str:
     r"""What to do where a line has "C:\models\roof.obj", in which TOML reads \m and \r as signs of its own."""
     number = re.search(r"at line (\d+)", message)
     line = text.split("\n")[int(number[1]) - 1 if number else -1]
+    if re.search("overwrite|twice|Duplicate", message):
+        return "; the key or table is there twice: take one of the two out"
     return f"; {BACKSLASHES}" if re.search(r'"[^"]*\\', line) else ""
 
 
@@ -215,7 +230,7 @@ def project_from(settings: dict[str, Any], *, source: str = "") -> Project:
     try:
         return Project.model_validate(settings)
     except ValidationError as error:
-        problems = "; ".join(_sentence(dict(problem)) for problem in error.errors())
+        problems = _some_of([_sentence(dict(problem)) for problem in error.errors()])
         raise ProjectError(f"{source}: {problems}" if source else problems) from None
 
 
@@ -239,6 +254,14 @@ def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
     return both
 
 
+def _some_of(sentences: list[str]) -> str:
+    """The first, and as many more as three lines of a terminal have room for; of the rest, how many there are."""
+    lengths = accumulate(len(sentence) + 2 for sentence in sentences)
+    count = max(1, sum(length <= ROOM for length in lengths))
+    more = len(sentences) - count
+    return "; ".join(sentences[:count]) + (f"; and {more} more things" if more else "")
+
+
 def _sentence(problem: dict[str, Any]) -> str:
     where = ".".join(str(part) for part in problem["loc"])
     if problem["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
@@ -249,7 +272,7 @@ def _sentence(problem: dict[str, Any]) -> str:
         place = f"[{parent}]" if parent else "the project"
         hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
         return f"unknown key {echo(key)} in {place}; {hint}"
-    message = problem["msg"].removeprefix("Value error, ")
+    message = PLAIN.get(problem["type"], problem["msg"].removeprefix("Value error, "))
     if not where:
         return str(message)
     return f"{where} is {echo(problem['input'])}: {message[0].lower()}{message[1:]}"

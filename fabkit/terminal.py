@@ -21,8 +21,11 @@ from geometry.errors import GeometryError
 
 __all__ = ["ERR", "OUT", "Commands", "facts_table", "one_sentence", "told"]
 
-LONGEST = 600
-"""Letters of what is said of an error: three lines of a wide terminal. Of more, the middle is left out."""
+LONGEST = 590
+"""Letters of what is said of an error: with what stands before it, three lines of a wide terminal, of 200 each. Of
+more, the middle is left out."""
+
+GAP = " ... "
 
 Misuse = cast(type[Exception], typer.BadParameter.__base__)
 """UsageError, which typer brings along or takes from click."""
@@ -88,7 +91,8 @@ def one_sentence() -> Iterator[None]:
 def told(text: str) -> str:
     """Text on one line, without what a terminal would obey, and without its middle where it is long."""
     plain = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in readable(text))
-    return plain if len(plain) <= LONGEST else f"{plain[: LONGEST // 2]} ... {plain[-LONGEST // 2 :]}"
+    half = (LONGEST - len(GAP)) // 2
+    return plain if len(plain) <= LONGEST else f"{plain[:half]}{GAP}{plain[-half:]}"
 
 
 def facts_table() -> Table:
@@ -109,7 +113,7 @@ def _say_misuse(error: Any) -> None:
         error.show()
         return
     command = error.ctx.command_path if error.ctx else "fabkit"
-    _leave(f"{error.format_message().rstrip('.')}; {command} --help lists what there is")
+    _leave(f"{error.format_message().rstrip('.').replace(' Value error, ', ' ')}; {command} --help lists what there is")
 
 
 def _print_everything() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import reprlib
+from datetime import date, time
 from pathlib import Path
 
 __all__ = ["echo", "readable"]
@@ -19,7 +20,9 @@ def readable(name: str) -> str:
 
 
 def echo(value: object) -> str:
-    """A value as it is written in Python, without its middle where it is long."""
+    """A value as it is written in Python, without its middle where it is long; dates and times as people write them."""
+    if isinstance(value, date | time):
+        return str(value)
     try:
         return _SHORT.repr(str(value) if isinstance(value, Path) else value)
     except ValueError:  # of more digits than Python writes

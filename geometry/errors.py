@@ -79,9 +79,15 @@ def listed(names: Iterable[object], count: int) -> str:
 def shown(text: object, length: int = ECHO) -> str:
     """Text from outside as a sentence may repeat it: on one line, printable everywhere, no longer than that.
 
-    The middle is left out, not the end, which tells file names apart.
+    Bytes of a file's name that are not UTF-8 are told as such. The middle is left out, not the end, which tells file
+    names apart.
     """
-    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in str(text))
+    plain = "".join(c if c.isprintable() else _escaped(c) for c in str(text))
     if len(plain) <= length:
         return plain
     return f"{plain[: length // 2]}...{plain[-(length - length // 2) :]}"
+
+
+def _escaped(letter: str) -> str:
+    byte = ord(letter) - 0xDC00  # how Python keeps it in a name
+    return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode("ascii")

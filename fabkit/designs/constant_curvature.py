@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fabkit.designs.pair import CLOSED, TOUCHING, EdgeOffsetDesign, check_count, check_touching
-from fabkit.errors import ProjectError
+from fabkit.errors import ProjectError, in_one_sentence
 from fabkit.gauss_image import exact_pair
 from geometry.curvature import (
     christoffel_dual,
@@ -105,8 +105,8 @@ def _dual_of(given: Mesh, name: str) -> tuple[Mesh, Mesh]:
         if off <= EXACT:
             raise
         raise ProjectError(
-            f"{error.message}; {name} is off the unit sphere by {off:.1e} of its radius, more than {EXACT:.0e}: "
-            "write it with more digits"
+            f"{in_one_sentence(error)}; {name} is off the unit sphere by {off:.1e} of its radius, more than "
+            f"{EXACT:.0e}: write it with more digits"
         ) from error
 
 

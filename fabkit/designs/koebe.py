@@ -11,7 +11,7 @@ import numpy as np
 
 from fabkit.designs.pair import SOLVED, EdgeOffsetDesign, check_count
 from fabkit.designs.sound import without_unsound_rim
-from fabkit.errors import ProjectError
+from fabkit.errors import ProjectError, in_one_sentence
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset.design import edge_offset_mesh, saddle_signs
 from geometry.edge_offset.koebe import koebe
@@ -118,8 +118,8 @@ def _bent(image: Mesh, bend: Bend, direction_deg: float, is_open: bool) -> Mesh:
         return edge_offset_mesh(image, signs=signs, lengths=(_least_lengths(image, signs), np.inf))
     except GeometryError as error:
         raise ProjectError(
-            f"no saddle reverses the edges across the direction of {direction_deg:g} degrees ({error.message}): take "
-            "another --direction, or quads"
+            f"no saddle reverses the edges across the direction of {direction_deg:g} degrees "
+            f"({in_one_sentence(error)}): take another --direction, or quads"
         ) from error
 
 

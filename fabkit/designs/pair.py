@@ -115,8 +115,8 @@ class EdgeOffsetDesign:
         if not lengths[edge] >= SHORTEST:
             raise ProjectError(
                 f"{self.mesh.combinatorics.edge_name(edge)} of the mesh has shrunk to {lengths[edge]:.1e} of the mean "
-                f"edge length, and at least {SHORTEST:.0e} is needed: there is no such mesh with all these edges; ask "
-                "for something nearer to what there is, or for other numbers"
+                f"edge length (counted from 0), and at least {SHORTEST:.0e} is needed: there is no such mesh with all "
+                "these edges; ask for something nearer to what there is, or for other numbers"
             )
 
     def proposed_mean_edge_mm(self) -> int:
@@ -141,8 +141,8 @@ def check_touching(gauss_image: Mesh) -> None:
     if not off[edge] <= TOUCHING:
         raise ProjectError(
             f"{gauss_image.combinatorics.edge_name(edge)} of the Gauss image is off the unit sphere by {off[edge]:.1e} "
-            f"of its radius, allowed {TOUCHING:.0e}, so beams on it have no common height: give a Koebe polyhedron, "
-            "all of whose edges touch the sphere, such as an S.obj, with all its digits"
+            f"of its radius (counted from 0), allowed {TOUCHING:.0e}, so beams on it have no common height: give a "
+            "Koebe polyhedron, all of whose edges touch the sphere, such as an S.obj, with all its digits"
         )
 
 

@@ -175,6 +175,7 @@ def _edge_labels(
         return _Labels([texts[k] for k in chosen], panel[chosen], foot, along[chosen], height[chosen])
 
     outside = np.arange(len(texts))
+    shapely.prepare(shapes)  # one with thousands of corners is asked for each of its edges
     while len(outside):
         if height[outside].min() < READABLE_MM * 1e-3:
             marks = ", ".join(panels[k].mark for k in np.unique(panel[outside])[:10])

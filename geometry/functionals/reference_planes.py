@@ -44,6 +44,7 @@ class ReferencePlanes:
         b, c = here[rows, second], here[rows, third]
         areas = np.cross(b, c)
         squares = np.einsum("ni,ni->n", areas, areas)[:, None]
+        squares = np.where(squares > 0, squares, 1.0)  # all corners are on a line: they leave no plane
         rest = np.take_along_axis(here, others[:, :, None], axis=1)
         normals = areas / np.sqrt(squares)
         share_b = np.einsum("nki,ni->nk", np.cross(rest, c[:, None]), areas) / squares

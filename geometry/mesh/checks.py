@@ -24,6 +24,7 @@ __all__ = [
     "check_folds",
     "check_indices",
     "check_manifold",
+    "check_size",
     "check_touching",
     "check_without_faces",
 ]
@@ -42,6 +43,9 @@ _Found: TypeAlias = tuple[int, IntArray, Meeting]
 
 # Volumes and squares of areas of larger coordinates would leave the range of a double.
 LARGEST = 1e60
+
+# The same downwards: squares of areas and volumes.
+SMALLEST = 1e-60
 
 
 def check_faces(mesh: Mesh, *, coincidence: float = COINCIDENCE, clearance: float = FOLD_CLEARANCE) -> None:
@@ -79,6 +83,18 @@ def check_indices(soup: PolygonSoup) -> None:
             elements=soup.faces_of_file(faces),
             value=vertex,
             bound=soup.n_vertices - 1,
+        )
+
+
+def check_size(soup: PolygonSoup) -> None:
+    """The mesh is not so small that squares of its lengths would lose their digits; a point is another matter."""
+    size = float(np.ptp(soup.vertices, axis=0).max())
+    if 0 < size < SMALLEST:
+        raise MeshError(
+            f"the mesh measures {size:.1e} where it is longest, and at least {SMALLEST:.0e} can be reckoned with: "
+            "write it in a smaller unit",
+            value=size,
+            bound=SMALLEST,
         )
 
 

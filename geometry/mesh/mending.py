@@ -16,6 +16,7 @@ from geometry.mesh.checks import (
     check_folds,
     check_indices,
     check_manifold,
+    check_size,
     check_touching,
     check_without_faces,
 )
@@ -83,6 +84,7 @@ def mended_soup(soup: PolygonSoup, coincidence: float = COINCIDENCE) -> PolygonS
 
 def _mended_near_zero(soup: PolygonSoup, coincidence: float) -> PolygonSoup:
     """What is welded and turned round must not depend on where a mesh lies, so its origin is taken out before."""
+    check_size(soup)
     soup = _without_pieces_written_again(soup, coincidence)
     while (welded := _welded(soup, coincidence)) is not soup:
         soup = _without_copies(_with_three_corners(_without_welded_corners(welded), "after welding"))

@@ -98,8 +98,8 @@ def _sorted(text: str) -> _Words:
         line, vertex, count = thin[0]
         lines = integers([line for line, _, _ in thin])
         raise MeshFileError(
-            f"line {line}: vertex {vertex} has {count} coordinates, 3 are needed; the file is cut off or damaged"
-            f"{likewise(lines)}",
+            f"line {line}: vertex {vertex} has {count} coordinates, 3 are needed (counted from 1); the file is cut off "
+            f"or damaged{likewise(lines)}",
             elements=lines.tolist(),
         )
     if "/" in text:

@@ -38,7 +38,8 @@ def read_off(text: str) -> PolygonSoup:
         far = np.flatnonzero(vertices[:, 3] == 0)
         if len(far):
             raise MeshFileError(
-                f"vertex {far[0]} of the 4OFF file is at infinity: its fourth coordinate is 0{likewise(far, 'vertex')}",
+                f"vertex {far[0]} of the 4OFF file is at infinity: its fourth coordinate is 0{likewise(far, 'vertex')} "
+                "(vertices counted from 0)",
                 elements=far.tolist(),
             )
         with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused later
@@ -129,8 +130,8 @@ def _lines(numbers: NumberRows, n_vertices: int, n_faces: int, header_line: int,
     thin = np.flatnonzero(widths[:n_vertices] < n_columns)
     if len(thin):
         raise MeshFileError(
-            f"line {lines[thin[0]]}: vertex {thin[0]} has {widths[thin[0]]} coordinates, {n_columns} are needed"
-            f"{likewise(lines[thin])}",
+            f"line {lines[thin[0]]}: vertex {thin[0]} has {widths[thin[0]]} coordinates, {n_columns} are needed "
+            f"(counted from 0){likewise(lines[thin])}",
             elements=lines[thin].tolist(),
         )
     vertices = numbers.values[starts[:n_vertices, None] + np.arange(n_columns)]
@@ -140,7 +141,7 @@ def _lines(numbers: NumberRows, n_vertices: int, n_faces: int, header_line: int,
         face, row = int(cut[0]), int(cut[0]) + n_vertices
         raise MeshFileError(
             f"line {lines[row]}: face {face} should have {sizes[face]} corners, the line holds {widths[row] - 1}; "
-            f"the file is cut off or damaged{likewise(lines[n_vertices + cut])}",
+            f"the file is cut off or damaged{likewise(lines[n_vertices + cut])} (faces counted from 0)",
             elements=lines[n_vertices + cut].tolist(),
         )
     within = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)

@@ -227,7 +227,8 @@ def _walk(element: _Element, data: _Data, place: int) -> tuple[dict[str, IntArra
 def _count(value: float, element: _Element, row: int) -> int:
     if not (value >= 0 and float(value).is_integer()):
         raise MeshFileError(
-            f"{shown(element.name)} {row} announces a list of {value:g} values: a whole number, not negative, is needed"
+            f"{shown(element.name)} {row} announces a list of {value:g} values: a whole number, not negative, is "
+            "needed (counted from 0)"
         )
     return int(value)
 

@@ -24,8 +24,9 @@ from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["OptimisedMesh", "optimised"]
 
-LONGEST_STEP = 0.5
-"""Longest move of a vertex in one step, over the mean edge length."""
+LONGEST_STEP = 0.6
+"""Longest move of a vertex in one step, over the mean edge length: as far as one moves in the mean of all directions
+whose largest coordinate moves by a half."""
 
 SURFACE = 10.0
 """Weight of squared distances from a surface, over that of squared moves. With more, vertices come nearer in the mean,

@@ -93,7 +93,8 @@ def _ending(after: Mesh, aim: Aim, solution: Solution, value: float) -> str:
     rounding = float(np.spacing(np.abs(after.vertices).max())) / after.mean_edge_length
     if solution.reason is Reason.CONVERGED or solution.violation <= ROUNDINGS * rounding:
         cure = cure_of_place(after, value)
-        return f"because {cure}, or allow more" if cure else "which is as near as rounding lets it come; allow more"
+        coarse = f"because coordinates are rounded to {rounding:.0e} mean edge lengths; allow more"
+        return f"because {cure}, or allow more" if cure else coarse
     return f"after {solution.steps} steps: {solution.reason.value}; {aim.advice}"
 
 

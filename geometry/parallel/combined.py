@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
+from geometry.errors import MeshError
 from geometry.functionals.parallelity import Parallelity
 from geometry.functionals.planarity import Planarity, face_deviations
 from geometry.mesh import Mesh
@@ -25,6 +26,9 @@ so that they take the pair as it is."""
 LONGEST_STEP = 0.1
 """Of a vertex, over the mean edge length of M or the size of S: a pair further off is not nearly parallel."""
 
+LEAST_SIZE = 1e-60
+"""Of S: products of four such lengths are still numbers, as are those of its inverse."""
+
 HELD_STEPS = 2
 MAX_STEPS = 12
 """Steps that pull towards the given pair, and of all: two or three reach rounding from six digits, four from four."""
@@ -38,13 +42,20 @@ def nearest_parallel_pair(mesh: Mesh, image: Mesh) -> tuple[Mesh, Mesh]:
     made planar alone may be parallel to no mesh near S: P(M) often has more dimensions than a mesh nearby has. A pair
     that is exact comes back as the same objects.
 
-    Raises MeshError where the faces differ or an edge of M has no length, and ConvergenceError, naming the worst edge,
-    where no such pair is found near the given one.
+    Raises MeshError where the faces differ, an edge of M has no length or S no size, and ConvergenceError, naming the
+    worst edge, where no such pair is found near the given one.
     """
     if parallelity(mesh, image).max() <= PARALLEL and face_deviations(mesh).max() <= PLANAR:
         return mesh, image
     centre = mesh.vertices.mean(axis=0)
     size, radius = mesh.mean_edge_length, float(np.linalg.norm(image.vertices, axis=1).mean())
+    if not LEAST_SIZE <= radius <= 1 / LEAST_SIZE:
+        raise MeshError(
+            f"the vertices of the Gauss image are {radius:.1e} from the origin in the mean, and from {LEAST_SIZE:.0e} "
+            f"to {1 / LEAST_SIZE:.0e} can be reckoned with: a Gauss image lies near the unit sphere about the origin",
+            value=radius,
+            bound=LEAST_SIZE if radius < LEAST_SIZE else 1 / LEAST_SIZE,
+        )
     start = np.concatenate([(mesh.vertices - centre).ravel() / size, image.vertices.ravel() / radius])
     solution = nearest_feasible(
         _exactness(mesh, start),

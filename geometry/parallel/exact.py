@@ -7,6 +7,8 @@ lowering what is left of the deviations in P(M), so that S is parallel to roundi
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array
 
@@ -28,7 +30,7 @@ from geometry.parallel.offsets import (
     vertex_distances,
 )
 from geometry.parallel.parallelity import check_planar, parallelity
-from geometry.parallel.refine import LINEAR_DAMPING, PARALLEL, nearest_parallel, refine_distances
+from geometry.parallel.refine import LINEAR_DAMPING, PARALLEL, drawn_to_normals, nearest_parallel, refine_distances
 
 __all__ = [
     "DISTANCE_TOLERANCE",
@@ -162,13 +164,18 @@ def inscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
     _check(mesh, tolerance)
     image = _nearest(mesh, inscribed_candidate(mesh, tolerance))
     image = refine_distances(mesh, image, vertices=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    return _settled(mesh, image, _off_sphere, tolerance, vertices=1.0)
+
+
+def _off_sphere(mesh: Mesh, image: Mesh) -> FloatArray:
+    """(N,) deviations of distances from 1, and of chords."""
     c, s = mesh.combinatorics, image.vertices
     deviations = np.where(c.is_used, np.abs(vertex_distances(image) - 1), 0.0)
     sums = s[c.edges].sum(axis=1)
     off_chord = np.abs(np.einsum("ei,ei->e", sums, mesh.edge_directions))
     other = off_chord > CHORD
     np.maximum.at(deviations, c.edges[other], off_chord[other, None])
-    return image, deviations
+    return np.asarray(deviations)
 
 
 def midscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
@@ -176,7 +183,20 @@ def midscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
     _check(mesh, tolerance)
     image = _nearest(mesh, midscribed_candidate(mesh))
     image = refine_distances(mesh, image, edges=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
-    return image, np.abs(edge_distances(mesh, image) - 1)
+    return _settled(mesh, image, lambda mesh, image: np.abs(edge_distances(mesh, image) - 1), tolerance, edges=1.0)
+
+
+def _settled(
+    mesh: Mesh, image: Mesh, off: Callable[[Mesh, Mesh], FloatArray], tolerance: float, **weights: float
+) -> tuple[Mesh, FloatArray]:
+    """S and how far it is off; if it is exact, what its distances leave free is drawn to the vertex normals."""
+    deviations = off(mesh, image)
+    if deviations.max() > tolerance:
+        return image, deviations
+    drawn = drawn_to_normals(mesh, image, **weights)
+    drawn = refine_distances(mesh, drawn, **weights, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    found = off(mesh, drawn)
+    return (drawn, found) if found.max() <= max(deviations.max(), DISTANCE_TOLERANCE) else (image, deviations)
 
 
 def circumscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
@@ -187,7 +207,7 @@ def circumscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]
         H, g = normal_equations([(1.0, unit_face_distances(mesh)), (LINEAR_DAMPING, close_to_vertex_normals(mesh))])
         image = nearest_parallel(mesh, H, g)
         image = refine_distances(mesh, image, faces=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
-    return image, np.abs(face_distances(mesh, image) - 1)
+    return _settled(mesh, image, lambda mesh, image: np.abs(face_distances(mesh, image) - 1), tolerance, faces=1.0)
 
 
 def _with_planes_met(mesh: Mesh) -> Mesh:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import FloatArray
+from geometry.errors import RankError
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
 from geometry.optimise.solution import ConvergenceError
@@ -114,7 +115,7 @@ def _nearest(mesh: Mesh, kind: str, bound: float, tolerance: float) -> tuple[Mes
         return None, np.inf
     try:
         found, deviations = image(mesh, tolerance)
-    except ConvergenceError:  # P(M) is ill-conditioned: nothing exact can be told of it
+    except (ConvergenceError, RankError):  # P(M) is ill-conditioned: nothing exact can be told of it
         return None, np.inf
     return found, float(deviations.max())
 

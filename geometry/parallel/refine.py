@@ -7,7 +7,12 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
 from geometry.functionals.fairness import laplacian
-from geometry.functionals.normals import unit_edge_distances, unit_face_distances, unit_vertex_distances
+from geometry.functionals.normals import (
+    close_to_vertex_normals,
+    unit_edge_distances,
+    unit_face_distances,
+    unit_vertex_distances,
+)
 from geometry.mesh import Mesh
 from geometry.optimise.constrained import ConstrainedQuadratic
 from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
@@ -16,7 +21,7 @@ from geometry.parallel.node_axes import axis_directions
 from geometry.parallel.offsets import edge_feet
 from geometry.parallel.optimality import optimum
 
-__all__ = ["LINEAR_DAMPING", "PARALLEL", "foot_directions", "nearest_parallel", "refine_distances"]
+__all__ = ["LINEAR_DAMPING", "PARALLEL", "drawn_to_normals", "foot_directions", "nearest_parallel", "refine_distances"]
 
 PARALLEL = 1e-11
 """How far an end of an edge of S may be off the direction of its edge of M at most; S has unit size. Short edges of
@@ -36,6 +41,12 @@ LEAST_DAMPING = 1e-9
 
 MOST_DAMPING = 1e3
 """If rounds gain nothing even with this, none will."""
+
+NORMALS = 1e-4
+"""Weight of the vertex normals over that of the distances: what distances leave free is then found to twelve digits."""
+
+DRAWING_ROUNDS = 3
+"""Of directions taken anew, each of which squares how far off they are."""
 
 SETTLED = 1e-15
 """Mean square of the distances' deviations from 1 is zero below the square of this."""
@@ -95,6 +106,19 @@ def refine_distances(
         damping = max(damping / 10, LEAST_DAMPING)
         if not enough:
             break
+    return image
+
+
+def drawn_to_normals(mesh: Mesh, image: Mesh, *, faces: float = 0.0, edges: float = 0.0, vertices: float = 0.0) -> Mesh:
+    """S near to the vertex normals of M where its distances leave that free, as they do not where they are 1.
+
+    So what is free is decided by M, not by the rounding of the S before. The normals pull distances off 1 by about
+    their weight, which `refine_distances` puts right.
+    """
+    for _ in range(DRAWING_ROUNDS):
+        terms = _terms(mesh, image, (faces, edges, vertices, 0.0))
+        H, g = normal_equations([*terms, (NORMALS * (faces + edges + vertices), close_to_vertex_normals(mesh))])
+        image = nearest_parallel(mesh, H, g)
     return image
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -78,6 +79,7 @@ def test_what_has_no_common_height_of_beams_is_not_written(tmp_path: Path) -> No
     m, s, out = tmp_path / "dome" / "M.obj", tmp_path / "dome" / "S.obj", tmp_path / "out"
     swapped = refused("design", "cmc", "--start", s, "--gauss-image", m, "-o", out)
     assert "of the Gauss image is off the unit sphere by" in swapped
+    assert "(counted from 0)" in swapped
     assert "allowed 1e-05" in swapped
     assert "give a Koebe polyhedron" in refused("design", "minimal", "--gauss-image", m, "-o", out)
     assert not out.exists()
@@ -171,3 +173,18 @@ def test_cmc_barrels_stand_between_inflections_and_a_sphere(tmp_path: Path) -> N
         assert 0.83 < told["settings"]["bulge"] < 1.0
         assert told["measures"]["mean_curvature"]["median"] == pytest.approx(-1.0, rel=1e-9)
         assert told["measures"]["edge_lengths"]["least"] > 0.6 * told["measures"]["edge_lengths"]["mean"]
+
+
+# --- what is printed
+
+
+@pytest.mark.parametrize("name", ["-", "-o", "two words", "it's", "$HOME"])
+def test_what_to_type_next_can_be_typed(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = run("design", "koebe", "--count", "2", f"--out={name}")
+    assert said.exit_code == 0, said.output
+    program, *arguments = shlex.split(said.stdout.splitlines()[-1])
+    assert program == "fabkit"
+    result = run(*arguments, "--nest", "off")
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / f"{name}-built" / "manifest.json").is_file()

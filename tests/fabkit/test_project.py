@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -107,6 +108,13 @@ SINGLE_QUOTES = "write backslashes in single quotes"
         (b"y" * 3000 + b" = 1\n" + GOOD.encode(), "unknown key 'yyy"),
         (GOOD.encode() + b"[panels]\nmaterial = '" + b"y" * 3000 + b"'", "panels.material is 'yyy"),
         (b"\0\0", "is not TOML"),
+        (b"mesh = 'a.obj'\nmesh = 'b.obj'", "there twice: take one of the two out"),
+        (b"[beams]\n[nodes]\n[beams]\n", "there twice: take one of the two out"),
+        (b"beams = { width_mm = 5, width_mm = 5 }\n", "there twice: take one of the two out"),
+        (b"mesh = 1979-05-27\nunit = 'm'", r"mesh is 1979-05-27: a path in quotes is needed, as in 'roof\.obj'"),
+        (GOOD.encode().replace(b"[beams]", b"[fitness.a]"), "unknown key 'a' in \\[fitness\\]"),
+        (b"mesh = 'a.obj'\nunit = 'm'\nbeams = 07:32:00", "beams is 07:32:00: a table is needed"),
+        (b"mesh = 'a.obj'\nunit = 'm'\nallow = ''", r"allow is '': a list in brackets is needed, as in \['moves'\]"),
     ],
 )
 def test_what_no_project_file_says_gets_one_short_sentence(tmp_path: Path, text: bytes, sentence: str) -> None:
@@ -115,6 +123,7 @@ def test_what_no_project_file_says_gets_one_short_sentence(tmp_path: Path, text:
         load_project(tmp_path / "p.toml", {})
     assert len(str(caught.value)) < 400
     assert "\n" not in str(caught.value)
+    assert not re.search("class|pathlib|datetime|dictionary|tuple", str(caught.value))
 
 
 @pytest.mark.parametrize("value", [1e300, 1e10, float("inf"), float("nan"), -1.0, 0.0])
@@ -144,3 +153,12 @@ def test_files_that_are_no_project(tmp_path: Path) -> None:
     broken.write_text("unit = 'm'")
     with pytest.raises(ProjectError, match="names no mesh"):
         load_project(broken, {})
+
+
+def test_of_many_mistakes_the_first_are_named_and_the_others_counted() -> None:
+    wrong = {f"colour_{n}": n for n in range(300)}
+    with pytest.raises(ProjectError, match=r"^unknown key 'colour_0' .*; and \d+ more things$") as caught:
+        project_from({"mesh": "roof.obj", "unit": "m", "fitness": wrong, "beams": wrong})
+    assert len(str(caught.value)) < 590  # three lines of a terminal
+    with pytest.raises(ProjectError, match=r"^name is 4: .*; flip is 3: [^;]*$"):
+        project_from({"mesh": "roof.obj", "unit": "m", "flip": 3, "name": 4})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import resource
 import signal
 import tempfile
@@ -10,11 +9,13 @@ import traceback
 import warnings
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 from random import Random
 from time import monotonic
 
-__all__ = ["Files", "fuzz", "mutated"]
+__all__ = ["LONGEST", "Files", "Kind", "bounded", "fuzz", "mutated"]
 
 Files = dict[str, bytes]
 """The files of one input, by their names."""
@@ -43,58 +44,64 @@ def mutated(content: bytes, random: Random) -> bytes:
     return content
 
 
-def fuzz(
-    inputs: Callable[[Random], Files],
-    attempt: Callable[[Path], None],
-    allowed: tuple[type[Exception], ...],
-    description: str,
-) -> int:
-    """Run by hand: attempt one input after the other, each written to a folder of its own. 1 where one offends.
+@dataclass(frozen=True)
+class Kind:
+    """Inputs of one kind. An attempt on the folder that holds them says how it ended, or raises an allowed exception.
 
-    An attempt may end well or with an allowed exception whose sentence can be printed and is short. Any other
-    exception, a warning, more than LONGEST seconds or MEMORY bytes offend. Input number n of a seed is always the same.
+    Its sentence has to be printable and short. Any other exception, a warning, more than LONGEST seconds or MEMORY
+    bytes offend.
     """
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--number", type=int, help="only this input of the seed")
-    parser.add_argument("--keep", type=Path, default=Path("fuzz-offenders"), help="folder for inputs that offend")
-    options = parser.parse_args()
-    _limit_memory()
-    signal.signal(signal.SIGALRM, _too_long)
-    number, counts, end = options.number or 0, Counter[str](), monotonic() + options.seconds
-    while monotonic() < end:
-        files = inputs(Random(f"{options.seed}/{number}"))
-        fault = _fault(files, attempt, allowed, counts)
+
+    name: str
+    inputs: Callable[[Random], Files]
+    attempt: Callable[[Path], str]
+    allowed: tuple[type[Exception], ...]
+
+
+def fuzz(kind: Kind, *, seconds: float, seed: int, number: int | None, keep: Path) -> bool:
+    """Attempt one input after the other, each in a folder of its own, or only one. Whether one offends; it is kept.
+
+    Input number n of a kind and a seed is always the same.
+    """
+    counts, begin, end = Counter[str](), number or 0, monotonic() + seconds
+    for n in count(begin) if number is None else [begin]:
+        files = kind.inputs(Random(f"{kind.name}/{seed}/{n}"))
+        fault = _fault(files, kind, counts)
         if fault:
-            folder = options.keep / f"{options.seed}-{number}"
-            folder.mkdir(parents=True, exist_ok=True)
-            for name, content in {**files, "fault.txt": fault.encode(errors="backslashreplace")}.items():
-                (folder / name).write_bytes(content)
-            print(f"input {number} offends, kept in {folder}: {fault.strip().splitlines()[-1][:200]}")
-        number += 1
-        if options.number is not None:
+            folder = keep / f"{kind.name}-{seed}-{n}"
+            _write(folder, {**files, "fault.txt": fault.encode(errors="backslashreplace")})
+            print(f"{kind.name} {n} offends, kept in {folder}: {ascii(fault.strip().splitlines()[-1])[1:400]}")
+        if monotonic() > end:
             break
-    print(
-        f"seed {options.seed}, {sum(counts.values())} inputs:", ", ".join(f"{n} {k}" for k, n in counts.most_common())
-    )
-    return int(counts["offending"] > 0)
+    found = ", ".join(f"{n} {word}" for word, n in counts.most_common())
+    print(f"{kind.name}, seed {seed}, {sum(counts.values())} inputs: {found}", flush=True)
+    return counts["offending"] > 0
 
 
-def _fault(
-    files: Files, attempt: Callable[[Path], None], allowed: tuple[type[Exception], ...], counts: Counter[str]
-) -> str:
+def bounded() -> None:
+    """From now on this process has bounds of memory and time."""
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
+    signal.signal(signal.SIGALRM, _too_long)
+
+
+def _write(folder: Path, files: Files) -> None:
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+
+def _fault(files: Files, kind: Kind, counts: Counter[str]) -> str:
     """What is wrong about an attempt, nothing if all is well."""
     fault = ""
     with tempfile.TemporaryDirectory() as name, warnings.catch_warnings():
         warnings.simplefilter("error")
-        for file, content in files.items():
-            (Path(name) / file).write_bytes(content)
+        _write(Path(name), files)
         signal.alarm(LONGEST)
         try:
-            attempt(Path(name))
-            counts["good"] += 1
-        except allowed as error:
+            counts[kind.attempt(Path(name))] += 1
+        except kind.allowed as error:
             sentence = str(error).replace(name, "")
             if not sentence.isprintable() or len(sentence) > SENTENCE:
                 fault = f"a sentence of {len(sentence)} characters: {sentence!r}"
@@ -115,11 +122,6 @@ class _TooLongError(BaseException):
 
 def _too_long(*_: object) -> None:
     raise _TooLongError(f"more than {LONGEST} seconds")
-
-
-def _limit_memory() -> None:
-    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
 
 
 # --- faults

@@ -66,3 +66,22 @@ def test_what_is_not_nearly_parallel_is_refused() -> None:
     image = mesh.with_vertices(np.random.default_rng(2).standard_normal(mesh.vertices.shape))
     with pytest.raises(GeometryError, match=r"edge \d+ from vertex \d+ to vertex \d+ stays .* off the direction"):
         nearest_parallel_pair(mesh, image)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-300, 1e-90, 1e90])
+@pytest.mark.parametrize("mesh", [shapes.dome(5, 2), shapes.grid(3, 2)], ids=["dome", "grid"])
+def test_an_image_of_no_size_that_can_be_reckoned_with_is_refused(mesh: Mesh, size: float) -> None:
+    twist = 0.1 * np.sin(np.arange(3.0 * mesh.n_vertices)).reshape(-1, 3)
+    mesh, image = mesh.with_vertices(mesh.vertices + twist), mesh.with_vertices((mesh.vertices + 1.0) * size)
+    with pytest.raises(GeometryError, match=r"from the origin in the mean, and from 1e-60 to 1e\+60 can be reckoned"):
+        nearest_parallel_pair(mesh, image)
+
+
+def test_an_image_whose_large_faces_are_lines_is_no_trouble() -> None:
+    mesh = shapes.regular_prism(30)
+    image = mesh.with_vertices(mesh.vertices * [0.0, 0.0, 1.0] + [0.0, 0.0, 0.5])
+    twisted = mesh.with_vertices(mesh.vertices + 1e-9 * np.sin(np.arange(3.0 * mesh.n_vertices)).reshape(-1, 3))
+    with np.errstate(all="raise", under="ignore"):
+        found, other = nearest_parallel_pair(twisted, image)
+    assert parallelity(found, other).max() <= 1e-12
+    assert face_deviations(found).max() <= 1e-12

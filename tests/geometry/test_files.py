@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Callable
 from contextlib import suppress
@@ -328,6 +329,8 @@ def test_bad_files_are_refused_in_one_sentence(tmp_path: Path, name: str, conten
         read_mesh(path)
     assert caught.value.message.startswith(f"{path}: {sentence}")
     assert "\n" not in caught.value.message
+    if re.search(r"\b(vertex|face) -?\d", caught.value.message):
+        assert re.search(r"count(s|ed) (vertices )?(from|back)", caught.value.message)
 
 
 @pytest.mark.parametrize("mesh_name", ["a.obj", "folder.off", "missing/a.ply"])

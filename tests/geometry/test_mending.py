@@ -319,3 +319,15 @@ def test_check_faces_sees_what_combinatorics_cannot() -> None:
         check_faces(Mesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2, 3]]))
     for mesh in CLOSED + OPEN:
         check_faces(mesh)
+
+
+@pytest.mark.parametrize("exponent", [-61, -160, -300, -323])
+@pytest.mark.parametrize("moved", [0.0, 5.0])
+def test_a_mesh_too_small_to_reckon_with_is_refused(exponent: int, moved: float) -> None:
+    faces = shapes.dodecahedron().combinatorics.faces()
+    vertices = shapes.dodecahedron().vertices * 10.0**exponent / 4
+    with pytest.raises(MeshError, match=r"the mesh measures .* and at least 1e-60 can be reckoned with|no faces"):
+        mend(vertices + moved, faces)  # moved, all is one point
+    sound, mended = mend(shapes.dodecahedron().vertices * 1e-59, faces)
+    assert mended == ()
+    np.testing.assert_allclose(sound.edge_lengths, sound.mean_edge_length, rtol=1e-14)
