@@ -25,13 +25,13 @@ LEAST_SPREAD = 1e-4
 1e-12 still say an axis to 1e-8. Two lines lie on many cones."""
 
 PREFERENCE = 1e-8
-"""Cost of a candidate that is perpendicular to the vertex normal, and of an edge that is a point, over the squared
-distance of two feet: decides where several S are exact, as for a box, without a say where feet differ by 1e-4."""
+"""Cost over the squared distance of two feet, of an edge of S that is a point, and of all candidates together if they
+are perpendicular to the vertex normals. It decides where several S are exact, as for a box, without a say where feet
+differ by 1e-4. A point costs more than normals, so that it does not matter how many edges of a forest are points."""
 
-REVERSED = 0.1
-"""Largest cost of an edge of S that runs against that of M, over that of one that is a point: decides where all else is
-equal, as between the rings of a cone, which each have two places. It counts by the area of its faces, so that as little
-as can be lies on faces that are turned over."""
+REVERSED = 1e-2
+"""Cost over that, of all edges of S together if they run against those of M, by the area of their faces: decides where
+all else is equal, as between the rings of a cone, which each have two places."""
 
 LEAST_LENGTH = 1e-6
 """Length of an edge of S over the distance of its ends from the origin, below which it is a point: well above the root
@@ -64,7 +64,7 @@ def _candidates(mesh: Mesh) -> tuple[FloatArray, FloatArray, BoolArray]:
         sines = np.sin(angles_between(axes[:, :, None], directions[:, None])).mean(axis=2)
         candidates[vertices] = axes / np.maximum(sines, 1e-6)[..., None]
         cosines = np.einsum("nci,ni->nc", axes, normals[vertices])
-        costs[vertices] = deviations**2 + PREFERENCE * (1 - cosines**2)
+        costs[vertices] = deviations**2 + PREFERENCE / n * (1 - cosines**2)
         known[vertices] = line_spread(directions) > LEAST_SPREAD
     return candidates, costs, known
 
@@ -80,11 +80,8 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     products = np.einsum("eai,ebi->eab", feet[:, 0], feet[:, 1])
     squares = np.einsum("enci,enci->enc", feet, feet)
     between = np.minimum(squares[:, 0, :, None] + squares[:, 1, None, :] - 2 * np.abs(products), LARGEST_COST)
-    areas = _areas_beside(mesh)[edges]
-    outside = np.where(np.einsum("nci,ni->nc", candidates, mesh.vertex_normals) < 0, -1.0, 1.0)[ends[:, 0]]
-    tails, heads = candidates[ends[:, 0]][:, :, None], candidates[ends[:, 1]][:, None]
-    heads = heads * np.where(products < 0, -1.0, 1.0)[..., None]
-    between += PREFERENCE * _misshapen(tails, heads, along[:, None, None], outside[:, :, None], areas[:, None, None])
+    heads = candidates[ends[:, 1]][:, None] * np.where(products < 0, -1.0, 1.0)[..., None]
+    between += PREFERENCE * _is_point(candidates[ends[:, 0]][:, :, None], heads)
     clear = _clearest(mesh.n_vertices, ends, between + costs[ends[:, 0], :, None] + costs[ends[:, 1], None, :])
     forest = spanning_forest(mesh.n_vertices, ends[clear])
 
@@ -106,9 +103,9 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     s = np.take_along_axis(candidates, choice[..., None], axis=1) * sign[..., None]
 
     gaps = across_directions(s[ends[:, 0]] - s[ends[:, 1]], along[:, None])
-    outside = np.where(np.einsum("nci,ni->nc", s, mesh.vertex_normals) < 0, -1.0, 1.0)[ends[:, 0]]
-    misshapen = _misshapen(s[ends[:, 0]], s[ends[:, 1]], along[:, None], outside, areas[:, None])
-    of_edges = np.minimum(np.einsum("eci,eci->ec", gaps, gaps), LARGEST_COST) + PREFERENCE * misshapen
+    of_edges = np.minimum(np.einsum("eci,eci->ec", gaps, gaps), LARGEST_COST)
+    of_edges += PREFERENCE * _is_point(s[ends[:, 0]], s[ends[:, 1]])
+    of_edges += PREFERENCE * REVERSED * _turned_over(mesh, s, edges)
     total = np.zeros((len(forest.roots), 4))
     np.add.at(total, forest.components, np.take_along_axis(costs, choice, axis=1))
     np.add.at(total, forest.components[ends[:, 0]], of_edges)
@@ -136,26 +133,23 @@ def _clearest(n_vertices: int, ends: IntArray, pairs: FloatArray) -> IntArray:
     return np.asarray(order[minimum_spanning_tree(graph).data.astype(np.int64) - 1])
 
 
-def _misshapen(
-    tails: FloatArray, heads: FloatArray, along: FloatArray, outside: FloatArray, areas: FloatArray
-) -> FloatArray:
-    """1 where both ends of an edge of S are one point, which is exact too at the boundary, where nothing lies beyond;
-    `REVERSED` times its area where the edge runs against that of M, whose direction is `along`; 0 elsewhere.
-
-    tails, heads (..., 3); outside: 1 or -1, with which the tail lies outside.
-    """
+def _is_point(tails: FloatArray, heads: FloatArray) -> BoolArray:
+    """Whether both ends (..., 3) of an edge of S are one: exact too at the boundary, where nothing lies beyond."""
     chords = heads - tails
     both = np.einsum("...k,...k->...", tails, tails) + np.einsum("...k,...k->...", heads, heads)
-    is_point = np.einsum("...k,...k->...", chords, chords) < LEAST_LENGTH**2 * both
-    is_reversed = outside * np.einsum("...k,...k->...", chords, along) < 0
-    return np.where(is_point, 1.0, np.where(is_reversed, REVERSED * areas, 0.0))
+    return np.asarray(np.einsum("...k,...k->...", chords, chords) < LEAST_LENGTH**2 * both)
 
 
-def _areas_beside(mesh: Mesh) -> FloatArray:
-    """(E,) areas of the faces at each edge, over the largest."""
+def _turned_over(mesh: Mesh, s: FloatArray, edges: IntArray) -> FloatArray:
+    """(n, k) the areas at edges (n,) that run against those of M, if their tails are outside, of k choices s (N, k, 3);
+    over the sum of all."""
     c = mesh.combinatorics
-    areas = np.bincount(c.corner_edge, np.linalg.norm(mesh.vector_areas, axis=1)[c.corner_face], minlength=mesh.n_edges)
-    return np.asarray(areas / areas.max())
+    of_corners = np.linalg.norm(mesh.vector_areas, axis=1)[c.corner_face]
+    areas = np.bincount(c.corner_edge, of_corners, minlength=c.n_edges)
+    tails, heads = c.edges[edges].T
+    along = np.einsum("eki,ei->ek", s[heads] - s[tails], mesh.edge_directions[edges])
+    outside = np.einsum("eki,ei->ek", s[tails], mesh.vertex_normals[tails])
+    return np.where(along * outside < 0, (areas / areas.sum())[edges, None], 0.0)
 
 
 def _completed(mesh: Mesh, s: FloatArray, known: BoolArray) -> FloatArray:

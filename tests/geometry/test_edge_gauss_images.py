@@ -33,6 +33,7 @@ def test_a_koebe_polyhedron_is_recovered_from_a_mesh_parallel_to_it(name: str, s
 
 @pytest.mark.parametrize("name", ["dodecahedron", "truncated_icosahedron", "truncated_cube", "rhombicuboctahedron"])
 @given(seed=seeds)
+@example(seed=3042)  # rounding decides there about what the distances leave free
 @settings(max_examples=10)
 def test_edges_run_the_other_way_and_boundaries_have_vertices_with_two_edges(name: str, seed: int) -> None:
     image = opened(boosted(solid(name, "edge"), seed), seed)
