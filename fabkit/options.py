@@ -86,7 +86,7 @@ Allow = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME",
-        help="Accept what would be refused: moves, lean, heights or self-intersection. May be said several times.",
+        help="Accept what would be refused: moves, lean or self-intersection. May be said several times.",
         rich_help_panel=RUN,
     ),
 ]

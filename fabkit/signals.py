@@ -12,7 +12,10 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-__all__ = ["ENDING", "SignalsWait", "end_at_once", "ending_tidily", "starting"]
+__all__ = ["ENDING", "SignalsWait", "end_at_once", "end_if_told", "ending_tidily", "starting"]
+
+_told: list[int] = []
+"""Signals that have come inside `ending_tidily`."""
 
 ENDING = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK") if hasattr(signal, name)
@@ -29,24 +32,31 @@ def end_at_once() -> None:
 def ending_tidily() -> Iterator[None]:
     """Inside, such a signal leaves with 128 + its number through everything that tidies up on the way.
 
-    Also where what is left turns the exit into an error of its own, as numpy does that was comparing just then.
+    Also where what is left turns the exit into an error of its own, as numpy does that was comparing just then. Where
+    Python drops it, as it does in destructors, `end_if_told` leaves all the same.
     """
     before = _handlers()
-    arrived: list[int] = []
 
     def end(number: int, frame: FrameType | None) -> None:
-        arrived.append(number)
+        _told.append(number)
         sys.exit(128 + number)
 
     try:
         _answer(before, end)
         yield
+        end_if_told()
     except BaseException:
-        if arrived:
-            raise SystemExit(128 + arrived[0]) from None
+        end_if_told()
         raise
     finally:
         _restore(before)
+        _told.clear()
+
+
+def end_if_told() -> None:
+    """Leave where such a signal has come, and its exit was lost on the way."""
+    if _told:
+        raise SystemExit(128 + _told[0])
 
 
 @contextmanager

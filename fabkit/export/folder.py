@@ -14,7 +14,7 @@ from pathlib import Path
 from fabkit.errors import OutputError
 from fabkit.export.manifest import not_ours
 from fabkit.export.renaming import exchange, rename_new
-from fabkit.signals import SignalsWait
+from fabkit.signals import SignalsWait, end_if_told
 
 if sys.platform == "win32":
     import msvcrt
@@ -61,6 +61,7 @@ def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iter
         _check_parent(out)
         if not force and not _exists(_workspace(out)):
             check_replaceable(out, force=force)  # before anything is written beside it
+        end_if_told()
         with SignalsWait() as signals:
             workspace = _workspace(out)
             lock = _locked(workspace, out)
@@ -73,6 +74,7 @@ def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iter
                 signals.answer()
                 yield draft
                 signals.waiting = True
+                end_if_told()
                 _put_in_place(workspace, out, force=force)
             finally:
                 signals.waiting = True

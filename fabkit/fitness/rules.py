@@ -22,9 +22,9 @@ class FitnessRules:
     turns_told_deg: of a face's normal meanwhile; half of the 90 degrees at which a face has folded over.
     lean_told_deg: of node axes from the normals, at 95 % of the nodes; lean_refused_deg: in the median. At 30 degrees
     a block is cut back by more than half of its height on each side.
-    heights_told, heights_refused: of the distance between the two parallel meshes over the nominal one, how far 2.5 %
-    and 97.5 % of the beams are apart. At a tenth the parallel mesh misses beams of 120 mm by a centimetre; where it
-    varies by the whole nominal distance, there are no two layers.
+    heights_told: of the distance between the two parallel meshes over the nominal one, how far 2.5 % and 97.5 % of the
+    beams are apart. At a tenth the parallel mesh misses beams of 120 mm by a centimetre. Never refused: the beams have
+    their section all the same, and how far they miss each other at nodes is told of each node.
     outwards_told_deg: of a beam from the normals of its faces, 90 being impossible; at 60 degrees a panel is cut back
     by 1.7 times its height over the mesh.
     mitres_told_deg, mitres_named_deg: of the cuts at the ends of beams. Most saws for profiles turn to 45 degrees one
@@ -39,7 +39,6 @@ class FitnessRules:
     lean_told_deg: Angle = 15.0
     lean_refused_deg: Angle = 30.0
     heights_told: Bound = 0.1
-    heights_refused: Bound = 1.0
     outwards_told_deg: Angle = 60.0
     mitres_told_deg: Angle = 45.0
     mitres_named_deg: Angle = 60.0
@@ -48,7 +47,7 @@ class FitnessRules:
 
     @model_validator(mode="after")
     def _told_before_refused(self) -> FitnessRules:
-        for name, last in (("moves", "refused"), ("lean", "refused"), ("heights", "refused"), ("mitres", "named")):
+        for name, last in (("moves", "refused"), ("lean", "refused"), ("mitres", "named")):
             unit = "_deg" if name in ("lean", "mitres") else ""
             told, then = f"{name}_told{unit}", f"{name}_{last}{unit}"
             if getattr(self, told) > getattr(self, then):

@@ -216,15 +216,14 @@ def heights(structure: SupportStructure, rules: FitnessRules) -> Finding | None:
     if high - low < rules.heights_told:
         return None
     edge = int(np.abs(found - 1).argmax())
-    is_refused = high - low >= rules.heights_refused
     return Finding(
         "heights",
-        "refused" if is_refused else "told",
+        "told",
         high - low,
-        rules.heights_refused if is_refused else rules.heights_told,
+        rules.heights_told,
         "nominal heights",
         f"{MOST} % of the beams lie between parallel meshes that are {low:.2f} to {high:.2f} of the nominal height "
-        f"apart, which differ by {high - low:.2f}; {_bounds(rules.heights_told, rules.heights_refused)}; "
+        f"apart, which differ by {high - low:.2f}; told from {rules.heights_told:g}; "
         f"{found[edge]:.2f} at {structure.mesh.combinatorics.edge_name(edge)} (counted from 0)",
         "ask for even heights under [gauss_image] in the project file (edges = 1, rounds = 5), or take a mesh with an "
         "edge offset",

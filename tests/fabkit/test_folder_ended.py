@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import random
 import signal
+import sys
 import threading
 import time
 import traceback
@@ -134,6 +135,32 @@ def test_signals_end_a_run_tidily_at_any_moment(tmp_path: Path, number: signal.S
         assert whole(out)
         (tmp_path / "ready").unlink()
         assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@posix
+@pytest.mark.parametrize("number", ENDING)
+def test_an_exit_that_a_destructor_drops_ends_the_run_before_anything_is_replaced(
+    tmp_path: Path, number: signal.Signals
+) -> None:
+    class Dropping:
+        def __del__(self) -> None:
+            signal.raise_signal(number)
+
+    out = tmp_path / "out"
+    write(out, "first")
+
+    def work() -> None:
+        with ending_tidily(), whole_folder(out, force=True) as folder:
+            (folder / "part0.txt").write_text("second")
+            sys.unraisablehook = lambda args: None
+            Dropping()
+            write_manifest(folder, {"name": "second"})
+
+    _, status = os.waitpid(in_a_process(work), 0)
+    assert os.waitstatus_to_exitcode(status) == 128 + number
+    assert whole(out)
+    assert (out / "part0.txt").read_text() == "first"
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
 
 
 @posix
