@@ -119,7 +119,7 @@ def _structure(
     if given is not None:
         return judged_pair(project, mesh, given, stages)
     planar, found = judged_planar(project, mesh, stages)
-    return judged_image(project, planar, rounding_mm, found, stages)
+    return judged_image(project, mesh, planar, rounding_mm, found, stages)
 
 
 def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
@@ -130,15 +130,17 @@ def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, t
 
 
 def judged_image(
-    project: Project, planar: Mesh, rounding_mm: float, before: tuple[Finding, ...], stages: Stages
+    project: Project, mesh: Mesh, planar: Mesh, rounding_mm: float, before: tuple[Finding, ...], stages: Stages
 ) -> tuple[SupportStructure, ExactGaussImage | None, tuple[Finding, ...]]:
-    """With the Gauss image that is computed, and all findings up to here; rounding_mm: of the coordinates as read.
+    """With the Gauss image that is computed, and all findings up to here; mesh: before it was made planar;
+    rounding_mm: of its coordinates as read.
 
     Raises FitnessError as above.
     """
     with stages("Gauss image"):
-        image, offset = computed_image(planar, project.gauss_image.weights, rounding_mm)
-        structure = SupportStructure(planar, image, project.beams.height_mm)
+        moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
+        found, image, offset = computed_image(planar, project.gauss_image.weights, moved=moved, rounding=rounding_mm)
+        structure = SupportStructure(found, image, project.beams.height_mm)
         told = None if offset is None else ExactGaussImage(offset)
         return structure, told, _judged(project, before, of_gauss_image(structure, project.fitness))
 

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from fabkit.build import Built, build
 from fabkit.design_commands import design_app
-from fabkit.fitness import Finding
+from fabkit.fitness import TOLD_BY_NAME, Finding
 from fabkit.inspection import UNSIZED, Inspection, inspect_project
 from fabkit.options import (
     RUN,
@@ -210,8 +210,11 @@ def _print_result(project: Project, built: Built) -> None:
         table.add_row("mended", told(note))
     _add_findings(table, summary.fitness)
     OUT.print(table)
-    for part in assembly.left_out:
-        OUT.print(Text.assemble(("left out: ", "bold red"), told(part.reason)))
+    reasons = [part.reason for part in assembly.left_out]
+    if len(reasons) > TOLD_BY_NAME:
+        reasons[TOLD_BY_NAME:] = [f"{len(reasons) - TOLD_BY_NAME} more, which the report and the manifest name"]
+    for reason in reasons:
+        OUT.print(Text.assemble(("left out: ", "bold red"), told(reason)))
     seconds = sum(built.seconds.values())
     OUT.print(Text.assemble("written to ", (told(str(project.out)), "bold"), f" in {seconds:.1f} s"))
 

@@ -13,14 +13,26 @@ from fabkit.wording import readable
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError, ParallelityError
 from geometry.mesh import Mesh, MeshFile, read_mesh_pair
-from geometry.parallel import edge_distances, gauss_image, nearest_parallel_pair, offset_gauss_image, parallelity
-from geometry.parallel.exact import DISTANCE_TOLERANCE
+from geometry.parallel import edge_distances, gauss_image_pair, nearest_parallel_pair, offset_gauss_image, parallelity
 from geometry.parallel.offsets import edge_feet
 
-__all__ = ["TOLERANCE", "ExactPair", "GivenPair", "computed_image", "exact_pair", "points_inwards", "read_given_pair"]
+__all__ = [
+    "EXACT",
+    "TOLERANCE",
+    "ExactPair",
+    "GivenPair",
+    "computed_image",
+    "exact_pair",
+    "points_inwards",
+    "read_given_pair",
+]
 
 TOLERANCE = 1e-3
 """How far a pair may be off parallel, and be moved to be exact, in radii of the unit sphere, if nothing is said."""
+
+EXACT = 1e-6
+"""How far distances of an exact S may be from 1: a ten-thousandth of a millimetre in a beam. Drawing programs write
+seven digits; a mesh that had an exact offset before should have it still."""
 
 ROUNDED = 4.0
 """By how many roundings of coordinates, over the mean edge length, distances of an exact S may differ: a seventh of one
@@ -53,20 +65,25 @@ class ExactPair:
     mean_move: float
 
 
-def computed_image(mesh: Mesh, weights: Mapping[str, Any], rounding: float = 0.0) -> tuple[Mesh, str | None]:
-    """S of a planar mesh, and of which offset if it is exact: "edge", "vertex" or "face" where M has one and no
-    weights are given; else S is as near to the unit sphere as the weights say.
+def computed_image(
+    mesh: Mesh, weights: Mapping[str, Any], *, moved: float = 0.0, rounding: float = 0.0
+) -> tuple[Mesh, Mesh, str | None]:
+    """M and S of a planar mesh, and of which offset S is if it is exact: "edge", "vertex" or "face" where M has one and
+    no weights are given; else S is as near to the unit sphere as the weights say.
+
+    moved: how far a vertex moved at most where faces were made planar; M is moved as little again where that would
+    decide about S.
 
     rounding: of the coordinates that M was read with, in its unit: distances of S are no more exact than they are.
 
     Beams follow the mean normals of the faces that they carry, at the boundary too. Raises as `gauss_image` does, but
     for meshes of triangles that have an exact S.
     """
-    tolerance = max(DISTANCE_TOLERANCE, ROUNDED * rounding / mesh.mean_edge_length)
+    tolerance = max(EXACT, ROUNDED * rounding / mesh.mean_edge_length)
     exact = None if weights else offset_gauss_image(mesh, tolerance=tolerance)
     if exact is not None:
-        return exact[1], exact[0]
-    return gauss_image(mesh, normals=mesh.vertex_normals, **weights), None
+        return mesh, exact[1], exact[0]
+    return *gauss_image_pair(mesh, moved, normals=mesh.vertex_normals, **weights), None
 
 
 def read_given_pair(mesh: Path, image: Path, *, flip: bool, tolerance: float) -> GivenPair:

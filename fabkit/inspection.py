@@ -17,6 +17,7 @@ from fabkit.errors import FabkitError, in_one_sentence
 from fabkit.fitness import CRITERIA, Finding, FitnessError, allowed
 from fabkit.fitness.parts import mitres
 from fabkit.fitness.shape import self_intersection
+from fabkit.gauss_image import EXACT as EXACT_OFFSET
 from fabkit.gauss_image import TOLERANCE
 from fabkit.project import GaussImageRules, Project
 from fabkit.stages import Stages
@@ -24,7 +25,6 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh, MeshFile, read_mesh, read_mesh_pair
 from geometry.parallel import (
-    DISTANCE_TOLERANCE,
     SupportStructure,
     circularity,
     conicality,
@@ -182,7 +182,7 @@ def _shaped(project: Project) -> _Tried:
             return _Tried(mesh, structure.mesh, structure, found)
         planar, found = judged_planar(project, mesh, Stages())
         tried = _Tried(mesh, planar, None, found)
-        structure, _, found = judged_image(project, planar, rounding_mm, found, Stages())
+        structure, _, found = judged_image(project, mesh, planar, rounding_mm, found, Stages())
     except FitnessError as error:
         return replace(tried, findings=error.findings)
     except GeometryError as error:
@@ -260,7 +260,7 @@ def _offsets(mesh: Mesh) -> Iterator[tuple[str, str]]:
 def _offset(deviation: float, offers: str) -> str:
     if deviation > NEARLY:
         return f"no: not {offers}"
-    answer = "yes" if deviation <= DISTANCE_TOLERANCE else "nearly"
+    answer = "yes" if deviation <= EXACT_OFFSET else "nearly"
     return f"{answer}: {offers}, to {deviation:.1e} of it at worst"
 
 

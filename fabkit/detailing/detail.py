@@ -191,9 +191,10 @@ class _Plan:
         for violation in found:
             of_kind = {kind: [e for k, e in violation.parts if k == kind] for kind in ("beam", "node", "panel")}
             if of_kind["panel"]:
-                panels |= dict.fromkeys(of_kind["panel"], violation.sentence)
+                panels |= {face: _because("panel on face", face, violation) for face in of_kind["panel"]}
             else:
-                beams |= dict.fromkeys(of_kind["beam"] or self._beams_at(of_kind["node"]), violation.sentence)
+                edges = of_kind["beam"] or self._beams_at(of_kind["node"])
+                beams |= {edge: _because("beam on edge", edge, violation) for edge in edges}
         if not self.skip_unbuildable or not (beams or panels):
             raise DetailingError(in_one_sentence(found))
         if panels:
@@ -241,3 +242,8 @@ class _Plan:
     def _material(self, kind: str) -> Material:
         name: str = getattr(self.rules, kind).material
         return Material(name, self.rules.densities_kg_m3[name])
+
+
+def _because(place: str, element: int, violation: Violation) -> str:
+    """Which part is left out, and why; what else could have been done is for those who do not leave it out."""
+    return f"the {place} {element}, because {violation.finding} (counted from 0)"

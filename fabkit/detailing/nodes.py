@@ -16,6 +16,11 @@ from geometry.parallel.support import SupportStructure
 __all__ = ["NodeShapes", "axis_spreads", "make_nodes", "node_shapes"]
 
 
+STRAIGHT = 1e-6
+"""Angle by which a gap between beams may be over half a turn without a corner for it: more than rounding at map
+coordinates, and a block without that corner is a ten-thousandth of a millimetre off."""
+
+
 @dataclass(frozen=True, eq=False)
 class NodeShapes:
     """Blocks of all nodes (N); a node without beams has none.
@@ -76,7 +81,7 @@ def _sections(ends: Ends, half_width: float, n_vertices: int) -> tuple[FloatArra
     middle = azimuth + gap / 2
     angles = np.stack([azimuth - half_angle, azimuth + half_angle, middle], axis=1)
     radii = np.stack([radius, radius, np.full(len(ring), half_width)], axis=1)
-    present = np.stack([np.ones_like(gap), np.ones_like(gap), gap > np.pi + 1e-9], axis=1).astype(bool)
+    present = np.stack([np.ones_like(gap), np.ones_like(gap), gap > np.pi + STRAIGHT], axis=1).astype(bool)
     counts = np.bincount(ends.vertex[ring], weights=present.sum(axis=1), minlength=n_vertices).astype(np.int64)
     angles, radii = angles[present], radii[present]
     corners = radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)

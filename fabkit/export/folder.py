@@ -42,7 +42,7 @@ def check_replaceable(out: Path, *, force: bool, inputs: Iterable[Path] = ()) ->
         if not _exists(out):
             return
         if not force:
-            raise OutputError(f"{out} exists already; choose another folder, or replace it with --force")
+            raise OutputError(f"{out} exists already; choose another folder{_or_replace(out, inputs)}")
         _check_not_needed(out, inputs)
         _check_ours(out, out)
 
@@ -60,7 +60,7 @@ def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iter
         out = _absolute(out)
         _check_parent(out)
         if not force and not _exists(_workspace(out)):
-            check_replaceable(out, force=force)  # before anything is written beside it
+            check_replaceable(out, force=force, inputs=inputs)  # before anything is written beside it
         end_if_told()
         with SignalsWait() as signals:
             workspace = _workspace(out)
@@ -118,6 +118,16 @@ def _holds(folder: Path, path: Path) -> bool:
     known = folder.lstat()
     found = (os.stat(place) for place in (path, *path.parents) if os.path.exists(place))
     return any(os.path.samestat(known, status) for status in found)
+
+
+def _or_replace(out: Path, inputs: Iterable[Path]) -> str:
+    """What else may be done about what is at `out`, where it may."""
+    try:
+        _check_not_needed(out, inputs)
+        _check_ours(out, out)
+    except OutputError:
+        return ""
+    return ", or replace it with --force"
 
 
 def _check_ours(folder: Path, out: Path) -> None:

@@ -20,9 +20,9 @@ CRITERIA: dict[str, str] = {
     "lean": "",
     "heights": "",
     "outwards": "a beam that does not point out of its faces has no place for their panels",
-    "mitres": "",
-    "blocks": "",
-    "lift": "",
+    "mitres": "it is told, and stops no build",
+    "blocks": "it is told, and stops no build",
+    "lift": "it is told, and stops no build",
     "sheets": "a panel that fits on no sheet cannot be cut; leave it out with --skip-unbuildable",
 }
 """All that is judged, by the name that `--allow` accepts; and why it may not be allowed, empty where it may."""

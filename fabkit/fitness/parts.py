@@ -104,7 +104,8 @@ def sheets(reasons: Mapping[int, str], marks: Mapping[int, str], level: Level) -
     if not reasons:
         return None
     first, *others = reasons
-    also = f"; and so are {named(list(dict.fromkeys(marks[face] for face in others)))}" if others else ""
+    of_marks = named(list(dict.fromkeys(marks[face] for face in others)))
+    also = f"; so {'is' if len(others) == 1 else 'are'} {len(others)} more, with the mark {of_marks}" if others else ""
     return Finding(
         "sheets",
         level,

@@ -8,6 +8,7 @@ from geometry.parallel.exact import (
     face_gauss_image,
     vertex_gauss_image,
 )
+from geometry.parallel.freer import gauss_image_pair
 from geometry.parallel.gauss_image import gauss_image, refuse_triangle_mesh
 from geometry.parallel.lean import axis_lean
 from geometry.parallel.node_axes import node_axes, parallel_from_axes
@@ -43,6 +44,7 @@ __all__ = [
     "face_distances",
     "face_gauss_image",
     "gauss_image",
+    "gauss_image_pair",
     "nearest_parallel_pair",
     "node_axes",
     "offset_deviations",

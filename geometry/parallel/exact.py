@@ -8,15 +8,17 @@ lowering what is left of the deviations in P(M), so that S is parallel to roundi
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array
 
 from geometry.arrays import FloatArray
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, RankError
 from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
 from geometry.mesh import Mesh
 from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
+from geometry.optimise.solution import ConvergenceError
 from geometry.parallel.circumscribed import circumscribed_candidate
 from geometry.parallel.inscribed import inscribed_candidate
 from geometry.parallel.midscribed import midscribed_candidate
@@ -187,16 +189,19 @@ def midscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
 
 
 def _settled(
-    mesh: Mesh, image: Mesh, off: Callable[[Mesh, Mesh], FloatArray], tolerance: float, **weights: float
+    mesh: Mesh, image: Mesh, off: Callable[[Mesh, Mesh], FloatArray], tolerance: float, **weights: Any
 ) -> tuple[Mesh, FloatArray]:
     """S and how far it is off; if it is exact, what its distances leave free is drawn to the vertex normals."""
     deviations = off(mesh, image)
     if deviations.max() > tolerance:
         return image, deviations
-    drawn = drawn_to_normals(mesh, image, **weights)
-    drawn = refine_distances(mesh, drawn, **weights, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    try:
+        drawn = drawn_to_normals(mesh, image, **weights)
+        drawn = refine_distances(mesh, drawn, **weights, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    except (ConvergenceError, RankError):  # P(M) is ill-conditioned: the normals say nothing that can be told
+        return image, deviations
     found = off(mesh, drawn)
-    return (drawn, found) if found.max() <= max(deviations.max(), DISTANCE_TOLERANCE) else (image, deviations)
+    return (drawn, found) if found.max() <= tolerance else (image, deviations)
 
 
 def circumscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:

@@ -15,11 +15,11 @@ from geometry.functionals.normals import (
     unit_face_distances,
 )
 from geometry.mesh import Mesh
-from geometry.optimise.functional import normal_equations
+from geometry.optimise.functional import SparseMatrix, normal_equations
 from geometry.parallel.parallelity import check_planar
 from geometry.parallel.refine import nearest_parallel, refine_distances
 
-__all__ = ["gauss_image", "refuse_triangle_mesh"]
+__all__ = ["first_objective", "gauss_image", "refuse_triangle_mesh"]
 
 LEAST_VERTEX_WEIGHT = 1e-8
 """Least weight of the vertices over the largest weight: with less, rounding decides what they should."""
@@ -63,6 +63,19 @@ def gauss_image(
     _check_weights(faces, edges, vertices, fairness, rounds)
     refuse_triangle_mesh(mesh)
     check_planar(mesh)
+    H, g = first_objective(mesh, faces=faces, edges=edges, vertices=vertices, fairness=fairness, normals=normals)
+    image = nearest_parallel(mesh, H, g)
+    if rounds == 1:
+        return image
+    return refine_distances(
+        mesh, image, faces=faces, edges=edges, vertices=vertices, fairness=fairness, rounds=rounds - 1
+    )
+
+
+def first_objective(
+    mesh: Mesh, *, faces: float, edges: float, vertices: float, fairness: float, normals: FloatArray | None
+) -> tuple[SparseMatrix, FloatArray]:
+    """H (3N, 3N) and g (3N,): the first round minimises s H s / 2 - g s over the S = s in P(M)."""
     near_normals = close_to_vertex_normals(mesh) if normals is None else close_to(_checked_normals(mesh, normals))
     terms = [
         (max(vertices, LEAST_VERTEX_WEIGHT * max(faces, edges, fairness)), near_normals),
@@ -72,13 +85,7 @@ def gauss_image(
         terms.append((edges, unit_edge_distances(mesh, edge_normals(mesh))))
     if fairness > 0:
         terms.append((fairness, laplacian(mesh.combinatorics)))
-    H, g = normal_equations(terms)
-    image = nearest_parallel(mesh, H, g)
-    if rounds == 1:
-        return image
-    return refine_distances(
-        mesh, image, faces=faces, edges=edges, vertices=vertices, fairness=fairness, rounds=rounds - 1
-    )
+    return normal_equations(terms)
 
 
 def refuse_triangle_mesh(mesh: Mesh) -> None:

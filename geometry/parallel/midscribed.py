@@ -25,8 +25,13 @@ LEAST_SPREAD = 1e-4
 1e-12 still say an axis to 1e-8. Two lines lie on many cones."""
 
 PREFERENCE = 1e-8
-"""Cost of a candidate that is perpendicular to the vertex normal, over the squared distance of two feet: decides where
-several S are exact, as for a box, without a say where feet differ by 1e-4."""
+"""Cost over the squared distance of two feet, of an edge of S that is a point, and of all candidates together if they
+are perpendicular to the vertex normals. It decides where several S are exact, as for a box, without a say where feet
+differ by 1e-4. A point costs more than normals, so that it does not matter how many edges of a forest are points."""
+
+REVERSED = 1e-2
+"""Cost over that, of all edges of S together if they run against those of M, by the area of their faces: decides where
+all else is equal, as between the rings of a cone, which each have two places."""
 
 LEAST_LENGTH = 1e-6
 """Length of an edge of S over the distance of its ends from the origin, below which it is a point: well above the root
@@ -59,7 +64,7 @@ def _candidates(mesh: Mesh) -> tuple[FloatArray, FloatArray, BoolArray]:
         sines = np.sin(angles_between(axes[:, :, None], directions[:, None])).mean(axis=2)
         candidates[vertices] = axes / np.maximum(sines, 1e-6)[..., None]
         cosines = np.einsum("nci,ni->nc", axes, normals[vertices])
-        costs[vertices] = deviations**2 + PREFERENCE * (1 - cosines**2)
+        costs[vertices] = deviations**2 + PREFERENCE / n * (1 - cosines**2)
         known[vertices] = line_spread(directions) > LEAST_SPREAD
     return candidates, costs, known
 
@@ -75,7 +80,8 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     products = np.einsum("eai,ebi->eab", feet[:, 0], feet[:, 1])
     squares = np.einsum("enci,enci->enc", feet, feet)
     between = np.minimum(squares[:, 0, :, None] + squares[:, 1, None, :] - 2 * np.abs(products), LARGEST_COST)
-    between += PREFERENCE * _is_point(candidates[ends], products)
+    heads = candidates[ends[:, 1]][:, None] * np.where(products < 0, -1.0, 1.0)[..., None]
+    between += PREFERENCE * _is_point(candidates[ends[:, 0]][:, :, None], heads)
     clear = _clearest(mesh.n_vertices, ends, between + costs[ends[:, 0], :, None] + costs[ends[:, 1], None, :])
     forest = spanning_forest(mesh.n_vertices, ends[clear])
 
@@ -97,9 +103,12 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     s = np.take_along_axis(candidates, choice[..., None], axis=1) * sign[..., None]
 
     gaps = across_directions(s[ends[:, 0]] - s[ends[:, 1]], along[:, None])
+    of_edges = np.minimum(np.einsum("eci,eci->ec", gaps, gaps), LARGEST_COST)
+    of_edges += PREFERENCE * _is_point(s[ends[:, 0]], s[ends[:, 1]])
+    of_edges += PREFERENCE * REVERSED * _turned_over(mesh, s, edges)
     total = np.zeros((len(forest.roots), 4))
     np.add.at(total, forest.components, np.take_along_axis(costs, choice, axis=1))
-    np.add.at(total, forest.components[ends[:, 0]], np.minimum(np.einsum("eci,eci->ec", gaps, gaps), LARGEST_COST))
+    np.add.at(total, forest.components[ends[:, 0]], of_edges)
     return np.asarray(s[np.arange(mesh.n_vertices), total.argmin(axis=1)[forest.components]])
 
 
@@ -124,15 +133,23 @@ def _clearest(n_vertices: int, ends: IntArray, pairs: FloatArray) -> IntArray:
     return np.asarray(order[minimum_spanning_tree(graph).data.astype(np.int64) - 1])
 
 
-def _is_point(candidates: FloatArray, products: FloatArray) -> BoolArray:
-    """(E, 4, 4) whether both ends of an edge of S are one point: exact too at the boundary, where nothing lies beyond.
+def _is_point(tails: FloatArray, heads: FloatArray) -> BoolArray:
+    """Whether both ends (..., 3) of an edge of S are one: exact too at the boundary, where nothing lies beyond."""
+    chords = heads - tails
+    both = np.einsum("...k,...k->...", tails, tails) + np.einsum("...k,...k->...", heads, heads)
+    return np.asarray(np.einsum("...k,...k->...", chords, chords) < LEAST_LENGTH**2 * both)
 
-    candidates (E, 2, 4, 3), products (E, 4, 4) of the feet, whose sign is that of one end for the other.
-    """
-    squares = np.einsum("enci,enci->enc", candidates, candidates)
-    both = squares[:, 0, :, None] + squares[:, 1, None, :]
-    inner = np.einsum("eai,ebi->eab", candidates[:, 0], candidates[:, 1])
-    return np.asarray(both - 2 * np.sign(products) * inner < LEAST_LENGTH**2 * both)
+
+def _turned_over(mesh: Mesh, s: FloatArray, edges: IntArray) -> FloatArray:
+    """(n, k) the areas at edges (n,) that run against those of M, if their tails are outside, of k choices s (N, k, 3);
+    over the sum of all."""
+    c = mesh.combinatorics
+    of_corners = np.linalg.norm(mesh.vector_areas, axis=1)[c.corner_face]
+    areas = np.bincount(c.corner_edge, of_corners, minlength=c.n_edges)
+    tails, heads = c.edges[edges].T
+    along = np.einsum("eki,ei->ek", s[heads] - s[tails], mesh.edge_directions[edges])
+    outside = np.einsum("eki,ei->ek", s[tails], mesh.vertex_normals[tails])
+    return np.where(along * outside < 0, (areas / areas.sum())[edges, None], 0.0)
 
 
 def _completed(mesh: Mesh, s: FloatArray, known: BoolArray) -> FloatArray:

@@ -35,8 +35,8 @@ Distances of S to 1e-9 say angles to as much over the length of its edges, some 
 NEAR = 0.1
 """The same, beyond which no S is looked for that is nearly exact."""
 
-ALIKE = 1e-9
-"""How far lines may be from several cones that are equally good: rounding over short edges."""
+ALIKE = FAR
+"""How far lines may be from several cones that are equally good: as far as from any that may be exact."""
 
 LEAST_HEIGHT, LARGEST_HEIGHT = 0.5, 2.0
 """Beam heights over the nominal one, beyond which an S is no Gauss image to build with, however exact: where faces next

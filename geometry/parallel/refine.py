@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
@@ -80,6 +82,7 @@ def refine_distances(
     fairness: float = 0.0,
     rounds: int,
     least_gain: float = 0.0,
+    solve: Callable[..., Mesh] | None = None,
 ) -> Mesh:
     """Lower the sum of weight (distance - 1)^2 over the faces, edges and vertices of S, plus fairness f_Laplacian.
 
@@ -87,7 +90,8 @@ def refine_distances(
     origin to vertices and edges as they are, which makes distances linear, and adds a weight on how far
     vertices move, so that those that the distances leave free stay. That weight falls as rounds gain, and rises where
     one does not, which then changes nothing. Stops after `rounds`, each one solve; where all distances are 1;
-    and where a round gains less than the part `least_gain` of what is left. Raises as `nearest_parallel` does.
+    and where a round gains less than the part `least_gain` of what is left. solve: what finds S in each round, with the
+    arguments of `nearest_parallel`, which it is if left out. Raises as that does.
     """
     weights = faces, edges, vertices, fairness
     heaviest = sum(weights)
@@ -96,7 +100,7 @@ def refine_distances(
     for _ in range(rounds):
         if value <= SETTLED**2 * heaviest * mesh.n_vertices or damping > MOST_DAMPING:
             break
-        tried = _moved(mesh, image, weights, damping * heaviest)
+        tried = _moved(mesh, image, weights, damping * heaviest, solve or nearest_parallel)
         reached = _value(mesh, tried, weights)
         if not reached < value:
             damping *= 10
@@ -149,9 +153,9 @@ def _value(mesh: Mesh, image: Mesh, weights: tuple[float, ...]) -> float:
     return sum(w * float(np.square(term.residual(x)).sum()) for w, term in _terms(mesh, image, weights))
 
 
-def _moved(mesh: Mesh, image: Mesh, weights: tuple[float, ...], damping: float) -> Mesh:
+def _moved(mesh: Mesh, image: Mesh, weights: tuple[float, ...], damping: float, solve: Callable[..., Mesh]) -> Mesh:
     x = image.vertices.ravel()
     still = LinearFunctional(csr_array(eye_array(len(x))), np.zeros(len(x)))
     moves = [(w, LinearFunctional(term.matrix, -term.residual(x))) for w, term in _terms(mesh, image, weights)]
     H, g = normal_equations([*moves, (damping, still)])
-    return nearest_parallel(mesh, H, g, start=x)
+    return solve(mesh, H, g, start=x)

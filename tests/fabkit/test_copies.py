@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from fabkit import Built
@@ -43,7 +43,9 @@ class Made:
 
 @cache
 def mesh(name: str) -> Mesh:
-    """A dome with many equal parts, and one with none."""
+    """A dome with many equal parts, one with none, and a flat plate."""
+    if name == "flat":
+        return shapes.grid(5, 4)
     dome = shapes.dome(10, 3)
     noise = np.random.default_rng(7).uniform(-0.01, 0.01, dome.vertices.shape)
     made = dome if name == "dome" else dome.with_vertices(dome.vertices + noise)
@@ -83,6 +85,15 @@ def test_renumbered(made: Made, seed: int) -> None:
 @given(SEEDS)
 def test_all_at_once(made: Made, seed: int) -> None:
     made.check(seed, reach=MAP_COORDINATES, turned=True, renumbered=True)
+
+
+@few
+@example(4)
+@given(SEEDS)
+def test_a_straight_rim_is_straight_on_a_map_too(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:
+    """A gap of half a turn between two beams, up to rounding: the block gets no corner in it."""
+    flat = Made("flat", tmp_path_factory.mktemp("flat"))
+    flat.check(seed, reach=MAP_COORDINATES, turned=True, renumbered=True)
 
 
 def test_marks_are_those_of_the_origin(made: Made) -> None:

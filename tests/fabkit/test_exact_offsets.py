@@ -16,6 +16,8 @@ from fabkit.production.summary import ExactGaussImage
 from geometry.mesh import Mesh, shapes, write_mesh
 from geometry.parallel import face_distances
 from tests.fabkit.edge_offsets import revolved_pair
+from tests.geometry.box_meshes import turning
+from tests.geometry.members import solid
 
 OFF = {"mode": "off"}
 
@@ -35,6 +37,36 @@ def test_edge_offset_meshes_get_beams_of_one_height_without_their_image_given(tm
     weighted = built(tmp_path, mesh, gauss_image={"faces": 1.0})
     assert weighted.summary.gauss_image is None
     assert np.ptp(weighted.summary.heights) > 1e-3
+
+
+@pytest.mark.parametrize("digits", [8, 7, 6])
+@pytest.mark.parametrize("kind", ["revolved", "dodecahedron", "dome"])
+def test_the_digits_of_a_drawing_program_do_not_hide_an_offset(tmp_path: Path, kind: str, digits: int) -> None:
+    """With fewer digits, the same kind of offset, and the same heights but for them; inspect agrees."""
+    meshes = {
+        "revolved": revolved_pair(12, 5, saddle=False)[0],
+        "dodecahedron": solid("dodecahedron", "edge"),
+        "dome": shapes.dome(8, 3),
+    }
+    mesh = meshes[kind] * (3 / meshes[kind].mean_edge_length)
+    exact = built(tmp_path, mesh)
+    found = built(tmp_path, mesh.with_vertices(np.round(mesh.vertices, digits)))
+    assert found.summary.gauss_image == exact.summary.gauss_image is not None
+    np.testing.assert_allclose(found.summary.heights, exact.summary.heights, atol=1e3 * 10**-digits)
+    offset = next(iter(vars(found.summary.gauss_image).values()))
+    assert dict(inspect_mesh(tmp_path / "M.obj").facts())[f"{offset} offset"].startswith("yes")
+
+
+@pytest.mark.parametrize("digits", [9, 7, 6])
+def test_the_digits_of_a_drawing_program_do_not_decide_about_the_heights(tmp_path: Path, digits: int) -> None:
+    """A stretched torus: its conditions depend on each other, but those of its rounded copies do not."""
+    torus = shapes.torus(np.array([[3.0, -1.2], [4.4, -0.7], [4.4, 0.7], [3.0, 1.2], [2.0, 0.0]]), 12)
+    mesh = torus.with_vertices(torus.vertices * [1.4, 1.0, 0.7])
+    exact = built(tmp_path, mesh).summary
+    for seed in range(2):
+        turned = mesh.vertices @ turning(seed)
+        found = built(tmp_path, mesh.with_vertices(np.round(turned, digits))).summary
+        np.testing.assert_allclose(found.heights, exact.heights, atol=1e3 * 10**-digits)
 
 
 def test_a_triangle_mesh_with_an_exact_image_is_built(tmp_path: Path) -> None:

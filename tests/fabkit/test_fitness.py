@@ -125,6 +125,7 @@ def test_inspect_takes_a_project_file_and_the_sizes_in_it(tmp_path: Path) -> Non
     inspected = run("inspect", project)
     assert inspected.exit_code == 1
     assert "sheets: panel P001" in inspected.stdout
+    assert f"so are {vault().n_faces - 1} more, with the mark" in " ".join(inspected.stdout.split())
     assert run("inspect", project, "--nest", "off").exit_code == 0
     assert run("inspect", written(tmp_path, vault()), "--beam", "40x80").exit_code == 2  # a size without a unit
     assert run("inspect", tmp_path / "none.obj").exit_code == 2
@@ -164,7 +165,16 @@ def test_what_runs_through_itself_is_built_without_what_shares_room(tmp_path: Pa
     )
     assert skipped.exit_code == 0, skipped.output
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
-    assert manifest["counts"]["left_out"] > 0
+    reasons = [part["reason"] for part in manifest["left_out"]]
+    assert manifest["counts"]["left_out"] == len(set(reasons)) > 10
+    for part, reason in zip(
+        manifest["left_out"], reasons, strict=True
+    ):  # each is named, with no advice to leave it out
+        place = {"panel": "panel on face", "beam": "beam on edge"}[part["kind"]]
+        assert reason.startswith(f"the {place} {part['element']}, because the ")
+        assert "--" not in reason
+    assert skipped.stdout.count("left out: the ") == 10
+    assert f"left out: {len(reasons) - 10} more, which the report and the manifest name" in skipped.stdout
     assert manifest["fitness"][0]["level"] == "allowed"
 
 
@@ -243,6 +253,7 @@ def test_bounds_in_the_project_file_hold(tmp_path: Path) -> None:
     [
         ({"allow": ["move"]}, "'move' is nothing that is judged; did you mean moves"),
         ({"allow": ["xyz"]}, "what may be allowed is moves, self-intersection, lean"),
+        ({"allow": ["mitres"]}, "'mitres' may not be allowed: it is told, and stops no build; what may be is moves"),
         ({"allow": ["outwards"]}, "'outwards' may not be allowed: a beam that does not point out"),
         ({"fitness": {"move_told": 1}}, r"unknown key 'move_told' in \[fitness\]; did you mean moves_told"),
         ({"fitness": {"moves_told": 0.5}}, "moves_told is 0.5, but moves_refused is 0.3"),

@@ -57,6 +57,20 @@ def test_an_earlier_result_is_replaced_only_with_force(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [out]
 
 
+def test_force_is_offered_only_where_it_would_be_taken(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    write(out, "one")
+    (tmp_path / "link").symlink_to(out)
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match="--force"):
+        check_replaceable(out, force=False)
+    for path, inputs in ((tmp_path / "link", []), (tmp_path / "file", []), (tmp_path, []), (out, [out / "part.txt"])):
+        with pytest.raises(OutputError, match=r"exists already; choose another folder$"):
+            check_replaceable(path, force=False, inputs=inputs)
+        with pytest.raises(OutputError):
+            check_replaceable(path, force=True, inputs=inputs)
+
+
 def test_a_failure_keeps_the_earlier_result(tmp_path: Path) -> None:
     out = tmp_path / "out"
     write(out, "one")
