@@ -18,7 +18,7 @@ CRITERIA: dict[str, str] = {
     "self-crossing": "no plate and no frame has an outline that crosses itself",
     "self-intersection": "",
     "lean": "",
-    "heights": "",
+    "heights": "it is told, and stops no build",
     "outwards": "a beam that does not point out of its faces has no place for their panels",
     "mitres": "it is told, and stops no build",
     "blocks": "it is told, and stops no build",

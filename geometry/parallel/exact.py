@@ -61,6 +61,9 @@ ROUNDS = 30
 LEAST_GAIN = 0.5
 """Near an exact S each round takes more than half of the squared deviations away; else there is none."""
 
+AS_GOOD = 2.0
+"""Times the largest deviation of another S, up to which one is as good: both have the least squares of deviations."""
+
 
 def vertex_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Mesh:
     """S parallel to M with |s_i| = 1: M is circular, if its faces are quads [Pottmann2007, Prop. 2].
@@ -201,7 +204,8 @@ def _settled(
     except (ConvergenceError, RankError):  # P(M) is ill-conditioned: the normals say nothing that can be told
         return image, deviations
     found = off(mesh, drawn)
-    return (drawn, found) if found.max() <= tolerance else (image, deviations)
+    is_as_good = found.max() <= max(AS_GOOD * deviations.max(), DISTANCE_TOLERANCE)
+    return (drawn, found) if is_as_good else (image, deviations)
 
 
 def circumscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:

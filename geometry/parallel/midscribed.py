@@ -25,13 +25,15 @@ LEAST_SPREAD = 1e-4
 1e-12 still say an axis to 1e-8. Two lines lie on many cones."""
 
 PREFERENCE = 1e-8
-"""Cost over the squared distance of two feet, of an edge of S that is a point, and of all candidates together if they
-are perpendicular to the vertex normals. It decides where several S are exact, as for a box, without a say where feet
-differ by 1e-4. A point costs more than normals, so that it does not matter how many edges of a forest are points."""
+"""Cost of a candidate that is perpendicular to the vertex normal, over the squared distance of two feet: decides where
+several S are exact, as for a box, without a say where feet differ by 1e-4."""
 
-REVERSED = 1e-2
-"""Cost over that, of all edges of S together if they run against those of M, by the area of their faces: decides where
-all else is equal, as between the rings of a cone, which each have two places."""
+POINT = 1e-6
+"""Cost of an edge of S that is a point: more than normals have to say, however few such edges are in a forest."""
+
+REVERSED = 1e-10
+"""Cost of all edges of S together if they run against those of M, by the area of their faces: decides where all else is
+equal, as between the rings of a cone, which each have two places."""
 
 LEAST_LENGTH = 1e-6
 """Length of an edge of S over the distance of its ends from the origin, below which it is a point: well above the root
@@ -64,7 +66,7 @@ def _candidates(mesh: Mesh) -> tuple[FloatArray, FloatArray, BoolArray]:
         sines = np.sin(angles_between(axes[:, :, None], directions[:, None])).mean(axis=2)
         candidates[vertices] = axes / np.maximum(sines, 1e-6)[..., None]
         cosines = np.einsum("nci,ni->nc", axes, normals[vertices])
-        costs[vertices] = deviations**2 + PREFERENCE / n * (1 - cosines**2)
+        costs[vertices] = deviations**2 + PREFERENCE * (1 - cosines**2)
         known[vertices] = line_spread(directions) > LEAST_SPREAD
     return candidates, costs, known
 
@@ -81,7 +83,7 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     squares = np.einsum("enci,enci->enc", feet, feet)
     between = np.minimum(squares[:, 0, :, None] + squares[:, 1, None, :] - 2 * np.abs(products), LARGEST_COST)
     heads = candidates[ends[:, 1]][:, None] * np.where(products < 0, -1.0, 1.0)[..., None]
-    between += PREFERENCE * _is_point(candidates[ends[:, 0]][:, :, None], heads)
+    between += POINT * _is_point(candidates[ends[:, 0]][:, :, None], heads)
     clear = _clearest(mesh.n_vertices, ends, between + costs[ends[:, 0], :, None] + costs[ends[:, 1], None, :])
     forest = spanning_forest(mesh.n_vertices, ends[clear])
 
@@ -104,8 +106,8 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
 
     gaps = across_directions(s[ends[:, 0]] - s[ends[:, 1]], along[:, None])
     of_edges = np.minimum(np.einsum("eci,eci->ec", gaps, gaps), LARGEST_COST)
-    of_edges += PREFERENCE * _is_point(s[ends[:, 0]], s[ends[:, 1]])
-    of_edges += PREFERENCE * REVERSED * _turned_over(mesh, s, edges)
+    of_edges += POINT * _is_point(s[ends[:, 0]], s[ends[:, 1]])
+    of_edges += REVERSED * _turned_over(mesh, s, edges)
     total = np.zeros((len(forest.roots), 4))
     np.add.at(total, forest.components, np.take_along_axis(costs, choice, axis=1))
     np.add.at(total, forest.components[ends[:, 0]], of_edges)
