@@ -91,7 +91,9 @@ def _overlapping_angles(mesh: Mesh, corners: IntArray) -> IntArray:
     one = box_trees(ends, np.arange(2 * k + 1), margins.ravel(), nameless)
     other = box_trees((arcs + shift[:, None]).reshape(-1, 3), 6 * np.arange(k + 1), margins.max(axis=0), nameless[:k])
     faces = c.corner_face[corners]
-    pairs = np.concatenate([np.stack([faces[end % k], faces[arc]], axis=1) for end, arc in meeting_sets(one, other)])
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    found += [np.stack([faces[end % k], faces[arc]], axis=1) for end, arc in meeting_sets(one, other)]
+    pairs = np.concatenate(found)
     return np.asarray(pairs[pairs[:, 0] != pairs[:, 1]])
 
 

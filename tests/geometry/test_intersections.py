@@ -116,6 +116,17 @@ def test_all_that_meet_are_found_without_comparing_all(seed: int, hubs: int, pla
     assert intersecting_faces(mesh).tolist() == expected
 
 
+@pytest.mark.parametrize("many", [1, 16])
+def test_faces_that_share_two_vertices_and_cross_between_them(many: int) -> None:
+    """Two long arms from two corners that both faces have; all other edges are far from where they cross."""
+    one = polygon((0, 0), (20, 19), (10, 0), (30, 20), (20, 21))
+    other = one * [-1, 1, 1] + [10, 0, 0]
+    mesh = Mesh.from_faces([*one, *other[[1, 3, 4]]], [[0, 1, 2, 3, 4], [2, 7, 6, 0, 5]])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(face_neighbours, "MANY", many)
+        assert intersecting_faces(mesh).tolist() == [[0, 1]]
+
+
 FLAT_FACE = "a triangle without height"
 
 
