@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import tracemalloc
-from collections.abc import Callable
+from itertools import combinations, permutations
 
 import igl
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.mesh import Mesh, intersections, near_faces, shapes, solids
+from geometry.mesh import Mesh, box_trees, face_neighbours, flat_faces, intersections, shapes, solids
 from geometry.mesh.intersections import intersecting_faces, is_embedded, self_crossing_faces
 from tests.geometry.bent_meshes import rotation
 from tests.geometry.topologies import MESHES, split, together
@@ -38,6 +39,92 @@ def test_points_are_found_in_large_faces_as_in_small_ones(first: int, second: in
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(intersections, "LARGE", 4)
         np.testing.assert_array_equal(intersecting_faces(mesh), expected)
+
+
+def crowd(seed: int, n_vertices: int, n_faces: int, *, hubs: int, planes: int) -> Mesh:
+    """Polygons in random planes through random vertices, a few of which are in most of them; each simple by itself.
+
+    planes: how many the vertices lie in; 0 for triangles in space.
+    """
+    rng = np.random.default_rng(seed)
+    vertices = rng.normal(size=(n_vertices, 3))
+    of_plane = np.arange(n_vertices) % max(planes, 1)
+    if planes:
+        vertices[:, 2] = 0
+        for plane in range(1, planes):
+            vertices[of_plane == plane] = vertices[of_plane == plane] @ rotation(seed + plane)
+    faces: list[list[int]] = []
+    used: set[tuple[int, int]] = set()
+    for _ in range(n_faces):
+        own = np.flatnonzero(of_plane == rng.integers(max(planes, 1)))
+        centres = [vertex for vertex in own[:hubs] if rng.random() < 0.7]
+        size = max(rng.integers(3, 7 if planes else 4), len(centres))
+        others = rng.choice(own[hubs:], size - len(centres), replace=False)
+        face = np.concatenate([np.array(centres, dtype=np.int64), others])
+        flat = vertices[face] @ (rotation(seed + int(of_plane[face[0]])).T if of_plane[face[0]] else np.eye(3))
+        angles = np.arctan2(*(flat - flat.mean(axis=0))[:, 1::-1].T) if planes else np.arange(3)
+        face = face[np.argsort(angles)][:: rng.choice([-1, 1])]
+        edges = set(zip(face.tolist(), np.roll(face, -1).tolist(), strict=True))
+        if not used & edges:
+            used |= edges
+            faces.append(face.tolist())
+    return Mesh.from_faces(vertices, faces)
+
+
+def by_all_pairs(mesh: Mesh) -> list[list[int]]:
+    """Every two faces one of which has an edge through the other, or that lie in one plane and share area."""
+    close = 1e-9 * mesh.mean_edge_length
+    faces = mesh.combinatorics.faces()
+    frames = [np.linalg.svd(normal[None])[2] for normal in mesh.face_normals]  # the normal, and two across it
+    crossing, flat = set(), set()
+    for a, b in permutations(range(mesh.n_faces), 2):
+        seen = (mesh.vertices - mesh.vertices[faces[b][0]]) @ frames[b].T
+        if np.abs(seen[faces[a], 0]).max() <= close:
+            areas = [shapely.Polygon(seen[face, 1:]) for face in (faces[a], faces[b])]
+            if all(shapely.is_valid(areas)) and areas[0].intersection(areas[1]).area > 1e-6 * min(
+                area.area for area in areas
+            ):
+                flat.add((min(a, b), max(a, b)))
+            continue
+        inside = shapely.make_valid(shapely.Polygon(seen[faces[b], 1:]))
+        for tail, head in zip(faces[a], [*faces[a][1:], faces[a][0]], strict=True):
+            low, high = seen[tail], seen[head]
+            is_clear = max(abs(low[0]), abs(high[0])) > close and not {tail, head} & set(faces[b])
+            if is_clear and (low[0] > 0) != (high[0] > 0):
+                point = low + low[0] / (low[0] - high[0]) * (high - low)
+                if inside.contains(shapely.Point(point[1:])):
+                    crossing.add((min(a, b), max(a, b)))
+    return [list(pair) for pair in combinations(range(mesh.n_faces), 2) if pair in crossing | flat]
+
+
+@given(seeds, st.integers(0, 4), st.integers(0, 2))
+@settings(max_examples=40)
+def test_all_that_meet_are_found_without_comparing_all(seed: int, hubs: int, planes: int) -> None:
+    """Also where many faces meet in a few vertices, and wherever the mesh lies."""
+    mesh = crowd(seed, 30, 14, hubs=hubs, planes=planes)
+    expected = by_all_pairs(mesh)
+    moved = mesh.vertices @ rotation(seed).T * 10.0 ** np.random.default_rng(seed).integers(-3, 4)
+    moved = moved + 100 * np.ptp(moved, axis=0)
+    with pytest.MonkeyPatch.context() as patch:
+        for module, name in ((face_neighbours, "MANY"), (flat_faces, "LARGE"), (intersections, "LARGE")):
+            patch.setattr(module, name, 3)
+        for module in (box_trees, flat_faces):
+            patch.setattr(module, "AT_ONCE", 10)
+        assert intersecting_faces(mesh).tolist() == expected
+        assert intersecting_faces(mesh.with_vertices(moved)).tolist() == expected
+        assert intersecting_faces(mesh.with_vertices(moved).reversed()).tolist() == expected
+    assert intersecting_faces(mesh).tolist() == expected
+
+
+@pytest.mark.parametrize("many", [1, 16])
+def test_faces_that_share_two_vertices_and_cross_between_them(many: int) -> None:
+    """Two long arms from two corners that both faces have; all other edges are far from where they cross."""
+    one = polygon((0, 0), (20, 19), (10, 0), (30, 20), (20, 21))
+    other = one * [-1, 1, 1] + [10, 0, 0]
+    mesh = Mesh.from_faces([*one, *other[[1, 3, 4]]], [[0, 1, 2, 3, 4], [2, 7, 6, 0, 5]])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(face_neighbours, "MANY", many)
+        assert intersecting_faces(mesh).tolist() == [[0, 1]]
 
 
 FLAT_FACE = "a triangle without height"
@@ -182,53 +269,76 @@ def test_a_large_face_is_not_copied_for_each_of_its_neighbours() -> None:
     assert peak < 50e6  # as copies, the 1000 neighbours of each cap would take 300 MB
 
 
-def crumpled_stars(seed: int) -> Mesh:
-    """Two stars of triangles and quads with a common rim, turned and crumpled so that many faces cross."""
-    rng = np.random.default_rng(seed)
-    n = 14
-    angles = np.sort(rng.uniform(0, 2 * np.pi, n))
-    rim = np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1) + rng.normal(scale=0.3, size=(n, 3))
-    far = 2 * rim + rng.normal(scale=0.3, size=(n, 3))
-    vertices = np.concatenate([[[0, 0, 0.5], [0, 0, -0.5]], rim, far]) @ rotation(seed).T
-    rings = [((k + 2), (k + 1) % n + 2) for k in range(n)]
-    faces = [[0, i, j] for i, j in rings] + [[1, j + n, i + n] for i, j in rings]
-    return Mesh.from_faces(vertices, faces + [[j, i, i + n, j + n] for i, j in rings])
+def turned_together(*meshes: Mesh) -> Mesh:
+    mesh = together(*meshes)
+    return mesh.with_vertices(mesh.vertices @ rotation(0).T)
+
+
+def tube(n: int, radius: float) -> Mesh:
+    return shapes.rotational_mesh(np.array([[radius, 0.0], [radius, 1.0]]), n)
+
+
+def fan(n: int, height: float) -> Mesh:
+    circle = tube(n, 1.0).vertices[::2]
+    return Mesh.from_faces([*circle, [0, 0, height]], [[k, (k + 1) % n, n] for k in range(n)])
+
+
+def triangles_at_one_point(n: int) -> Mesh:
+    directions, sides = np.random.default_rng(0).normal(size=(2, n, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    vertices = np.concatenate([directions, directions + 0.1 / n * sides, [[0, 0, 0]]])
+    return Mesh.from_faces(vertices, [[k, n + k, 2 * n] for k in range(n)])
+
+
+def folds(n: int) -> Mesh:
+    x = np.arange(n + 1) / n
+    profile = np.stack([x, 0 * x, np.arange(n + 1) % 2 / n], axis=1)
+    return shapes.translation_surface(profile, np.array([[0, 0, 0], [0, 1.0, 0]]))
+
+
+def plate_in_a_ring(n: int, width: float) -> Mesh:
+    """One face with n corners, and a face of its plane at each of its edges."""
+    circle = tube(n, 1.0).vertices[::2]
+    ring = [[k, n + k, n + (k + 1) % n, (k + 1) % n] for k in range(n)]
+    return Mesh.from_faces([*circle, *((1 + width) * circle)], [list(range(n)), *ring])
+
+
+MANY_FACES = {
+    "one tube in another": lambda n: turned_together(tube(n, 1.0), tube(n, 0.9)),
+    "a tube beside another": lambda n: turned_together(tube(n, 1.0), tube(n, 1.0).translated([2.01, 0, 0])),
+    "a flat fan": lambda n: turned_together(fan(2 * n, 0.0)),
+    "a cone in a cone": lambda n: turned_together(fan(n, 0.5), fan(n, 0.5).translated([0, 0, 0.1])),
+    "triangles at one point": triangles_at_one_point,
+    "folds": lambda n: turned_together(folds(2 * n)),
+    "a large face among small ones": lambda n: turned_together(plate_in_a_ring(2 * n, 1e-3)),
+    "a large face among slender ones": lambda n: turned_together(plate_in_a_ring(2 * n, 1.0)),
+    "squares": lambda n: turned_together(shapes.grid(40, n // 20)),
+}
+
+
+@pytest.mark.parametrize("name", MANY_FACES)
+def test_no_two_of_very_many_are_compared_without_need(name: str) -> None:
+    mesh = MANY_FACES[name](2000)
+    tracemalloc.start()
+    meeting = intersecting_faces(mesh)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert not len(meeting)
+    assert peak < 40e6  # every face with every other, as a byte each, would be 16 MB; as two numbers 256 MB
 
 
 @given(seeds)
-def test_faces_at_one_vertex_are_found_by_their_directions_as_by_all_pairs(seed: int) -> None:
-    mesh = crumpled_stars(seed)
-    first, second = np.triu_indices(mesh.n_faces, 1)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(intersections, "near_faces", lambda mesh, clearance: (first, second))
-        expected = intersecting_faces(mesh)
-    for many in (2, 1000):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(near_faces, "MANY", many)
-            np.testing.assert_array_equal(intersecting_faces(mesh), expected)
-
-
-def fan(n: int) -> Mesh:
-    angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
-    rim = np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
-    return Mesh.from_faces(np.concatenate([[[0, 0, 1.0]], rim]), [[0, k + 1, (k + 1) % n + 1] for k in range(n)])
-
-
-def tilted_prism(n: int) -> Mesh:
-    angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
-    rim = np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
-    ring = [[k, (k + 1) % n, n + (k + 1) % n, n + k] for k in range(n)]
-    return Mesh.from_faces(np.concatenate([rim, rim + np.array([0, 0, 5])]) @ rotation(3).T, ring)
-
-
-@pytest.mark.parametrize("make", [fan, tilted_prism])
-def test_slender_faces_are_not_compared_all_with_all(make: Callable[[int], Mesh]) -> None:
-    """Pairs of all would take a gigabyte; those that are near each other take some kilobytes a face."""
-    mesh = make(8000)
-    tracemalloc.start()
-    try:
-        assert is_embedded(mesh)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert peak < 100e6
+@settings(max_examples=10)
+def test_a_corner_on_an_edge_only_touches(seed: int) -> None:
+    """Two triangles a plane on one side or both sides of a line, one with a corner between those of the other."""
+    rng = np.random.default_rng(seed)
+    n = 50
+    tail, head = rng.normal(size=(2, n, 2))
+    across = (head - tail)[:, ::-1] * [-1, 1]
+    tips = [tail + rng.normal(size=(n, 1)) * (head - tail) + side * across for side in rng.uniform(0.2, 1, (2, n, 1))]
+    between = tail + rng.uniform(0.1, 0.9, size=(n, 1)) * (head - tail)
+    for other, expected in ((tips[1] - 2 * across, []), (tips[1], [[2 * k, 2 * k + 1] for k in range(n)])):
+        flat = np.stack([tail, head, between, tips[0], other], axis=1)
+        vertices = np.concatenate([flat, np.broadcast_to(np.arange(n)[:, None, None], (n, 5, 1))], axis=2)
+        faces = [[5 * k + corner for corner in face] for k in range(n) for face in ([0, 1, 3], [2, 0, 4])]
+        assert intersecting_faces(Mesh.from_faces(vertices.reshape(-1, 3), faces)).tolist() == expected
