@@ -17,11 +17,11 @@ import figure_10_laguerre as figure_10
 import numpy as np
 from drawing import CLAY, GLASS, GOLD, STEEL, Panel, Shapes, View, balls, draw_page, polygons, tubes
 
-from fabkit.detailing.detail import detail
-from fabkit.detailing.rules import BeamRules, DetailingRules, NodeRules
-from fabkit.export.step import write_step
+from fabkit.detailing.assembling import detail
+from fabkit.formats.step.files import write_step
 from fabkit.parts import Assembly, Beam, Node, Part, Solid
 from fabkit.production.marks import share_equal_parts
+from fabkit.rules import BeamRules, DetailingRules, NodeRules
 from geometry import SupportStructure
 from geometry.arrays import FloatArray
 

@@ -13,8 +13,9 @@ import numpy as np
 from drawing import CLAY, GOLD, INK, LINEN, Note, Panel, Shapes, View, bars, draw_page, faces, sphere, tubes
 
 from geometry import Mesh, ParallelSpace, SupportStructure
+from geometry.gauss import edge_distances, face_distances
 from geometry.mesh import shapes, solids
-from geometry.parallel import edge_distances, face_distances, parallelity
+from geometry.parallel import parallelity
 
 DISTANCE = 0.22
 

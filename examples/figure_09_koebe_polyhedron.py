@@ -16,10 +16,10 @@ from drawing import BLUE, CLAY, GOLD, INK, LINEN, Label, Panel, Shapes, View, ba
 
 from geometry import edge_distances
 from geometry.arrays import FloatArray, IntArray
-from geometry.edge_offset.koebe import KoebePolyhedron, SphereCircles, koebe
-from geometry.edge_offset.moebius import MoebiusTransformation
-from geometry.edge_offset.patterns import dual
+from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, SphereCircles, koebe
 from geometry.mesh import solids
+from geometry.mesh.patterns import dual
+from geometry.spheres.moebius import MoebiusTransformation
 
 VIEW = View(-62, 24)
 NEAR = 0.42

@@ -17,9 +17,9 @@ from drawing import CLAY, GOLD, Note, Panel, Shapes, View, draw_page, faces, mix
 
 from geometry import Mesh, edge_distances, face_curvatures, parallelity
 from geometry.curvature import constant_mean_of_revolution
-from geometry.edge_offset.laguerre import LaguerreTransformation
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
-from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
+from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
+from geometry.spheres.laguerre import LaguerreTransformation
 
 AROUND, ROWS, LATITUDE = 8, 7, 0.2
 MEAN = -1.0

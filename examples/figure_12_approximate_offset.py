@@ -15,8 +15,8 @@ from drawing import BLUE, CLAY, LINEN, Note, Panel, View, bars, draw_page, faces
 from geometry import SupportStructure, gauss_image
 from geometry.arrays import IntArray
 from geometry.curvature import face_curvatures
+from geometry.gauss import face_distances, vertex_distances
 from geometry.mesh import shapes
-from geometry.parallel import face_distances, vertex_distances
 
 DISTANCE = 0.16
 

@@ -18,7 +18,7 @@ from geometry import Mesh, edge_factors, face_curvatures, parallelity
 from geometry.arrays import FloatArray
 from geometry.curvature import minimal_of_revolution
 from geometry.mesh import shapes
-from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
+from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 
 AROUND, ROWS = 28, 11
 VIEW = View(-25, 20)

@@ -17,7 +17,7 @@ from geometry import Mesh, edge_distances, edge_factors, face_curvatures, parall
 from geometry.arrays import BoolArray
 from geometry.curvature import minimal_of_revolution
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
-from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
+from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 
 AROUND, ROWS = 18, 7
 

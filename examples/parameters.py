@@ -25,8 +25,9 @@ from parameters_study import Parameter, Study
 
 from geometry.arrays import BoolArray, FloatArray
 from geometry.curvature import FaceCurvatures, face_curvatures
+from geometry.gauss import edge_distances
 from geometry.mesh import Combinatorics, Mesh
-from geometry.parallel import edge_distances, edge_factors, parallelity
+from geometry.parallel import edge_factors, parallelity
 
 __all__ = ["State", "main", "page", "states"]
 
@@ -125,7 +126,7 @@ def page() -> str:
     """Its text. It asks the network for nothing, and says nothing of when or where it was written."""
     found = main()
     tangency, parallelity_, curvature = list(found.values())[-3:]
-    shared = [files("fabkit.export").joinpath(name) for name in ("report_camera.js", "report_program.js")]
+    shared = [files("fabkit.formats").joinpath(name) for name in ("report_camera.js", "report_program.js")]
     own = [EXAMPLES / name for name in ("parameters_view.js", "parameters_page.js")]
     scripts = [script.read_text(encoding="utf-8") for script in (*shared, *own)]
     return Template((EXAMPLES / "parameters.html").read_text(encoding="utf-8")).substitute(

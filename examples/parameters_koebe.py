@@ -8,11 +8,11 @@ import numpy as np
 from parameters_study import Parameter, Study
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.edge_offset.design import edge_offset_mesh, saddle_signs
-from geometry.edge_offset.koebe import koebe
-from geometry.edge_offset.moebius import MoebiusTransformation
-from geometry.edge_offset.patterns import hexagon_patch, pentagon_patch, quad_patch
+from geometry.edge_offset.koebe_polyhedra import koebe
+from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs
 from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh.patterns import hexagon_patch, pentagon_patch, quad_patch
+from geometry.spheres.moebius import MoebiusTransformation
 
 __all__ = ["DIRECTIONS", "KOEBE", "SIGNS", "unit"]
 

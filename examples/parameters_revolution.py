@@ -9,10 +9,10 @@ from parameters_koebe import DIRECTIONS, unit
 from parameters_study import Parameter, Study
 
 from geometry.curvature import christoffel_dual, constant_mean_of_revolution, minimal_of_revolution
-from geometry.edge_offset.laguerre import LaguerreTransformation
-from geometry.edge_offset.planar_patterns import enneper_koebe
+from geometry.edge_offset.enneper import enneper_koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
 from geometry.mesh import Mesh
+from geometry.spheres.laguerre import LaguerreTransformation
 
 __all__ = ["CONSTANT_MEAN", "LAGUERRE", "MINIMAL"]
 

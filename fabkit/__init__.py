@@ -3,8 +3,8 @@
 from fabkit.signals import starting
 
 with starting():
-    from fabkit.build import Built, build, design
     from fabkit.errors import FabkitError
+    from fabkit.pipeline import Built, build, design
     from fabkit.project import Project, load_project
 
 __all__ = ["Built", "FabkitError", "Project", "build", "design", "load_project"]

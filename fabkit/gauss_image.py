@@ -12,9 +12,11 @@ import numpy as np
 from fabkit.wording import readable
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError, ParallelityError
-from geometry.mesh import Mesh, MeshFile, read_mesh_pair
-from geometry.parallel import edge_distances, gauss_image_pair, nearest_parallel_pair, offset_gauss_image, parallelity
-from geometry.parallel.offsets import edge_feet
+from geometry.files import MeshFile, read_mesh_pair
+from geometry.gauss import edge_distances, gauss_image_pair, nearest_parallel_pair, offset_gauss_image
+from geometry.gauss.distances import edge_feet
+from geometry.mesh import Mesh
+from geometry.parallel import parallelity
 
 __all__ = [
     "EXACT",

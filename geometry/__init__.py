@@ -17,22 +17,16 @@ from geometry.curvature import (
 )
 from geometry.edge_offset import (
     KoebePolyhedron,
-    LaguerreTransformation,
-    MoebiusTransformation,
     edge_offset_mesh,
     koebe,
     rotational_koebe,
     tangent_mesh,
 )
 from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
-from geometry.mesh import Combinatorics, Mesh, MeshFile, Surface, read_mesh, read_mesh_pair, write_mesh
-from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
-from geometry.optimise.solution import ConvergenceError
-from geometry.parallel import (
-    ParallelSpace,
+from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
+from geometry.gauss import (
     SupportStructure,
     edge_distances,
-    edge_factors,
     edge_gauss_image,
     exact_gauss_images,
     face_distances,
@@ -41,10 +35,15 @@ from geometry.parallel import (
     nearest_parallel_pair,
     node_axes,
     parallel_from_axes,
-    parallelity,
     vertex_distances,
     vertex_gauss_image,
 )
+from geometry.mesh import Combinatorics, Mesh
+from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
+from geometry.optimise.solution import ConvergenceError
+from geometry.parallel import ParallelSpace, edge_factors, parallelity
+from geometry.spheres import LaguerreTransformation, MoebiusTransformation
+from geometry.surface import Surface
 
 __all__ = [
     "Combinatorics",

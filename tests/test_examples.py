@@ -15,7 +15,8 @@ from matplotlib.image import imread
 
 from fabkit import design, load_project
 from geometry.arrays import FloatArray
-from geometry.mesh import Mesh, read_mesh
+from geometry.files import read_mesh
+from geometry.mesh import Mesh
 from tests.fabkit.part21 import StepText
 
 ROOT = Path(__file__).parents[1]

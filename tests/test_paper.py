@@ -15,13 +15,9 @@ from scipy.linalg import expm, null_space
 
 from geometry.arrays import FloatArray
 from geometry.curvature import face_curvatures, steiner_area
-from geometry.edge_offset.laguerre import LaguerreTransformation
 from geometry.errors import GeometryError, ParallelityError
 from geometry.functionals.fairness import laplacian
-from geometry.mesh import Mesh, shapes, solids
-from geometry.mesh.polygons import mixed_areas
-from geometry.parallel import (
-    ParallelSpace,
+from geometry.gauss import (
     circularity,
     conicality,
     edge_cone_deviation,
@@ -29,9 +25,13 @@ from geometry.parallel import (
     face_distances,
     vertex_distances,
 )
-from geometry.parallel.exact import edge_gauss_image, face_gauss_image, vertex_gauss_image
-from geometry.parallel.node_axes import node_axes, parallel_from_axes
-from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.gauss.axes import node_axes, parallel_from_axes
+from geometry.gauss.exact_gauss_image import edge_gauss_image, face_gauss_image, vertex_gauss_image
+from geometry.mesh import Mesh, shapes, solids
+from geometry.mesh.polygons import mixed_areas
+from geometry.parallel import ParallelSpace
+from geometry.parallel.edge_parallelity import edge_factors, parallelity
+from geometry.spheres.laguerre import LaguerreTransformation
 
 ROUNDING = 1e-10
 """Bases come from singular value decompositions of matrices with condition numbers up to 1e3; sizes are up to 10."""

@@ -19,11 +19,12 @@ from geometry.curvature import (
     minimal_of_revolution,
 )
 from geometry.curvature.rings import Rings
-from geometry.edge_offset.planar_patterns import enneper_koebe
+from geometry.edge_offset.enneper import enneper_koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe, rows_within
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh, read_mesh, read_mesh_pair
-from geometry.parallel import edge_distances
+from geometry.files import read_mesh, read_mesh_pair
+from geometry.gauss import edge_distances
+from geometry.mesh import Mesh
 
 __all__ = ["Faces", "MinimalShape", "cmc_design", "cmc_near_design", "minimal_design"]
 

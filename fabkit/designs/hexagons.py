@@ -9,12 +9,14 @@ import numpy as np
 
 from fabkit.designs.koebe import Tiles
 from fabkit.designs.pair import SOLVED, EdgeOffsetDesign, check_count
-from fabkit.designs.sound import NARROWEST, largest_piece, sound_piece
 from fabkit.errors import ProjectError
 from geometry.arrays import FloatArray, IntArray
-from geometry.edge_offset.koebe import koebe
+from geometry.edge_offset.buildability import NARROWEST, largest_piece, sound_piece
+from geometry.edge_offset.koebe_polyhedra import koebe
 from geometry.edge_offset.tangent_hexagons import TangentMesh, tangent_mesh
-from geometry.mesh import Mesh, Surface, read_mesh
+from geometry.files import read_mesh
+from geometry.mesh import Mesh
+from geometry.surface import Surface
 
 __all__ = ["hexagons_design"]
 

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from fabkit.designs.pair import SOLVED, EdgeOffsetDesign, check_count
-from fabkit.designs.sound import without_unsound_rim
 from fabkit.errors import ProjectError, in_one_sentence
 from geometry.arrays import FloatArray, IntArray
-from geometry.edge_offset.design import edge_offset_mesh, saddle_signs
-from geometry.edge_offset.koebe import koebe
-from geometry.edge_offset.patterns import dual, hexagon_patch, pentagon_patch, quad_patch
+from geometry.edge_offset.buildability import without_unsound_rim
+from geometry.edge_offset.koebe_polyhedra import koebe
+from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs
 from geometry.errors import GeometryError
-from geometry.mesh import Combinatorics, Mesh, read_mesh
+from geometry.files import read_mesh
+from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh.patterns import dual, hexagon_patch, pentagon_patch, quad_patch
 
 __all__ = ["Bend", "Tiles", "koebe_design"]
 

@@ -11,17 +11,19 @@ from typing import Any
 import numpy as np
 
 from fabkit.errors import ProjectError
-from fabkit.export.folder import whole_folder
-from fabkit.export.manifest import write_manifest
-from fabkit.export.picture import pair_picture
+from fabkit.formats.drawings.picture import pair_picture
+from fabkit.formats.folder import whole_folder
+from fabkit.formats.manifest import write_manifest
 from fabkit.gauss_image import points_inwards
 from fabkit.wording import echo
 from geometry.arrays import BoolArray, FloatArray
 from geometry.curvature import face_curvatures
-from geometry.edge_offset.laguerre import LaguerreTransformation
-from geometry.mesh import Mesh, write_mesh
-from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
-from geometry.parallel import edge_distances, edge_factors, parallelity
+from geometry.files import write_mesh
+from geometry.gauss import edge_distances
+from geometry.mesh import Mesh
+from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
+from geometry.parallel import edge_factors, parallelity
+from geometry.spheres.laguerre import LaguerreTransformation
 
 __all__ = ["CLOSED", "SOLVED", "TOUCHING", "EdgeOffsetDesign", "check_count", "check_touching", "write_design"]
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabkit.detailing.ends import Ends
-from fabkit.detailing.rules import BeamRules
 from fabkit.parts import Beam, Frame, Material, Section, Solid, prism_topology
+from fabkit.rules import BeamRules
 from geometry.arrays import FloatArray, IntArray
+from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
-from geometry.parallel.support import SupportStructure
 
 __all__ = ["BeamShapes", "beam_shapes", "dihedral_angles", "height_range", "make_beams"]
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabkit.detailing.rules import DetailingRules
+from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
-from geometry.parallel.support import SupportStructure
+from geometry.gauss.support_structure import SupportStructure
 
 __all__ = ["Ends", "beam_ends"]
 

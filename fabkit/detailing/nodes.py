@@ -8,10 +8,10 @@ import numpy as np
 
 from fabkit.detailing.beams import height_range
 from fabkit.detailing.ends import Ends
-from fabkit.detailing.rules import BeamRules
 from fabkit.parts import Frame, Material, Node, Solid, prism_topology, prism_vertices
+from fabkit.rules import BeamRules
 from geometry.arrays import FloatArray, IntArray
-from geometry.parallel.support import SupportStructure
+from geometry.gauss.support_structure import SupportStructure
 
 __all__ = ["NodeShapes", "axis_spreads", "make_nodes", "node_shapes"]
 

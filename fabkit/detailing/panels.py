@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from fabkit.detailing.beams import dihedral_angles
-from fabkit.detailing.rules import PanelRules
 from fabkit.parts import Frame, Material, Panel, Solid, prism_topology, prism_vertices
+from fabkit.rules import PanelRules
 from geometry.arrays import FloatArray, IntArray
-from geometry.parallel.support import SupportStructure
+from geometry.gauss.support_structure import SupportStructure
 
 __all__ = ["PanelShapes", "make_panels", "panel_shapes"]
 

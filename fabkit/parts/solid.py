@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
-from geometry.mesh.runs import next_in_run, run_of_place
+from geometry.mesh.ragged_arrays import next_in_run, run_of_place
 
 __all__ = ["Solid", "Topology", "centroids", "face_normals", "prism_topology", "prism_vertices", "volumes"]
 

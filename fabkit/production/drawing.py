@@ -17,7 +17,7 @@ import shapely
 from fabkit.errors import DetailingError
 from fabkit.parts import Assembly, Panel
 from fabkit.production.neighbours import LEFT_OUT, NOTHING, panel_neighbours
-from fabkit.production.nest import Nest, moved, polygons
+from fabkit.production.nests import Nest, moved, polygons
 from fabkit.production.strokes import ARROW, text_strokes, text_width
 from geometry.arrays import FloatArray, IntArray, floats
 

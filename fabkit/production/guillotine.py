@@ -15,7 +15,7 @@ from math import fsum
 import numpy as np
 import shapely
 
-from fabkit.production.nest import Placement, Stock, polygons, turned
+from fabkit.production.nests import Placement, Stock, polygons, turned
 from fabkit.production.rectangles_left import RectanglesLeft
 from geometry.arrays import FloatArray, IntArray
 

@@ -16,7 +16,7 @@ import shapely
 
 from fabkit.errors import NestingError
 from fabkit.production.guillotine import smallest_rectangles
-from fabkit.production.nest import Placement, Stock, outline_areas, polygons, turned
+from fabkit.production.nests import Placement, Stock, outline_areas, polygons, turned
 from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine", "sturdy"]

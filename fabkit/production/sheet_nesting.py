@@ -14,7 +14,7 @@ from fabkit.errors import NestingError
 from fabkit.parts import Panel
 from fabkit.production.guillotine import ROUNDING_MM, Guillotine
 from fabkit.production.irregular import Engine, installed_engine, sturdy
-from fabkit.production.nest import Nest, Placement, Sheet, Stock, check_nest, moved, outline_areas, polygons
+from fabkit.production.nests import Nest, Placement, Sheet, Stock, check_nest, moved, outline_areas, polygons
 from geometry.arrays import FloatArray
 
 __all__ = ["nest_panels", "too_large"]

@@ -3,8 +3,8 @@
 [Pottmann2007, 5].
 """
 
-from geometry.curvature.christoffel import ChristoffelDuals, christoffel_dual
-from geometry.curvature.constant_mean import constant_mean
+from geometry.curvature.christoffel_duals import ChristoffelDuals, christoffel_dual
+from geometry.curvature.constant_mean_curvature import constant_mean
 from geometry.curvature.faces import FaceCurvatures, face_curvatures, steiner_area, steiner_areas
 from geometry.curvature.revolution import constant_mean_of_revolution, minimal_of_revolution
 

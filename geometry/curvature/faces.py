@@ -12,10 +12,10 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.errors import MeshError
+from geometry.gauss.support_structure import PARALLEL_TOLERANCE
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_mean_edge_lengths, mixed_areas
-from geometry.parallel.parallelity import check_parallel, check_planar
-from geometry.parallel.support import PARALLEL_TOLERANCE
+from geometry.parallel.edge_parallelity import check_parallel, check_planar
 
 __all__ = ["LEAST_AREA", "NEGATIVE", "FaceCurvatures", "face_curvatures", "steiner_area", "steiner_areas"]
 

@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import FloatArray
-from geometry.curvature.christoffel import christoffel_dual
-from geometry.curvature.constant_mean import constant_mean
+from geometry.curvature.christoffel_duals import christoffel_dual
+from geometry.curvature.constant_mean_curvature import constant_mean
 from geometry.curvature.levels import levels_of_lying_hexagons
 from geometry.curvature.rings import Rings
 from geometry.errors import GeometryError

@@ -11,12 +11,12 @@ from geometry.arrays import IntArray, integers
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.polygons import face_sums
-from geometry.mesh.runs import next_in_run
+from geometry.mesh.ragged_arrays import next_in_run
 from geometry.optimise.bounded import minimise_bounded
 from geometry.optimise.functional import SparseMatrix, apply
 from geometry.optimise.solution import ConvergenceError, Reason
 from geometry.parallel import ParallelSpace
-from geometry.parallel.conditions import FactorBounds
+from geometry.parallel.constraints import FactorBounds
 
 __all__ = ["check_faces_can_close", "check_signs_fit_together", "checked_signs", "conflicting_edges"]
 

@@ -13,19 +13,20 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array, triu, vstack
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
-from geometry.edge_offset.touching import touching_points
+from geometry.edge_offset.points_of_contact import touching_points
 from geometry.errors import GeometryError
 from geometry.functionals.unknowns import coordinates
-from geometry.mesh import Combinatorics, Mesh, Surface
-from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
+from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, largest, normal_equations
 from geometry.optimise.semidefinite import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
 from geometry.parallel import edge_factors
-from geometry.parallel.conditions import FactorBounds
+from geometry.parallel.constraints import FactorBounds
+from geometry.parallel.edge_parallelity import check_planar
 from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.minimising import AIM, PARALLEL, check_solved, closest_exact
-from geometry.parallel.parallelity import check_planar
+from geometry.surface import Surface
 
 __all__ = ["TangentMesh", "mesh_with_planes", "tangent_mesh"]
 
@@ -42,7 +43,7 @@ class TangentMesh:
     not; their planes are where they suit the others. reversed_edges (k,) run the other way than in S, as some have to
     where the surface is curved negatively. reversed_faces (k,) are clockwise seen along the normals of S: all or
     none are, unless M folds over. self_crossing_faces (k,) and intersecting_faces (k, 2) are those of
-    `geometry.mesh.intersections`.
+    `geometry.mesh.intersections.meeting_faces`.
     """
 
     mesh: Mesh

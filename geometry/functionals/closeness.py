@@ -10,10 +10,10 @@ from scipy.sparse import csr_array, eye_array
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import MeshError
 from geometry.functionals.unknowns import coordinates
-from geometry.mesh.curve import Curve
 from geometry.mesh.polygons import two_across
-from geometry.mesh.surface import Surface, check_points
 from geometry.optimise.functional import LinearFunctional, SparseMatrix
+from geometry.surface.curve import Curve
+from geometry.surface.surface import Surface, check_points
 
 __all__ = ["OnCurve", "OnSurface", "close_to"]
 

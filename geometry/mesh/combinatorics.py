@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, IntArray, integers
 from geometry.errors import MeshError
-from geometry.mesh.runs import next_in_run, run_of_place, runs_by_size
+from geometry.mesh.ragged_arrays import next_in_run, run_of_place, runs_by_size
 
 __all__ = ["Combinatorics", "corners_and_sizes"]
 

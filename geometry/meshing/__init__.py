@@ -3,6 +3,6 @@
 from geometry.meshing.circular import make_circular
 from geometry.meshing.conical import make_conical
 from geometry.meshing.optimised import OptimisedMesh
-from geometry.meshing.planarise import planarise
+from geometry.meshing.planar import planarise
 
 __all__ = ["OptimisedMesh", "make_circular", "make_conical", "planarise"]

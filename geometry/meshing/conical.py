@@ -9,10 +9,10 @@ import numpy as np
 from geometry.arrays import IntArray, integers
 from geometry.functionals.conicality import Conicality, closed_fans
 from geometry.mesh import Combinatorics, Mesh
-from geometry.mesh.surface import Surface
 from geometry.meshing.guides import Faces, Guides, Indices
 from geometry.meshing.optimised import OptimisedMesh, optimised
-from geometry.meshing.outcome import Aim
+from geometry.meshing.outcome_checks import Aim
+from geometry.surface.surface import Surface
 
 __all__ = ["make_conical"]
 

@@ -11,8 +11,8 @@ import numpy as np
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh
-from geometry.mesh.curve import Curve
-from geometry.mesh.surface import Surface
+from geometry.surface.curve import Curve
+from geometry.surface.surface import Surface
 
 __all__ = ["Faces", "Guides", "Indices", "in_edge_lengths"]
 

@@ -16,7 +16,7 @@ from geometry.functionals.fairness import strain
 from geometry.functionals.planarity import Planarity, face_deviations
 from geometry.mesh import Mesh
 from geometry.meshing.guides import Guides, in_edge_lengths
-from geometry.meshing.outcome import LEAST_TURN, Aim, check_fixed_faces, check_outcome
+from geometry.meshing.outcome_checks import LEAST_TURN, Aim, check_fixed_faces, check_outcome
 from geometry.optimise.affine import AffineMap, At
 from geometry.optimise.functional import Functional, SparseMatrix, Stack
 from geometry.optimise.newton import nearest_feasible

@@ -18,8 +18,8 @@ from geometry.arrays import FloatArray, IntArray, integers
 from geometry.functionals.parallelity import parallel_to
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Mesh
+from geometry.mesh.independent_faces import disjoint_faces
 from geometry.optimise.functional import SparseMatrix, apply
-from geometry.parallel.disjoint_faces import disjoint_faces
 
 __all__ = ["FaceUnknowns"]
 

@@ -14,10 +14,10 @@ from geometry.optimise.bounded import distances_from_zero, minimise_bounded
 from geometry.optimise.functional import SparseMatrix, apply, largest
 from geometry.optimise.semidefinite import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
-from geometry.parallel.conditions import FactorBounds, Fixed, Objective
+from geometry.parallel.constraints import FactorBounds, Fixed, Objective
+from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.optimality import NOISE, Optimality, check_optimal, coarseness, rounding
-from geometry.parallel.parallelity import edge_factors, parallelity
 
 __all__ = ["AIM", "PARALLEL", "check_solved", "closest_exact", "minimum"]
 

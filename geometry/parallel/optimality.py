@@ -19,8 +19,8 @@ from geometry.mesh import Mesh
 from geometry.optimise.constrained import ConstrainedQuadratic
 from geometry.optimise.functional import SparseMatrix, apply, largest
 from geometry.optimise.solution import ConvergenceError, Solution
+from geometry.parallel.edge_parallelity import parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
-from geometry.parallel.parallelity import parallelity
 
 __all__ = ["NOISE", "Optimality", "check_optimal", "coarseness", "not_parallel", "optimum", "rounding"]
 

@@ -16,13 +16,13 @@ from geometry.functionals.parallelity import parallel_to
 from geometry.mesh import Mesh
 from geometry.optimise.constrained import ConstrainedQuadratic
 from geometry.optimise.functional import LinearFunctional, SparseMatrix
-from geometry.parallel.closing import Closing
-from geometry.parallel.conditions import FactorBounds, Fixed, Objective
+from geometry.parallel.constraints import FactorBounds, Fixed, Objective
+from geometry.parallel.edge_closure import Closing
+from geometry.parallel.edge_parallelity import check_parallel, check_planar, parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
-from geometry.parallel.members import Members
 from geometry.parallel.minimising import PARALLEL, minimum
 from geometry.parallel.optimality import optimum
-from geometry.parallel.parallelity import check_parallel, check_planar, parallelity
+from geometry.parallel.sampling import Members
 from geometry.parallel.spectrum import Spectrum, least_singular_vectors, passing
 
 __all__ = ["ParallelSpace"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, RankError
-from geometry.parallel.closing import Closing
+from geometry.parallel.edge_closure import Closing
 
 __all__ = ["Spectrum", "least_singular_vectors", "passing"]
 

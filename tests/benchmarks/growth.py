@@ -23,7 +23,8 @@ from rich.table import Table
 
 from fabkit import Project, build
 from geometry.arrays import FloatArray
-from geometry.mesh import Mesh, shapes, write_mesh
+from geometry.files import write_mesh
+from geometry.mesh import Mesh, shapes
 
 SIZES = (1024, 4096, 16384)
 KINDS = ("equal", "different")

@@ -20,9 +20,9 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from geometry.edge_offset import plane_pattern
-from geometry.edge_offset.circle_pattern import CirclePattern
-from geometry.parallel.offsets import edge_distances
+from geometry.circle_patterns import plane_pattern
+from geometry.circle_patterns.radii import CirclePattern
+from geometry.gauss.distances import edge_distances
 from tests.geometry.random_polyhedra import random_polyhedron
 
 making = import_module("geometry.edge_offset.koebe")  # the function has the same name

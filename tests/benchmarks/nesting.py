@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from fabkit.parts import Frame, Material, Panel, Solid, prism_topology, prism_vertices
-from fabkit.production.nest import Sheet
+from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
 
 GLASS = Material("glass", 2500.0)

@@ -17,11 +17,12 @@ from rich.console import Console
 from rich.table import Table
 
 from geometry.errors import GeometryError
-from geometry.mesh import Combinatorics, Mesh, read_mesh, shapes
+from geometry.files import read_mesh
+from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss.distances import circularity, conicality, edge_axis_twist, edge_distances, vertex_distances
+from geometry.mesh import Combinatorics, Mesh, shapes
 from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
-from geometry.parallel.gauss_image import gauss_image
-from geometry.parallel.offsets import circularity, conicality, edge_axis_twist, edge_distances, vertex_distances
-from geometry.parallel.parallelity import parallelity
+from geometry.parallel.edge_parallelity import parallelity
 from geometry.parallel.space import ParallelSpace
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"

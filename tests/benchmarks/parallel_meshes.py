@@ -18,8 +18,9 @@ from numerics import fresh, smooth, table, timed
 from rich.console import Console
 
 from geometry.arrays import FloatArray
+from geometry.gauss import gauss_image
 from geometry.mesh import Mesh, shapes
-from geometry.parallel import ParallelSpace, gauss_image, parallelity
+from geometry.parallel import ParallelSpace, parallelity
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 

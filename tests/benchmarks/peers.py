@@ -18,8 +18,9 @@ from numerics import DATA, fresh, table, timed
 from rich.console import Console
 
 from geometry.arrays import FloatArray
+from geometry.files import read_mesh
 from geometry.functionals.planarity import face_deviations
-from geometry.mesh import Mesh, read_mesh
+from geometry.mesh import Mesh
 from geometry.meshing import planarise
 
 MESHES = (

@@ -19,8 +19,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from fabkit.export.kernels import to_build123d
-from fabkit.export.step import stream_step
+from fabkit.formats.kernels import to_build123d
+from fabkit.formats.step.files import stream_step
 from fabkit.parts import Assembly, Frame, Material, Node, Part, Solid, prism_topology, prism_vertices
 
 STEEL = Material("S355", 7850.0)

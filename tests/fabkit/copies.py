@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 from fabkit import Built, Project, design
 from fabkit.parts import Part
 from geometry.arrays import FloatArray, IntArray
-from geometry.mesh import Mesh, write_mesh
+from geometry.files import write_mesh
+from geometry.mesh import Mesh
 
 __all__ = ["Copy", "assert_same", "copy_of", "made_of", "piece"]
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.export.step import write_part_step, write_step
+from fabkit.formats.step.files import write_part_step, write_step
 from fabkit.parts import Assembly, Part
 from geometry.arrays import FloatArray
 

@@ -15,10 +15,10 @@ import pytest
 import shapely
 
 from fabkit import Built, Project, build, design
-from fabkit.detailing.check import violations
+from fabkit.checking.violations import violations
 from fabkit.errors import OutputError, ProjectError
 from fabkit.parts import Beam
-from geometry.mesh import read_mesh
+from geometry.files import read_mesh
 
 ROOF = Path(__file__).parents[2] / "examples" / "roof.obj"
 N_BEAMS, N_NODES, N_PANELS = 612, 325, 288

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fabkit import Project, build
-from fabkit.export.step import instance_name
+from fabkit.formats.step.files import instance_name
 from tests.fabkit.occt import HAS_KERNEL, read_step
 
 ROOF = Path(__file__).parents[2] / "examples" / "roof.obj"

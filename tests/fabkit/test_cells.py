@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from fabkit.detailing.cells import panels_outside_cells
-from fabkit.detailing.detail import detail
-from fabkit.detailing.rules import DetailingRules, PanelRules
+from fabkit.checking.panel_cells import panels_outside_cells
+from fabkit.detailing.assembling import detail
 from fabkit.parts import Frame
+from fabkit.rules import DetailingRules, PanelRules
+from geometry.gauss import SupportStructure, gauss_image
 from geometry.mesh import shapes
-from geometry.parallel import SupportStructure, gauss_image
 
 
 @pytest.fixture(scope="module")

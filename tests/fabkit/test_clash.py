@@ -13,8 +13,8 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-import fabkit.detailing.convex as convex
-from fabkit.detailing.clash import clashes
+import fabkit.checking.convex as convex
+from fabkit.checking.clash import clashes
 from fabkit.errors import DetailingError
 from fabkit.parts import (
     Assembly,

@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from fabkit.cli import app
-from geometry.mesh import shapes, write_mesh
+from fabkit.commands.app import app
+from geometry.files import write_mesh
+from geometry.mesh import shapes
 
 QUAD_STRIP = """
 v 0 0 0
@@ -151,7 +152,15 @@ def test_an_existing_folder_is_replaced_only_with_force(tmp_path: Path) -> None:
 )
 def test_a_run_that_is_ended_leaves_nothing(tmp_path: Path, told: signal.Signals, code: int) -> None:
     write_mesh(tmp_path / "mesh.obj", shapes.dome(40, 12))
-    command = [sys.executable, "-c", "from fabkit.cli import app; app()", "build", "mesh.obj", "--mean-edge", "1500"]
+    command = [
+        sys.executable,
+        "-c",
+        "from fabkit.commands.app import app; app()",
+        "build",
+        "mesh.obj",
+        "--mean-edge",
+        "1500",
+    ]
     with subprocess.Popen([*command, "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
         while process.poll() is None and not list(tmp_path.glob(".out.*")):
             time.sleep(0.01)

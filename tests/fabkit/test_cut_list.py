@@ -10,8 +10,8 @@ import pytest
 
 from fabkit import Project, design
 from fabkit.parts import Assembly, LeftOut
-from fabkit.production.cut_list import Table, cut_list, ends_glyph
-from fabkit.production.nest import Sheet
+from fabkit.production.cut_lists import Table, cut_list, ends_glyph
+from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
 from fabkit.project import Nesting
 from tests.fabkit.gridshell import gridshell

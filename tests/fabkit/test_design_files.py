@@ -20,11 +20,12 @@ from fabkit.designs import (
     minimal_design,
     write_design,
 )
-from fabkit.designs.sound import NARROWEST, face_necks, sound_piece, without_unsound_rim
 from fabkit.errors import ProjectError
+from geometry.edge_offset.buildability import NARROWEST, face_necks, sound_piece, without_unsound_rim
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh, shapes, write_mesh
-from geometry.mesh.intersections import is_embedded
+from geometry.files import write_mesh
+from geometry.mesh import Mesh, shapes
+from geometry.mesh.intersections.meeting_faces import is_embedded
 from tests.fabkit.test_designs import refused, run, surface
 from tests.real_data.meshes import DATA, HEXAGONAL, needs_data
 
@@ -105,7 +106,7 @@ def test_counts_beyond_memory_get_a_sentence(tmp_path: Path, monkeypatch: pytest
     def too_much(**_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("fabkit.design_commands.cmc_design", too_much)
+    monkeypatch.setattr("fabkit.commands.design.cmc_design", too_much)
     assert "not enough memory" in refused("design", "cmc", "-o", tmp_path / "out")
 
 

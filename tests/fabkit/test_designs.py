@@ -15,7 +15,7 @@ from typer.testing import CliRunner, Result
 
 from fabkit import Built, Project
 from fabkit import design as built
-from fabkit.cli import app
+from fabkit.commands.app import app
 from fabkit.designs import (
     Bend,
     EdgeOffsetDesign,
@@ -31,8 +31,9 @@ from fabkit.designs import (
 from fabkit.errors import OutputError, ProjectError
 from geometry.curvature import face_curvatures
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh, read_mesh, read_mesh_pair, shapes, solids, write_mesh
-from geometry.mesh.intersections import is_embedded
+from geometry.files import read_mesh, read_mesh_pair, write_mesh
+from geometry.mesh import Mesh, shapes, solids
+from geometry.mesh.intersections.meeting_faces import is_embedded
 
 SVG = "{http://www.w3.org/2000/svg}"
 

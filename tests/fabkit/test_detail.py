@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabkit.detailing.check import violations
-from fabkit.detailing.detail import detail
-from fabkit.detailing.rules import BeamRules, DetailingRules, NodeRules, PanelRules
+from fabkit.checking.violations import violations
+from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
+from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules
+from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
-from geometry.parallel.support import SupportStructure
 
 SIDE = 1500.0
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fabkit.detailing.check import violations
-from fabkit.detailing.detail import detail
-from fabkit.detailing.rules import DetailingRules, PanelRules
+from fabkit.checking.violations import violations
+from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
 from fabkit.parts import Assembly
 from fabkit.production.marks import share_equal_parts
+from fabkit.rules import DetailingRules, PanelRules
+from geometry.gauss import SupportStructure, gauss_image
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
-from geometry.parallel import SupportStructure, gauss_image
 
 
 def supported(mesh: Mesh) -> SupportStructure:

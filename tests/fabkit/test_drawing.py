@@ -13,7 +13,7 @@ from shapely import LineString, MultiLineString, Polygon
 from fabkit.errors import DetailingError, OutputError
 from fabkit.parts import Assembly, Panel
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
-from fabkit.production.nest import Sheet
+from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
 from fabkit.production.strokes import ARROW, GLYPHS, text_strokes, text_width
 from geometry.arrays import FloatArray

@@ -18,10 +18,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon, box
 
-from fabkit.export.dxf import write_dxf
+from fabkit.formats.drawings.dxf import write_dxf
 from fabkit.parts import Panel
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, sheet_drawings
-from fabkit.production.nest import Sheet
+from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
 from geometry.arrays import FloatArray
 from tests.fabkit.plates import outlines, plates
@@ -125,7 +125,7 @@ def test_lines_are_open_and_rings_closed() -> None:
 def test_other_processes_write_the_same_bytes() -> None:
     code = """if True:
         import sys
-        from fabkit.export.dxf import write_dxf
+        from fabkit.formats.drawings.dxf import write_dxf
         from fabkit.production.drawing import Drawing
         import numpy as np
         drawing = Drawing("P001", {"CUT": (np.eye(3)[[0, 1, 2, 0], :2],)}, ("a note",))

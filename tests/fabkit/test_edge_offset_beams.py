@@ -12,12 +12,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fabkit.detailing.detail import detail
-from fabkit.detailing.rules import BeamRules, DetailingRules, NodeRules
+from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Beam
+from fabkit.rules import BeamRules, DetailingRules, NodeRules
 from geometry.arrays import FloatArray
+from geometry.gauss import SupportStructure, edge_distances
 from geometry.mesh import Mesh, solids
-from geometry.parallel import ParallelSpace, SupportStructure, edge_distances, edge_factors
+from geometry.parallel import ParallelSpace, edge_factors
 from tests.fabkit.edge_offsets import revolved_pair
 
 HEIGHT = 120.0

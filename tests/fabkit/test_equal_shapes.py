@@ -12,16 +12,16 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from fabkit.detailing.detail import detail
-from fabkit.detailing.rules import DetailingRules
+from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Beam, Node, Panel
 from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, in_company
 from fabkit.production.marks import share_equal_parts
 from fabkit.production.turns import turn_beam, turn_node, turn_panel, turned_beams, turned_nodes, turned_panels
+from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
+from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh, shapes
-from geometry.parallel.gauss_image import gauss_image
-from geometry.parallel.support import SupportStructure
 from tests.fabkit.plates import plates
 
 WITHIN = 1.0

@@ -10,11 +10,12 @@ import pytest
 from typer.testing import CliRunner
 
 from fabkit import Built, Project, design
-from fabkit.cli import app
-from fabkit.inspection import inspect_mesh
+from fabkit.commands.app import app
+from fabkit.commands.inspection import inspect_mesh
 from fabkit.production.summary import ExactGaussImage
-from geometry.mesh import Mesh, shapes, write_mesh
-from geometry.parallel import face_distances
+from geometry.files import write_mesh
+from geometry.gauss import face_distances
+from geometry.mesh import Mesh, shapes
 from tests.fabkit.edge_offsets import revolved_pair
 from tests.geometry.box_meshes import turning
 from tests.geometry.members import solid

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fabkit.detailing import fit
-from fabkit.detailing.fit import seats
+from fabkit.checking import fit
+from fabkit.checking.fit import seats
 from fabkit.parts import Frame, Solid, prism_topology, prism_vertices
 from geometry.arrays import FloatArray
 from tests.fabkit.dome import CENTRE, dome

@@ -15,17 +15,18 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner, Result
 
 from fabkit import FabkitError, Project, design
-from fabkit.cli import app
+from fabkit.commands.app import app
+from fabkit.commands.inspection import inspect_mesh, inspect_project
 from fabkit.errors import ProjectError, in_one_sentence
 from fabkit.fitness import CRITERIA, Finding, FitnessError, FitnessRules, allowed, check_fit_to_build
 from fabkit.fitness.parts import lift, mitres
 from fabkit.fitness.shape import heights, lean, moves, outwards, self_intersection
-from fabkit.inspection import inspect_mesh, inspect_project
 from fabkit.project import project_from
 from geometry.errors import GeometryError, MeshError, MeshFileError
-from geometry.mesh import Mesh, shapes, write_mesh
-from geometry.parallel import SupportStructure
-from geometry.parallel.gauss_image import gauss_image
+from geometry.files import write_mesh
+from geometry.gauss import SupportStructure
+from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.mesh import Mesh, shapes
 from tests.fabkit import unfit_meshes as unfit
 from tests.geometry.bent_meshes import rotation, shaken, vault
 

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from fabkit.errors import OutputError
-from fabkit.export import folder as folders
-from fabkit.export import renaming
-from fabkit.export.folder import check_replaceable, whole_folder
-from fabkit.export.manifest import MANIFEST, not_ours, write_manifest
+from fabkit.formats import folder as folders
+from fabkit.formats import renaming
+from fabkit.formats.folder import check_replaceable, whole_folder
+from fabkit.formats.manifest import MANIFEST, not_ours, write_manifest
 
 
 def write(out: Path, text: str, *, force: bool = False) -> None:

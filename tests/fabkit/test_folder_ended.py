@@ -15,9 +15,9 @@ from pathlib import Path
 import pytest
 
 from fabkit.errors import OutputError
-from fabkit.export import renaming
-from fabkit.export.folder import whole_folder
-from fabkit.export.manifest import not_ours, write_manifest
+from fabkit.formats import renaming
+from fabkit.formats.folder import whole_folder
+from fabkit.formats.manifest import not_ours, write_manifest
 from fabkit.signals import ENDING, SignalsWait, ending_tidily
 
 N_FILES = 12

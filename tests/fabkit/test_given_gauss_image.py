@@ -14,16 +14,18 @@ from openpyxl import load_workbook
 from typer.testing import CliRunner
 
 from fabkit import Built, Project, build, design, load_project
-from fabkit.cli import app
+from fabkit.commands.app import app
+from fabkit.commands.inspection import inspect_pair
 from fabkit.errors import ProjectError
 from fabkit.gauss_image import exact_pair
-from fabkit.inspection import inspect_pair
 from fabkit.project import project_from
 from geometry.curvature import christoffel_dual
 from geometry.errors import GeometryError, ParallelityError
-from geometry.mesh import Mesh, read_mesh, write_mesh
+from geometry.files import read_mesh, write_mesh
+from geometry.gauss import edge_distances
+from geometry.mesh import Mesh
 from geometry.meshing import planarise
-from geometry.parallel import edge_distances, parallelity
+from geometry.parallel import parallelity
 from tests.fabkit.edge_offsets import revolved_pair
 from tests.real_data.meshes import DATA, HEXAGONAL, needs_data
 

@@ -15,9 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabkit.errors import OutputError
-from fabkit.export.gltf import LEFT_OUT_COLOUR, glb_bytes
-from fabkit.export.palette import PALETTE
-from fabkit.export.triangles import Facets, facets
+from fabkit.formats.gltf import LEFT_OUT_COLOUR, glb_bytes
+from fabkit.formats.palette import PALETTE
+from fabkit.formats.triangles import Facets, facets
 from fabkit.parts import Assembly, LeftOut, Solid, Topology, prism_topology, prism_vertices
 from geometry.arrays import FloatArray
 from tests.fabkit.gridshell import gridshell, left_out_lines

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from fabkit.errors import FabkitError
-from fabkit.export.kernels import to_build123d, to_cadquery
-from fabkit.export.palette import PALETTE
-from fabkit.export.step import instance_name
+from fabkit.formats.kernels import to_build123d, to_cadquery
+from fabkit.formats.palette import PALETTE
+from fabkit.formats.step.files import instance_name
 from fabkit.parts import Assembly, Frame, Part
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.occt import measure, solids_in
@@ -114,6 +114,6 @@ def test_missing_kernel_is_named_with_its_cure(package: str, monkeypatch: pytest
 
 def test_no_kernel_is_imported_before_it_is_asked_for() -> None:
     script = (
-        "import sys, fabkit.export.kernels; sys.exit(any(m in sys.modules for m in ('OCP', 'build123d', 'cadquery')))"
+        "import sys, fabkit.formats.kernels; sys.exit(any(m in sys.modules for m in ('OCP', 'build123d', 'cadquery')))"
     )
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

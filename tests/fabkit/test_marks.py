@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fabkit.detailing.check import violations
-from fabkit.detailing.detail import detail
-from fabkit.detailing.rules import DetailingRules
+from fabkit.checking.violations import violations
+from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Frame, Panel, Part, Solid, prism_topology, prism_vertices
 from fabkit.production.marks import share_equal_parts
+from fabkit.rules import DetailingRules
+from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
-from geometry.parallel.support import SupportStructure
 
 
 def barrel(n: int = 8, tilt: float = 0.0) -> Assembly:

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from fabkit.detailing.clash import clashing_pairs
-from fabkit.detailing.convex import is_splittable
-from fabkit.detailing.pieces import triangles
-from fabkit.detailing.stacks import Stack
+from fabkit.checking.clash import clashing_pairs
+from fabkit.checking.convex import is_splittable
+from fabkit.checking.convex_pieces import triangles
 from fabkit.parts import prism_topology, prism_vertices
+from fabkit.parts.stacks import Stack
 from geometry.arrays import FloatArray
 
 

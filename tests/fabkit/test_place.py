@@ -14,13 +14,14 @@ import pytest
 import trimesh
 
 from fabkit import Built, Project, build, design
+from fabkit.commands.inspection import inspect_mesh, inspect_pair
 from fabkit.designs import cmc_design, cmc_near_design, hexagons_design, write_design
-from fabkit.export.gltf import glb_bytes
-from fabkit.export.kernels import to_build123d, to_cadquery
-from fabkit.export.step import write_step
-from fabkit.inspection import inspect_mesh, inspect_pair
+from fabkit.formats.gltf import glb_bytes
+from fabkit.formats.kernels import to_build123d, to_cadquery
+from fabkit.formats.step.files import write_step
 from geometry.arrays import FloatArray
-from geometry.mesh import Mesh, read_mesh, read_mesh_pair, shapes, write_mesh
+from geometry.files import read_mesh, read_mesh_pair, write_mesh
+from geometry.mesh import Mesh, shapes
 from tests.fabkit.edge_offsets import revolved_pair
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.occt import HAS_KERNEL, measure, read_step, solids_in

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabkit.production.guillotine import ROUNDING_MM, SPLITS, WAYS, _fill, smallest_rectangles
-from fabkit.production.nest import turned
+from fabkit.production.nests import turned
 from fabkit.production.rectangles_left import RectanglesLeft
 from geometry.arrays import BoolArray, FloatArray
 

@@ -16,16 +16,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fabkit.export.gltf import LEFT_OUT_COLOUR, glb_bytes
-from fabkit.export.measures import Measure, measures
-from fabkit.export.report import report_html
-from fabkit.export.report_figures import histogram
-from fabkit.export.report_fitness import fitness_html
 from fabkit.fitness import CRITERIA, Finding
+from fabkit.formats.gltf import LEFT_OUT_COLOUR, glb_bytes
+from fabkit.formats.report.figures import histogram
+from fabkit.formats.report.fitness import fitness_html
+from fabkit.formats.report.page import report_html
 from fabkit.parts import Assembly, Material
-from fabkit.production.cut_list import cut_list
+from fabkit.production.cut_lists import cut_list
 from fabkit.production.drawing import sheet_drawings
-from fabkit.production.nest import Sheet
+from fabkit.production.measures import Measure, measures
+from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
 from tests.fabkit.browser import Browser, pixels
 from tests.fabkit.gridshell import gridshell, gridshell_summary, left_out_lines

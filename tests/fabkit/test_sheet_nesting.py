@@ -19,7 +19,7 @@ from fabkit.errors import NestingError
 from fabkit.parts import Panel
 from fabkit.production import irregular, sheet_nesting
 from fabkit.production.guillotine import smallest_rectangles
-from fabkit.production.nest import TOLERANCE_MM, Nest, Placement, Sheet, Stock, check_nest
+from fabkit.production.nests import TOLERANCE_MM, Nest, Placement, Sheet, Stock, check_nest
 from fabkit.production.sheet_nesting import nest_panels
 from geometry.arrays import FloatArray
 from tests.fabkit.plates import outlines, plate, plates

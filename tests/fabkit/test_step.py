@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabkit.export.palette import PALETTE
-from fabkit.export.step_text import Block, reals, string
+from fabkit.formats.palette import PALETTE
+from fabkit.formats.step.text import Block, reals, string
 from fabkit.parts import Material, Part, Solid, prism_topology
 from geometry.arrays import FloatArray
 from tests.fabkit.part21 import StepText, coordinates, written

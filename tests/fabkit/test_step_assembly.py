@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from fabkit.errors import OutputError
-from fabkit.export.palette import PALETTE
-from fabkit.export.step import instance_name, stream_step, write_step
+from fabkit.formats.palette import PALETTE
+from fabkit.formats.step.files import instance_name, stream_step, write_step
 from fabkit.parts import Assembly, Frame, Material, Part, Solid
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.part21 import StepText, coordinates, written

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fabkit.export.tables import not_run, write_csv, write_xlsx
+from fabkit.formats.tables import not_run, write_csv, write_xlsx
 from fabkit.parts import Assembly
-from fabkit.production.cut_list import CutList, Table, cut_list
-from fabkit.production.nest import Nest, Sheet
+from fabkit.production.cut_lists import CutList, Table, cut_list
+from fabkit.production.nests import Nest, Sheet
 from fabkit.production.sheet_nesting import nest_panels
 from tests.fabkit.gridshell import gridshell, gridshell_summary
 

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from rich.text import Text
 from typer.testing import CliRunner, Result
 
-from fabkit.cli import app
-from fabkit.terminal import LONGEST, told
+from fabkit.commands.app import app
+from fabkit.commands.terminal import LONGEST, told
 
 ROOT = Path(__file__).parents[2]
 FULL = Path("/dev/full")
@@ -235,7 +235,7 @@ main()
 """
 
 
-@pytest.mark.parametrize("module", ["numpy", "scipy", "fabkit.project", "typer", "fabkit.design_commands"])
+@pytest.mark.parametrize("module", ["numpy", "scipy", "fabkit.project", "typer", "fabkit.commands.design"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_while_modules_are_imported_is_silent(number: signal.Signals, module: str) -> None:
     done = subprocess.run(

@@ -21,8 +21,8 @@ from mesh_files import MESHES, written
 from said import check_folder, check_said, snapshot
 from typer.testing import CliRunner
 
-from fabkit.cli import app
-from geometry.mesh.obj import obj_text
+from fabkit.commands.app import app
+from geometry.files.obj import obj_text
 
 ROOT = Path(__file__).parents[2]
 ASKED = "asked.json"

@@ -11,10 +11,11 @@ import numpy as np
 from driver import Files, Kind, mutated
 
 from geometry.errors import MeshError, MeshFileError
-from geometry.mesh import Mesh, check_faces, read_mesh, shapes, write_mesh
-from geometry.mesh.obj import obj_text
-from geometry.mesh.off import off_text
-from geometry.mesh.ply import ply_text
+from geometry.files import check_faces, read_mesh, write_mesh
+from geometry.files.obj import obj_text
+from geometry.files.off import off_text
+from geometry.files.ply import ply_text
+from geometry.mesh import Mesh, shapes
 
 MESHES = [
     shapes.grid(2, 1),

@@ -15,8 +15,10 @@ from mesh_files import MESHES, written
 from fabkit.gauss_image import TOLERANCE, exact_pair, read_given_pair
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh, check_faces, read_mesh_pair, shapes
-from geometry.parallel import gauss_image, nearest_parallel_pair, parallelity
+from geometry.files import check_faces, read_mesh_pair
+from geometry.gauss import gauss_image, nearest_parallel_pair
+from geometry.mesh import Mesh, shapes
+from geometry.parallel import parallelity
 
 ELEMENTS = re.compile(r"\b(vertex|vertices|edge|edges|face|faces) \d+[ ,;:-]")
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import typer
 
-from fabkit.cli import app
-from fabkit.export.manifest import MANIFEST, not_ours
+from fabkit.commands.app import app
+from fabkit.formats.manifest import MANIFEST, not_ours
 
 __all__ = ["check_folder", "check_said", "snapshot"]
 

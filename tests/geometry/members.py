@@ -6,9 +6,9 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
+from geometry.gauss.distances import edge_distances, face_distances, vertex_distances
+from geometry.gauss.refinement import nearest_parallel
 from geometry.mesh import Mesh, solids
-from geometry.parallel.offsets import edge_distances, face_distances, vertex_distances
-from geometry.parallel.refine import nearest_parallel
 
 SOLIDS = {name: getattr(solids, name)() for name in solids.__all__}
 SIMPLE = [name for name, mesh in SOLIDS.items() if (mesh.combinatorics.vertex_degrees == 3).all()]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from geometry.edge_offset.patterns import dual
 from geometry.mesh import Combinatorics
+from geometry.mesh.patterns import dual
 
 KINDS = ("triangles", "simple", "mixed", "dual of mixed")
 

@@ -10,12 +10,12 @@ from scipy.linalg import null_space
 
 from geometry.arrays import FloatArray
 from geometry.curvature import ChristoffelDuals, christoffel_dual, face_curvatures, minimal_of_revolution
-from geometry.edge_offset.koebe import koebe
-from geometry.edge_offset.patterns import hexagon_patch
-from geometry.edge_offset.planar_patterns import enneper_koebe
+from geometry.edge_offset.enneper import enneper_koebe
+from geometry.edge_offset.koebe_polyhedra import koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
+from geometry.mesh.patterns import hexagon_patch
 from geometry.mesh.polygons import mixed_areas
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from tests.geometry.topologies import together, without
@@ -308,7 +308,7 @@ def test_edges_of_hexagonal_patches_do_not_vanish(nx: int, ny: int) -> None:
 
 def test_an_edge_that_vanishes_in_all_of_them_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """The bound is raised, so that even the best is refused."""
-    monkeypatch.setattr("geometry.curvature.christoffel.VANISHING", 0.9)
+    monkeypatch.setattr("geometry.curvature.christoffel_duals.VANISHING", 0.9)
     image = koebe(hexagon_patch(4, 5)).mesh
     with pytest.raises(
         GeometryError, match=r"edge \d+ from vertex \d+ to vertex \d+ vanishes in the fairest dual"

@@ -9,28 +9,20 @@ from hypothesis import strategies as st
 from shapely import Polygon
 
 from geometry.arrays import FloatArray
-from geometry.edge_offset.boundary_values import open_pattern
-from geometry.edge_offset.koebe import KoebePolyhedron, koebe
-from geometry.edge_offset.patterns import (
+from geometry.circle_patterns.boundary_values import open_pattern
+from geometry.circle_patterns.plane_pattern import PlanePattern
+from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
+from geometry.errors import GeometryError, MeshError
+from geometry.mesh import Combinatorics, shapes
+from geometry.mesh.patterns import (
     hexagon_patch,
     pentagon_patch,
     quad_patch,
     rotational_hexagons,
     rotational_quads,
 )
-from geometry.edge_offset.plane_pattern import PlanePattern
-from geometry.edge_offset.stereographic import (
-    circle_planes,
-    line_planes,
-    pairs,
-    plane_circles,
-    poles,
-    to_plane,
-    to_sphere,
-)
-from geometry.errors import GeometryError, MeshError
-from geometry.mesh import Combinatorics, shapes
 from geometry.optimise.solution import ConvergenceError, Reason
+from geometry.spheres.stereographic import circle_planes, line_planes, pairs, plane_circles, poles, to_plane, to_sphere
 from tests.geometry.random_polyhedra import random_polyhedron
 from tests.geometry.test_koebe import assert_koebe, misfit_up_to_rotation
 

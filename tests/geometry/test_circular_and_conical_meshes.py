@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
+from geometry.gauss.distances import circularity, conicality
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
-from geometry.parallel.offsets import circularity, conicality
 from tests.geometry.bent_meshes import graph, out_of_plane, rotation, shaken
 
 seeds = st.integers(0, 2**32 - 1)

@@ -11,8 +11,8 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError
 from geometry.functionals.closeness import OnCurve, OnSurface, close_to
 from geometry.mesh import shapes
-from geometry.mesh.curve import Curve
-from geometry.mesh.surface import Surface
+from geometry.surface.curve import Curve
+from geometry.surface.surface import Surface
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from geometry.errors import GeometryError
 from geometry.functionals.planarity import face_deviations
+from geometry.gauss import edge_distances, gauss_image, nearest_parallel_pair
 from geometry.mesh import Mesh, shapes, solids
-from geometry.parallel import ParallelSpace, edge_distances, gauss_image, nearest_parallel_pair, parallelity
+from geometry.parallel import ParallelSpace, parallelity
 
 
 def pair(mesh: Mesh, seed: int) -> tuple[Mesh, Mesh]:

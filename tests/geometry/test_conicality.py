@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.functionals.conicality import Conicality, closed_fans
+from geometry.gauss.distances import conicality
 from geometry.mesh import Mesh, shapes
-from geometry.parallel.offsets import conicality
 from tests.geometry.bent_meshes import rotation
 
 seeds = st.integers(0, 2**32 - 1)

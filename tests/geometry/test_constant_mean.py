@@ -15,18 +15,18 @@ from geometry.curvature import (
     face_curvatures,
     minimal_of_revolution,
 )
-from geometry.curvature.constant_mean import ConstantMean
-from geometry.edge_offset.design import edge_offset_mesh
-from geometry.edge_offset.koebe import koebe
-from geometry.edge_offset.patterns import quad_patch
-from geometry.edge_offset.planar_patterns import enneper_koebe
+from geometry.curvature.constant_mean_curvature import ConstantMean
+from geometry.edge_offset.enneper import enneper_koebe
+from geometry.edge_offset.koebe_polyhedra import koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.edge_offset.signed_meshes import edge_offset_mesh
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh, shapes
+from geometry.mesh.patterns import quad_patch
 from geometry.mesh.polygons import mixed_areas
 from geometry.optimise.solution import ConvergenceError, Reason
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
-from geometry.parallel.closing import Closing
+from geometry.parallel.edge_closure import Closing
 from tests.geometry.topologies import MESHES
 
 CONSTANT = 1e-10

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
-from geometry.mesh.curve import Curve
+from geometry.surface.curve import Curve
 
 seeds = st.integers(0, 2**32 - 1)
 

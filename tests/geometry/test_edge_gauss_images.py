@@ -7,10 +7,10 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from geometry.gauss.distances import edge_distances
+from geometry.gauss.exact_gauss_image import edge_gauss_image
 from geometry.mesh import Mesh, shapes
-from geometry.parallel.exact import edge_gauss_image
-from geometry.parallel.offsets import edge_distances
-from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from tests.geometry.box_meshes import turning
 from tests.geometry.members import SIMPLE, boosted, member, opened, solid, tangent_profile
 

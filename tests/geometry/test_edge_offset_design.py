@@ -9,17 +9,18 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset.contradictory_signs import conflicting_edges
-from geometry.edge_offset.design import alternating_signs, edge_offset_mesh, guided_signs, saddle_signs
-from geometry.edge_offset.koebe import KoebePolyhedron
-from geometry.edge_offset.koebe import koebe as koebe_of
-from geometry.edge_offset.patterns import pentagon_patch
-from geometry.edge_offset.stereographic import circle_planes, poles
+from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron
+from geometry.edge_offset.koebe_polyhedra import koebe as koebe_of
+from geometry.edge_offset.signed_meshes import alternating_signs, edge_offset_mesh, guided_signs, saddle_signs
 from geometry.errors import GeometryError
 from geometry.functionals.fairness import laplacian
+from geometry.gauss import edge_gauss_image
 from geometry.mesh import Mesh, shapes, solids
-from geometry.mesh.intersections import is_embedded
+from geometry.mesh.intersections.meeting_faces import is_embedded
+from geometry.mesh.patterns import pentagon_patch
 from geometry.meshing import planarise
-from geometry.parallel import ParallelSpace, edge_factors, edge_gauss_image, parallelity
+from geometry.parallel import ParallelSpace, edge_factors, parallelity
+from geometry.spheres.stereographic import circle_planes, poles
 from tests.geometry.tiling_polyhedra import KINDS, tiling_polyhedron
 from tests.real_data.meshes import HEXAGONAL, needs_data, read
 

@@ -8,10 +8,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError
+from geometry.gauss.distances import circularity, edge_distances, face_distances, vertex_distances
+from geometry.gauss.exact_gauss_image import edge_gauss_image, exact_gauss_images, face_gauss_image, vertex_gauss_image
 from geometry.mesh import Mesh, shapes
-from geometry.parallel.exact import edge_gauss_image, exact_gauss_images, face_gauss_image, vertex_gauss_image
-from geometry.parallel.offsets import circularity, edge_distances, face_distances, vertex_distances
-from geometry.parallel.parallelity import parallelity
+from geometry.parallel.edge_parallelity import parallelity
 from tests.geometry.members import SIMPLE, SOLIDS, boosted, member, solid
 
 seeds = st.integers(0, 2**32 - 1)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from geometry.errors import MeshError
 from geometry.functionals.parallelity import parallel_to
 from geometry.mesh import Mesh, shapes
-from geometry.parallel.disjoint_faces import disjoint_faces
+from geometry.mesh.independent_faces import disjoint_faces
 from geometry.parallel.face_unknowns import LARGEST, FaceUnknowns
 from tests.geometry.topologies import by_equation_2, meshes, projected
 

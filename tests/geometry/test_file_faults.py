@@ -15,7 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import MeshError, MeshFileError
-from geometry.mesh import Mesh, read_mesh, shapes, write_mesh
+from geometry.files import read_mesh, write_mesh
+from geometry.mesh import Mesh, shapes
 
 SUFFIXES = [".obj", ".off", ".ply"]
 MARKS = {

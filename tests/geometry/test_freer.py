@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import RankError
+from geometry.gauss import gauss_image, gauss_image_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
-from geometry.parallel import ParallelSpace, gauss_image, gauss_image_pair, parallelity
+from geometry.parallel import ParallelSpace, parallelity
 
 from .bent_meshes import shaken, vault
 from .box_meshes import block, noisy, turning

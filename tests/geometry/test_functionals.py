@@ -26,11 +26,11 @@ from geometry.functionals.normals import (
 )
 from geometry.functionals.parallelity import Parallelity, parallel_to
 from geometry.functionals.planarity import Planarity
+from geometry.gauss.distances import circularity, conicality
 from geometry.mesh import Combinatorics, Mesh, shapes
 from geometry.optimise.functional import Functional, LinearFunctional, Stack
 from geometry.optimise.newton import nearest_feasible
 from geometry.optimise.solution import Reason
-from geometry.parallel.offsets import circularity, conicality
 from tests.geometry.bent_meshes import rotation, shaken, with_midpoints
 
 seeds = st.integers(0, 2**32 - 1)

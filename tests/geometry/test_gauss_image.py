@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError
 from geometry.functionals.rim import extrapolated_normals
+from geometry.gauss.approximate_gauss_image import gauss_image, refuse_triangle_mesh
+from geometry.gauss.distances import edge_distances, face_distances, vertex_distances
 from geometry.mesh import Mesh, shapes
-from geometry.parallel.gauss_image import gauss_image, refuse_triangle_mesh
-from geometry.parallel.offsets import edge_distances, face_distances, vertex_distances
-from geometry.parallel.parallelity import parallelity
+from geometry.parallel.edge_parallelity import parallelity
 
 PARALLEL = 1e-13
 seeds = st.integers(0, 2**32 - 1)

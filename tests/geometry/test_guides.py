@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh, shapes
-from geometry.mesh.curve import Curve
-from geometry.mesh.surface import Surface
 from geometry.meshing import planarise
 from geometry.optimise.solution import ConvergenceError
+from geometry.surface.curve import Curve
+from geometry.surface.surface import Surface
 from tests.geometry.bent_meshes import graph, out_of_plane, shaken, vault
 
 seeds = st.integers(0, 2**32 - 1)

@@ -13,8 +13,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.mesh import Mesh, box_trees, face_neighbours, flat_faces, intersections, shapes, solids
-from geometry.mesh.intersections import intersecting_faces, is_embedded, self_crossing_faces
+from geometry.mesh import Mesh, shapes, solids
+from geometry.mesh.intersections.meeting_faces import (
+    box_trees,
+    face_neighbours,
+    flat_faces,
+    intersecting_faces,
+    is_embedded,
+    self_crossing_faces,
+)
+from geometry.mesh.intersections.meeting_faces import meeting_faces as intersections
 from tests.geometry.bent_meshes import rotation
 from tests.geometry.topologies import MESHES, split, together
 

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray
-from geometry.edge_offset.koebe import KoebePolyhedron, koebe
-from geometry.edge_offset.moebius import MoebiusTransformation
-from geometry.edge_offset.patterns import dual
-from geometry.edge_offset.planar_graphs import refuse_other_than_polyhedra
-from geometry.edge_offset.stereographic import circle_planes, poles
+from geometry.circle_patterns.planar_graphs import refuse_other_than_polyhedra
+from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
 from geometry.errors import GeometryError, MeshError
+from geometry.gauss.distances import edge_distances
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
-from geometry.parallel.offsets import edge_distances
+from geometry.mesh.patterns import dual
+from geometry.spheres.moebius import MoebiusTransformation
+from geometry.spheres.stereographic import circle_planes, poles
 from tests.geometry.random_polyhedra import KINDS, random_polyhedron
 
 ROUNDING = 1e-12
@@ -150,7 +150,7 @@ def test_a_pyramid_with_many_sides() -> None:
 def test_multigrid_and_factor_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     c = random_polyhedron(np.random.default_rng(5), 600, "dual of mixed")
     direct = koebe(c).mesh.vertices
-    monkeypatch.setattr("geometry.edge_offset.laplacian.DIRECT", 100)
+    monkeypatch.setattr("geometry.optimise.grounded_laplacian.DIRECT", 100)
     assert np.abs(koebe(c).mesh.vertices - direct).max() <= 1e-10
 
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.edge_offset.laguerre import LaguerreTransformation
-from geometry.edge_offset.lorentz import product
-from geometry.edge_offset.vertex_cones import VertexCones
 from geometry.errors import GeometryError
+from geometry.spheres.laguerre import LaguerreTransformation
+from geometry.spheres.lorentz import product
+from geometry.spheres.oriented_cones import VertexCones
 from tests.geometry.test_lorentz import direction, lorentz_matrix, seeds
 
 L = LaguerreTransformation

@@ -9,22 +9,22 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from geometry.edge_offset.laguerre import LaguerreTransformation
-from geometry.edge_offset.lorentz import FORM
-from geometry.edge_offset.moebius import MoebiusTransformation
-from geometry.edge_offset.vertex_cones import VertexCones
 from geometry.errors import GeometryError, ParallelityError
-from geometry.mesh import Mesh, solids
-from geometry.parallel.exact import face_gauss_image
-from geometry.parallel.gauss_image import gauss_image
-from geometry.parallel.offsets import (
+from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss.distances import (
     conicality,
     edge_cone_deviation,
     edge_distances,
     face_distances,
     vertex_distances,
 )
-from geometry.parallel.parallelity import parallelity
+from geometry.gauss.exact_gauss_image import face_gauss_image
+from geometry.mesh import Mesh, solids
+from geometry.parallel.edge_parallelity import parallelity
+from geometry.spheres.laguerre import LaguerreTransformation
+from geometry.spheres.lorentz import FORM
+from geometry.spheres.moebius import MoebiusTransformation
+from geometry.spheres.oriented_cones import VertexCones
 from tests.geometry.members import SIMPLE, SOLIDS, member, opened, solid
 from tests.geometry.test_laguerre import planes, transformation
 from tests.geometry.test_lorentz import direction, orthogonal, seeds

@@ -9,13 +9,15 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
+from geometry.files import meeting_outlines as outlines
+from geometry.files import mend
+from geometry.files.checks import FOLD_CLEARANCE
 from geometry.functionals import planarity
 from geometry.functionals.planarity import Planarity
-from geometry.mesh import Mesh, mend, outlines, shapes
-from geometry.mesh.checks import FOLD_CLEARANCE
+from geometry.gauss import nearest_parallel_pair
+from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
 from geometry.optimise.constrained import ConstrainedQuadratic
-from geometry.parallel import nearest_parallel_pair
 
 seeds = st.integers(0, 2**32 - 1)
 KINDS = ["star", "on a raster", "two exchanged", "corner on an edge", "comb", "anywhere"]

@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array, random_array, vstack
 
 from geometry.arrays import FloatArray
+from geometry.gauss import gauss_image
 from geometry.mesh import shapes
 from geometry.optimise import constrained, saddle_point
 from geometry.optimise.constrained import minimise_quadratic
 from geometry.optimise.functional import SparseMatrix
 from geometry.optimise.solution import Reason, Solution
-from geometry.parallel import gauss_image
 
 seeds = st.integers(0, 2**32 - 1)
 

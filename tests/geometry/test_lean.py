@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from geometry.errors import MeshError
 from geometry.functionals.rim import extrapolated_normals
+from geometry.gauss import axis_lean
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
-from geometry.parallel import axis_lean
 
 PLATONIC = ["tetrahedron", "cube", "octahedron", "dodecahedron", "icosahedron"]
 

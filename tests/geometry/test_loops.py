@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geometry.mesh import Mesh, shapes
-from geometry.parallel.loops import independent_loops
+from geometry.parallel.homology import independent_loops
 from tests.geometry.topologies import TORUS, without
 
 

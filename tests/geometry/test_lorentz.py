@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.edge_offset.lorentz import FORM, boost, deviation, inverse, orthonormalised, product, rotation
 from geometry.errors import GeometryError
+from geometry.spheres.lorentz import FORM, boost, deviation, inverse, orthonormalised, product, rotation
 
 ROUNDING = 1e-14  # deviations are over the square of the norm; some dozen operations
 REST = np.array([0.0, 0.0, 0.0, 1.0])

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
-from geometry.mesh import Mesh, check_faces, mend, shapes
-from geometry.mesh.checks import COINCIDENCE
+from geometry.files import check_faces, mend
+from geometry.files.checks import COINCIDENCE
+from geometry.mesh import Mesh, shapes
 
 Faces = list[list[int]]
 

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
-from geometry.mesh import Mesh, mend, read_mesh_pair, shapes
-from geometry.mesh.checks import COINCIDENCE, check_duplicates
-from geometry.mesh.clusters import clusters_within
-from geometry.mesh.soup import PolygonSoup
+from geometry.files import mend, read_mesh_pair
+from geometry.files.checks import COINCIDENCE, check_duplicates
+from geometry.files.clusters import clusters_within
+from geometry.files.polygon_soup import PolygonSoup
+from geometry.mesh import Mesh, shapes
 
 Faces = list[list[int]]
 

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import MeshError, MeshFileError
-from geometry.mesh import Mesh, read_mesh, read_mesh_pair, shapes, solids, write_mesh
+from geometry.files import read_mesh, read_mesh_pair, write_mesh
+from geometry.mesh import Mesh, shapes, solids
 
 Faces = list[list[int]]
 

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.edge_offset.lorentz import FORM, boost
-from geometry.edge_offset.moebius import MoebiusTransformation
-from geometry.edge_offset.stereographic import to_plane
 from geometry.errors import GeometryError
+from geometry.gauss.distances import edge_distances, face_distances, vertex_distances
 from geometry.mesh import solids
-from geometry.parallel.offsets import edge_distances, face_distances, vertex_distances
+from geometry.spheres.lorentz import FORM, boost
+from geometry.spheres.moebius import MoebiusTransformation
+from geometry.spheres.stereographic import to_plane
 from tests.geometry.members import SOLIDS, boosted, opened, solid
 from tests.geometry.test_lorentz import direction, lorentz_matrix, orthogonal, seeds
 

@@ -13,12 +13,12 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError, ParallelityError
+from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss.axes import node_axes, parallel_from_axes
+from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh, shapes
-from geometry.parallel.gauss_image import gauss_image
-from geometry.parallel.node_axes import node_axes, parallel_from_axes
-from geometry.parallel.parallelity import parallelity
-from geometry.parallel.spanning import spanning_forest
-from geometry.parallel.support import SupportStructure
+from geometry.mesh.spanning_forests import spanning_forest
+from geometry.parallel.edge_parallelity import parallelity
 
 seeds = st.integers(0, 2**32 - 1)
 

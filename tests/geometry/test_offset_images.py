@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh, shapes
-from geometry.parallel import (
+from geometry.gauss import (
     edge_distances,
     exact_gauss_images,
     face_distances,
     offset_deviations,
     offset_gauss_image,
-    parallelity,
     vertex_distances,
 )
+from geometry.mesh import Mesh, shapes
+from geometry.parallel import parallelity
 from tests.geometry.members import SIMPLE, SOLIDS, boosted, member, solid
 from tests.geometry.test_exact_gauss_images import parallelograms
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
-from geometry.mesh import Mesh, shapes
-from geometry.parallel.offsets import (
+from geometry.gauss.distances import (
     circularity,
     conicality,
     edge_axis_twist,
@@ -19,7 +18,8 @@ from geometry.parallel.offsets import (
     face_distances,
     vertex_distances,
 )
-from geometry.parallel.parallelity import parallelity
+from geometry.mesh import Mesh, shapes
+from geometry.parallel.edge_parallelity import parallelity
 
 ROUNDING = 1e-13  # some hundred operations on numbers near 1
 seeds = st.integers(0, 2**32 - 1)

@@ -16,12 +16,13 @@ from geometry.functionals.closeness import close_to
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
 from geometry.functionals.parallelity import parallel_to
+from geometry.gauss import gauss_image
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
 from geometry.optimise import bounded, constrained, semidefinite
 from geometry.optimise.functional import normal_equations
 from geometry.optimise.solution import ConvergenceError
-from geometry.parallel import ParallelSpace, gauss_image, minimising, parallelity
+from geometry.parallel import ParallelSpace, minimising, parallelity
 from geometry.parallel import optimality as optimality_module
 
 from .bent_meshes import shaken, vault, with_midpoints

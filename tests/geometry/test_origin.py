@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
-from geometry.mesh import Combinatorics, Mesh, read_mesh, read_mesh_pair, shapes, write_mesh
-from geometry.mesh.mending import mend
+from geometry.files import read_mesh, read_mesh_pair, write_mesh
+from geometry.files.mending import mend
+from geometry.gauss import gauss_image
+from geometry.mesh import Combinatorics, Mesh, shapes
 from geometry.mesh.origin import rounding, whole_origin
 from geometry.meshing import planarise
 from geometry.optimise.solution import ConvergenceError
-from geometry.parallel import gauss_image
 
 WHOLE = st.tuples(*[st.integers(-5_000_000, 5_000_000)] * 3).map(np.array)
 DOUBLES = st.floats(-1e8, 1e8) | st.floats(-10, 10) | st.integers(-(2**40), 2**40).map(float)

@@ -13,7 +13,7 @@ from geometry.errors import GeometryError, MeshError, ParallelityError
 from geometry.mesh import Mesh, shapes
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import space
-from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
 from tests.geometry.topologies import ANNULUS, MESHES, by_equation_2, meshes, projected
 

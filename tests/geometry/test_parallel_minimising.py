@@ -15,11 +15,11 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
+from geometry.gauss.approximate_gauss_image import gauss_image
 from geometry.mesh import Mesh, shapes
 from geometry.optimise.functional import LinearFunctional, normal_equations
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
-from geometry.parallel.gauss_image import gauss_image
-from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
 
 seeds = st.integers(0, 2**32 - 1)

@@ -11,8 +11,8 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError, RankError
 from geometry.mesh import Mesh, shapes, solids
 from geometry.parallel import spectrum
-from geometry.parallel.closing import Closing
-from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.edge_closure import Closing
+from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
 from tests.geometry.topologies import ANNULUS, MESHES, by_equation_2, meshes, projected, together
 

@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from geometry.edge_offset.patterns import (
+from geometry.errors import MeshError
+from geometry.mesh import Combinatorics, solids
+from geometry.mesh.patterns import (
     dual,
     hexagon_patch,
     pentagon_patch,
@@ -15,8 +17,6 @@ from geometry.edge_offset.patterns import (
     rotational_hexagons,
     rotational_quads,
 )
-from geometry.errors import MeshError
-from geometry.mesh import Combinatorics, solids
 from tests.geometry.random_polyhedra import KINDS, random_polyhedron
 
 sizes = st.integers(1, 6)

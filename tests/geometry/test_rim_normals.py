@@ -12,8 +12,8 @@ from geometry.arrays import FloatArray
 from geometry.curvature import face_curvatures
 from geometry.errors import GeometryError
 from geometry.functionals.rim import extrapolated_normals
+from geometry.gauss import gauss_image
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
-from geometry.parallel import gauss_image
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.edge_offset.planar_patterns import enneper_koebe
+from geometry.edge_offset.enneper import enneper_koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe, rows_within
 from geometry.errors import GeometryError
+from geometry.gauss import edge_distances
+from geometry.gauss.distances import edge_feet
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids
-from geometry.parallel import edge_distances
-from geometry.parallel.offsets import edge_feet
 
 ROUNDING = 1e-12
 """Sizes about 1, a few dozen operations; bands here come to 1e-2 of the poles, where that costs two digits."""

@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
-from geometry.mesh import Mesh, check_faces, shapes, solids
+from geometry.files import check_faces
+from geometry.gauss import circularity, conicality
+from geometry.mesh import Mesh, shapes, solids
 from geometry.mesh.polygons import face_centroids
-from geometry.parallel import circularity, conicality
-from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.edge_parallelity import edge_factors, parallelity
 
 GOLDEN = (1 + 5**0.5) / 2
 ROUNDING = 1e-14  # sizes are near 1, a few dozen operations

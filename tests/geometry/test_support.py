@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError, MeshError, ParallelityError
+from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
-from geometry.parallel.support import SupportStructure
 
 
 def cube(scale: float = 1.0) -> Mesh:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh, shapes
-from geometry.mesh.surface import Surface
+from geometry.surface.surface import Surface
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from geometry.arrays import FloatArray
 from geometry.edge_offset.tangent_hexagons import TangentMesh, mesh_with_planes, tangent_mesh
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh, Surface, read_mesh, shapes, solids
-from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
+from geometry.files import read_mesh
+from geometry.mesh import Mesh, shapes, solids
+from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 from geometry.parallel import edge_factors, parallelity
+from geometry.surface import Surface
 from tests.geometry.bent_meshes import rotation
 from tests.geometry.tiling_polyhedra import tiling_polyhedron
 from tests.geometry.topologies import split, together, without

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from geometry.arrays import FloatArray
-from geometry.edge_offset.stereographic import circle_planes, poles
 from geometry.mesh import Mesh
+from geometry.spheres.stereographic import circle_planes, poles
 
 __all__ = ["KINDS", "tiling_polyhedron"]
 

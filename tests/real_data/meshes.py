@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from geometry.mesh import Mesh, read_mesh
+from geometry.files import read_mesh
+from geometry.mesh import Mesh
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of real meshes is not beside the project")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fabkit.inspection import inspect_mesh
+from fabkit.commands.inspection import inspect_mesh
 from tests.real_data.meshes import DATA, needs_data
 
 pytestmark = needs_data

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from geometry.arrays import FloatArray
-from geometry.edge_offset.boundary_values import open_pattern
-from geometry.edge_offset.koebe import KoebePolyhedron, koebe
-from geometry.edge_offset.stereographic import plane_circles
+from geometry.circle_patterns.boundary_values import open_pattern
+from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
+from geometry.spheres.stereographic import plane_circles
 from tests.geometry.test_koebe import misfit_up_to_rotation
 from tests.real_data.meshes import CATENOID, HEXAGONAL, needs_data, read
 

@@ -7,18 +7,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from geometry.edge_offset.laguerre import LaguerreTransformation
 from geometry.errors import GeometryError
+from geometry.gauss.distances import conicality, edge_distances, face_distances
+from geometry.gauss.exact_gauss_image import face_gauss_image
 from geometry.mesh import Mesh
 from geometry.meshing import planarise
-from geometry.parallel.exact import face_gauss_image
-from geometry.parallel.offsets import (
-    conicality,
-    edge_distances,
-    face_distances,
-)
-from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
+from geometry.spheres.laguerre import LaguerreTransformation
 from tests.geometry.test_laguerre_of_meshes import moderate
 from tests.geometry.test_lorentz import direction
 from tests.real_data.meshes import CONICAL, HEXAGONAL, needs_data, read

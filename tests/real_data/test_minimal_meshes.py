@@ -6,8 +6,9 @@ import numpy as np
 
 from geometry.curvature import ChristoffelDuals, face_curvatures
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.gauss import edge_gauss_image
 from geometry.meshing import planarise
-from geometry.parallel import edge_factors, edge_gauss_image
+from geometry.parallel import edge_factors
 from tests.real_data.meshes import CATENOID, HEXAGONAL, needs_data, read
 
 pytestmark = needs_data

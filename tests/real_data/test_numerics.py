@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from geometry.errors import GeometryError, RankError
-from geometry.meshing import OptimisedMesh, planarise
-from geometry.parallel.gauss_image import gauss_image
-from geometry.parallel.offsets import (
+from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss.distances import (
     circularity,
     conicality,
     edge_axis_twist,
@@ -18,7 +17,8 @@ from geometry.parallel.offsets import (
     face_distances,
     vertex_distances,
 )
-from geometry.parallel.parallelity import parallelity
+from geometry.meshing import OptimisedMesh, planarise
+from geometry.parallel.edge_parallelity import parallelity
 from geometry.parallel.space import ParallelSpace
 from tests.real_data.meshes import (
     BOTANIC,

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from geometry.errors import GeometryError, ParallelityError
+from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss.axes import node_axes, parallel_from_axes
+from geometry.gauss.distances import edge_distances, face_distances, vertex_distances
+from geometry.gauss.exact_gauss_image import edge_gauss_image, exact_gauss_images, face_gauss_image, vertex_gauss_image
 from geometry.mesh import Mesh
 from geometry.meshing import planarise
-from geometry.parallel.exact import edge_gauss_image, exact_gauss_images, face_gauss_image, vertex_gauss_image
-from geometry.parallel.gauss_image import gauss_image
-from geometry.parallel.node_axes import node_axes, parallel_from_axes
-from geometry.parallel.offsets import edge_distances, face_distances, vertex_distances
-from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
 from tests.real_data.meshes import CATENOID, CONICAL, HEXAGONAL, SIX_ARMED, YAS, needs_data, read
 

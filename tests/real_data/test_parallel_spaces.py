@@ -7,12 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from geometry.files import read_mesh
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
-from geometry.mesh import Mesh, read_mesh
+from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.mesh import Mesh
 from geometry.meshing import planarise
-from geometry.parallel.gauss_image import gauss_image
-from geometry.parallel.parallelity import edge_factors, parallelity
+from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
 from tests.real_data.meshes import DATA, needs_data, read
 

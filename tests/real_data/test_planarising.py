@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from geometry.errors import GeometryError
+from geometry.gauss.distances import circularity, conicality
 from geometry.mesh import Mesh
-from geometry.mesh.curve import Curve
-from geometry.mesh.surface import Surface
 from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
-from geometry.parallel.offsets import circularity, conicality
+from geometry.surface.curve import Curve
+from geometry.surface.surface import Surface
 from tests.real_data.meshes import BOTANIC, CIRCULAR, CONICAL, CONJUGATE, SIX_ARMED, YAS, needs_data, read
 
 pytestmark = needs_data

@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 
-from geometry.mesh import check_faces, read_mesh
+from geometry.files import check_faces, read_mesh
 from tests.real_data.meshes import DATA, needs_data
 
 pytestmark = needs_data

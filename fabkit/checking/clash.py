@@ -1,0 +1,84 @@
+"""Which parts share volume."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from fabkit.checking.convex import Pieces, convex_pieces, depths, is_splittable
+from fabkit.errors import DetailingError
+from fabkit.parts import Assembly, Part
+from fabkit.parts.stacks import Stack, stacks
+from geometry.arrays import FloatArray, IntArray
+
+__all__ = ["clashes", "clashing_pairs"]
+
+TOUCHING_MM = 1e-6
+"""Neighbouring parts meet face to face; computed in double precision such faces lie within 1e-9 mm."""
+
+
+def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[Part, Part, float]]:
+    """Every two parts that reach into each other by more than `depth_mm`, and by how much, in mm.
+
+    The depth is the shortest way to move the two apart; where a part is not convex, the largest such depth over
+    its convex pieces. The solids must be sound (`check.violations` says which are not). In the order of
+    `assembly.parts()`. Raises DetailingError where a solid is neither convex nor a prism over a simple polygon.
+    """
+    parts = list(assembly.parts())
+    all_stacks = stacks(parts)
+    for stack in all_stacks:
+        for position in stack.parts[~is_splittable(stack)].tolist():
+            raise DetailingError(
+                f"{parts[position].kind} {parts[position].mark}, element {parts[position].element}, is neither convex "
+                "nor a prism over a simple polygon, so what it shares with others cannot be found; build it as a prism"
+            )
+    pairs, found = clashing_pairs(all_stacks, depth_mm=depth_mm)
+    return [(parts[i], parts[j], d) for (i, j), d in zip(pairs.tolist(), found.tolist(), strict=True)]
+
+
+def clashing_pairs(stacks: Sequence[Stack], *, depth_mm: float = TOUCHING_MM) -> tuple[IntArray, FloatArray]:
+    """(K, 2) positions of every two parts, the lower first, that reach into each other by more than `depth_mm`;
+    (K,) by how much. All solids must be splittable; sorted."""
+    shapes = [pieces for stack in stacks for pieces in convex_pieces(stack)]
+    if not shapes:
+        return np.empty((0, 2), dtype=np.int64), np.empty(0)
+    candidates = _candidates(shapes)
+    counts = [len(pieces.parts) for pieces in shapes]
+    shape = np.repeat(np.arange(len(shapes)), counts)
+    row = np.concatenate([np.arange(count) for count in counts])
+    found = np.empty(len(candidates))
+    group = shape[candidates] @ np.array([len(shapes), 1])
+    for alike in np.unique(group).tolist():
+        members = np.flatnonzero(group == alike)
+        first, second = divmod(alike, len(shapes))
+        pairs = row[candidates[members]]
+        found[members] = depths(shapes[first], shapes[second], pairs, touching_mm=depth_mm)
+    deep = found > depth_mm
+    parts = np.concatenate([pieces.parts for pieces in shapes])
+    return _deepest(np.sort(parts[candidates[deep]], axis=1), found[deep])
+
+
+def _candidates(shapes: Sequence[Pieces]) -> IntArray:
+    """(K, 2) pieces, counted through all shapes, of different parts whose axis-aligned boxes meet."""
+    parts = np.concatenate([pieces.parts for pieces in shapes])
+    lower = np.concatenate([pieces.vertices.min(axis=1) for pieces in shapes])
+    upper = np.concatenate([pieces.vertices.max(axis=1) for pieces in shapes])
+    z, x, y = np.argsort(np.ptp(lower, axis=0))  # the tree is flat: its plane is that of the two longest extents
+    boxes = shapely.box(lower[:, x], lower[:, y], upper[:, x], upper[:, y])
+    first, second = shapely.STRtree(boxes).query(boxes)
+    meet = (first < second) & (parts[first] != parts[second])
+    first, second = first[meet], second[meet]
+    meet = (lower[first, z] <= upper[second, z]) & (lower[second, z] <= upper[first, z])
+    pairs: IntArray = np.stack([first[meet], second[meet]], axis=1)
+    return pairs
+
+
+def _deepest(pairs: IntArray, found: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Each pair of parts once, sorted, with the largest depth over its pieces."""
+    order = np.lexsort((-found, pairs[:, 1], pairs[:, 0]))
+    pairs, found = pairs[order], found[order]
+    first = np.ones(len(pairs), dtype=bool)
+    first[1:] = (pairs[1:] != pairs[:-1]).any(axis=1)
+    return pairs[first], found[first]

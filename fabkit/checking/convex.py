@@ -1,0 +1,180 @@
+"""Solids as convex pieces, and how deep convex pieces reach into each other.
+
+Two pieces are compared by each face of the one with each corner of the other, and a large plate has many neighbours, so
+prisms over outlines with many corners are cut, convex or not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from fabkit.checking.convex_pieces import MOST_CORNERS, triangles
+from fabkit.parts import Topology, face_normals, prism_topology
+from fabkit.parts.stacks import Stack
+from geometry.arrays import BoolArray, FloatArray, IntArray
+
+__all__ = ["Pieces", "convex_pieces", "depths", "is_splittable"]
+
+FLUSH_MM = 1e-6
+"""A solid none of whose corners stands further in front of one of its faces counts as convex."""
+PARALLEL = 1e-10
+"""Directions (sine of the angle) taken as one axis: over 10 m the overlap is off by 1e-6 mm, never less than it is."""
+NUMBERS_AT_ONCE = 4_000_000
+"""Projections held in memory at a time: 32 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Convex polyhedra alike in their counts, in world coordinates.
+
+    parts (Q,): position of the part each belongs to. vertices (Q, V, 3) in mm; normals (Q, N, 3) and
+    directions (Q, D, 3): unit vectors along all face normals and all edges, parallel ones once.
+    """
+
+    parts: IntArray
+    vertices: FloatArray
+    normals: FloatArray
+    directions: FloatArray
+
+
+def convex_pieces(stack: Stack) -> list[Pieces]:
+    """Convex solids that are not cut as they are; the others, which must be splittable prisms, as triangular prisms."""
+    whole = _is_convex(stack)
+    return [_pieces(part) for part in (stack[whole], _triangular_prisms(stack[~whole])) if len(part.parts)]
+
+
+def is_splittable(stack: Stack) -> BoolArray:
+    """(P,) whether `convex_pieces` can take each solid: it is convex, or a right or oblique prism over a simple
+    polygon."""
+    result = _is_convex(stack)
+    others = np.flatnonzero(~result)
+    n = stack.topology.n_vertices // 2
+    if len(others) and _is_prism(stack.topology):
+        vertices = stack.vertices[others]
+        outlines, axes, _ = _seen_along(vertices)
+        generators = vertices[:, n:] - vertices[:, :n]
+        astray = np.linalg.norm(np.cross(generators, axes[:, None, :]), axis=-1).max(axis=1)
+        result[others] = (astray <= FLUSH_MM) & shapely.is_valid(shapely.polygons(outlines))
+    return result
+
+
+def _is_convex(stack: Stack) -> BoolArray:
+    """(P,) False for what is cut anyway."""
+    t = stack.topology
+    if t.n_vertices > 2 * MOST_CORNERS and _is_prism(t):
+        return np.zeros(len(stack.parts), dtype=bool)
+    normals = face_normals(stack.vertices, t)
+    anchors = stack.vertices[:, t.corners[t.loop_starts[t.face_starts[:-1]]]]
+    levels = np.einsum("pfk,pfk->pf", normals, anchors)
+    heights = normals @ stack.vertices.transpose(0, 2, 1) - levels[..., None]
+    flush: BoolArray = heights.max(axis=(1, 2)) <= FLUSH_MM
+    return flush
+
+
+def _is_prism(topology: Topology) -> bool:
+    n, odd = divmod(topology.n_vertices, 2)
+    if odd or n < 3:
+        return False
+    prism = prism_topology(n)
+    names = ("corners", "loop_starts", "face_starts")
+    return all(np.array_equal(getattr(topology, name), getattr(prism, name)) for name in names)
+
+
+def _seen_along(vertices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Prisms (P, 2n, 3) seen along their axes, from their first corners: outlines (P, n, 2), counter-clockwise; unit
+    axes (P, 3); two unit vectors across each, the columns of (P, 3, 2)."""
+    n = vertices.shape[1] // 2
+    axes = vertices[:, n] - vertices[:, 0]
+    axes /= np.linalg.norm(axes, axis=-1, keepdims=True)
+    x = np.cross(np.eye(3)[np.abs(axes).argmin(axis=1)], axes)
+    x /= np.linalg.norm(x, axis=-1, keepdims=True)
+    plane = np.stack([x, np.cross(axes, x)], axis=-1)
+    return (vertices[:, :n] - vertices[:, :1]) @ plane, axes, plane
+
+
+def _triangular_prisms(stack: Stack) -> Stack:
+    if not len(stack.parts):
+        return stack
+    outlines, axes, plane = _seen_along(stack.vertices)
+    corners, owner = triangles(outlines)
+    points = np.einsum("tck,tjk->tcj", corners, plane[owner])
+    normals = face_normals(stack.vertices, stack.topology)
+    ends = []
+    for face, first in ((0, 0), (1, stack.topology.n_vertices // 2)):  # both ends are plane, but may lean
+        slope = normals[:, face] / np.einsum("pk,pk->p", normals[:, face], axes)[:, None]
+        rise = -np.einsum("tcj,tj->tc", points, slope[owner])
+        ends.append(stack.vertices[owner, None, first] + points + rise[..., None] * axes[owner, None])
+    return Stack(prism_topology(3), stack.parts[owner], np.concatenate(ends, axis=1))
+
+
+def _pieces(stack: Stack) -> Pieces:
+    tail, head = stack.topology.edges.T
+    edges = stack.vertices[:, head] - stack.vertices[:, tail]
+    directions = edges / np.linalg.norm(edges, axis=-1, keepdims=True)
+    normals = face_normals(stack.vertices, stack.topology)
+    return Pieces(stack.parts, stack.vertices, _distinct(normals), _distinct(directions))
+
+
+def _distinct(directions: FloatArray) -> FloatArray:
+    """(P, k, 3) of directions (P, m, 3): those that are not parallel to an earlier one in every solid."""
+    kept: list[int] = []
+    for k in range(directions.shape[1]):
+        turn = np.cross(directions[:, kept], directions[:, k : k + 1])
+        parallel = (np.abs(turn) <= PARALLEL).all(axis=(0, 2))
+        if not parallel.any():
+            kept.append(k)
+    return directions[:, kept]
+
+
+def depths(first: Pieces, second: Pieces, pairs: IntArray, *, touching_mm: float) -> FloatArray:
+    """(K,) how deep piece pairs[k, 0] of `first` and piece pairs[k, 1] of `second` reach into each other, in mm.
+
+    The depth is the shortest way to move the two apart, found by the separating axis test: the smallest overlap of
+    their shadows over all face normals and all products of two edge directions. Negative or zero: they share no
+    volume. Where a face normal already shows no more than `touching_mm`, the search ends with what it shows.
+    """
+    result = np.empty(len(pairs))
+    numbers = (first.normals.shape[1] + second.normals.shape[1]) * _n_vertices(first, second)
+    for rows in _chunks(np.arange(len(pairs)), numbers):
+        i, j = pairs[rows].T
+        axes = np.concatenate([first.normals[i], second.normals[j]], axis=1)
+        result[rows] = _overlaps(axes, first.vertices[i], second.vertices[j])
+    numbers = first.directions.shape[1] * second.directions.shape[1] * _n_vertices(first, second)
+    for rows in _chunks(np.flatnonzero(result > touching_mm), numbers):
+        i, j = pairs[rows].T
+        axes = _products(first.directions[i], second.directions[j])
+        result[rows] = np.minimum(result[rows], _overlaps(axes, first.vertices[i], second.vertices[j]))
+    return result
+
+
+def _n_vertices(first: Pieces, second: Pieces) -> int:
+    return int(first.vertices.shape[1] + second.vertices.shape[1])
+
+
+def _chunks(rows: IntArray, numbers: int) -> list[IntArray]:
+    """These rows in runs, so that with this many numbers a row a run stays within NUMBERS_AT_ONCE."""
+    size = max(1, NUMBERS_AT_ONCE // numbers)
+    return [rows[start : start + size] for start in range(0, len(rows), size)]
+
+
+def _products(first: FloatArray, second: FloatArray) -> FloatArray:
+    """(K, D1 * D2, 3) unit vectors across directions (K, D1, 3) and (K, D2, 3); zero where those are parallel."""
+    across = np.cross(first[:, :, None, :], second[:, None, :, :]).reshape(len(first), -1, 3)
+    sines = np.linalg.norm(across, axis=-1, keepdims=True)
+    units: FloatArray = np.divide(across, sines, out=np.zeros_like(across), where=sines > PARALLEL)
+    return units
+
+
+def _overlaps(axes: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+    """(K,) smallest overlap of the shadows of corners (K, V, 3) and (K, W, 3) on unit axes (K, A, 3)."""
+    middle = first[:, :1]
+    one = axes @ (first - middle).transpose(0, 2, 1)
+    other = axes @ (second - middle).transpose(0, 2, 1)
+    ahead = one.max(axis=-1) - other.min(axis=-1)
+    behind = other.max(axis=-1) - one.min(axis=-1)
+    overlap = np.where(axes.any(axis=-1), np.minimum(ahead, behind), np.inf)
+    smallest: FloatArray = overlap.min(axis=-1)
+    return smallest

@@ -1,0 +1,105 @@
+"""How the ends of the beams sit on the node blocks, found from the solids alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabkit.parts import Beam, Node, Topology, face_normals
+from fabkit.parts.stacks import Stack, stacks
+from geometry.arrays import FloatArray, IntArray, integers
+
+__all__ = ["Seats", "seats"]
+
+NUMBERS_AT_ONCE = 4_000_000
+"""Numbers held in memory while ends are compared with facets: 32 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seats:
+    """Ends of beams and the facets they meet, one row an end whose node is there.
+
+    beams, nodes (K,): positions in the sequences given; ends (K,): 0 for end A, 1 for end B.
+    off_mm (K,): largest distance of the end face from the plane of the facet. over_mm (K,): how far it sticks out
+    of the facet's outline, negative inside. Both infinite where no facet looks towards the end face.
+    """
+
+    beams: IntArray
+    ends: IntArray
+    nodes: IntArray
+    off_mm: FloatArray
+    over_mm: FloatArray
+
+
+def seats(beams: Sequence[Beam], nodes: Sequence[Node]) -> Seats:
+    """Each end face against that facet of its node's block which it fits best among those that look towards it."""
+    position = {node.element: k for k, node in enumerate(nodes)}
+    at = integers([[position.get(vertex, -1) for vertex in beam.nodes] for beam in beams]).reshape(-1, 2)
+    beam, end = np.nonzero(at >= 0)
+    node = at[beam, end]
+    off, over = np.empty(len(node)), np.empty(len(node))
+    node_stacks = stacks(nodes)
+    which, row = np.empty(len(nodes), dtype=np.int64), np.empty(len(nodes), dtype=np.int64)
+    for k, blocks in enumerate(node_stacks):
+        which[blocks.parts], row[blocks.parts] = k, np.arange(len(blocks.parts))
+    for bars in stacks(beams):
+        corners, normals = _end_faces(bars, np.array([beams[k].placement.axes[0] for k in bars.parts]))
+        bar = np.full(len(beams), -1)
+        bar[bars.parts] = np.arange(len(bars.parts))
+        for k, blocks in enumerate(node_stacks):
+            rows = np.flatnonzero((bar[beam] >= 0) & (which[node] == k))
+            for some in _a_few_at_a_time(rows, blocks.topology):
+                own = bar[beam[some]], end[some]
+                off[some], over[some] = _misfits(corners[own], normals[own], blocks[row[node[some]]])
+    return Seats(beam, end, node, off, over)
+
+
+def _a_few_at_a_time(rows: IntArray, topology: Topology) -> list[IntArray]:
+    """These rows in runs, so that some twenty numbers a corner of each block are no more than NUMBERS_AT_ONCE."""
+    size = max(1, NUMBERS_AT_ONCE // (20 * len(topology.corners)))
+    return [rows[start : start + size] for start in range(0, len(rows), size)]
+
+
+def _end_faces(bars: Stack, along: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Corners (P, 2, m, 3), some of them repeated, and outward normals (P, 2, 3) of the faces that look most against
+    and most along the bars' x-axes (P, 3)."""
+    normals = face_normals(bars.vertices, bars.topology)
+    looks = np.einsum("pfk,pk->pf", normals, along)
+    faces = np.stack([looks.argmin(axis=1), looks.argmax(axis=1)], axis=1)
+    rows = np.arange(len(faces))[:, None]
+    corners = _face_corners(bars.topology)[faces]
+    return bars.vertices[rows[..., None], corners], normals[rows, faces]
+
+
+def _face_corners(topology: Topology) -> IntArray:
+    """(F, m) vertices of each face's outer loop, the last one repeated where a face has fewer than m."""
+    loops = topology.loop_starts[topology.face_starts[:-1]]
+    sizes = np.diff(topology.loop_starts)[topology.face_starts[:-1]]
+    corners: IntArray = topology.corners[loops[:, None] + np.minimum(np.arange(sizes.max()), sizes[:, None] - 1)]
+    return corners
+
+
+def _misfits(corners: FloatArray, normals: FloatArray, blocks: Stack) -> tuple[FloatArray, FloatArray]:
+    """off_mm and over_mm of end faces with corners (K, m, 3) and normals (K, 3), each on its own block (K)."""
+    t = blocks.topology
+    starts = t.loop_starts[t.face_starts[:-1]]
+    facing = face_normals(blocks.vertices, t)
+    here, following = blocks.vertices[:, t.corners], blocks.vertices[:, t.corners[t.next_corner]]
+    off = np.abs(_levels(facing, here[:, starts], corners)).max(axis=-1)
+    outward = np.cross(following - here, facing[:, t.corner_face])
+    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
+    over = np.maximum.reduceat(_levels(outward, here, corners).max(axis=-1), starts, axis=1)
+    misfit = np.maximum(off, over)
+    misfit[np.einsum("kfj,kj->kf", facing, normals) >= 0] = np.inf
+    rows, best = np.arange(len(misfit)), misfit.argmin(axis=1)
+    none = np.isinf(misfit[rows, best])
+    return np.where(none, np.inf, off[rows, best]), np.where(none, np.inf, over[rows, best])
+
+
+def _levels(normals: FloatArray, anchors: FloatArray, points: FloatArray) -> FloatArray:
+    """(K, n, m) heights of points (K, m, 3) above planes through anchors (K, n, 3) with unit normals (K, n, 3)."""
+    heights: FloatArray = normals @ points.transpose(0, 2, 1)
+    heights -= np.einsum("knj,knj->kn", normals, anchors)[..., None]
+    return heights

@@ -1,0 +1,1 @@
+"""What people type: `fabkit build`, `inspect`, `design`, and how they are answered."""

@@ -1,0 +1,236 @@
+"""The command line: `fabkit build` and `fabkit inspect`; `fabkit design` has its commands in a file of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from fabkit.commands.design import design_app
+from fabkit.commands.inspection import UNSIZED, Inspection, inspect_project
+from fabkit.commands.options import (
+    RUN,
+    Allow,
+    Beam,
+    Clearance,
+    EqualWithin,
+    Flip,
+    GaussImage,
+    Joint,
+    Lift,
+    MeanEdge,
+    MeshPath,
+    NestMode,
+    NestSeconds,
+    Reference,
+    Sheet,
+    SkipUnbuildable,
+    Thickness,
+    Unit,
+    project_of,
+    settings_of,
+)
+from fabkit.commands.terminal import ERR, OUT, Commands, facts_table, one_sentence, told
+from fabkit.fitness import TOLD_BY_NAME, Finding
+from fabkit.pipeline import Built, build
+from fabkit.project import Project
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    cls=Commands,
+    help="From a freeform mesh with planar faces to what a workshop needs: torsion-free beams, nodes and panels as "
+    "STEP, DXF, cut lists and a report.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+)
+
+app.add_typer(design_app, name="design")
+
+COLOURS = {"told": "yellow", "allowed": "yellow", "unfit": "red"}
+
+
+@app.command("build")
+def build_command(
+    mesh: MeshPath,
+    gauss_image: GaussImage = None,
+    out: Annotated[Path | None, typer.Option("-o", "--out", help="Folder to write; must not exist yet.")] = None,
+    unit: Unit = None,
+    mean_edge: MeanEdge = None,
+    flip: Flip = False,
+    name: Annotated[str | None, typer.Option(help="Name of the structure; by default that of the mesh file.")] = None,
+    beam: Beam = None,
+    reference: Reference = None,
+    clearance: Clearance = None,
+    thickness: Thickness = None,
+    joint: Joint = None,
+    lift: Lift = None,
+    sheet: Sheet = None,
+    nest: NestMode = None,
+    nest_seconds: NestSeconds = None,
+    equal_within: EqualWithin = None,
+    allow: Allow = None,
+    skip_unbuildable: SkipUnbuildable = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace an earlier result in the folder.", rich_help_panel=RUN)
+    ] = False,
+) -> None:
+    """Make parts and documents from a mesh.
+
+    Faces may have any number of corners; they are made planar if they are not. The folder appears whole or not at all.
+    """
+    with one_sentence():
+        settings = settings_of(
+            out=out,
+            name=name,
+            unit=unit,
+            mean_edge_mm=mean_edge,
+            flip=flip or None,
+            skip_unbuildable=skip_unbuildable or None,
+            equal_within_mm=equal_within,
+            allow=allow,
+            gauss_image={"file": gauss_image},
+            beam=beam,
+            reference=reference,
+            clearance=clearance,
+            thickness=thickness,
+            joint=joint,
+            lift=lift,
+            sheet=sheet,
+            nest=nest,
+            nest_seconds=nest_seconds,
+        )
+        project = project_of(mesh, settings)
+        with _progress() as progress:
+            built = build(project, force=force, listener=_Display(progress))
+        _print_result(project, built)
+
+
+@app.command("inspect")
+def inspect_command(
+    mesh: MeshPath,
+    gauss_image: GaussImage = None,
+    unit: Unit = None,
+    mean_edge: MeanEdge = None,
+    flip: Flip = False,
+    beam: Beam = None,
+    reference: Reference = None,
+    clearance: Clearance = None,
+    thickness: Thickness = None,
+    joint: Joint = None,
+    lift: Lift = None,
+    sheet: Sheet = None,
+    nest: NestMode = None,
+    allow: Allow = None,
+    skip_unbuildable: SkipUnbuildable = False,
+) -> None:
+    """Print what a mesh is fit for, by the rules that a build goes by.
+
+    With a unit, a mean edge or a project file all that a build does is tried, short of writing; without, what depends
+    on no size. Ends with 0 where a build would go through, with 1 where it would be refused.
+    """
+    with one_sentence():
+        settings = settings_of(
+            unit=unit,
+            mean_edge_mm=mean_edge,
+            flip=flip or None,
+            skip_unbuildable=skip_unbuildable or None,
+            allow=allow,
+            gauss_image={"file": gauss_image},
+            beam=beam,
+            reference=reference,
+            clearance=clearance,
+            thickness=thickness,
+            joint=joint,
+            lift=lift,
+            sheet=sheet,
+            nest=nest,
+        )
+        if mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "allow", "gauss_image"}:
+            found = inspect_project(project_of(mesh, settings))
+        else:
+            found = inspect_project(project_of(mesh, settings | UNSIZED), is_sized=False)
+        _print_inspection(found)
+    if found.is_unfit:
+        raise typer.Exit(1)
+
+
+# --- output
+
+
+def _progress() -> Progress:
+    return Progress(
+        SpinnerColumn(finished_text="[green]✓[/]"),
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        TimeElapsedColumn(),
+        console=ERR,
+    )
+
+
+class _Display:
+    """Shows the stages of a build, one line each."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._tasks: dict[str, TaskID] = {}
+
+    def __call__(self, stage: str, share: float) -> None:
+        if stage not in self._tasks:
+            self._tasks[stage] = self._progress.add_task(stage, total=None)
+        total = 1.0 if share > 0 else None
+        self._progress.update(self._tasks[stage], completed=share, total=total)
+
+
+def _print_result(project: Project, built: Built) -> None:
+    summary, assembly = built.summary, built.assembly
+    table = facts_table()
+    for kind, group in assembly.groups().items():
+        marks, mass = len({part.mark for part in group}), sum(part.mass_kg for part in group)
+        table.add_row(kind, f"{len(group)} of {marks} marks, {mass:,.0f} kg")
+    if built.nest:
+        table.add_row("sheets", f"{built.nest.n_sheets}, {built.nest.utilisation:.0%} used")
+    table.add_row("planarity", f"{summary.planarity_before:.1e} as read, {summary.planarity_after:.1e} as built")
+    farthest = f" (vertex {summary.farthest_vertex}, counted from 0)" if summary.largest_move_mm > 0 else ""
+    moved = f"{summary.mean_move_mm:.2f} mm in the mean, {summary.largest_move_mm:.2f} at most{farthest}"
+    table.add_row("vertices moved", moved)
+    table.add_row("largest twist", f"{summary.twists_deg.max():.1e} degrees")
+    if summary.gauss_image:
+        table.add_row("gauss image", told(summary.gauss_image_origin))
+    table.add_row("heights", f"{_spread(summary.heights)} of the nominal height")
+    table.add_row("panels lifted", f"{summary.lift_mm:.1f} mm: {summary.lift_reason}")
+    for note in summary.mended:
+        table.add_row("mended", told(note))
+    _add_findings(table, summary.fitness)
+    OUT.print(table)
+    reasons = [part.reason for part in assembly.left_out]
+    if len(reasons) > TOLD_BY_NAME:
+        reasons[TOLD_BY_NAME:] = [f"{len(reasons) - TOLD_BY_NAME} more, which the report and the manifest name"]
+    for reason in reasons:
+        OUT.print(Text.assemble(("left out: ", "bold red"), told(reason)))
+    seconds = sum(built.seconds.values())
+    OUT.print(Text.assemble("written to ", (told(str(project.out)), "bold"), f" in {seconds:.1f} s"))
+
+
+def _print_inspection(found: Inspection) -> None:
+    table = facts_table()
+    for name, fact in found.facts():
+        table.add_row(Text(name, style=COLOURS.get(name, "")), told(fact))
+    OUT.print(table)
+
+
+def _add_findings(table: Table, findings: tuple[Finding, ...]) -> None:
+    for finding in findings:
+        table.add_row(Text(finding.level, style=COLOURS[finding.level]), told(f"{finding.name}: {finding.sentence}"))
+
+
+def _spread(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
+    low, middle, high = np.percentile(values, [0, 50, 100])
+    return f"{low:.3f} to {high:.3f} (median {middle:.3f})"

@@ -1,0 +1,249 @@
+"""From a support structure to an assembly of beams, node blocks and panels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fabkit.checking.panel_cells import panels_outside_cells
+from fabkit.checking.violations import Violation, in_one_sentence, violations
+from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
+from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
+from fabkit.detailing.panel_lift import heights_under_panels
+from fabkit.detailing.panels import PanelShapes, make_panels, panel_shapes
+from fabkit.errors import DetailingError
+from fabkit.fitness import FitnessRules
+from fabkit.fitness.shape import outwards
+from fabkit.parts import Assembly, LeftOut, Material
+from fabkit.rules import DetailingRules
+from geometry.arrays import BoolArray, FloatArray
+from geometry.gauss.support_structure import SupportStructure
+
+__all__ = ["Detailed", "detail"]
+
+TOLD_IN_FULL = 3
+"""So many of the parts that cannot be built have a sentence of their own in an error; the others are only named."""
+
+
+@dataclass(frozen=True, eq=False)
+class Detailed:
+    """The assembly, and what decided the level of its panels. lift_mm: of the panels' lower sides above the mesh.
+    asked_mm (N,): how far the block at each vertex stands above the highest face it reaches under, 0 without one."""
+
+    assembly: Assembly
+    lift_mm: float
+    asked_mm: FloatArray
+    lift_reason: str
+
+
+def detail(
+    structure: SupportStructure, rules: DetailingRules, *, name: str, skip_unbuildable: bool = False
+) -> Detailed:
+    """Make the parts and check that they fit.
+
+    structure: in millimetres. Raises DetailingError naming all parts that cannot be built or do not fit; with
+    skip_unbuildable they are left out instead, the rest is made without them, and the assembly says so.
+    """
+    plan = _Plan(structure, rules, skip_unbuildable)
+    while True:
+        detailed = plan.make(name)
+        plan.check_something_left()
+        found = plan.panels_outside_cells(detailed.assembly) + violations(detailed.assembly, have_marks=False)
+        if not found:
+            return detailed
+        plan.leave_out_violating(found)
+
+
+@dataclass
+class _Plan:
+    """Which beams and panels are to be made; shrinks when something cannot be built and may be left out."""
+
+    structure: SupportStructure
+    rules: DetailingRules
+    skip_unbuildable: bool
+    beams: BoolArray = field(init=False)
+    panels: BoolArray = field(init=False)
+    left_out: list[LeftOut] = field(init=False, default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._check_outwards()
+        self.beams = np.ones(self.structure.mesh.n_edges, dtype=bool)
+        self.panels = np.ones(self.structure.mesh.n_faces, dtype=bool)
+
+    def make(self, name: str) -> Detailed:
+        ends, beams = self._fit_beams()
+        nodes = node_shapes(self.structure, ends, self.rules.beams)
+        heights, panels = self._fit_panels(ends, nodes)
+        with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
+        assembly = Assembly(
+            name,
+            make_beams(
+                self.structure,
+                ends,
+                beams,
+                np.flatnonzero(self.beams),
+                self.rules.beams,
+                self._material("beams"),
+            ),
+            make_nodes(self.structure, ends, nodes, with_beams, self._material("nodes")),
+            make_panels(
+                self.structure,
+                panels,
+                np.flatnonzero(self.panels),
+                self.rules.panels,
+                self._material("panels"),
+            ),
+            tuple(self.left_out) + self._bare_nodes(ends),
+        )
+        asked = np.zeros(self.structure.mesh.n_vertices)
+        np.maximum.at(asked, self.structure.mesh.combinatorics.corners, heights)
+        return Detailed(assembly, panels.lift, asked, self._lift_reason(heights, asked, panels.lift))
+
+    # --- beams and nodes
+
+    def _fit_beams(self) -> tuple[Ends, BeamShapes]:
+        least = self.rules.beams.least_length_mm
+        while True:
+            ends = beam_ends(self.structure, self.beams, self.rules)
+            shapes = beam_shapes(self.structure, ends, self.rules.beams)
+            short = np.flatnonzero(self.beams & ~(shapes.short_point >= least))
+            if not len(short):
+                return ends, shapes
+            reasons = {int(edge): self._no_room(int(edge), ends, shapes) for edge in short}
+            self._leave_out("beam", self.beams, reasons)
+
+    def _no_room(self, edge: int, ends: Ends, shapes: BeamShapes) -> str:
+        i, j = self.structure.mesh.combinatorics.edges[edge].tolist()
+        setbacks = ends.setback[2 * edge : 2 * edge + 2]
+        worst = 2 * edge + int(setbacks.argmax())
+        before = int(np.flatnonzero(ends.following == worst)[0])
+        angle = np.degrees(np.nanmin(ends.gap[[worst, before]]))
+        return (
+            f"the beam on edge {edge} from vertex {i} to vertex {j} has no room: the edge is "
+            f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long, the setbacks are {setbacks[0]:.1f} and "
+            f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts, and at least "
+            f"{self.rules.beams.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
+            f"{angle:.1f} degrees apart; counted from 0)"
+        )
+
+    def _bare_nodes(self, ends: Ends) -> tuple[LeftOut, ...]:
+        bare = np.flatnonzero((np.diff(ends.ring_starts) == 0) & self.structure.mesh.combinatorics.is_used)
+        return tuple(
+            LeftOut("node", vertex, f"the node at vertex {vertex} (counted from 0) has no beams left to join")
+            for vertex in bare.tolist()
+        )
+
+    # --- panels
+
+    def _fit_panels(self, ends: Ends, nodes: NodeShapes) -> tuple[FloatArray, PanelShapes]:
+        """Heights of what stands under the corners of the panels that are made, and their shapes at the level above."""
+        rules = self.rules.panels
+        standing = heights_under_panels(self.structure, ends, self.beams, nodes)
+        while True:
+            heights = np.where(self.panels[self.structure.mesh.combinatorics.corner_face], standing, 0.0)
+            level = rules.lift_mm if rules.lift_mm is not None else max(0.0, float(heights.max())) + rules.seat_mm
+            shapes = panel_shapes(self.structure, rules, level)
+            c = self.structure.mesh.combinatorics
+            shortest = np.minimum.reduceat(shapes.edge_lengths, c.face_starts[:-1])
+            eaten = np.flatnonzero(self.panels & ~(shortest >= rules.least_edge_mm))
+            if not len(eaten):
+                return heights, shapes
+            reasons = {int(face): self._eaten(int(face), shapes, shortest) for face in eaten}
+            self._leave_out("panel", self.panels, reasons)
+
+    def _eaten(self, face: int, shapes: PanelShapes, shortest: FloatArray) -> str:
+        rules = self.rules.panels
+        return (
+            f"the panel on face {face} is eaten by its joint: at {shapes.lift:.1f} mm above the mesh, "
+            f"cut back by half the joint of {rules.joint_mm:g} mm, its shortest edge is {shortest[face]:.1f} mm, and "
+            f"at least {rules.least_edge_mm:g} mm are needed (faces counted from 0)"
+        )
+
+    def _lift_reason(self, heights: FloatArray, asked: FloatArray, level: float) -> str:
+        if self.rules.panels.lift_mm is not None:
+            return f"given as {level:g} mm"
+        corner = int(heights.argmax())
+        if heights[corner] <= 0.0:
+            return "nothing stands above the mesh under the panels"
+        c = self.structure.mesh.combinatorics
+        return (
+            f"the node block at vertex {c.corners[corner]} stands {heights[corner]:.1f} mm above face "
+            f"{c.corner_face[corner]} (counted from 0); the median node asks for {np.median(asked[c.is_used]):.1f} mm"
+        )
+
+    # --- what cannot be made
+
+    def panels_outside_cells(self, assembly: Assembly) -> tuple[Violation, ...]:
+        panels = [assembly.panels[k] for k in panels_outside_cells(self.structure, assembly.panels)]
+        cure = "the outline crosses the support planes of its face: change the mesh there, or lower the panels"
+        return tuple(
+            Violation(f"the panel on face {panel.element} leaves its cell", cure, (("panel", panel.element),))
+            for panel in panels
+        )
+
+    def leave_out_violating(self, found: tuple[Violation, ...]) -> None:
+        """Leave out the panels of each violation, or its beams where no panel is concerned; or raise."""
+        beams: dict[int, str] = {}
+        panels: dict[int, str] = {}
+        for violation in found:
+            of_kind = {kind: [e for k, e in violation.parts if k == kind] for kind in ("beam", "node", "panel")}
+            if of_kind["panel"]:
+                panels |= {face: _because("panel on face", face, violation) for face in of_kind["panel"]}
+            else:
+                edges = of_kind["beam"] or self._beams_at(of_kind["node"])
+                beams |= {edge: _because("beam on edge", edge, violation) for edge in edges}
+        if not self.skip_unbuildable or not (beams or panels):
+            raise DetailingError(in_one_sentence(found))
+        if panels:
+            self._leave_out("panel", self.panels, panels)
+        if beams:
+            self._leave_out("beam", self.beams, beams)
+
+    def check_something_left(self) -> None:
+        for kind, made in (("beam", self.beams), ("panel", self.panels)):
+            if not made.any():
+                reasons = [left.reason for left in self.left_out if left.kind == kind]
+                raise DetailingError(
+                    f"with what cannot be built left out, no {kind} remains of {len(made)}, the first because "
+                    f"{reasons[0]}: change the mesh or the sizes"
+                )
+
+    def _beams_at(self, nodes: Iterable[int]) -> list[int]:
+        touching = np.isin(self.structure.mesh.combinatorics.edges, list(nodes)).any(axis=1)
+        return list(np.flatnonzero(touching & self.beams).tolist())
+
+    def _leave_out(self, kind: str, made: BoolArray, reasons: dict[int, str]) -> None:
+        if not self.skip_unbuildable:
+            told = list(dict.fromkeys(reasons.values()))[:TOLD_IN_FULL]
+            if len(reasons) > TOLD_IN_FULL:
+                others = ", ".join(self._place(kind, element) for element in list(reasons)[TOLD_IN_FULL:])
+                told.append(f"and so it is with {others}")
+            raise DetailingError(
+                f"{len(reasons)} {kind}{'s' if len(reasons) > 1 else ''} cannot be built: {'; '.join(told)}. Change "
+                "the mesh there (counted from 0) or the sizes, or leave these parts out with --skip-unbuildable"
+            )
+        made[list(reasons)] = False
+        self.left_out += [LeftOut(kind, element, reason) for element, reason in sorted(reasons.items())]
+
+    def _place(self, kind: str, element: int) -> str:
+        if kind == "panel":
+            return f"face {element}"
+        i, j = self.structure.mesh.combinatorics.edges[element].tolist()
+        return f"edge {element} (vertices {i} and {j})"
+
+    def _check_outwards(self) -> None:
+        found = outwards(self.structure, FitnessRules())
+        if found and found.level == "refused":
+            raise DetailingError(f"{found.sentence}; {found.cure}")
+
+    def _material(self, kind: str) -> Material:
+        name: str = getattr(self.rules, kind).material
+        return Material(name, self.rules.densities_kg_m3[name])
+
+
+def _because(place: str, element: int, violation: Violation) -> str:
+    """Which part is left out, and why; what else could have been done is for those who do not leave it out."""
+    return f"the {place} {element}, because {violation.finding} (counted from 0)"

@@ -1,0 +1,63 @@
+"""All documents of one structure, written into one folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from fabkit.formats.drawings.dxf import write_dxf
+from fabkit.formats.gltf import glb_bytes
+from fabkit.formats.report.page import report_html
+from fabkit.formats.step.files import write_part_steps, write_step
+from fabkit.formats.tables import write_csv, write_xlsx
+from fabkit.parts import Assembly
+from fabkit.production.cut_lists import cut_list
+from fabkit.production.drawing import panel_drawings, sheet_drawings
+from fabkit.production.nests import Nest
+from fabkit.production.summary import Summary
+from fabkit.stages import Stages
+from geometry.arrays import FloatArray
+from geometry.mesh import Mesh
+
+__all__ = ["write_documents"]
+
+
+def write_documents(
+    folder: Path, mesh: Mesh, assembly: Assembly, nest: Nest | None, summary: Summary, stages: Stages
+) -> None:
+    """Write model.step, parts/, sheets/, panels/, the cut lists, model.glb and report.html into an empty folder.
+
+    mesh: in millimetres, of which the parts' elements are edges, vertices and faces.
+    """
+    with stages("STEP model"):
+        write_step(folder / "model.step", assembly)
+    with stages("STEP parts"):
+        (folder / "parts").mkdir()
+        write_part_steps(folder / "parts", {part.mark: part for part in assembly.parts()}.values())
+    with stages("DXF"):
+        sheets = sheet_drawings(nest, assembly.panels) if nest else ()
+        (folder / "sheets").mkdir()
+        for sheet in sheets:
+            write_dxf(folder / "sheets" / f"{sheet.name}.dxf", sheet)
+        (folder / "panels").mkdir()
+        for drawing in panel_drawings(assembly):
+            write_dxf(folder / "panels" / f"{drawing.name}.dxf", drawing)
+    with stages("Cut lists"):
+        lists = cut_list(assembly, nest)
+        for table in lists.tables:
+            write_csv(folder / f"{table.title}.csv", table)
+        write_xlsx(folder / "cutlist.xlsx", lists, summary, nest)
+    with stages("GLB"):
+        glb = glb_bytes(assembly, _left_out_lines(mesh, assembly))
+        (folder / "model.glb").write_bytes(glb)
+    with stages("Report"):
+        text = report_html(summary=summary, assembly=assembly, tables=lists.tables, sheets=sheets, glb=glb)
+        (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
+
+
+def _left_out_lines(mesh: Mesh, assembly: Assembly) -> FloatArray:
+    """(n, 2, 3) ends in mm of the edges whose beams are left out."""
+    edges = np.array([left.element for left in assembly.left_out if left.kind == "beam"], dtype=np.int64)
+    lines: FloatArray = mesh.vertices[mesh.combinatorics.edges[edges]]
+    return lines

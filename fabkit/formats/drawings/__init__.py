@@ -1,0 +1,1 @@
+"""Drawings in two dimensions."""

@@ -1,0 +1,245 @@
+"""GLB: the whole structure as one binary glTF 2.0 file, for viewers.
+
+glTF wants metres and +Y up; millimetres become metres in the numbers, and the root node turns +Z up into +Y up, so that
+a reader which turns it back (Rhino, Blender) shows the coordinates of the project. The origin of the assembly is on the
+root node alone, in all its digits: everything below it is near zero, where single precision is fine. The tree is
+structure / beams, nodes, panels, left out / part, with marks as names; equal parts share one mesh, placed many times.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from fabkit.errors import OutputError
+from fabkit.formats.palette import PALETTE
+from fabkit.formats.triangles import Facets, facets
+from fabkit.parts import Assembly, Part, Solid, prism_topology, prism_vertices
+from geometry.arrays import FloatArray
+
+__all__ = ["LEFT_OUT_COLOUR", "glb_bytes"]
+
+Json = dict[str, Any]
+
+LEFT_OUT_COLOUR = (0.84, 0.10, 0.12)
+GLASS_OPACITY = 0.35
+LEFT_OUT_THICKNESS = 0.03  # of the length of the edge: thick enough to be seen, thin enough to be no beam
+
+_Z_UP_TO_Y_UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
+_FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
+_ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
+_CHUNK_JSON, _CHUNK_BIN = b"JSON", b"BIN\0"
+
+
+def glb_bytes(assembly: Assembly, left_out_lines: FloatArray | None = None) -> bytes:
+    """The bytes of a .glb file: metres, +Y up, flat-shaded exact triangulations; colours by kind, glass transparent.
+
+    Each part is a node named by its mark, with `extras.element`, its mesh edge, vertex or face; they come in the
+    order of `assembly.parts()`. left_out_lines (n, 2, 3), in mm: the ends of the edges of `assembly.left_out`'s
+    beams, in that order; they become red bars in the group "left out". The same input gives the same bytes.
+
+    Raises `OutputError` where the lines are not one for each beam left out, and where a face of a part is no
+    polygon that can be triangulated.
+    """
+    missing = [left for left in assembly.left_out if left.kind == "beam"]
+    lines = np.zeros((0, 2, 3)) if left_out_lines is None else np.asarray(left_out_lines, dtype=np.float64)
+    if lines.shape != (len(missing), 2, 3):
+        raise OutputError(
+            f"{len(missing)} beams are left out, so left_out_lines must have the shape ({len(missing)}, 2, 3), "
+            f"found {lines.shape}; give the two end points of each of their edges"
+        )
+    scene = _Scene(assembly.name, assembly.origin_mm)
+    for name, parts in assembly.groups().items():
+        scene.add_group(name, _placed(parts))
+    scene.add_group("left out", _bars(lines, [f"left out: edge {left.element}" for left in missing]))
+    return scene.glb()
+
+
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """Things to show. translations (n, 3) in mm, rotations (n, 4) as quaternions x, y, z, w."""
+
+    names: list[str]
+    extras: list[Json]
+    solids: list[Solid]
+    materials: list[str]
+    translations: FloatArray
+    rotations: FloatArray
+
+
+def _placed(parts: Sequence[Part]) -> _Placed:
+    axes = np.array([part.placement.axes for part in parts]).reshape(-1, 3, 3)
+    turned = Rotation.from_matrix(axes.transpose(0, 2, 1)).as_quat(canonical=True) if len(parts) else np.zeros((0, 4))
+    return _Placed(
+        names=[part.mark for part in parts],
+        extras=[{"element": part.element} for part in parts],
+        solids=[part.solid for part in parts],
+        materials=[f"{part.kind} {part.material.name}" for part in parts],
+        translations=np.array([part.placement.origin for part in parts]).reshape(-1, 3),
+        rotations=turned,
+    )
+
+
+def _bars(lines: FloatArray, names: list[str]) -> _Placed:
+    """Square bars in world coordinates about lines (n, 2, 3)."""
+    along = lines[:, 1] - lines[:, 0]
+    lengths = np.linalg.norm(along, axis=1)
+    half = LEFT_OUT_THICKNESS / 2 * lengths[:, None]
+    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    local = prism_vertices(square * half[:, :, None], 0.0, lengths)
+    least = np.eye(3)[np.abs(along).argmin(axis=1)]
+    x = np.cross(least, along)
+    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    z = along / lengths[:, None]
+    vertices = lines[:, :1] + local @ np.stack([x, np.cross(z, x), z], axis=1)
+    return _Placed(
+        names=names,
+        extras=[{} for _ in names],
+        solids=[Solid(each, prism_topology(4)) for each in vertices],
+        materials=["left out"] * len(names),
+        translations=np.zeros((len(names), 3)),
+        rotations=np.tile([0.0, 0.0, 0.0, 1.0], (len(names), 1)),
+    )
+
+
+class _Scene:
+    """A glTF document that grows group by group. Node 0 is the structure."""
+
+    def __init__(self, name: str, origin_mm: FloatArray) -> None:
+        x, y, z = (origin_mm / 1000).tolist()
+        place = {"translation": [x, z, 0.0 - y]} if origin_mm.any() else {}
+        self.nodes: list[Json] = [{"name": name, **place, "rotation": _Z_UP_TO_Y_UP, "children": []}]
+        self.meshes: list[Json] = []
+        self.accessors: list[Json] = []
+        self.materials: dict[str, int] = {}
+        self.index_accessors: dict[bytes, int] = {}
+        self.points: list[bytes] = []
+        self.normals: list[bytes] = []
+        self.indices: list[bytes] = []
+        self.n_points = 0
+        self.index_offset = 0
+
+    def add_group(self, name: str, placed: _Placed) -> None:
+        """A node for the group and one for each thing in it; nothing where it is empty."""
+        if not placed.names:
+            return
+        group = len(self.nodes)
+        self.nodes[0]["children"].append(group)
+        self.nodes.append({"name": name, "children": list(range(group + 1, group + 1 + len(placed.names)))})
+        columns = zip(
+            placed.names,
+            self._add_meshes(placed),
+            np.round(placed.translations / 1000, 9).tolist(),  # a micrometre's thousandth
+            np.round(placed.rotations, 12).tolist(),
+            placed.extras,
+            strict=True,
+        )
+        for mark, mesh, translation, rotation, extras in columns:
+            node = {"name": mark, "mesh": mesh, "translation": translation, "rotation": rotation}
+            self.nodes.append({**node, "extras": extras} if extras else node)
+
+    def _add_meshes(self, placed: _Placed) -> list[int]:
+        """Mesh of each thing; one for each pair of solid and material, in the order of first use."""
+        keys = list(zip(map(id, placed.solids), placed.materials, strict=True))
+        first = {key: n for n, key in reversed(list(enumerate(keys)))}
+        distinct = sorted(first.values())
+        meshes: dict[tuple[int, str], int] = {}
+        shapes = facets([placed.solids[n] for n in distinct], [placed.names[n] for n in distinct])
+        for n, shape in zip(distinct, shapes, strict=True):
+            meshes[keys[n]] = len(self.meshes)
+            self.meshes.append(self._mesh(placed.names[n], shape, self._material(placed.materials[n])))
+        return [meshes[key] for key in keys]
+
+    def _material(self, name: str) -> int:
+        return self.materials.setdefault(name, len(self.materials))
+
+    def _mesh(self, name: str, shape: Facets, material: int) -> Json:
+        points = (shape.points / 1000).astype("<f4")
+        offset, count = 12 * self.n_points, len(points)
+        self.n_points += count
+        self.points.append(points.tobytes())
+        self.normals.append(shape.normals.astype("<f4").tobytes())
+        vector = {"byteOffset": offset, "componentType": _FLOAT, "count": count, "type": "VEC3"}
+        extent = {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
+        position = len(self.accessors)
+        self.accessors += [{"bufferView": 0, **vector, **extent}, {"bufferView": 1, **vector}]
+        attributes = {"POSITION": position, "NORMAL": position + 1}
+        indices = self._indices(shape, count)
+        return {"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": material}]}
+
+    def _indices(self, shape: Facets, n_points: int) -> int:
+        """Accessor of the triangles; meshes with the same ones share it."""
+        narrow = n_points < 0xFFFF
+        data = shape.triangles.astype("<u2" if narrow else "<u4").tobytes()
+        if data not in self.index_accessors:
+            self.index_accessors[data] = len(self.accessors)
+            self.accessors.append(
+                {
+                    "bufferView": 2,
+                    "byteOffset": self.index_offset,
+                    "componentType": _UINT16 if narrow else _UINT32,
+                    "count": shape.triangles.size,
+                    "type": "SCALAR",
+                }
+            )
+            self.indices.append(data + bytes(-len(data) % 4))
+            self.index_offset += len(self.indices[-1])
+        return self.index_accessors[data]
+
+    def glb(self) -> bytes:
+        """The file: header, JSON chunk, binary chunk."""
+        blocks = [b"".join(self.points), b"".join(self.normals), b"".join(self.indices)]
+        starts = np.cumsum([0, *map(len, blocks)]).tolist()
+        views: list[Json] = [
+            {"buffer": 0, "byteOffset": start, "byteLength": len(block), "target": _ARRAY_BUFFER, "byteStride": 12}
+            for start, block in zip(starts[:2], blocks[:2], strict=True)
+        ]
+        views.append(
+            {"buffer": 0, "byteOffset": starts[2], "byteLength": len(blocks[2]), "target": _ELEMENT_ARRAY_BUFFER}
+        )
+        document: Json = {
+            "asset": {"version": "2.0", "generator": "fabkit"},
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+            "nodes": self.nodes,
+        }
+        if self.meshes:
+            document |= {
+                "meshes": self.meshes,
+                "materials": [_material(name) for name in self.materials],
+                "accessors": self.accessors,
+                "bufferViews": views,
+                "buffers": [{"byteLength": starts[3]}],
+            }
+        text = json.dumps(document, separators=(",", ":")).encode()
+        body = _chunk(_CHUNK_JSON, text, b" ") + (_chunk(_CHUNK_BIN, b"".join(blocks), b"\0") if self.meshes else b"")
+        return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+
+
+def _chunk(kind: bytes, data: bytes, padding: bytes) -> bytes:
+    data += padding * (-len(data) % 4)
+    return struct.pack("<I4s", len(data), kind) + data
+
+
+def _material(name: str) -> Json:
+    """By its name: the kind of the part, a space, the material of the part; or "left out"."""
+    colour = LEFT_OUT_COLOUR if name == "left out" else PALETTE[name.split(" ", 1)[0]]
+    glass = "glass" in name.lower()
+    surface: Json = {
+        "baseColorFactor": [*_linear(colour), GLASS_OPACITY if glass else 1.0],
+        "metallicFactor": 0.0,
+        "roughnessFactor": 0.6,
+    }
+    material: Json = {"name": name, "pbrMetallicRoughness": surface}
+    return {**material, "alphaMode": "BLEND", "doubleSided": True} if glass else material
+
+
+def _linear(colour: tuple[float, float, float]) -> list[float]:
+    """The colour in linear light, which glTF wants, of an sRGB colour [IEC 61966-2-1]."""
+    return [round(c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4, 6) for c in colour]

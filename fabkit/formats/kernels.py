@@ -1,0 +1,142 @@
+"""Hand parts to people who script: exact solids for build123d and CadQuery, made by the OCCT kernel that both bring.
+
+The two exclude each other in one environment, and nothing else here needs either; so they are imported only when one
+of these functions is called.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fabkit.errors import FabkitError
+from fabkit.formats.palette import PALETTE
+from fabkit.formats.step.files import instance_name
+from fabkit.parts import Assembly, Frame, Part, Solid
+
+if TYPE_CHECKING:
+    import build123d
+    import cadquery
+    from OCP.gp import gp_Trsf
+    from OCP.TopoDS import TopoDS_Solid
+
+__all__ = ["to_build123d", "to_cadquery"]
+
+
+def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
+    """A part in its own frame as a Solid, or an assembly as a Compound: structure / beams, nodes, panels / part.
+
+    The structure's location is the origin of the assembly, so that parts stand where the mesh file has them.
+    The label of a part is its mark, within an assembly its instance name, as in STEP files; the colour that of its
+    kind; parts that share a mark share their shape. Raises FabkitError where build123d is not installed.
+    """
+    try:
+        import build123d
+    except ModuleNotFoundError as error:
+        raise _missing("build123d") from error
+
+    def solid(part: Part) -> build123d.Solid:
+        return build123d.Solid(_occt_solid(part.solid), label=part.mark, color=build123d.Color(*PALETTE[part.kind]))
+
+    def placed(part: Part) -> build123d.Solid:
+        if part.mark not in shapes:
+            shapes[part.mark] = solid(part)
+        instance = shapes[part.mark].moved(build123d.Location(_occt_motion(part.placement)))
+        instance.label = instance_name(part)
+        return instance
+
+    if isinstance(item, Part):
+        return solid(item)
+    shapes: dict[str, build123d.Solid] = {}
+    groups = {name: [placed(part) for part in parts] for name, parts in item.groups().items() if parts}
+    children = [build123d.Compound(label=name, children=instances) for name, instances in groups.items()]
+    structure = build123d.Compound(label=item.name, children=children)
+    structure.location = build123d.Location(_occt_motion(Frame(item.origin_mm, np.eye(3))))
+    return structure
+
+
+def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly:
+    """A part in its own frame as a Workplane, or an assembly as an Assembly: structure / beams, nodes, panels / part.
+
+    The structure's location is the origin of the assembly, so that parts stand where the mesh file has them.
+    The name of a part within an assembly is its instance name, as in STEP files; its colour that of its kind; parts
+    that share a mark share their shape. Raises FabkitError where CadQuery is not installed.
+    """
+    try:
+        import cadquery
+    except ModuleNotFoundError as error:
+        raise _missing("cadquery") from error
+
+    if isinstance(item, Part):
+        return cadquery.Workplane(cadquery.Solid(_occt_solid(item.solid)))
+    shapes: dict[str, cadquery.Solid] = {}
+    place = cadquery.Location(_occt_motion(Frame(item.origin_mm, np.eye(3))))
+    structure = cadquery.Assembly(name=item.name, loc=place)
+    for name, parts in item.groups().items():
+        group = cadquery.Assembly(name=name)
+        for part in parts:
+            if part.mark not in shapes:
+                shapes[part.mark] = cadquery.Solid(_occt_solid(part.solid))
+            group.add(
+                shapes[part.mark],
+                name=instance_name(part),
+                loc=cadquery.Location(_occt_motion(part.placement)),
+                color=cadquery.Color(*PALETTE[part.kind]),
+            )
+        if parts:
+            structure.add(group)
+    return structure
+
+
+def _missing(package: str) -> FabkitError:
+    return FabkitError(
+        f'{package} is not installed; install it with: pip install "fabkit[{package}]" '
+        "(build123d and CadQuery cannot share an environment)"
+    )
+
+
+def _occt_solid(solid: Solid) -> TopoDS_Solid:
+    """The solid with shared vertices and edges, on planes through its faces; nothing is approximated or healed."""
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeVertex
+    from OCP.Geom import Geom_Plane
+    from OCP.gp import gp_Dir, gp_Pnt
+    from OCP.TopoDS import TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Wire
+
+    builder, tolerance = BRep_Builder(), 1e-7  # OCCT's own
+    points = [gp_Pnt(*point) for point in solid.vertices.tolist()]
+    vertices = [BRepBuilderAPI_MakeVertex(point).Vertex() for point in points]
+    edges = {}
+    for low, high in solid.topology.edges.tolist():
+        edge = BRepBuilderAPI_MakeEdge(vertices[low], vertices[high]).Edge()
+        edges[low, high], edges[high, low] = edge, edge.Reversed()
+    shell = TopoDS_Shell()
+    builder.MakeShell(shell)
+    for number, normal in enumerate(solid.normals.tolist()):
+        loops = [loop.tolist() for loop in solid.topology.loops(number)]
+        face = TopoDS_Face()
+        builder.MakeFace(face, Geom_Plane(points[loops[0][0]], gp_Dir(*normal)), tolerance)
+        for loop in loops:
+            wire = TopoDS_Wire()
+            builder.MakeWire(wire)
+            for pair in zip(loop, loop[1:] + loop[:1], strict=True):
+                builder.Add(wire, edges[pair])
+            wire.Closed(True)
+            builder.Add(face, wire)
+        builder.Add(shell, face)
+    shell.Closed(True)
+    occt = TopoDS_Solid()
+    builder.MakeSolid(occt)
+    builder.Add(occt, shell)
+    return occt
+
+
+def _occt_motion(placement: Frame) -> gp_Trsf:
+    """The motion from the frame of a part to the world."""
+    from OCP.gp import gp_Ax3, gp_Dir, gp_Pnt, gp_Trsf
+
+    x, _, z = placement.axes.tolist()
+    motion = gp_Trsf()
+    motion.SetTransformation(gp_Ax3(gp_Pnt(*placement.origin.tolist()), gp_Dir(*z), gp_Dir(*x)), gp_Ax3())
+    return motion

@@ -1,0 +1,107 @@
+"""Pictures of the report, as inline SVG."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+
+from fabkit.production.drawing import CUT, MARK, SHEET, Drawing
+from fabkit.production.measures import Measure
+from geometry.arrays import FloatArray
+
+__all__ = ["histogram", "sheet_picture"]
+
+_WIDTH, _HEIGHT, _BASE, _MARGIN = 220, 96, 78, 6
+_BARS = 30  # at most; a round width may make them fewer
+
+
+def histogram(measure: Measure) -> str:
+    """A figure: how many parts have which value; the median and the extremes in words."""
+    values = measure.values[~np.isnan(measure.values)]
+    title = f"{escape(measure.title)} <span class='unit'>{escape(measure.unit)}</span>"
+    if len(values) == 0:
+        return f"<figure><h3>{title}</h3><figcaption>no values</figcaption></figure>"
+    least, median, most = (_decimal(v, measure.decimals) for v in (values.min(), np.median(values), values.max()))
+    if least == most:
+        return f"<figure><h3>{title}</h3><figcaption>{least} for all {len(values)}</figcaption></figure>"
+    edges = _edges(float(values.min()), float(values.max()))
+    counts = np.histogram(values, edges)[0]
+    caption = f"{least} to {most}, median {median}"
+    return f"<figure><h3>{title}</h3>{_bars(counts, edges)}<figcaption>{caption}</figcaption></figure>"
+
+
+def _bars(counts: np.typing.NDArray[np.int64], edges: FloatArray) -> str:
+    inner = _WIDTH - 2 * _MARGIN
+    step = inner / len(counts)
+    heights = (_BASE - 14) * counts / counts.max()
+    bars = "".join(
+        f"<rect x='{_MARGIN + n * step + 0.5:.1f}' y='{_BASE - height:.1f}' width='{step - 1:.1f}'"
+        f" height='{height:.1f}'>"
+        f"<title>{edges[n]:.6g} to {edges[n + 1]:.6g}: {count}</title></rect>"
+        for n, (count, height) in enumerate(zip(counts.tolist(), heights.tolist(), strict=True))
+        if count
+    )
+    peak = int(counts.argmax())
+    at = _MARGIN + (peak + 0.5) * step
+    anchor = "start" if at < 20 else "end" if at > _WIDTH - 20 else "middle"
+    return (
+        f"<svg viewBox='0 0 {_WIDTH} {_HEIGHT}' role='img'>{bars}"
+        f"<text x='{at:.1f}' y='10' text-anchor='{anchor}'>{counts.max()}</text>"
+        f"<path class='axis' d='M{_MARGIN} {_BASE + 0.5}H{_WIDTH - _MARGIN}'/>"
+        f"<text x='{_MARGIN}' y='{_HEIGHT - 6}'>{edges[0]:.6g}</text>"
+        f"<text x='{_WIDTH - _MARGIN}' y='{_HEIGHT - 6}' text-anchor='end'>{edges[-1]:.6g}</text></svg>"
+    )
+
+
+def _edges(least: float, most: float) -> FloatArray:
+    """Edges of bars of a round width (1, 2 or 5 times a power of ten) that hold all values."""
+    rough = (most - least) / _BARS
+    power = 10.0 ** np.floor(np.log10(rough))
+    width = power * next(step for step in (1, 2, 5, 10) if step * power >= rough)
+    first, last = np.floor(least / width), np.ceil(most / width)
+    edges: FloatArray = np.arange(first, last + 1) * width
+    edges[[0, -1]] = min(edges[0], least), max(edges[-1], most)  # rounding must not lose a value
+    return edges
+
+
+def _decimal(value: float, decimals: int) -> str:
+    """The number with so many decimals, and no minus before a zero."""
+    text = f"{value:.{decimals}f}"
+    return text[1:] if text.startswith("-") and float(text) == 0 else text
+
+
+def sheet_picture(drawing: Drawing) -> str:
+    """A thumbnail of a nested sheet, which the page shows larger; points are rounded to whole millimetres."""
+    (stock,) = drawing.layers[SHEET]
+    left, bottom = stock.min(axis=0)
+    length, width = stock.max(axis=0) - stock.min(axis=0)
+    edge = 0.01 * length
+    box = f"{left - edge:.0f} {-bottom - width - edge:.0f} {length + 2 * edge:.0f} {width + 2 * edge:.0f}"
+    paths = "".join(
+        f"<path class='{layer.lower()}' d='{''.join(map(_path, drawing.layers[layer]))}'/>"
+        for layer in (SHEET, CUT, MARK)
+    )
+    panels = drawing.layers[CUT]
+    used = sum(abs(_area(outline)) for outline in panels) / abs(_area(stock))
+    count = f"{len(panels)} panel{'' if len(panels) == 1 else 's'}"
+    return (
+        f"<figure><button type='button'><svg viewBox='{box}'>{paths}</svg></button>"
+        f"<figcaption>{escape(drawing.name)}: {count}, {100 * used:.0f} % used</figcaption></figure>"
+    )
+
+
+def _path(curve: FloatArray) -> str:
+    """The curve in relative steps, y downwards as SVG wants it; a closed curve is closed."""
+    points = np.round(curve * [1, -1]).astype(np.int64)
+    (x, y), steps = points[0].tolist(), np.diff(points, axis=0)
+    if np.array_equal(curve[0], curve[-1]):
+        steps = steps[:-1]
+        return f"M{x} {y}l{' '.join(map(str, steps.ravel().tolist()))}z"
+    return f"M{x} {y}l{' '.join(map(str, steps.ravel().tolist()))}"
+
+
+def _area(closed: FloatArray) -> float:
+    """Signed area within a closed curve (k, 2) that ends where it begins."""
+    x, y = closed.T
+    return float(x[:-1] @ y[1:] - x[1:] @ y[:-1]) / 2

@@ -1,0 +1,60 @@
+"""Tables of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from fabkit.production.cut_lists import Table
+
+__all__ = ["table_html"]
+
+_WIDEST = 34
+
+
+def table_html(table: Table) -> str:
+    """A table with its heading and a filter; marks are buttons, files links to what lies beside the report.
+
+    Above the rows stands in red what was left out, below them the totals.
+    """
+    title, identifier = escape(table.title.capitalize()), f"table-{escape(table.title)}"
+    classes = [' class="text"' if decimals is None else "" for decimals in table.decimals]
+    heads = "".join(
+        f'<th scope="col"{kind}><button type="button">{escape(name)}</button></th>'
+        for name, kind in zip(table.columns, classes, strict=True)
+    )
+    texts = [table.text(row) for row in table.rows]
+    totals = table.text(table.totals)
+    widths = "".join(f'<col style="width: {width:.1f}ch">' for width in _widths(table, [*texts, totals]))
+    body = "\n".join(_row(_cells(table, row), classes) for row in texts)
+    foot = _row([escape(text) for text in totals], classes)
+    missing = "".join(f"<li>{escape(sentence)}</li>" for sentence in table.left_out)
+    count = f"{len(table.rows)} mark{'' if len(table.rows) == 1 else 's'}"
+    return (
+        f'<div class="table-head"><h3>{title} <span class="unit">{count}</span></h3>'
+        f'<input type="search" data-table="{identifier}" placeholder="Filter" aria-label="Filter {title}"></div>\n'
+        + (f'<ul class="missing">{missing}</ul>\n' if missing else "")
+        + f'<div class="table" id="{identifier}" tabindex="0"><table><colgroup>{widths}</colgroup>'
+        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}\n</tbody>\n<tfoot>{foot}</tfoot></table></div>"
+    )
+
+
+def _widths(table: Table, rows: Sequence[Sequence[str]]) -> list[float]:
+    """Width of each column in digits: its longest text, up to a limit; headings may run over two or three lines."""
+    longest = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    words = [max(map(len, name.split())) for name in table.columns]
+    return [max(min(text, _WIDEST), 1.2 * word) + 2.5 for text, word in zip(longest, words, strict=True)]
+
+
+def _row(cells: list[str], classes: list[str]) -> str:
+    return "<tr>" + "".join(f"<td{kind}>{cell}</td>" for kind, cell in zip(classes, cells, strict=True)) + "</tr>"
+
+
+def _cells(table: Table, texts: list[str]) -> list[str]:
+    cells = [escape(text) for text in texts]
+    for n, name in enumerate(table.columns):
+        if name == "Mark":
+            cells[n] = f'<button type="button" class="mark">{cells[n]}</button>'
+        elif name == "File":
+            cells[n] = f'<a href="{cells[n]}">{cells[n]}</a>'
+    return cells

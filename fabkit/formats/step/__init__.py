@@ -1,0 +1,1 @@
+"""STEP, written by ourselves: exact Part 21, streamed."""

@@ -1,0 +1,135 @@
+"""STEP files (ISO 10303-21, AP242 or AP214) of parts with planar faces, written without a CAD kernel.
+
+One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / beams,
+nodes, panels / part; no loose faces, no p-curves. One placement, which the groups share, puts the structure where the
+mesh file has it; the parts are placed near zero within it. A product is called as its mark, an instance of it as
+`instance_name` says. Each product carries its volume, surface area and centroid as geometric validation properties,
+its material and density, and the colour of its kind on its solid.
+
+Text is written batch by batch: memory grows by a few integers for each mark and one for each part, no more.
+The same parts and arguments give the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from fabkit.errors import OutputError
+from fabkit.formats.step.entities import Schema
+from fabkit.formats.step.writer import StepWriter, instance_name, solid_texts
+from fabkit.parts import Assembly, Part
+from geometry.arrays import FloatArray
+
+__all__ = ["instance_name", "stream_step", "write_part_step", "write_part_steps", "write_step"]
+
+_BATCH = 64
+"""Parts worked on together: enough to make array operations worthwhile, few enough to stay in the processor's cache."""
+
+_NO_TIME = "1970-01-01T00:00:00"
+
+
+def write_step(
+    target: Path | str | TextIO,
+    assembly: Assembly,
+    *,
+    schema: Schema = "AP242",
+    author: str = "",
+    organisation: str = "",
+    time_stamp: str = _NO_TIME,
+) -> None:
+    """Write all parts of an assembly, placed, to a file or an open text stream.
+
+    time_stamp: of the header, as in ISO 8601. Names beyond ASCII are encoded, but marks must be ASCII.
+    Raises OutputError where the file cannot be written (a file that was there stays as it was), there are no parts,
+    one mark stands for different parts, a mark is not ASCII or is the name of the structure or a group, a placement
+    is not a rigid motion, or a solid has an edge too short or a face not plane to 1e-7 mm.
+    """
+    stream_step(
+        target,
+        assembly.name,
+        assembly.parts(),
+        origin_mm=assembly.origin_mm,
+        schema=schema,
+        author=author,
+        organisation=organisation,
+        time_stamp=time_stamp,
+    )
+
+
+def stream_step(
+    target: Path | str | TextIO,
+    name: str,
+    parts: Iterable[Part],
+    *,
+    origin_mm: FloatArray | None = None,
+    schema: Schema = "AP242",
+    author: str = "",
+    organisation: str = "",
+    time_stamp: str = _NO_TIME,
+) -> None:
+    """Write parts as they come as the structure `name`, its zero at origin_mm (3,); otherwise as `write_step`, which
+    holds them all at once."""
+    with _opened(target) as stream:
+        writer = StepWriter(stream, name, schema, author, organisation, time_stamp)
+        writer.begin_structure(np.zeros(3) if origin_mm is None else origin_mm)
+        remaining = iter(parts)
+        while batch := list(islice(remaining, _BATCH)):
+            writer.write_shapes(batch)
+            writer.write_instances(batch)
+        writer.end_structure()
+
+
+def write_part_step(
+    target: Path | str | TextIO,
+    part: Part,
+    *,
+    schema: Schema = "AP242",
+    author: str = "",
+    organisation: str = "",
+    time_stamp: str = _NO_TIME,
+) -> None:
+    """Write one part in its own frame, as one product without any assembly; otherwise as `write_step`."""
+    with _opened(target) as stream:
+        writer = StepWriter(stream, part.mark, schema, author, organisation, time_stamp)
+        writer.write_shapes([part])
+        writer.end()
+
+
+def write_part_steps(folder: Path, parts: Iterable[Part]) -> None:
+    """Write a file for each part, called as its mark, into an empty folder; otherwise as `write_part_step`.
+
+    What is to be computed is computed batch by batch: that is most of the work where there are thousands of them.
+    """
+    remaining = iter(parts)
+    while batch := list(islice(remaining, _BATCH)):
+        for part, numbers in zip(batch, solid_texts(batch), strict=True):
+            with (folder / f"{part.mark}.step").open("w", encoding="ascii", newline="\n") as stream:
+                writer = StepWriter(stream, part.mark, "AP242", "", "", _NO_TIME)
+                writer.write_only_shape(part, numbers)
+                writer.end()
+
+
+@contextmanager
+def _opened(target: Path | str | TextIO) -> Iterator[TextIO]:
+    """The stream itself, or a draft beside the file that takes its place when all went well."""
+    if not isinstance(target, Path | str):
+        yield target
+        return
+    path = Path(target)
+    if not path.parent.is_dir():
+        raise OutputError(f"the folder {path.parent} in which {path.name} should appear does not exist; make it first")
+    draft = path.with_name(f".{path.name}.draft")
+    try:
+        with draft.open("w", encoding="ascii", newline="\n") as stream:
+            yield stream
+        draft.replace(path)
+    except OSError as error:
+        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from error
+    finally:
+        draft.unlink(missing_ok=True)

@@ -1,0 +1,300 @@
+"""The pipeline: from a mesh file to a folder with everything that a workshop needs."""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from fabkit.detailing.assembling import Detailed, detail
+from fabkit.errors import NestingError, ProjectError
+from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
+from fabkit.fitness.parts import blocks, lift, mitres_of, sheets
+from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
+from fabkit.formats.documents import write_documents
+from fabkit.formats.folder import whole_folder
+from fabkit.formats.manifest import write_manifest
+from fabkit.gauss_image import GivenPair, computed_image, exact_pair, read_given_pair
+from fabkit.parts import Assembly, LeftOut
+from fabkit.production.marks import share_equal_parts
+from fabkit.production.nests import Nest, Sheet
+from fabkit.production.sheet_nesting import nest_panels, too_large
+from fabkit.production.summary import ExactGaussImage, GivenGaussImage, Summary
+from fabkit.project import Project
+from fabkit.stages import Listener, Stages
+from fabkit.units import MM_PER_UNIT
+from fabkit.wording import readable
+from geometry.errors import FoldedError
+from geometry.files import MeshFile, read_mesh
+from geometry.gauss import axis_lean
+from geometry.gauss.support_structure import SupportStructure
+from geometry.mesh import Mesh
+from geometry.meshing import planarise
+
+__all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm"]
+
+ROUNDED = 4.0
+"""What rounding of the coordinates of a mesh file does to equal parts, in the distance of neighbouring doubles there: 2
+at map coordinates of symmetric meshes, where each coordinate of two parts is off by half of it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """What a build made, in memory: near zero, `assembly.origin_mm` from where the mesh file has it. seconds: by stage;
+    sha256: of the mesh file as it was read."""
+
+    structure: SupportStructure
+    assembly: Assembly
+    nest: Nest | None
+    summary: Summary
+    seconds: dict[str, float]
+    sha256: str
+
+
+def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
+    """Design the structure and write it to the folder `project.out`, which appears whole or not at all.
+
+    An earlier result there is replaced only with `force`. Raises GeometryError or FabkitError, in one sentence,
+    where something in the mesh, the project or the output folder is not as it must be.
+    """
+    if project.out is None:
+        raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
+    stages = Stages(listener)
+    inputs = [path for path in (project.mesh, project.gauss_image.file) if path]
+    with whole_folder(project.out, force=force, inputs=inputs) as folder:
+        built = design(project, stages)
+        write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
+        write_manifest(folder, _manifest(project, built))
+    return built
+
+
+def design(project: Project, stages: Stages | None = None) -> Built:
+    """Everything but the files: mesh, planar mesh, Gauss image, parts, marks and nest."""
+    stages = stages or Stages()
+    with stages("Read"):
+        file, given = _read(project)
+        scale = _scale(project, file.mesh)
+        mesh = file.mesh * scale
+    structure, told, found = _structure(project, mesh, file.rounding * scale, given, stages)
+    with stages("Detail and check fit"):
+        detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
+    with stages("Marks"):
+        within = max(project.equal_within_mm, ROUNDED * file.rounding * scale)
+        assembly = share_equal_parts(detailed.assembly, within_mm=within)
+        assembly = replace(assembly, origin_mm=file.origin * scale)
+    with stages("Nest"):
+        reasons = too_large(assembly.panels, _sheet(project), border_mm=project.sheets.border_mm)
+        found = _judged(project, found, _unusual_parts(project, detailed, assembly, reasons))
+        if project.skip_unbuildable and project.nesting.mode != "off":
+            assembly = _without_too_large(assembly, reasons)
+        nest = _nest(project, assembly, stages)
+    summary = replace(
+        _summary(project, file, scale, structure, detailed), gauss_image=told, equal_within_mm=within, fitness=found
+    )
+    return Built(structure, assembly, nest, summary, stages.seconds, file.sha256)
+
+
+def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
+    """The mesh near zero, and its Gauss image where that is given."""
+    rules = project.gauss_image
+    if rules.file is None:
+        return read_mesh(project.mesh, flip=project.flip).near_zero(), None
+    pair = read_given_pair(project.mesh, rules.file, flip=project.flip, tolerance=rules.tolerance)
+    return pair.file, pair
+
+
+def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None]:
+    """The mesh of a project, how coarse its coordinates were, in mm, and its Gauss image where that is given."""
+    file, given = _read(project)
+    scale = _scale(project, file.mesh)
+    return file.mesh * scale, file.rounding * scale, given
+
+
+def _structure(
+    project: Project, mesh: Mesh, rounding_mm: float, given: GivenPair | None, stages: Stages
+) -> tuple[SupportStructure, GivenGaussImage | ExactGaussImage | None, tuple[Finding, ...]]:
+    """Between the planar mesh and its Gauss image, computed or given; what is to be told of it; and what is unusual."""
+    if given is not None:
+        return judged_pair(project, mesh, given, stages)
+    planar, found = judged_planar(project, mesh, stages)
+    return judged_image(project, mesh, planar, rounding_mm, found, stages)
+
+
+def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
+    """The mesh with planar faces, and what is unusual about it. Raises FitnessError for what is not allowed."""
+    with stages("Planarise"):
+        planar = _planar(project, mesh)
+        return planar, _judged(project, (), of_planar_mesh(mesh, planar, project.fitness))
+
+
+def judged_image(
+    project: Project, mesh: Mesh, planar: Mesh, rounding_mm: float, before: tuple[Finding, ...], stages: Stages
+) -> tuple[SupportStructure, ExactGaussImage | None, tuple[Finding, ...]]:
+    """With the Gauss image that is computed, and all findings up to here; mesh: before it was made planar;
+    rounding_mm: of its coordinates as read.
+
+    Raises FitnessError as above.
+    """
+    with stages("Gauss image"):
+        moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
+        found, image, offset = computed_image(planar, project.gauss_image.weights, moved=moved, rounding=rounding_mm)
+        structure = SupportStructure(found, image, project.beams.height_mm)
+        told = None if offset is None else ExactGaussImage(offset)
+        return structure, told, _judged(project, before, of_gauss_image(structure, project.fitness))
+
+
+def judged_pair(
+    project: Project, mesh: Mesh, given: GivenPair, stages: Stages
+) -> tuple[SupportStructure, GivenGaussImage, tuple[Finding, ...]]:
+    """The same with a Gauss image that is given. Raises FitnessError as above."""
+    with stages("Planar and parallel"):
+        pair = exact_pair(mesh, given.image, tolerance=project.gauss_image.tolerance)
+        told = GivenGaussImage(given.name, given.sha256, pair.largest_move, pair.mean_move)
+        found = _judged(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
+        structure = SupportStructure(pair.mesh, pair.image, project.beams.height_mm)
+        return structure, told, _judged(project, found, of_gauss_image(structure, project.fitness))
+
+
+def _planar(project: Project, mesh: Mesh) -> Mesh:
+    try:
+        return planarise(mesh, **project.planarise.model_dump(exclude_none=True)).mesh
+    except FoldedError as error:
+        raise FitnessError([folded(error)]) from None
+
+
+def _judged(project: Project, before: tuple[Finding, ...], found: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """All findings up to here. Raises FitnessError where one is refused and not allowed."""
+    findings = (*before, *allowed(found, project.allow))
+    check_fit_to_build(findings)
+    return findings
+
+
+def _unusual_parts(
+    project: Project, detailed: Detailed, assembly: Assembly, reasons: dict[int, str]
+) -> tuple[Finding, ...]:
+    rules, height = project.fitness, project.beams.height_mm
+    marks = {node.element: node.mark for node in assembly.nodes}
+    faces = {assembly.panels[k].element: reason for k, reason in reasons.items()}
+    panels = {panel.element: panel.mark for panel in assembly.panels}
+    is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
+    found = (
+        mitres_of(assembly.beams, rules),
+        blocks(assembly.nodes, height, rules),
+        lift(detailed.asked_mm, marks, height, rules) if project.panels.lift_mm is None else None,
+        sheets(faces, panels, "refused" if is_refused else "told"),
+    )
+    return tuple(finding for finding in found if finding)
+
+
+def _scale(project: Project, mesh: Mesh) -> float:
+    """Millimetres a unit of the mesh file."""
+    if project.unit is not None:
+        return MM_PER_UNIT[project.unit]
+    assert project.mean_edge_mm is not None  # a project has one of the two
+    return project.mean_edge_mm / mesh.mean_edge_length
+
+
+def _sheet(project: Project) -> Sheet:
+    return Sheet(project.sheets.length_mm, project.sheets.width_mm)
+
+
+def _without_too_large(assembly: Assembly, reasons: dict[int, str]) -> Assembly:
+    """Without the panels that fit on no sheet, for these reasons by index."""
+    if len(reasons) == len(assembly.panels) > 0:
+        raise NestingError(
+            f"with what fits on no sheet left out, no panel remains of {len(reasons)}: {next(iter(reasons.values()))}; "
+            "take larger sheets (--sheet), or turn nesting off (--nest off)"
+        )
+    left_out = tuple(LeftOut("panel", assembly.panels[k].element, reason) for k, reason in reasons.items())
+    panels = tuple(panel for k, panel in enumerate(assembly.panels) if k not in reasons)
+    return replace(assembly, panels=panels, left_out=assembly.left_out + left_out)
+
+
+def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest | None:
+    if project.nesting.mode == "off" or not assembly.panels:
+        return None
+    rules = project.sheets
+    return nest_panels(
+        assembly.panels,
+        _sheet(project),
+        gap_mm=rules.gap_mm,
+        border_mm=rules.border_mm,
+        mode=project.nesting.mode,
+        seconds=project.nesting.seconds,
+        progress=lambda share, _: stages.progress("Nest", share),
+    )
+
+
+def _summary(
+    project: Project,
+    file: MeshFile,
+    scale: float,
+    structure: SupportStructure,
+    detailed: Detailed,
+) -> Summary:
+    mesh = structure.mesh
+    moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
+    return Summary(
+        name=project.title,
+        source=readable(project.mesh.name),
+        scale_mm=scale,
+        origin=file.origin,
+        n_vertices=mesh.n_vertices,
+        n_edges=mesh.n_edges,
+        n_faces=mesh.n_faces,
+        n_boundaries=len(mesh.combinatorics.boundary_loops),
+        mended=file.mended,
+        planarity_before=float(file.mesh.planarity.max()),
+        planarity_after=float(mesh.planarity.max()),
+        largest_move_mm=float(moves.max()),
+        mean_move_mm=float(moves.mean()),
+        farthest_vertex=int(moves.argmax()),
+        edge_lengths_mm=mesh.edge_lengths,
+        heights=structure.heights,
+        leans_deg=np.degrees(axis_lean(mesh, structure.gauss_image)),
+        twists_deg=np.degrees(structure.twists),
+        lift_mm=detailed.lift_mm,
+        lift_reason=detailed.lift_reason,
+    )
+
+
+def _manifest(project: Project, built: Built) -> dict[str, Any]:
+    summary, assembly = built.summary, built.assembly
+    return {
+        "name": summary.name,
+        "input": {"file": summary.source, "sha256": built.sha256},
+        "gauss_image": None if summary.gauss_image is None else vars(summary.gauss_image),
+        "settings": project.model_dump(mode="json", exclude={"mesh": True, "out": True, "gauss_image": {"file"}}),
+        "versions": {
+            "fabkit": version("fabkit"),
+            "python": platform.python_version(),
+            **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely")},
+        },
+        "origin": {"unit": summary.origin.tolist(), "mm": assembly.origin_mm.tolist()},
+        "counts": {
+            "vertices": summary.n_vertices,
+            "edges": summary.n_edges,
+            "faces": summary.n_faces,
+            **{name: len(group) for name, group in assembly.groups().items()},
+            "marks": {name: len({part.mark for part in group}) for name, group in assembly.groups().items()},
+            "sheets": built.nest.n_sheets if built.nest else 0,
+            "left_out": len(assembly.left_out),
+        },
+        "largest_twist_deg": float(summary.twists_deg.max()),
+        "heights": summary.height_shares,
+        "lean_deg": summary.lean_shares_deg,
+        "fitness": [vars(finding) for finding in summary.fitness],
+        "planarity": {"before": summary.planarity_before, "after": summary.planarity_after},
+        "equal_within_mm": summary.equal_within_mm,
+        "moved_mm": {
+            "largest": summary.largest_move_mm,
+            "vertex": summary.farthest_vertex,
+            "mean": summary.mean_move_mm,
+        },
+        "lift": {"mm": summary.lift_mm, "reason": summary.lift_reason},
+        "mended": list(summary.mended),
+        "left_out": [vars(part) for part in assembly.left_out],
+    }

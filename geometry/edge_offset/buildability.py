@@ -1,0 +1,70 @@
+"""Which faces of a mesh can be built: those that neither cross themselves nor others, nor become too narrow."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.arrays import FloatArray, IntArray
+from geometry.mesh import Mesh
+from geometry.mesh.intersections.meeting_faces import intersecting_faces, is_embedded, self_crossing_faces
+
+__all__ = ["NARROWEST", "face_necks", "largest_piece", "sound_piece", "without_unsound_rim"]
+
+NARROWEST = 0.05
+"""Neck of a face over the mean edge length: at a mean edge of 1500 mm, room for two beams of 50 mm side by side, less
+what mitres take. Saddles of pentagons with less were seen to have panels that joints cut in two."""
+
+
+def largest_piece(mesh: Mesh, faces: IntArray) -> IntArray:
+    """Those of the faces (k,) that hang together over edges with most others."""
+    if not len(faces):
+        return faces
+    components = mesh.part(faces).combinatorics.face_components
+    return np.asarray(faces[components == np.bincount(components).argmax()])
+
+
+def face_necks(mesh: Mesh) -> FloatArray:
+    """(F,) least distance of a corner of each face from an edge of it that does not end there."""
+    c = mesh.combinatorics
+    necks = np.empty(c.n_faces)
+    for faces, corners in c.faces_by_size():
+        tails = mesh.vertices[c.corners[corners]]
+        along = np.roll(tails, -1, axis=1) - tails
+        from_tails = tails[:, :, None] - tails[:, None]  # face, corner, edge
+        squares = np.maximum(np.einsum("fek,fek->fe", along, along), np.finfo(float).tiny)
+        place = np.clip(np.einsum("fcek,fek->fce", from_tails, along) / squares[:, None], 0.0, 1.0)
+        distances = np.linalg.norm(from_tails - place[..., None] * along[:, None], axis=3)
+        own = np.eye(tails.shape[1], dtype=bool)
+        distances[:, own | np.roll(own, -1, axis=1)] = np.inf
+        necks[faces] = distances.min(axis=(1, 2))
+    return necks
+
+
+def without_unsound_rim(mesh: Mesh) -> IntArray:
+    """The faces that are left when the rim is taken off until none crosses itself or another, nor is narrower than
+    `NARROWEST`; all if none are left."""
+    kept = np.arange(mesh.n_faces)
+    while len(kept):
+        part = mesh.part(kept)
+        if face_necks(part).min() >= NARROWEST * part.mean_edge_length and is_embedded(part):
+            return kept
+        kept = kept[largest_piece(part, part.combinatorics.inner_faces)]
+    return np.arange(mesh.n_faces)
+
+
+def sound_piece(mesh: Mesh, faces: IntArray) -> IntArray:
+    """Those of the faces (k,) that hang together when all are taken out that cross themselves or are narrower than
+    `NARROWEST`, and then those that meet most others, until none meet; all if none are left."""
+    kept = largest_piece(mesh, _not_narrow(mesh, faces))
+    while len(kept):
+        met, counts = np.unique(intersecting_faces(mesh.part(kept)), return_counts=True)
+        if not len(met):
+            return kept
+        kept = largest_piece(mesh, np.delete(kept, met[counts == counts.max()]))
+    return faces
+
+
+def _not_narrow(mesh: Mesh, faces: IntArray) -> IntArray:
+    """Those of the faces (k,) that are wide enough and do not cross themselves."""
+    wide = faces[face_necks(mesh)[faces] >= NARROWEST * mesh.mean_edge_length]
+    return np.asarray(np.setdiff1d(wide, self_crossing_faces(mesh)))

@@ -1,0 +1,224 @@
+"""Edge offset meshes from a Koebe polyhedron S: the fairest mesh in P(S) whose edges keep or reverse their orientation.
+
+All meshes M in P(S) have the edge offsets M + d S [Pottmann2007, Prop. 2]. What makes one of them a design is which of
+its edges run against those of S (Fig. 11), how long they are, and where it is held. A *sign* is 1 for an edge of M that
+runs as in S, -1 for one that runs the other way, 0 for one that may do either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+
+from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.edge_offset.contradictory_signs import check_faces_can_close, check_signs_fit_together, checked_signs
+from geometry.edge_offset.koebe_polyhedra import TOLERANCE, KoebePolyhedron
+from geometry.errors import GeometryError
+from geometry.functionals.fairness import laplacian
+from geometry.gauss.distances import edge_feet
+from geometry.mesh import Combinatorics, Mesh
+from geometry.optimise.bounded import distances_from_zero
+from geometry.optimise.functional import LinearFunctional, largest
+from geometry.parallel import ParallelSpace, edge_factors
+from geometry.parallel.constraints import FactorBounds, Fixed
+from geometry.parallel.edge_parallelity import across_directions
+from geometry.spheres.lorentz import array_of
+
+__all__ = ["alternating_signs", "edge_offset_mesh", "guided_signs", "saddle_signs"]
+
+CLEAR = 1e-9
+"""Cosine of the angle between an edge and its guide, up to which the guide has no say."""
+
+VANISHED = 1e-6
+"""Mean edge length over the largest coordinate or length that is asked for, below which a mesh has shrunk to a point:
+bounds are kept to 1e-9."""
+
+
+def edge_offset_mesh(
+    koebe: Mesh,
+    *,
+    signs: Any = 0,
+    lengths: tuple[Any, Any] = (0.0, np.inf),
+    length: Any = None,
+    evenness: float = 1.0,
+    fixed: Mapping[int, Any] | None = None,
+    near: Mapping[int, Any] | None = None,
+    closeness: float = 1.0,
+) -> Mesh:
+    """The mesh M parallel to the Koebe polyhedron S for which the sum of the squared Laplacians (3) is least.
+
+    signs (E,) or a number: which edges run as in S, see above. lengths: the least and the largest length of an edge of
+    M, numbers or arrays (E,); edges whose sign is 0 may be shorter. length: a number or (E,), how long the edges with a
+    sign should be; what they are off is squared and added, `evenness` times. fixed: positions that vertices must have;
+    near: positions that vertices should have, whose squared distances are added, `closeness` times.
+
+    Fairness alone is least for a point. So ask for a least length, which says how large M is to be: among all M of
+    these signs with no edge shorter than that, the fairest one is found. Or say how long edges should be: then they
+    are more even. Both are unique up to translation, with the mean of the vertices at the origin, and twice as large
+    for twice the lengths. Or hold some vertices.
+
+    M is parallel to S, and fixed vertices and lengths are kept, as `ParallelSpace.minimise` promises.
+    Raises GeometryError where S is no Koebe polyhedron, where the signs have no solution, naming the faces that cannot
+    close or a few edges that stand in the way, where M has shrunk to a point, and as `ParallelSpace.minimise` does.
+    """
+    KoebePolyhedron(koebe)  # checks it
+    wanted = checked_signs(koebe, signs)
+    check_faces_can_close(koebe, wanted)
+    bounds = _bounds(koebe, wanted, lengths)
+    wished = Fixed.of(koebe, near or {})
+    asked = [wished.positions, Fixed.of(koebe, fixed or {}).positions]
+    asked.append(distances_from_zero(*bounds) * koebe.edge_lengths)
+    terms = [(1.0, laplacian(koebe.combinatorics))]
+    if len(wished.vertices):
+        terms.append((closeness, LinearFunctional(wished.rows(koebe.n_vertices), wished.positions.ravel())))
+    if length is not None and evenness != 0:
+        terms.append((evenness, _close_to_lengths(koebe, wanted, length)))
+        asked.append(terms[-1][1].target)
+    size = max(map(largest, asked))
+    if size == 0:
+        raise _shrunk(0.0)
+    is_held = bool(fixed or near)
+    anchor = int(koebe.combinatorics.corners[0])  # it may lie anywhere if nothing is held
+    held = fixed if is_held else {anchor: np.zeros(3)}
+    try:
+        found = ParallelSpace(koebe).minimise(terms, fixed=held, factor_bounds=bounds)
+    except GeometryError as error:
+        check_signs_fit_together(koebe, wanted, error)
+        raise
+    if found.mean_edge_length <= VANISHED * max(size, largest(found.vertices)):
+        raise _shrunk(found.mean_edge_length)
+    return found if is_held else found.translated(-found.vertices.mean(axis=0))
+
+
+def _close_to_lengths(koebe: Mesh, signs: IntArray, length: Any) -> LinearFunctional:
+    """The lengths of the signed edges minus those that are wished."""
+    signed = np.flatnonzero(signs)
+    rows = csr_array(FactorBounds.of(koebe, (0.0, 0.0)).rows(koebe)[signed])
+    wished = floats(length)
+    if wished.shape not in ((), (koebe.n_edges,)):
+        raise GeometryError(f"the lengths have shape {wished.shape}, there are {koebe.n_edges} edges")
+    wished = np.broadcast_to(wished, koebe.n_edges)[signed]
+    wrong = np.flatnonzero(~((wished > 0) & np.isfinite(wished)))
+    if len(wrong):
+        name = koebe.combinatorics.edge_name(int(signed[wrong[0]]))
+        raise GeometryError(
+            f"{name} is wished to be {wished[wrong[0]]} long: a finite number above 0 is needed; which way edges run "
+            "is what signs say",
+            elements=signed[wrong].tolist(),
+            value=float(wished[wrong[0]]),
+            bound=0.0,
+        )
+    return LinearFunctional(rows, wished * signs[signed])
+
+
+def _bounds(koebe: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tuple[FloatArray, FloatArray]:
+    """Of the edge factors."""
+    allowed = FactorBounds.of(koebe, lengths)
+    least, most = allowed.lower, allowed.upper
+    if (least < 0).any():
+        edge = int(least.argmin())
+        raise GeometryError(
+            f"{koebe.combinatorics.edge_name(edge)} is to be at least {least[edge]} long: lengths are 0 or more",
+            elements=[edge],
+            value=float(least[edge]),
+            bound=0.0,
+        )
+    least, most = least / koebe.edge_lengths, most / koebe.edge_lengths
+    return np.choose(signs + 1, [-most, -most, least]), np.choose(signs + 1, [-least, most, most])
+
+
+def _shrunk(mean_edge_length: float) -> GeometryError:
+    return GeometryError(
+        f"the mesh has shrunk to a point: nothing keeps its mean edge length, {mean_edge_length:.1e}, from that; ask "
+        "for lengths of edges that keep or reverse their orientation, fix two vertices or more, or want more closeness",
+        value=mean_edge_length,
+    )
+
+
+# --- signs
+
+
+def guided_signs(koebe: Mesh, guide: Mesh) -> IntArray:
+    """(E,) 1 where an edge of the guide runs rather as that of S, -1 where rather against it; 0 right across or empty.
+
+    The guide has the faces of S and the rough shape that is wanted; it need not be parallel to S, but only for a mesh
+    in P(S), such as `ParallelSpace.project(guide)`, the signs surely have a solution: they are those of its edge
+    factors (1). Raises MeshError where it has other faces.
+    """
+    sizes = np.maximum(guide.edge_lengths, np.finfo(float).tiny)
+    cosines = edge_factors(koebe, guide) * koebe.edge_lengths / sizes
+    return integers(np.where(np.abs(cosines) <= CLEAR, 0, np.sign(cosines)))
+
+
+def saddle_signs(koebe: Mesh, direction: Any, *, pole: Any = None) -> IntArray:
+    """(E,) for negative curvature: 1 for edges nearer to a direction field, -1 for those nearer to the one across it.
+
+    direction (3,) or (E, 3): vectors at the points where the edges touch the unit sphere, projected to its tangent
+    planes there. One vector for all of them is along the meridians about it. With a pole (3,) on the
+    sphere, the vectors are put there by stereographic projection from that pole: one vector at right angles to it is
+    along the images of parallel lines. An edge halfway between, at the pole, or where the field vanishes, gets 0.
+
+    Raises GeometryError for other shapes, numbers that are not finite, and a pole off the unit sphere.
+    """
+    field = floats(direction)
+    if field.shape not in ((3,), (koebe.n_edges, 3)):
+        raise GeometryError(f"the direction has shape {field.shape}, (3,) or ({koebe.n_edges}, 3) is needed")
+    field = array_of(field, field.shape, "the direction")
+    points = edge_feet(koebe, koebe)
+    vectors = np.broadcast_to(field, points.shape)
+    if pole is not None:
+        vectors = _mirrored(vectors, points - _checked_pole(pole))
+    flat = across_directions(vectors, points)
+    along = np.einsum("ei,ei->e", flat, koebe.edge_directions)
+    rather_along = 2 * along**2 - np.einsum("ei,ei->e", flat, flat)
+    size = float(np.square(field).sum(axis=-1).max())
+    return integers(np.where(np.abs(rather_along) <= CLEAR * size, 0, np.sign(rather_along)))
+
+
+def _mirrored(vectors: FloatArray, normals: FloatArray) -> FloatArray:
+    """(E, 3) mirror images: what the derivative of an inversion does to directions, `normals` from its centre.
+
+    Zero at the centre itself.
+    """
+    squares = np.einsum("ei,ei->e", normals, normals)[:, None]
+    inner = np.einsum("ei,ei->e", vectors, normals)[:, None]
+    mirrored = vectors - 2 * inner / np.maximum(squares, np.finfo(float).tiny) * normals
+    return np.where(squares > CLEAR**2, mirrored, 0.0)
+
+
+def _checked_pole(pole: Any) -> FloatArray:
+    point = floats(pole)
+    if point.shape != (3,) or not abs(np.linalg.norm(point) - 1) <= TOLERANCE:
+        raise GeometryError(f"the pole is {point.tolist()}, a point of the unit sphere is needed")
+    return point
+
+
+def alternating_signs(combinatorics: Combinatorics, *, first: int = 1) -> IntArray:
+    """(E,) the signs of negative curvature in a mesh of quads: opposite edges alike, neighbouring ones not.
+
+    first: 1 or -1, the sign of edge 0, and of the first edge of each part that no quads connect with it. Faces of
+    other sizes have no say, and edges that belong to no quad get 0. Raises GeometryError, naming an edge, where that is
+    contradictory, as around interior vertices of odd valence.
+    """
+    if first not in (-1, 1):
+        raise GeometryError(f"the first sign is {first}: it must be -1 or 1")
+    c, n = combinatorics, combinatorics.n_edges
+    in_quad = c.face_sizes[c.corner_face] == 4
+    here, ahead = c.corner_edge[in_quad], c.corner_edge[c.next_corner[in_quad]]
+    # edge e stands twice: as e for one sign and as n + e for the other one
+    pairs = np.concatenate([here, here + n]), np.concatenate([ahead + n, ahead])
+    parts = connected_components(coo_array((np.ones(2 * len(here)), pairs), shape=(2 * n, 2 * n)), directed=False)[1]
+    contradictory = np.flatnonzero(parts[:n] == parts[n:])
+    if len(contradictory):
+        raise GeometryError(
+            f"{c.edge_name(contradictory[0])} would have to keep and to reverse its orientation: where rows of quads "
+            "go round a vertex of odd valence, or close with a twist, signs cannot alternate; give signs edge by edge",
+            elements=contradictory.tolist(),
+        )
+    is_first = parts[:n] < parts[n:]  # parts are numbered as their first members come
+    connected = np.isin(np.arange(n), here)
+    return integers(np.where(connected, np.where(is_first, first, -first), 0))

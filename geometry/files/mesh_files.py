@@ -1,0 +1,159 @@
+"""Read and write polygon meshes: OBJ, OFF, PLY."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field, replace
+from os import PathLike
+from pathlib import Path
+from stat import S_ISDIR, S_ISREG
+from typing import Any
+
+import numpy as np
+
+from geometry.arrays import FloatArray, floats
+from geometry.errors import MeshError, MeshFileError, shown
+from geometry.files.checks import COINCIDENCE
+from geometry.files.encoding import decoded
+from geometry.files.mending import mend_soup
+from geometry.files.obj import obj_text, read_obj
+from geometry.files.off import off_text, read_off
+from geometry.files.ply import ply_text, read_ply
+from geometry.files.polygon_soup import PolygonSoup
+from geometry.mesh.mesh import Mesh
+from geometry.mesh.origin import rounding
+
+__all__ = ["MeshFile", "about", "path_name", "read_mesh", "read_soup", "write_mesh"]
+
+_WRITERS = {".obj": obj_text, ".off": off_text, ".ply": ply_text}
+
+_LONGEST_NAME = 240
+"""Characters of a path in a sentence."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """A mesh as read: where from, and a sentence for each thing that was mended on the way.
+
+    origin (3,): what is taken out of the coordinates, which are those of `mesh` plus the origin in the file. As read it
+    is zero: the mesh stands where the file has it, and nothing is to be put back. sha256: of the bytes it
+    was read from, which are read once; companion_sha256: of those of the second file of a pair.
+    """
+
+    path: Path
+    mesh: Mesh
+    mended: tuple[str, ...]
+    sha256: str = ""
+    companion_sha256: str = ""
+    origin: FloatArray = field(default_factory=lambda: floats(np.zeros(3)))
+
+    @property
+    def rounding(self) -> float:
+        """How far doubles are apart where the file has the mesh, if its coordinates were rounded to them; else zero."""
+        return rounding(self.mesh.vertices + self.origin)
+
+    def near_zero(self) -> MeshFile:
+        """The same with the mesh near zero, by whole numbers that go into the origin, so that nothing is rounded.
+
+        Compute with this one, since far from zero coordinates are coarse: then it does not matter where a mesh lies.
+        `write_mesh` puts the origin back. What belongs to the same place, such as a surface beside a mesh, has to be
+        moved with it: `surface.translated(-file.origin)`.
+        """
+        mesh, origin = self.mesh.near_zero()
+        return replace(self, mesh=mesh, origin=floats(self.origin + origin))
+
+
+def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: float = COINCIDENCE) -> MeshFile:
+    """Read an OBJ, OFF or PLY file (by suffix) and mend it; see `geometry.files.mending.mend`.
+
+    `flip` turns all faces round at the end, where outside came out inside. `coincidence`, a part of the mean edge
+    length, is the distance below which vertices are one. Coordinates stay those of the file, in its unit; where they
+    are map coordinates, go on with `MeshFile.near_zero`.
+
+    Raises MeshFileError where the file cannot be read and MeshError where it does not hold a usable mesh. Sentences
+    begin with the path and number vertices and faces as the file does: OBJ from 1, PLY from 0, OFF from 0 unless the
+    file's own indices start at 1; they say which. The error's `elements` count from 0, or are numbers of lines.
+    """
+    path = Path(path)
+    try:
+        soup, sha256 = read_soup(path)
+        mesh, mended = mend_soup(soup, flip=flip, coincidence=coincidence)
+    except (MeshFileError, MeshError) as error:
+        raise about(path_name(path), error) from error
+    return MeshFile(path, mesh, mended, sha256)
+
+
+def write_mesh(path: str | PathLike[str], mesh: Mesh, *, origin: Any = (0.0, 0.0, 0.0)) -> None:
+    """Write OBJ, OFF or PLY (by suffix), as text from which `read_mesh` gets the same doubles back.
+
+    origin (3,): what was taken out of the mesh and is put back, see `MeshFile.near_zero`.
+
+    Raises MeshFileError for another suffix, a folder that does not exist, and where the file cannot be written.
+    """
+    path = Path(path)
+    writer = _WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise MeshFileError(f"{path_name(path)}: {_unknown_suffix(path)}")
+    text = writer(mesh.translated(origin))
+    try:
+        path.write_text(text, encoding="ascii", newline="\n")
+    except FileNotFoundError as error:
+        raise MeshFileError(f"{path_name(path)}: there is no folder {path_name(path.parent)}; make it first") from error
+    except (OSError, ValueError) as error:
+        raise MeshFileError(f"{path_name(path)}: the file cannot be written: {_reason(error)}") from error
+
+
+def read_soup(path: Path) -> tuple[PolygonSoup, str]:
+    """What a file holds, before anything is mended, and the sha256 of its bytes.
+
+    Raises MeshFileError where it cannot be read.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in _WRITERS:
+        raise MeshFileError(_unknown_suffix(path))
+    data = _contents(path)
+    return _soup(data, suffix), hashlib.sha256(data).hexdigest()
+
+
+def _soup(data: bytes, suffix: str) -> PolygonSoup:
+    if not data.strip():
+        raise MeshFileError("the file is empty; export the mesh again")
+    if suffix == ".ply":
+        return read_ply(data)
+    text = decoded(data)
+    return read_obj(text) if suffix == ".obj" else read_off(text)
+
+
+def path_name(path: Path) -> str:
+    """A path as a sentence may say it, whatever bytes it is made of."""
+    return shown(path, _LONGEST_NAME)
+
+
+def about(name: str, error: MeshFileError | MeshError) -> MeshFileError | MeshError:
+    """The same error, its sentence begun with a name."""
+    return type(error)(f"{name}: {error.message}", elements=error.elements, value=error.value, bound=error.bound)
+
+
+def _contents(path: Path) -> bytes:
+    """All bytes of a file. Devices and pipes, which may never end, are none."""
+    try:
+        mode = path.stat().st_mode
+        if S_ISREG(mode):
+            return path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise MeshFileError("there is no such file; check the path") from error
+    except (OSError, ValueError) as error:
+        raise MeshFileError(f"the file cannot be read: {_reason(error)}") from error
+    if S_ISDIR(mode):
+        raise MeshFileError("there is no such file; check the path, which is that of a folder")
+    raise MeshFileError("this is a pipe or a device, not a file; write what comes from it into a file, and give that")
+
+
+def _reason(error: OSError | ValueError) -> str:
+    """What the system says, without the path."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
+def _unknown_suffix(path: Path) -> str:
+    suffix = shown(path.suffix) or "a name without suffix"
+    return f"meshes are read from and written to .obj, .off and .ply, not {suffix}"

@@ -1,0 +1,88 @@
+"""Read two files that hold combinatorially equivalent meshes, such as M and its Gauss image."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from typing import NoReturn
+
+import numpy as np
+
+from geometry.arrays import IntArray
+from geometry.errors import MeshError, MeshFileError, shown
+from geometry.files.checks import COINCIDENCE
+from geometry.files.face_rings import rings_by_size
+from geometry.files.mending import mended_soup, tidied
+from geometry.files.mesh_files import MeshFile, about, path_name, read_soup
+from geometry.files.polygon_soup import PolygonSoup
+from geometry.mesh.combinatorics import Combinatorics
+from geometry.mesh.mesh import Mesh
+
+__all__ = ["read_mesh_pair"]
+
+
+def read_mesh_pair(
+    path: str | PathLike[str], other: str | PathLike[str], *, coincidence: float = COINCIDENCE
+) -> tuple[MeshFile, Mesh]:
+    """The mesh in the first file, mended as `read_mesh` does, and the mesh over the same combinatorics in the second.
+
+    Vertices correspond by their number in the files, counted from the first one of each, whatever the formats. Only
+    the first mesh is judged and mended: the second may have edges without length, faces without area and overfoldings,
+    and takes over vertices, faces and orientation of the first. Both files must list the same faces; their order, the
+    corners they start with and the way they run do not matter.
+
+    Raises MeshFileError where a file cannot be read; MeshError where the first does not hold a usable mesh, where
+    the second has other vertices or faces or coordinates that are not finite, and where vertices that become one in
+    the first are apart in the second.
+    """
+    first, second = Path(path), Path(other)
+    (soup, sha256), (companion, of_second) = _soup(first), _soup(second)
+    try:
+        _check_equivalent(soup, companion)
+        mended = mended_soup(replace(soup, companion=companion.vertices), coincidence)
+    except MeshError as error:
+        raise about(f"{path_name(first)} with {shown(second.name)}", error) from error
+    mesh = Mesh(mended.vertices, Combinatorics(mended.n_vertices, mended.corners, mended.face_starts))
+    assert mended.companion is not None
+    return MeshFile(first, mesh, mended.mended, sha256, of_second), mesh.with_vertices(mended.companion)
+
+
+def _soup(path: Path) -> tuple[PolygonSoup, str]:
+    try:
+        soup, sha256 = read_soup(path)
+        return tidied(soup), sha256
+    except (MeshFileError, MeshError) as error:
+        raise about(path_name(path), error) from error
+
+
+def _check_equivalent(soup: PolygonSoup, other: PolygonSoup) -> None:
+    """The same number of vertices and the same faces, each as a ring of vertices that may run either way."""
+    counts, others = (f"{s.n_vertices} vertices and {s.n_faces} faces" for s in (soup, other))
+    if counts != others:
+        raise MeshError(
+            f"the two do not have the same faces: the first has {counts}, the second {others}; write both from one "
+            "model, with the same numbers of vertices"
+        )
+    known = {rings.shape[1]: rings for _, rings in rings_by_size(other.corners, other.face_starts)}
+    for faces, rings in rings_by_size(soup.corners, soup.face_starts):
+        size = rings.shape[1]
+        theirs = known.get(size, np.zeros((0, size), dtype=np.int64))
+        same = np.unique(np.concatenate([theirs, rings]), axis=0, return_inverse=True)[1].ravel()
+        missing = faces[~np.isin(same[len(theirs) :], same[: len(theirs)])]
+        if len(missing):
+            _raise_other_faces(soup, missing)
+        if len(rings) != len(theirs):
+            raise MeshError(
+                f"the two do not have the same faces: the first has {len(rings)} with {size} corners, the second "
+                f"{len(theirs)}; write both from one model, with the same numbers of vertices"
+            )
+
+
+def _raise_other_faces(soup: PolygonSoup, missing: IntArray) -> NoReturn:
+    raise MeshError(
+        f"the two do not have the same faces: face {soup.face_name(missing[0])} of the first, with the vertices "
+        f"{soup.corner_names(missing[0])}, is not in the second; write both from one model, with the same numbers of "
+        f"vertices{soup.likewise(missing[1:])} {soup.counting}",
+        elements=soup.faces_of_file(missing),
+    )

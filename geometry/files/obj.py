@@ -1,0 +1,135 @@
+"""Wavefront OBJ: `v` and `f` make the mesh; indices count from 1, negative ones back from the last vertex."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from geometry.arrays import IntArray, integers
+from geometry.errors import MeshFileError, shown
+from geometry.files.number_rows import likewise, parse_numbers, whole
+from geometry.files.polygon_soup import PolygonSoup
+from geometry.mesh.mesh import Mesh
+
+__all__ = ["obj_text", "read_obj"]
+
+_TEXTURE_AND_NORMAL = re.compile(r"(?<=.)/\S*")
+_IGNORED = {"l": "line", "p": "point", "curv": "curve", "surf": "surface"}  # what a mesh might be missing without
+_SHAPELESS = {
+    "vt", "vn", "vp", "g", "s", "mg", "o", "usemtl", "mtllib", "usemap", "maplib", "bevel", "c_interp", "d_interp",
+    "lod", "shadow_obj", "trace_obj", "cstype", "deg", "bmat", "step", "parm", "trim", "hole", "scrv", "sp", "curv2",
+    "end", "con", "ctech", "stech", "call", "csh", "bsp", "bzp", "cdc", "cdp", "res",
+}  # fmt: skip
+"""Keywords that say nothing of the shape of polygons."""
+
+
+@dataclass
+class _Words:
+    """The words of all vertices and faces, in flat lists."""
+
+    coordinates: list[str] = field(default_factory=list)  # three a vertex
+    vertex_lines: list[int] = field(default_factory=list)
+    corners: list[str] = field(default_factory=list)
+    sizes: list[int] = field(default_factory=list)  # corners of each face
+    face_lines: list[int] = field(default_factory=list)
+    above: list[int] = field(default_factory=list)  # vertices above each face
+    ignored: Counter[str] = field(default_factory=Counter)
+    unknown: list[tuple[int, str]] = field(default_factory=list)  # lines that begin with no keyword of OBJ
+
+
+def read_obj(text: str) -> PolygonSoup:
+    """Vertices and faces of all objects and groups of a file together; every other keyword is passed over.
+
+    Keywords may be in capitals. Lines, points and free-form shapes, and lines that begin with no keyword, are told.
+    Sentences count vertices and faces from 1, in the order of their lines.
+    Raises MeshFileError where a coordinate or an index cannot be read.
+    """
+    words = _sorted(text)
+    positions = parse_numbers(words.coordinates, np.repeat(integers(words.vertex_lines), 3)).reshape(-1, 3)
+    sizes = integers(words.sizes)
+    lines = np.repeat(integers(words.face_lines), sizes)
+    given = whole(parse_numbers(words.corners, lines), lines, "a vertex index of a face")
+    above = np.repeat(integers(words.above), sizes)
+    _check_indices(given, above, lines)
+    ignored = [
+        f"{words.ignored[word]} {name} elements ignored" for word, name in _IGNORED.items() if words.ignored[word]
+    ]
+    if words.unknown:
+        line, word = words.unknown[0]
+        count = len(words.unknown)
+        ignored.append(
+            f"{count} line{'s' * (count > 1)} passed over that begin{'s' * (count == 1)} with no word of OBJ, as line "
+            f"{line} with '{shown(word)}'"
+        )
+    corners = np.where(given > 0, given - 1, above + given)
+    return PolygonSoup.from_arrays(positions, corners, sizes, count_from=1, mended=tuple(ignored))
+
+
+def obj_text(mesh: Mesh) -> str:
+    """A mesh as OBJ, coordinates in as many digits as give back the same double."""
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
+    lines += ["f " + " ".join(str(vertex + 1) for vertex in face) for face in mesh.combinatorics.faces()]
+    return "\n".join(lines) + "\n"
+
+
+def _sorted(text: str) -> _Words:
+    found, thin = _Words(), list[tuple[int, int, int]]()
+    for line, words in _statements(text):
+        match words[0].lower():
+            case "v":
+                if len(words) < 4:
+                    thin.append((line, len(found.vertex_lines) + 1, len(words) - 1))
+                found.coordinates += words[1:4]
+                found.vertex_lines.append(line)
+            case "f" | "fo":  # as it once was
+                found.corners += words[1:]
+                found.sizes.append(len(words) - 1)
+                found.face_lines.append(line)
+                found.above.append(len(found.vertex_lines))
+            case keyword if keyword in _IGNORED:
+                found.ignored[keyword] += 1
+            case keyword if keyword not in _SHAPELESS:
+                found.unknown.append((line, words[0]))
+    if thin:
+        line, vertex, count = thin[0]
+        lines = integers([line for line, _, _ in thin])
+        raise MeshFileError(
+            f"line {line}: vertex {vertex} has {count} coordinates, 3 are needed (counted from 1); the file is cut off "
+            f"or damaged{likewise(lines)}",
+            elements=lines.tolist(),
+        )
+    if "/" in text:
+        found.corners = [_TEXTURE_AND_NORMAL.sub("", word) for word in found.corners]
+    return found
+
+
+def _statements(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Line number and words of each statement; a line that ends in a backslash goes on in the next."""
+    begun = ""
+    for number, line in enumerate(text.split("\n"), 1):
+        statement = begun + line.partition("#")[0].rstrip()
+        if statement.endswith("\\"):
+            begun = statement[:-1] + " "
+            continue
+        begun = ""
+        if words := statement.split():
+            yield number, words
+    if words := begun.split():
+        yield number, words
+
+
+def _check_indices(given: IntArray, above: IntArray, lines: IntArray) -> None:
+    wrong = np.flatnonzero((given == 0) | (given < -above))
+    if not len(wrong):
+        return
+    line, index, count = int(lines[wrong[0]]), int(given[wrong[0]]), int(above[wrong[0]])
+    reason = "OBJ counts vertices from 1" if index == 0 else f"counted back there are {count} vertices above it"
+    raise MeshFileError(
+        f"line {line}: a face names vertex {index}, but {reason}; correct the index{likewise(lines[wrong])}",
+        elements=np.unique(lines[wrong]).tolist(),
+        value=index,
+    )

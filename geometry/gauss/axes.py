@@ -1,0 +1,168 @@
+"""Node axes: from a parallel mesh to axes, and back [Pottmann2007, Prop. 1]."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from geometry.arrays import FloatArray, floats
+from geometry.errors import GeometryError, MeshError, ParallelityError
+from geometry.mesh import Mesh
+from geometry.mesh.spanning_forests import SpanningForest, spanning_forest
+from geometry.parallel.edge_parallelity import across_directions, check_parallel
+
+__all__ = ["AXIS_TOLERANCE", "axis_directions", "node_axes", "parallel_from_axes"]
+
+AXIS_TOLERANCE = 1e-9
+"""How far two axes may be from coplanar, in radians, and two meshes from parallel, over their largest distance:
+what rounding leaves of meshes a million times larger than their distance."""
+
+LEAST_ANGLE = 1e-6
+"""Angle in radians between a node axis and an edge, below which the axis lies in the edge: a thousand times more
+than axes may be off, so that the plane through edge and axis is still known."""
+
+
+def node_axes(mesh: Mesh, parallel: Mesh, *, tolerance: float = AXIS_TOLERANCE) -> FloatArray:
+    """(N, 3) unit directions from m_i to m'_i: node axes of M, if M' is parallel to M.
+
+    `tolerance` bounds how far an end of an edge of M' may be off the direction of its edge of M, over the largest
+    distance of corresponding vertices. Zero for vertices that belong to no face.
+
+    Raises MeshError where the meshes do not have the same faces or an edge of M has no length, ParallelityError
+    where they are not parallel, and GeometryError where a vertex is the same in both or an axis lies in an edge.
+    """
+    apart = parallel - mesh
+    lengths = np.linalg.norm(apart.vertices, axis=1)
+    largest = float(lengths.max())
+    same = np.flatnonzero(mesh.combinatorics.is_used & (lengths <= tolerance * largest))
+    if len(same):
+        raise GeometryError(
+            f"vertex {same[0]} is at the same place in both meshes, so it has no node axis; translate one of them",
+            elements=same.tolist(),
+            value=float(lengths[same[0]]),
+            bound=tolerance * largest,
+        )
+    check_parallel(mesh, apart, tolerance * largest, what="the other mesh")
+    axes = axis_directions(mesh, apart.vertices)
+    _across(mesh, axes)
+    return axes
+
+
+def axis_directions(mesh: Mesh, vectors: FloatArray) -> FloatArray:
+    """(N, 3) the vectors s_i at unit length; zero where s_i is zero, and for vertices that belong to no face."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    meant = (lengths > 0) & mesh.combinatorics.is_used[:, None]
+    return floats(np.divide(vectors, lengths, out=np.zeros_like(vectors), where=meant))
+
+
+def parallel_from_axes(
+    mesh: Mesh, axes: Any, *, start: int = 0, distance: float = 1.0, tolerance: float = AXIS_TOLERANCE
+) -> Mesh:
+    """The mesh M' parallel to M with m'_i on the axis through m_i, and m'_start = m_start + distance axis_start.
+
+    axes (N, 3): any vectors along the axes; their lengths and signs do not matter, but that of `start` says which way
+    a positive `distance` goes. Where M has several components, the first vertex of each other one stands for `start`
+    there. Vertices that belong to no face stay. `tolerance`: how far the axes over an edge may be from coplanar, in
+    radians, and m'_i from where its other neighbours put it, over their distances from M.
+
+    Raises ParallelityError, naming the worst edge, where its axes are not coplanar; and where they are, but M'
+    does not close: Prop. 1 promises it for simply connected meshes with axes that lie in no face. Raises MeshError for
+    an edge without length and GeometryError for axes that are none.
+    """
+    directions = _checked_axes(mesh, axes)
+    _check_start(mesh, start, distance)
+    across = _across(mesh, directions)
+    _check_coplanar(mesh, across, tolerance)
+    c = mesh.combinatorics
+    first, second = across[:, 0], across[:, 1]
+    squares = np.einsum("enk,enk->en", across, across)
+    ratio = np.sqrt(squares[:, 0] / squares[:, 1])  # of t_j over t_i: the parts across the edge are the same
+    ratio *= np.sign(np.einsum("ek,ek->e", first, second))
+    t = _carried(spanning_forest(c.n_vertices, c.edges, start=start), mesh, ratio, distance)
+    _check_closed(mesh, across, t[c.edges], tolerance)
+    return mesh.with_vertices(mesh.vertices + t[:, None] * directions)
+
+
+def _carried(forest: SpanningForest, mesh: Mesh, ratio: FloatArray, distance: float) -> FloatArray:
+    """t (N,): `distance` at the roots, times the ratios of the edges on the way from there."""
+    t = np.zeros(mesh.n_vertices)
+    t[forest.roots] = distance
+    for level in forest.levels:
+        forwards = mesh.combinatorics.edges[level.edges, 0] == level.parents
+        step = ratio[level.edges]
+        t[level.children] = t[level.parents] * np.where(forwards, step, 1 / step)
+    return t
+
+
+def _across(mesh: Mesh, axes: FloatArray) -> FloatArray:
+    """(E, 2, 3) what is left of the axes at both ends when their component along the edge is taken off."""
+    ends, along = axes[mesh.combinatorics.edges], mesh.edge_directions
+    across = across_directions(ends, along[:, None])
+    sines = np.linalg.norm(across, axis=2)
+    edge, end = (int(i) for i in np.unravel_index(sines.argmin(), sines.shape))
+    if sines[edge, end] < LEAST_ANGLE:
+        vertex = int(mesh.combinatorics.edges[edge, end])
+        raise GeometryError(
+            f"the node axis at vertex {vertex} lies in {mesh.combinatorics.edge_name(edge)}: the angle between them is "
+            f"{np.degrees(sines[edge, end]):.1e} degrees, at least {np.degrees(LEAST_ANGLE):.1e} is needed",
+            elements=[edge],
+            value=float(sines[edge, end]),
+            bound=LEAST_ANGLE,
+        )
+    return across
+
+
+def _checked_axes(mesh: Mesh, axes: Any) -> FloatArray:
+    given = floats(axes)
+    if given.shape != (mesh.n_vertices, 3):
+        raise MeshError(f"axes have shape {given.shape}, one vector a vertex is needed: {(mesh.n_vertices, 3)}")
+    wrong = np.flatnonzero(mesh.combinatorics.is_used & ~(np.isfinite(given).all(axis=1) & given.any(axis=1)))
+    if len(wrong):
+        raise GeometryError(
+            f"the axis at vertex {wrong[0]} is {given[wrong[0]].tolist()}: a direction must be finite and not zero",
+            elements=wrong.tolist(),
+        )
+    scale = np.abs(given).max(axis=1, keepdims=True)  # so that no square leaves the range of a double
+    return axis_directions(mesh, np.divide(given, scale, out=np.zeros_like(given), where=scale > 0))
+
+
+def _check_start(mesh: Mesh, start: int, distance: float) -> None:
+    if not (0 <= start < mesh.n_vertices and mesh.combinatorics.is_used[start]):
+        raise GeometryError(f"there is no vertex {start} with a face to start from", elements=[start])
+    if not (np.isfinite(distance) and distance != 0):
+        raise GeometryError(f"the distance at vertex {start} is {distance:g}, it must be a number other than 0")
+
+
+def _check_coplanar(mesh: Mesh, across: FloatArray, tolerance: float) -> None:
+    first, second = across[:, 0], across[:, 1]
+    twists = np.arctan2(
+        np.linalg.norm(np.cross(first, second), axis=1), np.abs(np.einsum("ek,ek->e", first, second))
+    )  # axes are lines
+    edge = int(twists.argmax())
+    if not twists[edge] <= tolerance:
+        raise ParallelityError(
+            f"the axes at both ends of {mesh.combinatorics.edge_name(edge)} are not coplanar: the planes that they "
+            f"span with the edge differ by {np.degrees(twists[edge]):.2g} degrees, allowed "
+            f"{np.degrees(tolerance):.1e}; no mesh parallel to this one has its vertices on these axes",
+            elements=[edge],
+            value=float(twists[edge]),
+            bound=tolerance,
+        )
+
+
+def _check_closed(mesh: Mesh, across: FloatArray, t: FloatArray, tolerance: float) -> None:
+    """across (E, 2, 3), t (E, 2): where M' is parallel, t across is the same at both ends."""
+    apart = np.linalg.norm(t[:, :1] * across[:, 0] - t[:, 1:] * across[:, 1], axis=1)
+    gaps = apart / np.abs(t).max(axis=1)
+    edge = int(gaps.argmax())
+    if not gaps[edge] <= tolerance:
+        raise ParallelityError(
+            f"the axes are coplanar over each edge, but no parallel mesh has its vertices on them: carried along a "
+            f"loop of edges through {mesh.combinatorics.edge_name(edge)}, its vertices return {gaps[edge]:.2g} of "
+            f"their distance off, allowed {tolerance:.0e}; this happens around a hole, or where axes lie in the plane "
+            "of a face",
+            elements=[edge],
+            value=float(gaps[edge]),
+            bound=tolerance,
+        )

@@ -1,0 +1,251 @@
+"""The exact Gauss images: S with all vertices, all edges or all faces at distance 1 from the origin.
+
+A mesh has one if and only if it has offsets of that kind, and then every mesh parallel to it has them
+[Pottmann2007, Prop. 2]. Each function here finds S from M: first vertex by vertex from the geometry of M, then by
+lowering what is left of the deviations in P(M), so that S is parallel to rounding and S is judged, not M.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array, diags_array, eye_array
+
+from geometry.arrays import FloatArray
+from geometry.errors import GeometryError, RankError
+from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
+from geometry.gauss.circumscribed import circumscribed_candidate
+from geometry.gauss.distances import (
+    circularity,
+    conicality,
+    edge_axis_twist,
+    edge_cone_deviation,
+    edge_distances,
+    face_distances,
+    vertex_distances,
+)
+from geometry.gauss.inscribed import inscribed_candidate
+from geometry.gauss.midscribed import midscribed_candidate
+from geometry.gauss.refinement import LINEAR_DAMPING, PARALLEL, drawn_to_normals, nearest_parallel, refine_distances
+from geometry.mesh import Mesh
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
+from geometry.optimise.solution import ConvergenceError
+from geometry.parallel.edge_parallelity import check_planar, parallelity
+
+__all__ = [
+    "DISTANCE_TOLERANCE",
+    "circumscribed_image",
+    "edge_gauss_image",
+    "exact_gauss_images",
+    "face_gauss_image",
+    "inscribed_image",
+    "midscribed_image",
+    "vertex_gauss_image",
+]
+
+DISTANCE_TOLERANCE = 1e-9
+"""How far a distance may be from 1: what faces planar to 1e-12 say with certainty of meshes with a thousand edges
+from end to end."""
+
+CHORD = 0.1
+"""How far s_j may be from s_i reflected at their edge. More is another S on the sphere, one whose edges have no length
+where they should, as a single point has it for each mesh: [Pottmann2007, Prop. 2] leaves these out."""
+
+DRAWN = 1e-4
+"""Weight by which vertices whose place is not known are drawn to their normals, over that of the known ones: three
+rounds lower what is left by its cube, and with less, rounding decides where vertices are that edges leave free."""
+
+ROUNDS = 30
+LEAST_GAIN = 0.5
+"""Near an exact S each round takes more than half of the squared deviations away; else there is none."""
+
+AS_GOOD = 2.0
+"""Times the largest deviation of another S, up to which one is as good: both have the least squares of deviations."""
+
+
+def vertex_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Mesh:
+    """S parallel to M with |s_i| = 1: M is circular, if its faces are quads [Pottmann2007, Prop. 2].
+
+    Where M leaves a choice, as discs of circular quads do, S is as near to the vertex normals as possible. Distances
+    are 1 to within `tolerance`; S is parallel to rounding. Vertices that belong to no face are at the origin.
+
+    Raises GeometryError where there is no such S, naming the worst vertex; where a face is not planar; where the
+    tolerance is not positive. Raises MeshError for an edge without length.
+    """
+    image, deviations = inscribed_image(mesh, tolerance)
+    vertex = int(deviations.argmax())
+    if not deviations[vertex] <= tolerance:
+        off_circle = circularity(mesh)
+        face = int(off_circle.argmax())
+        raise GeometryError(
+            f"the mesh has no vertex offset: vertex {vertex} of the nearest Gauss image is {deviations[vertex]:.1e} "
+            f"off its place on the unit sphere, allowed {tolerance:.0e}; the least circular face is {face}, its "
+            f"corners {off_circle[face]:.1e} of its mean edge length off a circle; use `make_circular`, or the "
+            "approximate `gauss_image`",
+            elements=[vertex],
+            value=float(deviations[vertex]),
+            bound=tolerance,
+        )
+    return image
+
+
+def edge_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Mesh:
+    """S parallel to M whose edge lines touch the unit sphere: a Koebe polyhedron [Pottmann2007, Prop. 2, 3].
+
+    Edges may run the other way in S than in M: `edge_factors` says which. S is determined up to its sign, and taken
+    with most of each component outside; where M leaves more choice, near the vertex normals. Distances are 1
+    to within `tolerance`; S is parallel to rounding. Vertices that belong to no face are at the origin. Where coplanar
+    faces meet at vertices with two edge lines only, which lie on many cones, an S may be missed.
+
+    Raises GeometryError where no such S is found, naming the worst edge; where a face is not planar; where the
+    tolerance is not positive. Raises MeshError for an edge without length.
+    """
+    image, deviations = midscribed_image(mesh, tolerance)
+    edge = int(deviations.argmax())
+    if not deviations[edge] <= tolerance:
+        cones = float(np.nan_to_num(edge_cone_deviation(mesh)[mesh.combinatorics.edges[edge]]).max())
+        twist = float(np.nan_to_num(edge_axis_twist(mesh)[edge]))
+        raise GeometryError(
+            f"no edge offset is found: {mesh.combinatorics.edge_name(edge)} of the nearest Gauss image is "
+            f"{deviations[edge]:.1e} off distance 1 from the origin, allowed {tolerance:.0e}; the edges at its ends "
+            f"leave cones of revolution by {cones:.1e}, and the axes of these cones differ by {twist:.1e} radians over "
+            "the edge; use a mesh parallel to a Koebe polyhedron, or the approximate `gauss_image` with a weight for "
+            "edges",
+            elements=[edge],
+            value=float(deviations[edge]),
+            bound=tolerance,
+        )
+    return image
+
+
+def face_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Mesh:
+    """S parallel to M with n_F . s_i = 1 in all faces: M is conical [Pottmann2007, Prop. 2].
+
+    n_F are the outer unit normals of M, so all faces are offset to the same side. Where M leaves a choice, as at
+    boundary vertices with one face, S is as near to the vertex normals as possible. Distances are 1 to within
+    `tolerance`; S is parallel to rounding. Vertices that belong to no face are at the origin.
+
+    Raises GeometryError where there is no such S, naming the worst face and vertex; where a face is not planar; where
+    the tolerance is not positive. Raises MeshError for an edge without length.
+    """
+    image, deviations = circumscribed_image(mesh, tolerance)
+    face = int(deviations.argmax())
+    if not deviations[face] <= tolerance:
+        off_cone = np.nan_to_num(conicality(mesh))
+        vertex = int(off_cone.argmax())
+        raise GeometryError(
+            f"the mesh has no face offset: face {face} of the nearest Gauss image is {deviations[face]:.1e} off "
+            f"distance 1 from the origin, allowed {tolerance:.0e}; the least conical vertex is {vertex}, its faces "
+            f"{off_cone[vertex]:.1e} radians off a cone of revolution; use `make_conical`, or the approximate "
+            "`gauss_image`",
+            elements=[face],
+            value=float(deviations[face]),
+            bound=tolerance,
+        )
+    return image
+
+
+def exact_gauss_images(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> dict[str, Mesh]:
+    """The exact Gauss images that the mesh has, by "vertex", "edge" and "face" [Pottmann2007, Prop. 2].
+
+    The offsets of M at distance d of these kinds are M + d S. Raises as the functions for each kind do, except where
+    there is no S.
+    """
+    found = {
+        "vertex": inscribed_image(mesh, tolerance),
+        "edge": midscribed_image(mesh, tolerance),
+        "face": circumscribed_image(mesh, tolerance),
+    }
+    return {kind: image for kind, (image, deviations) in found.items() if deviations.max() <= tolerance}
+
+
+# --- the best S of each kind, and how far its distances are from 1
+
+
+def inscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+    """The nearest S with vertices on the unit sphere, and deviations (N,): of distances from 1, and of chords."""
+    _check(mesh, tolerance)
+    image = _nearest(mesh, inscribed_candidate(mesh, tolerance))
+    image = refine_distances(mesh, image, vertices=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    return _settled(mesh, image, _off_sphere, tolerance, vertices=1.0)
+
+
+def _off_sphere(mesh: Mesh, image: Mesh) -> FloatArray:
+    """(N,) deviations of distances from 1, and of chords."""
+    c, s = mesh.combinatorics, image.vertices
+    deviations = np.where(c.is_used, np.abs(vertex_distances(image) - 1), 0.0)
+    sums = s[c.edges].sum(axis=1)
+    off_chord = np.abs(np.einsum("ei,ei->e", sums, mesh.edge_directions))
+    other = off_chord > CHORD
+    np.maximum.at(deviations, c.edges[other], off_chord[other, None])
+    return np.asarray(deviations)
+
+
+def midscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+    """The nearest S with edge lines at distance 1, and deviations (E,) from that."""
+    _check(mesh, tolerance)
+    image = _nearest(mesh, midscribed_candidate(mesh))
+    image = refine_distances(mesh, image, edges=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    return _settled(mesh, image, lambda mesh, image: np.abs(edge_distances(mesh, image) - 1), tolerance, edges=1.0)
+
+
+def _settled(
+    mesh: Mesh, image: Mesh, off: Callable[[Mesh, Mesh], FloatArray], tolerance: float, **weights: Any
+) -> tuple[Mesh, FloatArray]:
+    """S and how far it is off; if it is exact, what its distances leave free is drawn to the vertex normals."""
+    deviations = off(mesh, image)
+    if deviations.max() > tolerance:
+        return image, deviations
+    try:
+        drawn = drawn_to_normals(mesh, image, **weights)
+        drawn = refine_distances(mesh, drawn, **weights, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    except (ConvergenceError, RankError):  # P(M) is ill-conditioned: the normals say nothing that can be told
+        return image, deviations
+    found = off(mesh, drawn)
+    is_as_good = found.max() <= max(AS_GOOD * deviations.max(), DISTANCE_TOLERANCE)
+    return (drawn, found) if is_as_good else (image, deviations)
+
+
+def circumscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+    """The nearest S with face planes at distance 1, and deviations (F,) from that."""
+    _check(mesh, tolerance)
+    image = _with_planes_met(mesh)
+    if np.abs(face_distances(mesh, image) - 1).max() > DISTANCE_TOLERANCE:
+        H, g = normal_equations([(1.0, unit_face_distances(mesh)), (LINEAR_DAMPING, close_to_vertex_normals(mesh))])
+        image = nearest_parallel(mesh, H, g)
+        image = refine_distances(mesh, image, faces=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    return _settled(mesh, image, lambda mesh, image: np.abs(face_distances(mesh, image) - 1), tolerance, faces=1.0)
+
+
+def _with_planes_met(mesh: Mesh) -> Mesh:
+    """With vertices where their planes meet, if three of them say where; those of the others that make edges parallel.
+
+    Exact where M is conical, after three rounds, in which minimising over the distances alone would take a dozen where
+    vertices are far from their normals: the others are drawn to their normals by next to nothing, then to themselves.
+    """
+    places, known = circumscribed_candidate(mesh)
+    weights = np.repeat(np.where(known, 1.0, DRAWN), 3)
+    drawn: SparseMatrix = csr_array(diags_array(np.sqrt(weights)))
+    image = mesh.with_vertices(places)
+    for _ in range(3):
+        target = np.where(known[:, None], places, image.vertices).ravel()
+        near = LinearFunctional(drawn, np.sqrt(weights) * target)
+        image = nearest_parallel(mesh, *normal_equations([(1.0, unit_face_distances(mesh)), (1.0, near)]))
+    return image
+
+
+def _check(mesh: Mesh, tolerance: float) -> None:
+    if not tolerance > 0:
+        raise GeometryError(f"the tolerance is {tolerance:g}, it must be above 0", value=tolerance, bound=0.0)
+    check_planar(mesh)
+
+
+def _nearest(mesh: Mesh, positions: FloatArray) -> Mesh:
+    """The mesh parallel to M nearest to positions (N, 3): themselves where they are parallel already."""
+    candidate = mesh.with_vertices(positions)
+    if parallelity(mesh, candidate).max() <= PARALLEL:
+        return candidate
+    x = positions.ravel()
+    return nearest_parallel(mesh, csr_array(eye_array(len(x))), x)

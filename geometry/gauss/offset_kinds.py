@@ -1,0 +1,154 @@
+"""Which exact offsets a mesh has, and the exact Gauss image to build it with.
+
+Almost no mesh has any, and to find that out by looking for S takes longer than the approximate S does. So
+what holds in the neighbourhood of each vertex or along a tree is asked first, at the cost of a glance.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.arrays import FloatArray
+from geometry.errors import RankError
+from geometry.gauss.distances import conicality, edge_distances, face_distances
+from geometry.gauss.edge_cones import angles_between, best_cones, edge_stars, line_spread
+from geometry.gauss.exact_gauss_image import DISTANCE_TOLERANCE, circumscribed_image, inscribed_image, midscribed_image
+from geometry.gauss.inscribed import inscribed_candidate
+from geometry.gauss.lean import axis_lean
+from geometry.gauss.midscribed import LEAST_SPREAD
+from geometry.mesh import Mesh
+from geometry.mesh.polygons import face_sums
+from geometry.optimise.solution import ConvergenceError
+from geometry.parallel.edge_parallelity import across_directions, check_planar, parallelity
+
+__all__ = ["offset_deviations", "offset_gauss_image"]
+
+FAR = 1e-4
+"""Angle in radians, or distance on the unit sphere, by which a neighbourhood may fail where S may be exact still.
+Distances of S to 1e-9 say angles to as much over the length of its edges, some hundredths or thousandths."""
+
+NEAR = 0.1
+"""The same, beyond which no S is looked for that is nearly exact."""
+
+ALIKE = FAR
+"""How far lines may be from several cones that are equally good: as far as from any that may be exact."""
+
+LEAST_HEIGHT, LARGEST_HEIGHT = 0.5, 2.0
+"""Beam heights over the nominal one, beyond which an S is no Gauss image to build with, however exact: where faces next
+to each other are nearly coplanar, those of three planes meet anywhere."""
+
+LEAST_FACE = 0.1
+"""Distance of a face of S over the least height: beams are within 84 degrees of their faces' normals, outwards."""
+
+
+ONE_POINT = 1e-6
+"""Mean length of the edges of S, below which it is a single point: exact for every flat mesh, of triangles too, and
+nothing that the approximate S does not say."""
+
+LARGEST_LEAN = np.radians(30)
+"""Of the node axes from the normals, in the median: beyond it they are no normals any more."""
+
+
+def offset_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> tuple[str, Mesh] | None:
+    """The kind of exact offset, "edge", "vertex" or "face", and its S, with which the mesh is best built; None of none.
+
+    Edge before all, as its beams have one height; of the others the one whose beam heights spread less. Distances
+    are 1 to within `tolerance`, beams point to the outside of their faces, their heights are of the order of the
+    nominal one, and axes are near the normals: an exact S without all that is passed over. Meshes of triangles too:
+    those inscribed in a sphere, or whose edges or faces touch one, have their own scaled copies.
+
+    Raises GeometryError where a face is not planar or the tolerance is not positive, MeshError for an edge without
+    length.
+    """
+    edge = _exact(mesh, "edge", tolerance)
+    if edge is not None:
+        return "edge", edge
+    found = {kind: _exact(mesh, kind, tolerance) for kind in ("vertex", "face")}
+    spreads = {kind: float(np.ptp(edge_distances(mesh, image))) for kind, image in found.items() if image is not None}
+    if not spreads:
+        return None
+    kind = min(spreads, key=lambda kind: spreads[kind])
+    image = found[kind]
+    return None if image is None else (kind, image)
+
+
+def offset_deviations(mesh: Mesh) -> dict[str, float]:
+    """How far the vertices, edges and faces of the nearest S of each kind are from distance 1 at worst, by "vertex",
+    "edge" and "face": rounding for an offset that the mesh has; infinite where no S is near.
+
+    Faces may have any number of corners: triangles are always circular, and have a vertex offset hardly ever;
+    pentagons and hexagons need not be circular [Pottmann2007, Prop. 2]. Raises as `offset_gauss_image` does.
+    """
+    return {kind: _nearest(mesh, kind, NEAR, DISTANCE_TOLERANCE)[1] for kind in ("vertex", "edge", "face")}
+
+
+def _exact(mesh: Mesh, kind: str, tolerance: float) -> Mesh | None:
+    """S of this kind, if there is one to build with."""
+    image, deviation = _nearest(mesh, kind, FAR, tolerance)
+    if image is None or not deviation <= tolerance:
+        return None
+    heights, faces = edge_distances(mesh, image), face_distances(mesh, image)
+    sound = (
+        image.mean_edge_length > ONE_POINT
+        and heights.min() >= LEAST_HEIGHT
+        and heights.max() <= LARGEST_HEIGHT
+        and faces.min() >= LEAST_FACE * heights.min()
+        and np.nanmedian(axis_lean(mesh, image)) <= LARGEST_LEAN
+    )
+    return image if sound else None
+
+
+def _nearest(mesh: Mesh, kind: str, bound: float, tolerance: float) -> tuple[Mesh | None, float]:
+    """S of this kind and how far its distances are from 1, unless some neighbourhood fails by more than the bound."""
+    local, image = {
+        "vertex": (_off_circles, inscribed_image),
+        "edge": (_off_cones, midscribed_image),
+        "face": (conicality, circumscribed_image),
+    }[kind]
+    check_planar(mesh)
+    if np.nan_to_num(local(mesh)).max(initial=0.0) > bound:
+        return None, np.inf
+    try:
+        found, deviations = image(mesh, tolerance)
+    except (ConvergenceError, RankError):  # P(M) is ill-conditioned: nothing exact can be told of it
+        return None, np.inf
+    return found, float(deviations.max())
+
+
+def _off_circles(mesh: Mesh) -> FloatArray:
+    """(F,) angle in radians by which no polygon with the edge directions of a face has a circumcircle; or (E,) by how
+    much edges are off their directions where vertices on the unit sphere are carried along a tree.
+
+    A chord reflects one of its ends to the other: around a face with evenly many corners, every second one of its
+    exterior angles make a multiple of pi in sum. Oddly many always close, so that nothing less than the whole says it.
+    """
+    c = mesh.combinatorics
+    if (c.face_sizes % 2 == 1).any():
+        return parallelity(mesh, mesh.with_vertices(inscribed_candidate(mesh, DISTANCE_TOLERANCE)))
+    before, after = mesh.corner_directions[c.previous_corner], mesh.corner_directions
+    sines = np.einsum("ck,ck->c", np.cross(before, after), mesh.face_normals[c.corner_face])
+    turns = np.arctan2(sines, np.einsum("ck,ck->c", before, after))
+    second = (np.arange(c.n_corners) - c.face_starts[c.corner_face]) % 2 == 1
+    sums = face_sums(c, np.where(second, turns, 0.0))
+    return np.asarray(np.abs(sums - np.pi * np.round(sums / np.pi)))
+
+
+def _off_cones(mesh: Mesh) -> FloatArray:
+    """How far edges are from cones (N,), and the axes of cones from coplanar (E,), in radians; together (N + E,).
+
+    NaN at vertices with less than three edge lines, which lie on many cones. Axes are not asked where cones fail.
+    """
+    n = mesh.n_vertices
+    axes, deviations = np.full((n, 4, 3), np.nan), np.full((n, 4), np.nan)
+    for vertices, directions in edge_stars(mesh, least_valence=3):
+        clear = line_spread(directions) > LEAST_SPREAD
+        axes[vertices[clear]], deviations[vertices[clear]] = best_cones(directions[clear])
+    off: FloatArray = deviations.min(axis=1)
+    if np.nan_to_num(off).max(initial=0.0) > NEAR:
+        return off
+    axes[deviations > np.maximum(2 * off, ALIKE)[:, None]] = np.nan  # of three lines all four, of more the best
+    ends, along = axes[mesh.combinatorics.edges], mesh.edge_directions[:, None, :]
+    first, second = (across_directions(end, along) for end in ends.swapaxes(0, 1))
+    angles = angles_between(first[:, :, None], second[:, None, :])
+    twists = np.fmin.reduce(np.minimum(angles, np.pi - angles), axis=(1, 2))
+    return np.concatenate([off, twists])

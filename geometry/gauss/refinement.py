@@ -1,0 +1,161 @@
+"""From one parallel mesh to a better one: quadratic problems in P(M), and distances that are made equal to 1."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array
+
+from geometry.arrays import FloatArray
+from geometry.functionals.fairness import laplacian
+from geometry.functionals.normals import (
+    close_to_vertex_normals,
+    unit_edge_distances,
+    unit_face_distances,
+    unit_vertex_distances,
+)
+from geometry.gauss.axes import axis_directions
+from geometry.gauss.distances import edge_feet
+from geometry.mesh import Mesh
+from geometry.optimise.constrained import ConstrainedQuadratic
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
+from geometry.parallel.face_unknowns import FaceUnknowns
+from geometry.parallel.optimality import optimum
+
+__all__ = ["LINEAR_DAMPING", "PARALLEL", "drawn_to_normals", "foot_directions", "nearest_parallel", "refine_distances"]
+
+PARALLEL = 1e-11
+"""How far an end of an edge of S may be off the direction of its edge of M at most; S has unit size. Short edges of
+faces that are planar to 1e-12 only leave no less."""
+
+MOSTLY_PARALLEL = 1e-12
+"""The same where the rounding of M does not ask for more."""
+
+DAMPING = 1e-3
+"""Weight of the moves in the first round, over the sum of the weights; a tenth after each round that gains."""
+
+LINEAR_DAMPING = 1e-6
+"""The same for faces alone, whose distances are linear in S, so that there is no step too long."""
+
+LEAST_DAMPING = 1e-9
+"""With less, rounding decides where vertices move that the distances leave free."""
+
+MOST_DAMPING = 1e3
+"""If rounds gain nothing even with this, none will."""
+
+NORMALS = 1e-4
+"""Weight of the vertex normals over that of the distances: what distances leave free is then found to twelve digits."""
+
+DRAWING_ROUNDS = 3
+"""Of directions taken anew, each of which squares how far off they are."""
+
+SETTLED = 1e-15
+"""Mean square of the distances' deviations from 1 is zero below the square of this."""
+
+
+def nearest_parallel(mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: FloatArray | None = None) -> Mesh:
+    """The mesh S parallel to M, or start (3N,) plus one, that minimises x H x / 2 - g x; x is S, or S minus start.
+
+    Raises as `optimum` does: where rounding decides about S, and where S is not parallel to M or no minimum.
+    """
+    unknowns = FaceUnknowns(mesh)
+    H, g = unknowns.objective(H, g)
+    return optimum(
+        unknowns,
+        ConstrainedQuadratic(H, unknowns.constraints),
+        g,
+        origin=np.zeros(3 * mesh.n_vertices) if start is None else start,
+        size=1.0,
+        bounds=(MOSTLY_PARALLEL, PARALLEL),
+        what="the Gauss image",
+    )
+
+
+def refine_distances(
+    mesh: Mesh,
+    image: Mesh,
+    *,
+    faces: float = 0.0,
+    edges: float = 0.0,
+    vertices: float = 0.0,
+    fairness: float = 0.0,
+    rounds: int,
+    least_gain: float = 0.0,
+    solve: Callable[..., Mesh] | None = None,
+) -> Mesh:
+    """Lower the sum of weight (distance - 1)^2 over the faces, edges and vertices of S, plus fairness f_Laplacian.
+
+    image: parallel to M; so is the result. Levenberg-Marquardt in P(M): each round takes the directions from the
+    origin to vertices and edges as they are, which makes distances linear, and adds a weight on how far
+    vertices move, so that those that the distances leave free stay. That weight falls as rounds gain, and rises where
+    one does not, which then changes nothing. Stops after `rounds`, each one solve; where all distances are 1;
+    and where a round gains less than the part `least_gain` of what is left. solve: what finds S in each round, with the
+    arguments of `nearest_parallel`, which it is if left out. Raises as that does.
+    """
+    weights = faces, edges, vertices, fairness
+    heaviest = sum(weights)
+    damping = DAMPING if edges + vertices > 0 else LINEAR_DAMPING
+    value = _value(mesh, image, weights)
+    for _ in range(rounds):
+        if value <= SETTLED**2 * heaviest * mesh.n_vertices or damping > MOST_DAMPING:
+            break
+        tried = _moved(mesh, image, weights, damping * heaviest, solve or nearest_parallel)
+        reached = _value(mesh, tried, weights)
+        if not reached < value:
+            damping *= 10
+            continue
+        enough = reached < (1 - least_gain) * value
+        image, value = tried, reached
+        damping = max(damping / 10, LEAST_DAMPING)
+        if not enough:
+            break
+    return image
+
+
+def drawn_to_normals(mesh: Mesh, image: Mesh, *, faces: float = 0.0, edges: float = 0.0, vertices: float = 0.0) -> Mesh:
+    """S near to the vertex normals of M where its distances leave that free, as they do not where they are 1.
+
+    So what is free is decided by M, not by the rounding of the S before. The normals pull distances off 1 by about
+    their weight, which `refine_distances` puts right.
+    """
+    for _ in range(DRAWING_ROUNDS):
+        terms = _terms(mesh, image, (faces, edges, vertices, 0.0))
+        H, g = normal_equations([*terms, (NORMALS * (faces + edges + vertices), close_to_vertex_normals(mesh))])
+        image = nearest_parallel(mesh, H, g)
+    return image
+
+
+def foot_directions(mesh: Mesh, image: Mesh) -> FloatArray:
+    """(E, 3) unit vectors from the origin to the nearest points of the edge lines of S; zero for lines through it."""
+    feet = edge_feet(mesh, image)
+    lengths = np.linalg.norm(feet, axis=1, keepdims=True)
+    return np.asarray(np.divide(feet, lengths, out=np.zeros_like(feet), where=lengths > 0))
+
+
+def _terms(mesh: Mesh, image: Mesh, weights: tuple[float, ...]) -> list[tuple[float, LinearFunctional]]:
+    faces, edges, vertices, fairness = weights
+    terms = []
+    if faces > 0:
+        terms.append((faces, unit_face_distances(mesh)))
+    if edges > 0:
+        terms.append((edges, unit_edge_distances(mesh, foot_directions(mesh, image))))
+    if vertices > 0:
+        terms.append((vertices, unit_vertex_distances(mesh, axis_directions(mesh, image.vertices))))
+    if fairness > 0:
+        terms.append((fairness, laplacian(mesh.combinatorics)))
+    return terms
+
+
+def _value(mesh: Mesh, image: Mesh, weights: tuple[float, ...]) -> float:
+    """The residuals of the terms taken at S itself are its distances minus 1."""
+    x = image.vertices.ravel()
+    return sum(w * float(np.square(term.residual(x)).sum()) for w, term in _terms(mesh, image, weights))
+
+
+def _moved(mesh: Mesh, image: Mesh, weights: tuple[float, ...], damping: float, solve: Callable[..., Mesh]) -> Mesh:
+    x = image.vertices.ravel()
+    still = LinearFunctional(csr_array(eye_array(len(x))), np.zeros(len(x)))
+    moves = [(w, LinearFunctional(term.matrix, -term.residual(x))) for w, term in _terms(mesh, image, weights)]
+    H, g = normal_equations([*moves, (damping, still)])
+    return solve(mesh, H, g, start=x)

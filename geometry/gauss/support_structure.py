@@ -1,0 +1,100 @@
+"""The geometric support structure between two parallel meshes: node axes, transverse quads, heights, twist."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from geometry.arrays import FloatArray, floats
+from geometry.errors import GeometryError, MeshError
+from geometry.gauss.axes import axis_directions
+from geometry.gauss.distances import edge_distances
+from geometry.mesh import Mesh
+from geometry.parallel.edge_parallelity import across_directions, check_parallel
+
+__all__ = ["PARALLEL_TOLERANCE", "SupportStructure"]
+
+PARALLEL_TOLERANCE = 1e-9
+"""Largest distance that an end of an edge of S may lie off the direction of its edge of M; S has unit size."""
+
+LEAST_HEIGHT = 1e-3
+"""Least height of a transverse quad over the nominal one: below it the node axis lies in the edge."""
+
+
+@dataclass(frozen=True, eq=False)
+class SupportStructure:
+    """The quads m_i, m_j, m_j + d s_j, m_i + d s_i over the edges of M [Pottmann2007, 2.1].
+
+    mesh M and gauss_image S are parallel and share their combinatorics; S points outwards; distance d > 0.
+    Raises GeometryError where d is not positive, MeshError where the combinatorics differ, an edge of M has no length
+    or a node axis lies in an edge, and ParallelityError, naming the worst edge, where M and S are not parallel.
+    """
+
+    mesh: Mesh
+    gauss_image: Mesh
+    distance: float
+
+    def __post_init__(self) -> None:
+        if not self.distance > 0:
+            raise GeometryError(f"the distance between the two meshes is {self.distance:g}, it must be above 0")
+        check_parallel(self.mesh, self.gauss_image, PARALLEL_TOLERANCE, what="the Gauss image")
+        self._check_heights()
+
+    @cached_property
+    def _transverse(self) -> FloatArray:
+        """(E, 2, 3) what is left of s_i and s_j when their component along the edge is taken off."""
+        ends, t = self.gauss_image.vertices[self.mesh.combinatorics.edges], self.mesh.edge_directions
+        return floats(across_directions(ends, t[:, None]))
+
+    @cached_property
+    def axes(self) -> FloatArray:
+        """(N, 3) unit node axes, outwards; zero for vertices that belong to no edge. [Pottmann2007, Prop. 1]"""
+        return axis_directions(self.mesh, self.gauss_image.vertices)
+
+    @cached_property
+    def heights(self) -> FloatArray:
+        """(E,) distance of each edge line of S from the origin; times d, the height of the transverse quad."""
+        return floats(edge_distances(self.mesh, self.gauss_image))
+
+    @cached_property
+    def height_directions(self) -> FloatArray:
+        """(E, 3) unit directions u in the central plane, perpendicular to the edge, outwards."""
+        return floats(self._transverse.mean(axis=1) / self.heights[:, None])
+
+    @cached_property
+    def width_directions(self) -> FloatArray:
+        """(E, 3) unit normals b = t x u of the central planes; they point to the right face."""
+        return floats(np.cross(self.mesh.edge_directions, self.height_directions))
+
+    @cached_property
+    def twists(self) -> FloatArray:
+        """(E,) angle in radians between the planes that the edge spans with the node axes at its two ends."""
+        first, second = self._transverse[:, 0], self._transverse[:, 1]
+        crossed = np.linalg.norm(np.cross(first, second), axis=1)
+        return floats(np.arctan2(crossed, np.einsum("ek,ek->e", first, second)))
+
+    @cached_property
+    def offset_mesh(self) -> Mesh:
+        """M + d S."""
+        return self.mesh + self.gauss_image * self.distance
+
+    @cached_property
+    def quads(self) -> FloatArray:
+        """(E, 4, 3) corners of the transverse quads."""
+        i, j = self.mesh.combinatorics.edges.T
+        m, outer = self.mesh.vertices, self.offset_mesh.vertices
+        return floats(np.stack([m[i], m[j], outer[j], outer[i]], axis=1))
+
+    def _check_heights(self) -> None:
+        edge = int(self.heights.argmin())
+        if self.heights[edge] < LEAST_HEIGHT:
+            raise MeshError(
+                f"the node axes at {self.mesh.combinatorics.edge_name(edge)} lie in the edge: its height is "
+                f"{self.heights[edge]:.1e} of the nominal one, at least {LEAST_HEIGHT:.0e} is needed; "
+                "give more weight to the vertices when computing the Gauss image, or change the mesh there",
+                elements=[edge],
+                value=float(self.heights[edge]),
+                bound=LEAST_HEIGHT,
+            )

@@ -1,0 +1,147 @@
+"""Where a mesh meets itself: faces whose outline crosses itself, and faces that cross each other.
+
+Faces are taken as polygons in their best planes, convex or not. What two of them share by combinatorics, a vertex or
+an edge, does not count.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from geometry.arrays import BoolArray, FloatArray, IntArray
+from geometry.mesh.intersections.box_trees import meeting_sets
+from geometry.mesh.intersections.face_neighbours import edge_trees, face_trees, neighbours
+from geometry.mesh.intersections.flat_faces import (
+    are_simple,
+    coplanar,
+    extreme_corners,
+    heights_over,
+    outlines,
+    overlapping,
+)
+from geometry.mesh.mesh import Mesh
+from geometry.mesh.polygons import two_across
+
+__all__ = ["intersecting_faces", "is_embedded", "meeting_boxes", "self_crossing_faces"]
+
+LARGE = 64
+"""Corners of a face, above which points are sought in it by a tree over its edges."""
+
+
+def self_crossing_faces(mesh: Mesh) -> IntArray:
+    """The faces (n,) that are no simple polygons: two edges meet elsewhere than in a common corner."""
+    return np.flatnonzero(~are_simple(mesh))
+
+
+def intersecting_faces(mesh: Mesh) -> IntArray:
+    """(n, 2) every two faces that meet elsewhere than in the vertices and edges they share, the lower first; sorted.
+
+    They cross each other, a vertex of one lies in the other, or they overlap in one plane. Where boundaries only just
+    touch, rounding decides. A self-crossing face contains what its outline runs around an odd number of times.
+    """
+    c, extremes = mesh.combinatorics, extreme_corners(mesh)
+    around = neighbours(mesh)
+    passing, flat = [], [around[coplanar(mesh, extremes, around)]]
+    of_corners = np.sort(c.corner_face * c.n_vertices + c.corners)
+    for pairs in meeting_sets(edge_trees(mesh, np.arange(c.n_edges)), face_trees(mesh)):
+        edges, faces = _apart(mesh, of_corners, *pairs)
+        passing.append(_passing(mesh, edges, faces))
+        beside = _at_edges(mesh, edges, faces)
+        flat.append(beside[coplanar(mesh, extremes, beside)])
+    edges, faces = _within(mesh, *np.concatenate([np.zeros((2, 0), dtype=np.int64), *passing], axis=1))
+    shared = overlapping(mesh, np.unique(np.sort(np.concatenate(flat), axis=1), axis=0))
+    return np.unique(np.sort(np.concatenate([_at_edges(mesh, edges, faces), shared]), axis=1), axis=0)
+
+
+def is_embedded(mesh: Mesh) -> bool:
+    """Whether all faces are simple polygons and no two of them intersect."""
+    return bool(are_simple(mesh).all()) and not len(intersecting_faces(mesh))
+
+
+# --- edges that pass through faces: where two faces cross in a segment, it ends at edges of theirs
+
+
+def _apart(mesh: Mesh, of_corners: IntArray, edges: IntArray, faces: IntArray) -> tuple[IntArray, IntArray]:
+    """Those of edges (k,) and faces (k,) that share no vertex. of_corners (C,): the keys of all corners, sorted."""
+    c = mesh.combinatorics
+    keys = faces[:, None] * c.n_vertices + c.edges[edges]
+    places = np.minimum(np.searchsorted(of_corners, keys), c.n_corners - 1)
+    apart = (of_corners[places] != keys).all(axis=1)
+    return edges[apart], faces[apart]
+
+
+def _at_edges(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
+    """(n, 2) the faces at edges (k,), and faces (k,)."""
+    sides = mesh.combinatorics.edge_faces[edges]
+    pairs = np.stack([sides, np.broadcast_to(faces[:, None], sides.shape)], axis=2)
+    return np.asarray(pairs[sides >= 0])
+
+
+def _passing(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
+    """(2, n) those of edges (k,) and faces (k,) where the edge meets the plane of the face and does not lie in it."""
+    heights = _end_heights(mesh, edges, faces)
+    within = (heights == 0).all(axis=0)  # the plane: what is there shows where faces overlap, or at other edges
+    passes = (heights.min(axis=0) <= 0) & (heights.max(axis=0) >= 0) & ~within
+    return np.stack([edges[passes], faces[passes]])
+
+
+def _within(mesh: Mesh, edges: IntArray, faces: IntArray) -> tuple[IntArray, IntArray]:
+    """Those of edges (k,) that meet the planes of faces (k,) within the faces, and these."""
+    heights = _end_heights(mesh, edges, faces)
+    share = heights[0] / (heights[0] - heights[1])
+    tails = mesh.vertices[mesh.combinatorics.edges[edges, 0]]
+    hit = _contain(mesh, faces, tails + share[:, None] * mesh.edge_vectors[edges])
+    return edges[hit], faces[hit]
+
+
+def _end_heights(mesh: Mesh, edges: IntArray, faces: IntArray) -> FloatArray:
+    """(2, k) of the ends of edges (k,) over faces (k,)."""
+    ends = mesh.vertices[mesh.combinatorics.edges[edges]]
+    return np.stack([heights_over(mesh, faces, ends[:, end]) for end in (0, 1)])
+
+
+def _contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
+    """(k,) whether faces (k,) contain points (k, 3) of their planes: a ray crosses an odd number of edges."""
+    c = mesh.combinatorics
+    large = c.face_sizes[faces] > LARGE
+    if large.any():
+        found = np.zeros(len(faces), dtype=bool)
+        found[~large] = _contain(mesh, faces[~large], points[~large])
+        found[large] = _large_contain(mesh, faces[large], points[large])
+        return found
+    axes = two_across(mesh.face_normals)[faces]
+    corners, owner = c.corners_of(faces)
+    tail, head = (
+        np.einsum("kai,ki->ak", axes[owner], mesh.vertices[c.corners[at]] - points[owner])
+        for at in (corners, c.next_corner[corners])
+    )
+    spans = (tail[1] > 0) != (head[1] > 0)
+    ahead = (tail[0] * head[1] > tail[1] * head[0]) == (head[1] > tail[1])
+    return np.asarray(np.bincount(owner, spans & ahead, minlength=len(faces)) % 2 == 1)
+
+
+def _large_contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
+    """The same for faces of very many corners, each of which is searched once and not anew for every point."""
+    which, face = np.unique(faces, return_inverse=True)
+    polygons = outlines(mesh, which, which)
+    shapely.prepare(polygons)
+    x, y = np.einsum("kai,ki->ak", two_across(mesh.face_normals)[faces], points)
+    return np.asarray(shapely.contains_xy(polygons[face], x, y))
+
+
+# --- boxes
+
+
+def meeting_boxes(
+    lower: FloatArray, upper: FloatArray, lower_2: FloatArray, upper_2: FloatArray
+) -> tuple[IntArray, IntArray]:
+    """Which boxes (n, 3) meet which others (m, 3)."""
+    if not len(lower_2):
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    z, x, y = np.argsort(np.ptp(lower_2, axis=0))  # the tree is flat: its plane is that of the two longest extents
+    boxes = shapely.box(lower[:, x], lower[:, y], upper[:, x], upper[:, y])
+    others = shapely.box(lower_2[:, x], lower_2[:, y], upper_2[:, x], upper_2[:, y])
+    first, second = shapely.STRtree(others).query(boxes)
+    meet = (lower[first, z] <= upper_2[second, z]) & (lower_2[second, z] <= upper[first, z])
+    return first[meet], second[meet]

@@ -1,0 +1,173 @@
+"""Laguerre transformations, and what they do to meshes with exact offsets [Pottmann2007, 3.3, Prop. 4].
+
+Oriented spheres are points x = (m, r) of R^4, and a transformation is x -> A x + a with A^T J A = J. A pair of parallel
+meshes M, S is a line (m_i - r s_i, r) of spheres for each vertex (see vertex_cones.py); the lines of two neighbours lie
+in a plane, because m_i - m_j is parallel to s_i - s_j. Linear maps keep lines, and lines in planes, so the images
+belong to a pair M', S' again: r = 0 cuts out M', and S' is the image of S by the Moebius transformation with the
+matrix J A J. That keeps the unit sphere, so S' touches it with its edges, faces or vertices as S does: edge offset
+meshes go to edge offset meshes, conical ones to conical, circular ones to circular.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from geometry.arrays import FloatArray
+from geometry.errors import GeometryError
+from geometry.gauss.distances import edge_distances, face_distances, vertex_distances
+from geometry.gauss.exact_gauss_image import DISTANCE_TOLERANCE
+from geometry.gauss.support_structure import PARALLEL_TOLERANCE
+from geometry.mesh import Mesh
+from geometry.parallel.edge_parallelity import check_parallel
+from geometry.spheres import lorentz
+from geometry.spheres.lorentz import FORM, array_of
+from geometry.spheres.moebius import MoebiusTransformation, checked_planes
+from geometry.spheres.oriented_cones import VertexCones
+
+__all__ = ["LaguerreTransformation"]
+
+
+@dataclass(frozen=True, eq=False)
+class LaguerreTransformation:
+    """x -> A x + a on oriented spheres x = (m, r): `matrix` A (4, 4) with A^T J A = J, `shift` a (4,).
+
+    `f @ g` is f after g. Raises GeometryError where the matrix is not of the Lorentz group, see
+    `lorentz.orthonormalised`, or the shift is not of 4 finite numbers.
+    """
+
+    matrix: FloatArray
+    shift: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "matrix", lorentz.orthonormalised(self.matrix))
+        object.__setattr__(self, "shift", array_of(self.shift, (4,), "the shift"))
+
+    # --- elementary ones
+
+    @classmethod
+    def identity(cls) -> LaguerreTransformation:
+        return cls(np.eye(4), np.zeros(4))
+
+    @classmethod
+    def translation(cls, vector: Any) -> LaguerreTransformation:
+        """Moves everything by a vector (3,)."""
+        return cls(np.eye(4), np.append(array_of(vector, (3,), "a translation"), 0.0))
+
+    @classmethod
+    def rotation(cls, orthogonal: Any) -> LaguerreTransformation:
+        """x -> R x, a rotation about the origin or a reflection R (3, 3)."""
+        return cls(lorentz.rotation(orthogonal), np.zeros(4))
+
+    @classmethod
+    def motion(cls, orthogonal: Any, vector: Any) -> LaguerreTransformation:
+        """x -> R x + t, a Euclidean motion or, if det R < 0, a reflection with one."""
+        return cls.translation(vector) @ cls.rotation(orthogonal)
+
+    @classmethod
+    def offset(cls, distance: float) -> LaguerreTransformation:
+        """Adds to all radii: planes move along their normals, and M, S become M + distance S, S."""
+        return cls(np.eye(4), np.array([0.0, 0.0, 0.0, distance]))
+
+    @classmethod
+    def boost(cls, velocity: Any) -> LaguerreTransformation:
+        """The transformation with the matrix `lorentz.boost` of a velocity (3,) shorter than 1.
+
+        Planes perpendicular to the velocity keep their normals; all other normals turn towards -velocity.
+        """
+        return cls(lorentz.boost(velocity), np.zeros(4))
+
+    @classmethod
+    def turning_over(cls) -> LaguerreTransformation:
+        """Every sphere and plane from its other side: (m, r) to (m, -r). M, S become M, -S with faces turned over."""
+        return cls(FORM, np.zeros(4))
+
+    # --- the group
+
+    def __matmul__(self, other: LaguerreTransformation) -> LaguerreTransformation:
+        return LaguerreTransformation(self.matrix @ other.matrix, self.matrix @ other.shift + self.shift)
+
+    def inverse(self) -> LaguerreTransformation:
+        back = lorentz.inverse(self.matrix)
+        return LaguerreTransformation(back, -back @ self.shift)
+
+    @cached_property
+    def gauss_map(self) -> MoebiusTransformation:
+        """What happens to the unit normals of planes, and to Gauss images: it has the matrix J A J."""
+        return MoebiusTransformation(FORM @ self.matrix @ FORM)
+
+    # --- the action
+
+    def map_spheres(self, spheres: Any) -> FloatArray:
+        """(k, 4) images of oriented spheres (m, r). Lorentz products of differences stay: tangential distances."""
+        return np.asarray(array_of(spheres, (None, 4), "the array of spheres") @ self.matrix.T + self.shift)
+
+    def map_planes(self, planes: Any) -> FloatArray:
+        """(k, 4) images of oriented planes n . x = h, each its unit normal n and h.
+
+        A plane n, h touches the sphere (m, r) where n . m + r = h, that is where the Lorentz product of (n, -1) and
+        (m, r) is h, so (n, -1) is mapped by A. Raises GeometryError for a normal that is not of length 1.
+        """
+        given = checked_planes(planes)
+        moved = np.concatenate([given[:, :3], np.full((len(given), 1), -1.0)], axis=1) @ self.matrix.T
+        heights = given[:, 3] + lorentz.product(moved, self.shift)
+        lengths = np.linalg.norm(moved[:, :3], axis=1) * np.sign(self.matrix[3, 3])
+        return np.asarray(np.concatenate([moved[:, :3], heights[:, None]], axis=1) / lengths[:, None])
+
+    def map_cones(self, cones: VertexCones) -> VertexCones:
+        """The cones that touch the images of the spheres that touch the cones.
+
+        Raises GeometryError, naming the cone, where it opens to a cylinder or beyond.
+        """
+        apices, poles = self._map_lines(cones.apices, cones.poles, "cone")
+        return VertexCones(apices, poles)
+
+    def map_mesh(self, mesh: Mesh, gauss_image: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> tuple[Mesh, Mesh]:
+        """M', S' from a mesh M and its exact Gauss image S of any kind; S' is of the same kind [Pottmann2007, Prop. 4].
+
+        The edges, the faces or the vertices of S have distance 1 from the origin up to `tolerance`. For other parallel
+        M, S give a larger one: M' and S' are parallel and planar all the same, but the distances change.
+        M + d S goes to M' + d (c S' + u), with u and c the last column of A.
+        Where the matrix has a negative determinant, the faces of both meshes are turned over, for their outside is
+        where S' points; their edges are numbered anew then.
+
+        Raises ParallelityError where M and S are not parallel; GeometryError where S is of no kind, naming the worst
+        element of the nearest; and where a vertex of S' goes to infinity or through it, naming the vertex. Raises
+        MeshError for other combinatorics and for an edge of M without length.
+        """
+        check_parallel(mesh, gauss_image, PARALLEL_TOLERANCE, what="the Gauss image")
+        _check_kind(mesh, gauss_image, tolerance)
+        apices, poles = self._map_lines(mesh.vertices, gauss_image.vertices, "vertex")
+        c = mesh.combinatorics.reversed() if self.gauss_map.reverses_orientation else mesh.combinatorics
+        return Mesh(apices, c), Mesh(poles, c)
+
+    def _map_lines(self, apices: FloatArray, poles: FloatArray, what: str) -> tuple[FloatArray, FloatArray]:
+        """Apices and poles of the images of the lines (m - r s, r): where the image of (m, 0) slides to radius 0."""
+        moved = self.gauss_map.map_points(poles, what=what)
+        spheres = apices @ self.matrix[:, :3].T + self.shift
+        return spheres[:, :3] + spheres[:, 3:] * moved, moved
+
+
+def _check_kind(mesh: Mesh, gauss_image: Mesh, tolerance: float) -> None:
+    used = mesh.combinatorics.is_used
+    kinds = {
+        "edges": np.abs(edge_distances(mesh, gauss_image) - 1),
+        "faces": np.abs(np.abs(face_distances(mesh, gauss_image)) - 1),  # faces of M may be reversed
+        "vertices": np.where(used, np.abs(vertex_distances(gauss_image) - 1), 0.0),
+    }
+    kind = min(kinds, key=lambda name: float(kinds[name].max()))
+    element = int(kinds[kind].argmax())
+    value = float(kinds[kind][element])
+    if not value <= tolerance:
+        one = {"faces": "face", "vertices": "vertex"}
+        name = mesh.combinatorics.edge_name(element) if kind == "edges" else f"{one[kind]} {element}"
+        raise GeometryError(
+            f"the Gauss image is of no exact kind: it is nearest to having all {kind} at distance 1 from the origin, "
+            f"but {name} is {value:.1e} off, allowed {tolerance:.0e}; take an exact Gauss image, or allow for more",
+            elements=[element],
+            value=value,
+            bound=tolerance,
+        )
