@@ -11,7 +11,7 @@ def main() -> None:
     """Run the command line. Before and after its commands, which tidy up, a signal ends the process at once."""
     end_at_once()
     try:
-        from fabkit.commands.app import app
+        from fabkit.commands import app
 
         app()
     finally:

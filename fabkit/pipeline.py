@@ -9,28 +9,31 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.detailing.assembling import Detailed, detail
+from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
 from fabkit.fitness.parts import blocks, lift, mitres_of, sheets
 from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
-from fabkit.formats.documents import write_documents
-from fabkit.formats.folder import whole_folder
-from fabkit.formats.manifest import write_manifest
+from fabkit.formats import whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, computed_image, exact_pair, read_given_pair
 from fabkit.parts import Assembly, LeftOut
-from fabkit.production.marks import share_equal_parts
-from fabkit.production.nests import Nest, Sheet
-from fabkit.production.sheet_nesting import nest_panels, too_large
-from fabkit.production.summary import ExactGaussImage, GivenGaussImage, Summary
+from fabkit.production import (
+    ExactGaussImage,
+    GivenGaussImage,
+    Nest,
+    Sheet,
+    Summary,
+    nest_panels,
+    share_equal_parts,
+    too_large,
+)
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.units import MM_PER_UNIT
 from fabkit.wording import readable
 from geometry.errors import FoldedError
 from geometry.files import MeshFile, read_mesh
-from geometry.gauss import axis_lean
-from geometry.gauss.support_structure import SupportStructure
+from geometry.gauss import SupportStructure, axis_lean
 from geometry.mesh import Mesh
 from geometry.meshing import planarise
 

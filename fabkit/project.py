@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from fabkit.errors import ProjectError
 from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import TOLERANCE
-from fabkit.production.marks import EQUAL_WITHIN_MM
+from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
 from fabkit.units import MM_PER_UNIT, Unit
 from fabkit.wording import echo, readable

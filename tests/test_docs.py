@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import geometry
-from fabkit.commands.app import app
+from fabkit.commands.command_line import app
 from fabkit.project import project_from
 
 ROOT = Path(__file__).parents[1]

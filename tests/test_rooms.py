@@ -1,156 +1,296 @@
-"""The arrows of the house: which room may import which. docs/architecture.md explains the plan."""
+"""The arrows of the house: which room may import which, and in the large rooms which file may import which.
+
+A room is a folder with Python files, sub-rooms counted apart; files beside the rooms are rooms of their own.
+docs/architecture.md explains the plan.
+"""
 
 from __future__ import annotations
 
 import ast
+import importlib
+import pkgutil
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
+PACKAGES = ("geometry", "fabkit")
+
+LARGEST_FILE, LARGEST_ROOM, LARGEST_SHARE = 350, 2500, 0.15
+"""Lines of a file and of a room, and the part of all lines that a room may have."""
 
 GROUND = {"geometry.arrays", "geometry.errors"}
-PARTS = {"fabkit.parts", "fabkit.errors", "geometry.mesh", *GROUND}
 
 MAY_IMPORT: dict[str, set[str]] = {
     "geometry": {
+        "geometry.curvature",
+        "geometry.edge_offset",
+        "geometry.errors",
+        "geometry.files",
+        "geometry.gauss",
         "geometry.mesh",
         "geometry.meshing",
         "geometry.optimise",
         "geometry.parallel",
-        "geometry.curvature",
-        "geometry.edge_offset",
-        *GROUND,
+        "geometry.spheres",
+        "geometry.surface",
     },
     "geometry.arrays": set(),
     "geometry.errors": set(),
-    "geometry.optimise": GROUND,
     "geometry.mesh": GROUND,
-    "geometry.functionals": {"geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.mesh.intersections": {"geometry.mesh", "geometry.arrays"},
+    "geometry.optimise": GROUND,
+    "geometry.surface": {"geometry.mesh", *GROUND},
+    "geometry.files": {"geometry.mesh", *GROUND},
+    "geometry.functionals": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.meshing": {"geometry.functionals", "geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.parallel": {"geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
-    "geometry.curvature": {
-        "geometry.parallel",
-        "geometry.functionals",
-        "geometry.optimise",
-        "geometry.mesh",
-        *GROUND,
-    },
+    "geometry.gauss": {"geometry.parallel", "geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.spheres": {"geometry.gauss", "geometry.parallel", "geometry.mesh", *GROUND},
+    "geometry.circle_patterns": {"geometry.spheres", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.curvature": {"geometry.gauss", "geometry.parallel", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.edge_offset": {
-        "geometry.curvature",
+        "geometry.circle_patterns",
+        "geometry.spheres",
+        "geometry.gauss",
         "geometry.parallel",
         "geometry.functionals",
+        "geometry.surface",
         "geometry.optimise",
         "geometry.mesh",
+        "geometry.mesh.intersections",
         *GROUND,
     },
-    "geometry.meshing": {"geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
-    "fabkit": {
-        "fabkit.build",
-        "fabkit.project",
-        "fabkit.errors",
-        "fabkit.parts",
-        "fabkit.detailing",
-        "fabkit.signals",
-    },
-    "fabkit.__main__": {"fabkit.commands.app", "fabkit.signals"},
+    "fabkit": {"fabkit.pipeline", "fabkit.project", "fabkit.errors", "fabkit.signals"},
+    "fabkit.__main__": {"fabkit.commands", "fabkit.signals"},
     "fabkit.signals": set(),
     "fabkit.errors": {"geometry.errors"},
     "fabkit.units": set(),
     "fabkit.stages": set(),
     "fabkit.wording": set(),
-    "fabkit.parts": {"geometry.mesh", "fabkit.errors", *GROUND},
-    "fabkit.fitness": {"geometry.parallel", *PARTS},
-    "fabkit.detailing": {"geometry.parallel", "fabkit.fitness", "fabkit.wording", *PARTS},
-    "fabkit.production": {"fabkit.fitness", *PARTS},
-    "fabkit.formats": {"fabkit.production", "fabkit.fitness", "fabkit.signals", "fabkit.stages", *PARTS},
-    "fabkit.project": {
-        "fabkit.detailing",
-        "fabkit.production",
-        "fabkit.gauss_image",
-        "fabkit.fitness",
-        "fabkit.units",
-        "fabkit.wording",
+    "fabkit.parts": {"geometry.mesh", "geometry.arrays"},
+    "fabkit.rules": {"fabkit.wording"},
+    "fabkit.fitness": {
+        "fabkit.parts",
         "fabkit.errors",
-    },
-    "fabkit.commands.inspection": {
+        "geometry.gauss",
         "geometry.mesh",
-        "geometry.parallel",
-        "fabkit.build",
-        "fabkit.detailing",
-        "fabkit.fitness",
-        "fabkit.gauss_image",
-        "fabkit.project",
-        "fabkit.stages",
-        "fabkit.errors",
+        "geometry.mesh.intersections",
         *GROUND,
     },
-    "fabkit.gauss_image": {"geometry.mesh", "geometry.parallel", "fabkit.wording", *GROUND},
-    "fabkit.build": {
+    "fabkit.checking": {"fabkit.parts", "fabkit.errors", "geometry.gauss", "geometry.arrays"},
+    "fabkit.detailing": {
+        "fabkit.checking",
+        "fabkit.fitness",
+        "fabkit.parts",
+        "fabkit.rules",
+        "fabkit.errors",
+        "geometry.gauss",
         "geometry.mesh",
-        "geometry.meshing",
+        "geometry.arrays",
+    },
+    "fabkit.production": {"fabkit.fitness", "fabkit.parts", "fabkit.errors", "geometry.arrays"},
+    "fabkit.formats.step": {"fabkit.parts", "fabkit.errors", "geometry.arrays"},
+    "fabkit.formats.drawings": {"fabkit.production", "geometry.mesh", "geometry.arrays"},
+    "fabkit.formats.report": {"fabkit.production", "fabkit.fitness", "fabkit.parts", "geometry.arrays"},
+    "fabkit.formats": {
+        "fabkit.formats.step",
+        "fabkit.formats.drawings",
+        "fabkit.formats.report",
+        "fabkit.production",
+        "fabkit.parts",
+        "fabkit.signals",
+        "fabkit.stages",
+        "fabkit.errors",
+        "geometry.mesh",
+        "geometry.arrays",
+    },
+    "fabkit.gauss_image": {
+        "fabkit.wording",
+        "geometry.files",
+        "geometry.gauss",
         "geometry.parallel",
-        "fabkit.detailing",
+        "geometry.mesh",
+        *GROUND,
+    },
+    "fabkit.project": {
         "fabkit.gauss_image",
         "fabkit.production",
-        "fabkit.formats",
         "fabkit.fitness",
+        "fabkit.rules",
+        "fabkit.units",
+        "fabkit.wording",
+        "fabkit.errors",
+    },
+    "fabkit.pipeline": {
+        "fabkit.formats",
+        "fabkit.production",
+        "fabkit.detailing",
+        "fabkit.fitness",
+        "fabkit.parts",
         "fabkit.project",
+        "fabkit.gauss_image",
         "fabkit.stages",
         "fabkit.units",
         "fabkit.wording",
-        *PARTS,
+        "fabkit.errors",
+        "geometry.meshing",
+        "geometry.files",
+        "geometry.gauss",
+        "geometry.mesh",
+        "geometry.errors",
     },
     "fabkit.designs": {
-        "geometry.mesh",
-        "geometry.parallel",
-        "geometry.curvature",
-        "geometry.edge_offset",
-        "fabkit.gauss_image",
         "fabkit.formats",
+        "fabkit.formats.drawings",
+        "fabkit.gauss_image",
         "fabkit.wording",
         "fabkit.errors",
+        "geometry.edge_offset",
+        "geometry.curvature",
+        "geometry.spheres",
+        "geometry.gauss",
+        "geometry.parallel",
+        "geometry.files",
+        "geometry.surface",
+        "geometry.mesh",
+        "geometry.mesh.intersections",
         *GROUND,
     },
-    "fabkit.commands.terminal": {"fabkit.errors", "fabkit.signals", "fabkit.wording", "geometry.errors"},
-    "fabkit.commands.design": {"fabkit.designs", "fabkit.formats", "fabkit.commands.terminal", "fabkit.errors"},
-    "fabkit.commands.options": {"fabkit.project", "fabkit.errors"},
-    "fabkit.commands.app": {
-        "fabkit.build",
-        "fabkit.commands.design",
-        "fabkit.fitness",
-        "fabkit.commands.options",
-        "fabkit.commands.inspection",
+    "fabkit.commands": {
+        "fabkit.designs",
+        "fabkit.pipeline",
         "fabkit.project",
-        "fabkit.commands.terminal",
+        "fabkit.formats",
+        "fabkit.detailing",
+        "fabkit.fitness",
+        "fabkit.rules",
+        "fabkit.gauss_image",
+        "fabkit.stages",
+        "fabkit.signals",
+        "fabkit.wording",
         "fabkit.errors",
+        "geometry.files",
+        "geometry.gauss",
+        "geometry.parallel",
+        "geometry.mesh",
+        *GROUND,
     },
 }
 
+LARGE_ROOM = 1000
+"""Lines from which on a room says which of its files may import which."""
 
-def room_of(module: str) -> str:
-    """The room of a dotted module: its package and the folder or file in it."""
-    return ".".join(module.split(".")[:2])
+LAYERS: dict[str, tuple[str, ...]] = {
+    "geometry.mesh": (
+        "ragged_arrays origin spanning_forests",
+        "combinatorics",
+        "polygons",
+        "mesh independent_faces",
+        "place solids",
+        "shapes",
+        "patterns",
+    ),
+    "geometry.optimise": (
+        "functional solution",
+        "affine saddle_point",
+        "constrained semidefinite grounded_laplacian",
+        "bounded",
+        "newton",
+    ),
+    "geometry.files": (
+        "encoding number_rows clusters face_rings meeting_outlines polygon_soup",
+        "obj off ply orientation overlaid_faces",
+        "checks",
+        "mending",
+        "mesh_files",
+        "mesh_pairs",
+    ),
+    "geometry.functionals": (
+        "unknowns rim",
+        "closeness convexity fairness frames parallelity reference_planes",
+        "circularity conicality normals planarity",
+    ),
+    "geometry.parallel": (
+        "edge_parallelity constraints homology face_unknowns",
+        "edge_closure optimality",
+        "spectrum sampling minimising",
+        "space",
+    ),
+    "geometry.gauss": (
+        "axes edge_cones inscribed",
+        "distances lean midscribed",
+        "circumscribed refinement support_structure",
+        "approximate_gauss_image exact_gauss_image nearest_pair",
+        "offset_kinds rounded_mesh",
+    ),
+    "geometry.curvature": (
+        "faces fairness levels rings",
+        "christoffel_duals",
+        "constant_mean_curvature",
+        "revolution",
+    ),
+    "geometry.edge_offset": (
+        "centring enneper rotational points_of_contact contradictory_signs buildability",
+        "koebe_polyhedra tangent_hexagons",
+        "signed_meshes",
+    ),
+    "fabkit.production": (
+        "nests neighbours equal_shapes rectangles_left strokes part_measures",
+        "turns cut_lists drawing guillotine",
+        "marks irregular",
+        "sheet_nesting summary",
+    ),
+    "fabkit.formats": ("manifest renaming tables triangles", "folder gltf kernels", "documents"),
+    "fabkit.commands": ("terminal options facts", "inspection design", "command_line"),
+}
+"""The files of large rooms from the ground up: each imports only those of lines before its own; `a b` are peers."""
 
 
-def imports(path: Path) -> Iterator[str]:
-    """Modules of the project that a file imports, anywhere in it."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-        names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-        if isinstance(node, ast.ImportFrom) and node.level:
-            raise AssertionError(f"{path} imports relatively; write the whole name")
-        yield from (name for name in names if name.split(".")[0] in ("geometry", "fabkit"))
+def dotted(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
 def modules() -> list[Path]:
-    return sorted(path for package in ("geometry", "fabkit") for path in (ROOT / package).rglob("*.py"))
+    return sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
+
+
+def room_of(module: str) -> str:
+    """The innermost folder of a module that is a room; the module itself beside the rooms."""
+    names = module.split(".")
+    for n in range(len(names), 1, -1):
+        if (ROOT.joinpath(*names[:n]) / "__init__.py").exists():
+            return ".".join(names[:n])
+    return ".".join(names[:2])
+
+
+def imports(path: Path) -> Iterator[str]:
+    """Modules of the project that a file imports, anywhere in it; those that come from a room's own name too."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom):
+            if node.level:
+                raise AssertionError(f"{path} imports relatively; write the whole name")
+            module = ROOT.joinpath(*(node.module or "").split("."))
+            for alias in node.names:
+                inside = (module / f"{alias.name}.py").exists() or (module / alias.name / "__init__.py").exists()
+                names.append(f"{node.module}.{alias.name}" if inside else node.module or "")
+        yield from (name for name in names if name.split(".")[0] in PACKAGES)
 
 
 def trespasses(path: Path) -> list[str]:
-    module = ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-    room = room_of(module)
+    room = room_of(dotted(path))
     return [name for name in imports(path) if room_of(name) != room and room_of(name) not in MAY_IMPORT[room]]
+
+
+def lines_of_rooms() -> dict[str, int]:
+    lines: dict[str, int] = {}
+    for path in modules():
+        room = room_of(dotted(path))
+        lines[room] = lines.get(room, 0) + len(path.read_text(encoding="utf-8").splitlines())
+    return lines
 
 
 @pytest.mark.parametrize("path", modules(), ids=lambda path: path.relative_to(ROOT).as_posix())
@@ -159,20 +299,73 @@ def test_no_room_imports_what_it_may_not(path: Path) -> None:
 
 
 def test_every_room_in_the_table_exists_and_no_arrow_runs_in_a_circle() -> None:
-    rooms = {room_of(".".join(p.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")) for p in modules()}
-    assert rooms == set(MAY_IMPORT)
+    assert set(lines_of_rooms()) == set(MAY_IMPORT)
     done: set[str] = set()
     while ready := {room for room in MAY_IMPORT if room not in done and MAY_IMPORT[room] <= done}:
         done |= ready
     assert done == set(MAY_IMPORT)
 
 
+def test_every_permission_is_used() -> None:
+    used: dict[str, set[str]] = {room: set() for room in MAY_IMPORT}
+    for path in modules():
+        room = room_of(dotted(path))
+        used[room] |= {room_of(name) for name in imports(path)} - {room}
+    assert {room: MAY_IMPORT[room] - used[room] for room in MAY_IMPORT if MAY_IMPORT[room] - used[room]} == {}
+
+
 def test_a_trespass_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for room in ("geometry/mesh", "geometry/optimise", "fabkit/parts"):
+        (tmp_path / room).mkdir(parents=True)
+        (tmp_path / room / "__init__.py").touch()
+    (tmp_path / "geometry" / "optimise" / "solver.py").touch()
     monkeypatch.setitem(globals(), "ROOT", tmp_path)
     path = tmp_path / "geometry" / "mesh" / "bad.py"
-    path.parent.mkdir(parents=True)
     path.write_text("def f():\n    from geometry.optimise import solver\n    import fabkit.parts.part\n")
-    assert trespasses(path) == ["geometry.optimise", "fabkit.parts.part"]
+    assert trespasses(path) == ["geometry.optimise.solver", "fabkit.parts.part"]
+
+
+def layers_broken(room: str, layers: tuple[str, ...]) -> list[str]:
+    level = {f"{room}.{name}": k for k, names in enumerate(layers) for name in names.split()}
+    own = [path for path in modules() if room_of(dotted(path)) == room and path.name != "__init__.py"]
+    assert {dotted(path) for path in own} == set(level), f"the files of {room} and those in its layers"
+    return [
+        f"{dotted(path)} imports {name}"
+        for path in own
+        for name in imports(path)
+        if room_of(name) == room and not level.get(name, len(layers)) < level[dotted(path)]
+    ]
+
+
+@pytest.mark.parametrize("room", LAYERS)
+def test_files_of_large_rooms_import_only_from_layers_below(room: str) -> None:
+    assert layers_broken(room, LAYERS[room]) == []
+
+
+def test_every_large_room_has_layers() -> None:
+    assert {room for room, lines in lines_of_rooms().items() if lines > LARGE_ROOM} <= set(LAYERS)
+
+
+def test_no_file_and_no_room_is_too_large() -> None:
+    sizes = {dotted(path): len(path.read_text(encoding="utf-8").splitlines()) for path in modules()}
+    assert {name: n for name, n in sizes.items() if n > LARGEST_FILE} == {}
+    rooms, whole = lines_of_rooms(), sum(sizes.values())
+    assert {room: n for room, n in rooms.items() if n > min(LARGEST_ROOM, LARGEST_SHARE * whole)} == {}
+
+
+def faces() -> list[str]:
+    return [dotted(path) for path in modules() if path.name == "__init__.py"]
+
+
+@pytest.mark.parametrize("room", faces())
+def test_every_room_says_what_is_public_and_no_name_hides_a_file(room: str) -> None:
+    face = importlib.import_module(room)
+    for name in face.__all__:
+        assert hasattr(face, name), name
+    for module in pkgutil.iter_modules(face.__path__):
+        if module.name != "__main__":
+            importlib.import_module(f"{room}.{module.name}")
+            assert isinstance(getattr(face, module.name), ModuleType), f"{room}.{module.name} is no module"
 
 
 def test_imports_of_kernels_are_lazy() -> None:

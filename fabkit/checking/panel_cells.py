@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from fabkit.checking.violations import FIT_MM
+from fabkit.checking.placed_parts import FIT_MM
 from fabkit.parts import Panel
 from geometry.arrays import FloatArray, IntArray
-from geometry.gauss.support_structure import SupportStructure
+from geometry.gauss import SupportStructure
 
 __all__ = ["panels_outside_cells"]
 

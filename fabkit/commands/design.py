@@ -25,7 +25,7 @@ from fabkit.designs import (
     write_design,
 )
 from fabkit.errors import ProjectError
-from fabkit.formats.folder import check_replaceable
+from fabkit.formats import check_replaceable
 
 __all__ = ["design_app"]
 

@@ -19,8 +19,7 @@ from geometry.curvature import (
     minimal_of_revolution,
 )
 from geometry.curvature.rings import Rings
-from geometry.edge_offset.enneper import enneper_koebe
-from geometry.edge_offset.rotational import Pattern, rotational_koebe, rows_within
+from geometry.edge_offset import Pattern, enneper_koebe, rotational_koebe, rows_within
 from geometry.errors import GeometryError
 from geometry.files import read_mesh, read_mesh_pair
 from geometry.gauss import edge_distances

@@ -11,9 +11,8 @@ from fabkit.designs.koebe import Tiles
 from fabkit.designs.pair import SOLVED, EdgeOffsetDesign, check_count
 from fabkit.errors import ProjectError
 from geometry.arrays import FloatArray, IntArray
+from geometry.edge_offset import TangentMesh, koebe, tangent_mesh
 from geometry.edge_offset.buildability import NARROWEST, largest_piece, sound_piece
-from geometry.edge_offset.koebe_polyhedra import koebe
-from geometry.edge_offset.tangent_hexagons import TangentMesh, tangent_mesh
 from geometry.files import read_mesh
 from geometry.mesh import Mesh
 from geometry.surface import Surface

@@ -12,9 +12,8 @@ import numpy as np
 from fabkit.designs.pair import SOLVED, EdgeOffsetDesign, check_count
 from fabkit.errors import ProjectError, in_one_sentence
 from geometry.arrays import FloatArray, IntArray
+from geometry.edge_offset import edge_offset_mesh, koebe, saddle_signs
 from geometry.edge_offset.buildability import without_unsound_rim
-from geometry.edge_offset.koebe_polyhedra import koebe
-from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs
 from geometry.errors import GeometryError
 from geometry.files import read_mesh
 from geometry.mesh import Combinatorics, Mesh

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from fabkit.errors import ProjectError
-from fabkit.formats.drawings.picture import pair_picture
-from fabkit.formats.folder import whole_folder
-from fabkit.formats.manifest import write_manifest
+from fabkit.formats import whole_folder, write_manifest
+from fabkit.formats.drawings import pair_picture
 from fabkit.gauss_image import points_inwards
 from fabkit.wording import echo
 from geometry.arrays import BoolArray, FloatArray
@@ -21,9 +20,9 @@ from geometry.curvature import face_curvatures
 from geometry.files import write_mesh
 from geometry.gauss import edge_distances
 from geometry.mesh import Mesh
-from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
+from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 from geometry.parallel import edge_factors, parallelity
-from geometry.spheres.laguerre import LaguerreTransformation
+from geometry.spheres import LaguerreTransformation
 
 __all__ = ["CLOSED", "SOLVED", "TOUCHING", "EdgeOffsetDesign", "check_count", "check_touching", "write_design"]
 

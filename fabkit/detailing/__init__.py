@@ -1,1 +1,7 @@
 """Decisions: from a support structure to an assembly, by the rules of the shop, and the check that all of it fits."""
+
+from fabkit.detailing.assembling import Detailed, detail
+from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.nodes import axis_spreads
+
+__all__ = ["Detailed", "Ends", "axis_spreads", "beam_ends", "detail"]

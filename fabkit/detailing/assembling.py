@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabkit.checking.panel_cells import panels_outside_cells
-from fabkit.checking.violations import Violation, in_one_sentence, violations
+from fabkit.checking import Violation, in_one_sentence, panels_outside_cells, violations
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
 from fabkit.detailing.ends import Ends, beam_ends
 from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
@@ -20,7 +19,7 @@ from fabkit.fitness.shape import outwards
 from fabkit.parts import Assembly, LeftOut, Material
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray
-from geometry.gauss.support_structure import SupportStructure
+from geometry.gauss import SupportStructure
 
 __all__ = ["Detailed", "detail"]
 

@@ -10,7 +10,7 @@ from fabkit.detailing.ends import Ends
 from fabkit.parts import Beam, Frame, Material, Section, Solid, prism_topology
 from fabkit.rules import BeamRules
 from geometry.arrays import FloatArray, IntArray
-from geometry.gauss.support_structure import SupportStructure
+from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh
 
 __all__ = ["BeamShapes", "beam_shapes", "dihedral_angles", "height_range", "make_beams"]

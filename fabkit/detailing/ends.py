@@ -12,7 +12,7 @@ import numpy as np
 
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
-from geometry.gauss.support_structure import SupportStructure
+from geometry.gauss import SupportStructure
 
 __all__ = ["Ends", "beam_ends"]
 

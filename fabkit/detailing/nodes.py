@@ -11,7 +11,7 @@ from fabkit.detailing.ends import Ends
 from fabkit.parts import Frame, Material, Node, Solid, prism_topology, prism_vertices
 from fabkit.rules import BeamRules
 from geometry.arrays import FloatArray, IntArray
-from geometry.gauss.support_structure import SupportStructure
+from geometry.gauss import SupportStructure
 
 __all__ = ["NodeShapes", "axis_spreads", "make_nodes", "node_shapes"]
 

@@ -8,7 +8,7 @@ import numpy as np
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes
 from geometry.arrays import BoolArray, FloatArray, IntArray
-from geometry.gauss.support_structure import SupportStructure
+from geometry.gauss import SupportStructure
 from geometry.mesh.ragged_arrays import run_of_place
 
 __all__ = ["heights_under_panels"]

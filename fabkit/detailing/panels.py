@@ -15,7 +15,7 @@ from fabkit.detailing.beams import dihedral_angles
 from fabkit.parts import Frame, Material, Panel, Solid, prism_topology, prism_vertices
 from fabkit.rules import PanelRules
 from geometry.arrays import FloatArray, IntArray
-from geometry.gauss.support_structure import SupportStructure
+from geometry.gauss import SupportStructure
 
 __all__ = ["PanelShapes", "make_panels", "panel_shapes"]
 

@@ -10,7 +10,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import FoldedError
 from geometry.gauss import SupportStructure, axis_lean
 from geometry.mesh import Mesh
-from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
+from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 
 __all__ = [
     "folded",

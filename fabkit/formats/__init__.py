@@ -1,1 +1,20 @@
-"""The only room that knows formats and kernels, a file each."""
+"""The only room that knows formats and kernels; whole folders of files that appear at once or not at all."""
+
+from fabkit.formats.documents import write_documents
+from fabkit.formats.folder import check_replaceable, whole_folder
+from fabkit.formats.gltf import glb_bytes
+from fabkit.formats.kernels import to_build123d, to_cadquery
+from fabkit.formats.manifest import write_manifest
+from fabkit.formats.tables import write_csv, write_xlsx
+
+__all__ = [
+    "check_replaceable",
+    "glb_bytes",
+    "to_build123d",
+    "to_cadquery",
+    "whole_folder",
+    "write_csv",
+    "write_documents",
+    "write_manifest",
+    "write_xlsx",
+]

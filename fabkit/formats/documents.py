@@ -6,16 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from fabkit.formats.drawings.dxf import write_dxf
+from fabkit.formats.drawings import write_dxf
 from fabkit.formats.gltf import glb_bytes
-from fabkit.formats.report.page import report_html
-from fabkit.formats.step.files import write_part_steps, write_step
+from fabkit.formats.report import report_html
+from fabkit.formats.step import write_part_steps, write_step
 from fabkit.formats.tables import write_csv, write_xlsx
 from fabkit.parts import Assembly
-from fabkit.production.cut_lists import cut_list
-from fabkit.production.drawing import panel_drawings, sheet_drawings
-from fabkit.production.nests import Nest
-from fabkit.production.summary import Summary
+from fabkit.production import Nest, Summary, cut_list, panel_drawings, sheet_drawings
 from fabkit.stages import Stages
 from geometry.arrays import FloatArray
 from geometry.mesh import Mesh

@@ -18,22 +18,20 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fabkit.errors import OutputError
-from fabkit.formats.palette import PALETTE
 from fabkit.formats.triangles import Facets, facets
 from fabkit.parts import Assembly, Part, Solid, prism_topology, prism_vertices
+from fabkit.parts.palette import LEFT_OUT_COLOUR, PALETTE
 from geometry.arrays import FloatArray
 
-__all__ = ["LEFT_OUT_COLOUR", "glb_bytes"]
+__all__ = ["glb_bytes"]
 
 Json = dict[str, Any]
-
-LEFT_OUT_COLOUR = (0.84, 0.10, 0.12)
-GLASS_OPACITY = 0.35
-LEFT_OUT_THICKNESS = 0.03  # of the length of the edge: thick enough to be seen, thin enough to be no beam
 
 _Z_UP_TO_Y_UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
 _FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
 _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
+GLASS_OPACITY = 0.35
+LEFT_OUT_THICKNESS = 0.03  # of the length of the edge: thick enough to be seen, thin enough to be no beam
 _CHUNK_JSON, _CHUNK_BIN = b"JSON", b"BIN\0"
 
 

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fabkit.errors import FabkitError
-from fabkit.formats.palette import PALETTE
-from fabkit.formats.step.files import instance_name
+from fabkit.formats.step import instance_name
 from fabkit.parts import Assembly, Frame, Part, Solid
+from fabkit.parts.palette import PALETTE
 
 if TYPE_CHECKING:
     import build123d

@@ -12,9 +12,7 @@ from typing import Any, TextIO
 import numpy as np
 import xlsxwriter
 
-from fabkit.production.cut_lists import Cell, CutList, Table
-from fabkit.production.nests import Nest
-from fabkit.production.summary import Summary
+from fabkit.production import Cell, CutList, Nest, Summary, Table
 
 __all__ = ["not_run", "write_csv", "write_xlsx"]
 

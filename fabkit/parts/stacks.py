@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabkit.parts import Part, Topology
+from fabkit.parts.part import Part
+from fabkit.parts.solid import Topology
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
 
 __all__ = ["Stack", "stacks"]

@@ -14,9 +14,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError
-from geometry.optimise.functional import largest
-from geometry.optimise.grounded_laplacian import GroundedLaplacian
-from geometry.optimise.solution import ConvergenceError, Reason, Solution
+from geometry.optimise import ConvergenceError, GroundedLaplacian, Reason, Solution, largest
 
 __all__ = ["CirclePattern", "KiteAngles"]
 

@@ -24,9 +24,7 @@ from geometry.curvature.fairness import fairness_of_lengths
 from geometry.errors import GeometryError, MeshError, RankError
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids, face_sums
-from geometry.optimise.constrained import ConstrainedQuadratic
-from geometry.optimise.functional import SparseMatrix, apply
-from geometry.optimise.solution import ConvergenceError, Reason, Solution
+from geometry.optimise import ConstrainedQuadratic, ConvergenceError, Reason, Solution, SparseMatrix, apply
 from geometry.parallel.edge_closure import Closing
 from geometry.parallel.edge_parallelity import check_planar
 from geometry.parallel.sampling import Members

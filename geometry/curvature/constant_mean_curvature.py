@@ -19,9 +19,7 @@ from geometry.curvature.fairness import fairness_of_lengths
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_mean_edge_lengths
-from geometry.optimise.functional import LinearFunctional, SparseMatrix, Stack, apply
-from geometry.optimise.newton import nearest_feasible
-from geometry.optimise.solution import ConvergenceError, Solution
+from geometry.optimise import ConvergenceError, LinearFunctional, Solution, SparseMatrix, Stack, apply, nearest_feasible
 from geometry.parallel.edge_closure import Closing
 from geometry.parallel.edge_parallelity import check_planar
 from geometry.parallel.sampling import Members

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array, vstack
 
 from geometry.mesh import Mesh
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise import SparseMatrix
 
 __all__ = ["fairness_of_lengths"]
 

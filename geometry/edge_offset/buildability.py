@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.mesh import Mesh
-from geometry.mesh.intersections.meeting_faces import intersecting_faces, is_embedded, self_crossing_faces
+from geometry.mesh.intersections import intersecting_faces, is_embedded, self_crossing_faces
 
 __all__ = ["NARROWEST", "face_necks", "largest_piece", "sound_piece", "without_unsound_rim"]
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
-from geometry.spheres.moebius import MoebiusTransformation
+from geometry.spheres import MoebiusTransformation
 from geometry.spheres.stereographic import ComplexArray, pairs, to_sphere
 
 __all__ = ["centring_similarity", "centring_transformation"]

@@ -12,9 +12,7 @@ from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.polygons import face_sums
 from geometry.mesh.ragged_arrays import next_in_run
-from geometry.optimise.bounded import minimise_bounded
-from geometry.optimise.functional import SparseMatrix, apply
-from geometry.optimise.solution import ConvergenceError, Reason
+from geometry.optimise import ConvergenceError, Reason, SparseMatrix, apply, minimise_bounded
 from geometry.parallel import ParallelSpace
 from geometry.parallel.constraints import FactorBounds
 

@@ -14,14 +14,13 @@ from typing import Any
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats
-from geometry.circle_patterns.boundary_values import open_pattern
+from geometry.circle_patterns import PlanePattern, closed_pattern, open_pattern
 from geometry.circle_patterns.planar_graphs import refuse_other_than_polyhedra
-from geometry.circle_patterns.plane_pattern import PlanePattern, closed_pattern
 from geometry.edge_offset.centring import centring_similarity, centring_transformation
 from geometry.errors import GeometryError
 from geometry.gauss.distances import edge_distances, edge_feet, face_distances
 from geometry.mesh import Combinatorics, Mesh
-from geometry.spheres.oriented_cones import VertexCones
+from geometry.spheres import VertexCones
 from geometry.spheres.stereographic import ComplexArray, circle_planes, line_planes, pairs, poles
 
 __all__ = ["KoebePolyhedron", "SphereCircles", "koebe", "lifted"]

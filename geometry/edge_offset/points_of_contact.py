@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from geometry.arrays import FloatArray, IntArray, floats
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
-from geometry.mesh.intersections.meeting_faces import meeting_boxes
+from geometry.mesh.intersections import meeting_boxes
 from geometry.surface import Surface
 
 __all__ = ["touching_points"]

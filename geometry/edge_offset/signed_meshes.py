@@ -18,11 +18,10 @@ from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.edge_offset.contradictory_signs import check_faces_can_close, check_signs_fit_together, checked_signs
 from geometry.edge_offset.koebe_polyhedra import TOLERANCE, KoebePolyhedron
 from geometry.errors import GeometryError
-from geometry.functionals.fairness import laplacian
+from geometry.functionals import laplacian
 from geometry.gauss.distances import edge_feet
 from geometry.mesh import Combinatorics, Mesh
-from geometry.optimise.bounded import distances_from_zero
-from geometry.optimise.functional import LinearFunctional, largest
+from geometry.optimise import LinearFunctional, distances_from_zero, largest
 from geometry.parallel import ParallelSpace, edge_factors
 from geometry.parallel.constraints import FactorBounds, Fixed
 from geometry.parallel.edge_parallelity import across_directions

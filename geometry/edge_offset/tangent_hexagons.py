@@ -15,12 +15,20 @@ from scipy.sparse import coo_array, csr_array, diags_array, triu, vstack
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.edge_offset.points_of_contact import touching_points
 from geometry.errors import GeometryError
-from geometry.functionals.unknowns import coordinates
+from geometry.functionals import coordinates
 from geometry.mesh import Combinatorics, Mesh
-from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
-from geometry.optimise.functional import LinearFunctional, SparseMatrix, apply, largest, normal_equations
-from geometry.optimise.semidefinite import minimise_semidefinite
-from geometry.optimise.solution import ConvergenceError, Reason, Solution
+from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
+from geometry.optimise import (
+    ConvergenceError,
+    LinearFunctional,
+    Reason,
+    Solution,
+    SparseMatrix,
+    apply,
+    largest,
+    minimise_semidefinite,
+    normal_equations,
+)
 from geometry.parallel import edge_factors
 from geometry.parallel.constraints import FactorBounds
 from geometry.parallel.edge_parallelity import check_planar

@@ -11,7 +11,7 @@ from geometry.errors import MeshError, listed
 from geometry.files.meeting_outlines import Meeting, flattened, meetings
 from geometry.files.overlaid_faces import overlaid_faces, same_vertices
 from geometry.files.polygon_soup import PolygonSoup
-from geometry.mesh.mesh import Mesh
+from geometry.mesh import Mesh
 from geometry.mesh.ragged_arrays import runs_by_size
 
 __all__ = [

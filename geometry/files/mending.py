@@ -24,8 +24,7 @@ from geometry.files.clusters import clusters_within, joined
 from geometry.files.face_rings import first_with_same
 from geometry.files.orientation import oriented
 from geometry.files.polygon_soup import PolygonSoup
-from geometry.mesh.combinatorics import Combinatorics
-from geometry.mesh.mesh import Mesh
+from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.origin import whole_origin
 
 __all__ = ["mend", "mend_soup", "mended_soup", "tidied"]

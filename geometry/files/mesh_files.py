@@ -20,7 +20,7 @@ from geometry.files.obj import obj_text, read_obj
 from geometry.files.off import off_text, read_off
 from geometry.files.ply import ply_text, read_ply
 from geometry.files.polygon_soup import PolygonSoup
-from geometry.mesh.mesh import Mesh
+from geometry.mesh import Mesh
 from geometry.mesh.origin import rounding
 
 __all__ = ["MeshFile", "about", "path_name", "read_mesh", "read_soup", "write_mesh"]

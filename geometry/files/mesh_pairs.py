@@ -16,8 +16,7 @@ from geometry.files.face_rings import rings_by_size
 from geometry.files.mending import mended_soup, tidied
 from geometry.files.mesh_files import MeshFile, about, path_name, read_soup
 from geometry.files.polygon_soup import PolygonSoup
-from geometry.mesh.combinatorics import Combinatorics
-from geometry.mesh.mesh import Mesh
+from geometry.mesh import Combinatorics, Mesh
 
 __all__ = ["read_mesh_pair"]
 

@@ -13,7 +13,7 @@ from geometry.arrays import IntArray, integers
 from geometry.errors import MeshFileError, shown
 from geometry.files.number_rows import likewise, parse_numbers, whole
 from geometry.files.polygon_soup import PolygonSoup
-from geometry.mesh.mesh import Mesh
+from geometry.mesh import Mesh
 
 __all__ = ["obj_text", "read_obj"]
 

@@ -10,7 +10,7 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.errors import MeshFileError, shown
 from geometry.files.number_rows import NumberRows, likewise, whole, word_lines
 from geometry.files.polygon_soup import PolygonSoup
-from geometry.mesh.mesh import Mesh
+from geometry.mesh import Mesh
 
 __all__ = ["off_text", "read_off"]
 

@@ -14,7 +14,7 @@ from geometry.errors import MeshFileError, shown
 from geometry.files.encoding import decoded, spelled_out
 from geometry.files.number_rows import NumberRows, whole, word_lines
 from geometry.files.polygon_soup import PolygonSoup
-from geometry.mesh.mesh import Mesh
+from geometry.mesh import Mesh
 
 __all__ = ["ply_text", "read_ply"]
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.errors import NAMED, MeshError, listed
+from geometry.mesh import Mesh
 from geometry.mesh.combinatorics import corners_and_sizes
-from geometry.mesh.mesh import Mesh
 from geometry.mesh.ragged_arrays import next_in_run, run_of_place
 
 __all__ = ["PolygonSoup"]

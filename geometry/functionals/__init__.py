@@ -1,1 +1,41 @@
-"""What may be asked of a mesh, one file a wish."""
+"""What may be asked of a mesh, one objective a file."""
+
+from geometry.functionals.circularity import Circularity
+from geometry.functionals.closeness import OnCurve, OnSurface, close_to
+from geometry.functionals.conicality import Conicality, closed_fans
+from geometry.functionals.convexity import Convexity
+from geometry.functionals.fairness import laplacian, strain
+from geometry.functionals.normals import (
+    close_to_vertex_normals,
+    edge_normals,
+    unit_edge_distances,
+    unit_face_distances,
+    unit_vertex_distances,
+)
+from geometry.functionals.parallelity import Parallelity, parallel_to
+from geometry.functionals.planarity import Planarity, face_deviations
+from geometry.functionals.rim import extrapolated_normals
+from geometry.functionals.unknowns import coordinates
+
+__all__ = [
+    "Circularity",
+    "Conicality",
+    "Convexity",
+    "OnCurve",
+    "OnSurface",
+    "Parallelity",
+    "Planarity",
+    "close_to",
+    "close_to_vertex_normals",
+    "closed_fans",
+    "coordinates",
+    "edge_normals",
+    "extrapolated_normals",
+    "face_deviations",
+    "laplacian",
+    "parallel_to",
+    "strain",
+    "unit_edge_distances",
+    "unit_face_distances",
+    "unit_vertex_distances",
+]

@@ -21,7 +21,7 @@ import numpy as np
 from geometry.arrays import FloatArray
 from geometry.functionals.frames import FaceFrames, LargerFaces
 from geometry.mesh import Combinatorics
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise import SparseMatrix
 
 __all__ = ["Circularity"]
 

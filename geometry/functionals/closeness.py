@@ -11,8 +11,8 @@ from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import MeshError
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh.polygons import two_across
-from geometry.optimise.functional import LinearFunctional, SparseMatrix
-from geometry.surface.curve import Curve
+from geometry.optimise import LinearFunctional, SparseMatrix
+from geometry.surface import Curve
 from geometry.surface.surface import Surface, check_points
 
 __all__ = ["OnCurve", "OnSurface", "close_to"]

@@ -28,7 +28,7 @@ from geometry.functionals.frames import FaceFrames
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import vector_areas
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise import SparseMatrix
 
 __all__ = ["Conicality", "closed_fans"]
 

@@ -13,7 +13,7 @@ from geometry.errors import MeshError
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import vector_areas
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise import SparseMatrix
 
 __all__ = ["Convexity"]
 

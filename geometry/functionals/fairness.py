@@ -7,7 +7,7 @@ from scipy.sparse import csr_array, diags_array
 
 from geometry.functionals.unknowns import for_each_coordinate
 from geometry.mesh import Combinatorics, Mesh
-from geometry.optimise.functional import LinearFunctional, SparseMatrix
+from geometry.optimise import LinearFunctional, SparseMatrix
 
 __all__ = ["laplacian", "strain"]
 

@@ -17,7 +17,7 @@ from scipy.sparse import csr_array
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise import SparseMatrix
 
 __all__ = ["FaceFrames", "LargerFaces"]
 

@@ -14,7 +14,7 @@ from geometry.functionals.closeness import close_to
 from geometry.functionals.rim import extrapolated_normals
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Mesh
-from geometry.optimise.functional import LinearFunctional, SparseMatrix
+from geometry.optimise import LinearFunctional, SparseMatrix
 
 __all__ = [
     "close_to_vertex_normals",

@@ -11,7 +11,7 @@ from geometry.arrays import FloatArray
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.polygons import two_across
-from geometry.optimise.functional import LinearFunctional, SparseMatrix
+from geometry.optimise import LinearFunctional, SparseMatrix
 
 __all__ = ["Parallelity", "parallel_to"]
 

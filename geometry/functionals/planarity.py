@@ -21,7 +21,7 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.functionals.frames import LargerFaces
 from geometry.functionals.reference_planes import ReferencePlanes, far_apart
 from geometry.mesh import Combinatorics, Mesh
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise import SparseMatrix
 
 __all__ = ["Planarity", "face_deviations"]
 

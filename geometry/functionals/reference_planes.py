@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.functionals.unknowns import coordinates
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise import SparseMatrix
 
 __all__ = ["ReferencePlanes", "far_apart"]
 

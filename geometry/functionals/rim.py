@@ -13,7 +13,7 @@ from scipy.sparse import coo_array, csr_array
 from geometry.arrays import FloatArray, floats
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
-from geometry.optimise.functional import SparseMatrix, apply
+from geometry.optimise import SparseMatrix, apply
 
 __all__ = ["extrapolated_normals"]
 

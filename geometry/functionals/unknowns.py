@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array, kron
 
 from geometry.arrays import IntArray
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise import SparseMatrix
 
 __all__ = ["coordinates", "for_each_coordinate"]
 

@@ -6,17 +6,17 @@ import numpy as np
 
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError
-from geometry.functionals.closeness import close_to
-from geometry.functionals.fairness import laplacian
-from geometry.functionals.normals import (
+from geometry.functionals import (
+    close_to,
     close_to_vertex_normals,
     edge_normals,
+    laplacian,
     unit_edge_distances,
     unit_face_distances,
 )
 from geometry.gauss.refinement import nearest_parallel, refine_distances
 from geometry.mesh import Mesh
-from geometry.optimise.functional import SparseMatrix, normal_equations
+from geometry.optimise import SparseMatrix, normal_equations
 from geometry.parallel.edge_parallelity import check_planar
 
 __all__ = ["first_objective", "gauss_image", "refuse_triangle_mesh"]

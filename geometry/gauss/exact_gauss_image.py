@@ -15,7 +15,7 @@ from scipy.sparse import csr_array, diags_array, eye_array
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, RankError
-from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
+from geometry.functionals import close_to_vertex_normals, unit_face_distances
 from geometry.gauss.circumscribed import circumscribed_candidate
 from geometry.gauss.distances import (
     circularity,
@@ -30,8 +30,7 @@ from geometry.gauss.inscribed import inscribed_candidate
 from geometry.gauss.midscribed import midscribed_candidate
 from geometry.gauss.refinement import LINEAR_DAMPING, PARALLEL, drawn_to_normals, nearest_parallel, refine_distances
 from geometry.mesh import Mesh
-from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
-from geometry.optimise.solution import ConvergenceError
+from geometry.optimise import ConvergenceError, LinearFunctional, SparseMatrix, normal_equations
 from geometry.parallel.edge_parallelity import check_planar, parallelity
 
 __all__ = [

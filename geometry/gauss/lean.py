@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
-from geometry.functionals.rim import extrapolated_normals
+from geometry.functionals import extrapolated_normals
 from geometry.gauss.edge_cones import angles_between
 from geometry.mesh import Mesh
 

@@ -7,14 +7,10 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
-from geometry.functionals.parallelity import Parallelity
-from geometry.functionals.planarity import Planarity, face_deviations
+from geometry.functionals import Parallelity, Planarity, face_deviations
 from geometry.gauss.refinement import PARALLEL
 from geometry.mesh import Mesh
-from geometry.optimise.affine import AffineMap, At
-from geometry.optimise.functional import Stack
-from geometry.optimise.newton import nearest_feasible
-from geometry.optimise.solution import ConvergenceError, Reason
+from geometry.optimise import AffineMap, At, ConvergenceError, Reason, Stack, nearest_feasible
 from geometry.parallel.edge_parallelity import PLANAR, parallelity
 
 __all__ = ["nearest_parallel_pair"]

@@ -18,7 +18,7 @@ from geometry.gauss.lean import axis_lean
 from geometry.gauss.midscribed import LEAST_SPREAD
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
-from geometry.optimise.solution import ConvergenceError
+from geometry.optimise import ConvergenceError
 from geometry.parallel.edge_parallelity import across_directions, check_planar, parallelity
 
 __all__ = ["offset_deviations", "offset_gauss_image"]

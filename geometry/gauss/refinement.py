@@ -8,9 +8,9 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
-from geometry.functionals.fairness import laplacian
-from geometry.functionals.normals import (
+from geometry.functionals import (
     close_to_vertex_normals,
+    laplacian,
     unit_edge_distances,
     unit_face_distances,
     unit_vertex_distances,
@@ -18,8 +18,7 @@ from geometry.functionals.normals import (
 from geometry.gauss.axes import axis_directions
 from geometry.gauss.distances import edge_feet
 from geometry.mesh import Mesh
-from geometry.optimise.constrained import ConstrainedQuadratic
-from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
+from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatrix, normal_equations
 from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.optimality import optimum
 

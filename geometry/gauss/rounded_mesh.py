@@ -20,9 +20,7 @@ from geometry.gauss.approximate_gauss_image import first_objective, gauss_image
 from geometry.gauss.nearest_pair import nearest_parallel_pair
 from geometry.gauss.refinement import refine_distances
 from geometry.mesh import Mesh
-from geometry.optimise.functional import SparseMatrix, apply
-from geometry.optimise.saddle_point import factorise
-from geometry.optimise.solution import ConvergenceError
+from geometry.optimise import ConvergenceError, SparseMatrix, apply, factorise
 from geometry.parallel.face_unknowns import FaceUnknowns
 
 __all__ = ["gauss_image_pair"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import IntArray, integers
-from geometry.mesh import Combinatorics
+from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.spanning_forests import spanning_forest
 
 __all__ = ["disjoint_faces"]

@@ -7,23 +7,14 @@ result is written.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, floats
 
-if TYPE_CHECKING:
-    from geometry.mesh.mesh import Mesh
-
-__all__ = ["cure_of_place", "rounding", "whole_origin"]
+__all__ = ["rounding", "whole_origin"]
 
 FREE = 4.0
 """Multiples of this many spacings of doubles leave their last two bits free; of rounded numbers a quarter does."""
-
-ROUNDED = 4.0
-"""Largest error that is put down to the rounding of coordinates, in that of one of them over the mean edge length: two
-ends of an edge, in three axes."""
 
 
 def whole_origin(points: FloatArray) -> FloatArray:
@@ -54,14 +45,3 @@ def rounding(points: FloatArray) -> float:
     """
     spacing = np.spacing(np.abs(points))
     return float(np.where(np.mod(points / spacing, FREE) == 0, 0.0, spacing).max(initial=0.0))
-
-
-def cure_of_place(mesh: Mesh, value: float) -> str:
-    """What to do about an error, a part of the mean edge length, where it comes from the place of the mesh; else ""."""
-    away = float(np.abs(mesh.near_zero()[1]).max()) / mesh.mean_edge_length
-    if not value <= ROUNDED * np.finfo(float).eps * away:
-        return ""
-    return (
-        f"the mesh lies {away:.0e} mean edge lengths from the origin, where coordinates are coarse: begin "
-        "with mesh.near_zero()[0]"
-    )

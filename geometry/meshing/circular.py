@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from geometry.arrays import IntArray, integers
-from geometry.functionals.circularity import Circularity
+from geometry.functionals import Circularity
 from geometry.mesh import Combinatorics, Mesh
 from geometry.meshing.guides import Faces, Guides, Indices
 from geometry.meshing.optimised import OptimisedMesh, optimised
 from geometry.meshing.outcome_checks import Aim
-from geometry.surface.surface import Surface
+from geometry.surface import Surface
 
 __all__ = ["make_circular"]
 

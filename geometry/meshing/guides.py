@@ -11,8 +11,7 @@ import numpy as np
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh
-from geometry.surface.curve import Curve
-from geometry.surface.surface import Surface
+from geometry.surface import Curve, Surface
 
 __all__ = ["Faces", "Guides", "Indices", "in_edge_lengths"]
 

@@ -10,17 +10,11 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, floats, integers
 from geometry.errors import GeometryError
-from geometry.functionals.closeness import OnCurve, OnSurface
-from geometry.functionals.convexity import Convexity
-from geometry.functionals.fairness import strain
-from geometry.functionals.planarity import Planarity, face_deviations
+from geometry.functionals import Convexity, OnCurve, OnSurface, Planarity, face_deviations, strain
 from geometry.mesh import Mesh
 from geometry.meshing.guides import Guides, in_edge_lengths
 from geometry.meshing.outcome_checks import LEAST_TURN, Aim, check_fixed_faces, check_outcome
-from geometry.optimise.affine import AffineMap, At
-from geometry.optimise.functional import Functional, SparseMatrix, Stack
-from geometry.optimise.newton import nearest_feasible
-from geometry.optimise.solution import Reason, Solution
+from geometry.optimise import AffineMap, At, Functional, Reason, Solution, SparseMatrix, Stack, nearest_feasible
 
 __all__ = ["OptimisedMesh", "optimised"]
 

@@ -8,14 +8,11 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.errors import FoldedError
-from geometry.functionals.closeness import OnCurve
-from geometry.functionals.convexity import Convexity
-from geometry.functionals.planarity import face_deviations
+from geometry.functionals import Convexity, OnCurve, face_deviations
 from geometry.mesh import Mesh
-from geometry.mesh.origin import cure_of_place
+from geometry.mesh.place import cure_of_place
 from geometry.meshing.guides import Guides, in_edge_lengths
-from geometry.optimise.functional import Functional
-from geometry.optimise.solution import ConvergenceError, Reason, Solution
+from geometry.optimise import ConvergenceError, Functional, Reason, Solution
 
 __all__ = ["LEAST_TURN", "Aim", "check_fixed_faces", "check_outcome"]
 

@@ -8,7 +8,7 @@ from geometry.mesh import Mesh
 from geometry.meshing.guides import Faces, Guides, Indices
 from geometry.meshing.optimised import OptimisedMesh, optimised
 from geometry.meshing.outcome_checks import Aim
-from geometry.surface.surface import Surface
+from geometry.surface import Surface
 
 __all__ = ["planarise"]
 

@@ -1,1 +1,43 @@
 """How anything is minimised: arrays, no meshes."""
+
+from geometry.optimise.affine import AffineMap, At
+from geometry.optimise.bounded import distances_from_zero, minimise_bounded
+from geometry.optimise.constrained import ConstrainedQuadratic, minimise_quadratic
+from geometry.optimise.functional import (
+    Functional,
+    LinearFunctional,
+    SparseMatrix,
+    Stack,
+    apply,
+    largest,
+    normal_equations,
+)
+from geometry.optimise.grounded_laplacian import GroundedLaplacian
+from geometry.optimise.newton import nearest_feasible
+from geometry.optimise.saddle_point import Factor, factorise
+from geometry.optimise.semidefinite import minimise_semidefinite
+from geometry.optimise.solution import ConvergenceError, Reason, Solution
+
+__all__ = [
+    "AffineMap",
+    "At",
+    "ConstrainedQuadratic",
+    "ConvergenceError",
+    "Factor",
+    "Functional",
+    "GroundedLaplacian",
+    "LinearFunctional",
+    "Reason",
+    "Solution",
+    "SparseMatrix",
+    "Stack",
+    "apply",
+    "distances_from_zero",
+    "factorise",
+    "largest",
+    "minimise_bounded",
+    "minimise_quadratic",
+    "minimise_semidefinite",
+    "nearest_feasible",
+    "normal_equations",
+]

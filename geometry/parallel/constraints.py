@@ -11,9 +11,9 @@ from scipy.sparse import coo_array, csr_array
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError
-from geometry.functionals.unknowns import coordinates
+from geometry.functionals import coordinates
 from geometry.mesh import Mesh
-from geometry.optimise.functional import LinearFunctional, SparseMatrix, normal_equations
+from geometry.optimise import LinearFunctional, SparseMatrix, normal_equations
 
 __all__ = ["FactorBounds", "Fixed", "Objective"]
 

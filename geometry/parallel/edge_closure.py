@@ -18,8 +18,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
 from geometry.mesh import Mesh
-from geometry.optimise.functional import SparseMatrix
-from geometry.optimise.saddle_point import Factor, factorise
+from geometry.optimise import Factor, SparseMatrix, factorise
 from geometry.parallel.homology import independent_loops
 
 __all__ = ["SHIFT", "Closing"]

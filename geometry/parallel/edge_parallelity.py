@@ -6,9 +6,9 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError, ParallelityError
-from geometry.functionals.planarity import face_deviations
+from geometry.functionals import face_deviations
 from geometry.mesh import Mesh
-from geometry.mesh.origin import cure_of_place
+from geometry.mesh.place import cure_of_place
 
 __all__ = ["PLANAR", "across_directions", "check_parallel", "check_planar", "edge_factors", "parallelity"]
 

@@ -15,11 +15,10 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from geometry.arrays import FloatArray, IntArray, integers
-from geometry.functionals.parallelity import parallel_to
-from geometry.functionals.unknowns import coordinates
+from geometry.functionals import coordinates, parallel_to
 from geometry.mesh import Mesh
 from geometry.mesh.independent_faces import disjoint_faces
-from geometry.optimise.functional import SparseMatrix, apply
+from geometry.optimise import SparseMatrix, apply
 
 __all__ = ["FaceUnknowns"]
 

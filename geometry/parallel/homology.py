@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from geometry.arrays import IntArray
 from geometry.mesh import Combinatorics
 from geometry.mesh.spanning_forests import spanning_forest
-from geometry.optimise.functional import SparseMatrix
+from geometry.optimise import SparseMatrix
 
 __all__ = ["independent_loops"]
 

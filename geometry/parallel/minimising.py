@@ -10,10 +10,17 @@ from scipy.sparse import csr_array, eye_array, vstack
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh
-from geometry.optimise.bounded import distances_from_zero, minimise_bounded
-from geometry.optimise.functional import SparseMatrix, apply, largest
-from geometry.optimise.semidefinite import minimise_semidefinite
-from geometry.optimise.solution import ConvergenceError, Reason, Solution
+from geometry.optimise import (
+    ConvergenceError,
+    Reason,
+    Solution,
+    SparseMatrix,
+    apply,
+    distances_from_zero,
+    largest,
+    minimise_bounded,
+    minimise_semidefinite,
+)
 from geometry.parallel.constraints import FactorBounds, Fixed, Objective
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns

@@ -16,9 +16,7 @@ import numpy as np
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import RankError
 from geometry.mesh import Mesh
-from geometry.optimise.constrained import ConstrainedQuadratic
-from geometry.optimise.functional import SparseMatrix, apply, largest
-from geometry.optimise.solution import ConvergenceError, Solution
+from geometry.optimise import ConstrainedQuadratic, ConvergenceError, Solution, SparseMatrix, apply, largest
 from geometry.parallel.edge_parallelity import parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
 

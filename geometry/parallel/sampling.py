@@ -9,8 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array
 
 from geometry.arrays import FloatArray
-from geometry.optimise.functional import SparseMatrix
-from geometry.optimise.saddle_point import Factor, factorise
+from geometry.optimise import Factor, SparseMatrix, factorise
 from geometry.parallel.edge_closure import Closing
 
 __all__ = ["Members"]

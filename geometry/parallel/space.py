@@ -12,10 +12,9 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError, MeshError
-from geometry.functionals.parallelity import parallel_to
+from geometry.functionals import parallel_to
 from geometry.mesh import Mesh
-from geometry.optimise.constrained import ConstrainedQuadratic
-from geometry.optimise.functional import LinearFunctional, SparseMatrix
+from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatrix
 from geometry.parallel.constraints import FactorBounds, Fixed, Objective
 from geometry.parallel.edge_closure import Closing
 from geometry.parallel.edge_parallelity import check_parallel, check_planar, parallelity

@@ -18,8 +18,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
-from geometry.gauss.distances import edge_distances, face_distances, vertex_distances
-from geometry.gauss.exact_gauss_image import DISTANCE_TOLERANCE
+from geometry.gauss import DISTANCE_TOLERANCE, edge_distances, face_distances, vertex_distances
 from geometry.gauss.support_structure import PARALLEL_TOLERANCE
 from geometry.mesh import Mesh
 from geometry.parallel.edge_parallelity import check_parallel

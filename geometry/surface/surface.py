@@ -10,7 +10,7 @@ import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError, MeshError
-from geometry.mesh.mesh import Mesh
+from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids
 
 __all__ = ["Surface", "check_points"]

@@ -15,7 +15,7 @@ import pytest
 import shapely
 
 from fabkit import Built, Project, build, design
-from fabkit.checking.violations import violations
+from fabkit.checking.placed_parts import violations
 from fabkit.errors import OutputError, ProjectError
 from fabkit.parts import Beam
 from geometry.files import read_mesh

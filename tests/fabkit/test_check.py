@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from fabkit.checking.violations import check_fit, violations
+from fabkit.checking.placed_parts import check_fit, violations
 from fabkit.errors import DetailingError
 from fabkit.parts import Assembly, Frame, Part, Solid, Topology, prism_topology, prism_vertices
 from tests.fabkit.dome import CENTRE, LIFT, dome

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from fabkit.commands.app import app
+from fabkit.commands.command_line import app
 from geometry.files import write_mesh
 from geometry.mesh import shapes
 
@@ -155,7 +155,7 @@ def test_a_run_that_is_ended_leaves_nothing(tmp_path: Path, told: signal.Signals
     command = [
         sys.executable,
         "-c",
-        "from fabkit.commands.app import app; app()",
+        "from fabkit.commands.command_line import app; app()",
         "build",
         "mesh.obj",
         "--mean-edge",

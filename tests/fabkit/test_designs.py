@@ -15,7 +15,7 @@ from typer.testing import CliRunner, Result
 
 from fabkit import Built, Project
 from fabkit import design as built
-from fabkit.commands.app import app
+from fabkit.commands.command_line import app
 from fabkit.designs import (
     Bend,
     EdgeOffsetDesign,

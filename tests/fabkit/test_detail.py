@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabkit.checking.violations import violations
+from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fabkit.checking.violations import violations
+from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
 from fabkit.parts import Assembly

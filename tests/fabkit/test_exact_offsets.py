@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fabkit import Built, Project, design
-from fabkit.commands.app import app
+from fabkit.commands.command_line import app
 from fabkit.commands.inspection import inspect_mesh
 from fabkit.production.summary import ExactGaussImage
 from geometry.files import write_mesh

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner, Result
 
 from fabkit import FabkitError, Project, design
-from fabkit.commands.app import app
+from fabkit.commands.command_line import app
 from fabkit.commands.inspection import inspect_mesh, inspect_project
 from fabkit.errors import ProjectError, in_one_sentence
 from fabkit.fitness import CRITERIA, Finding, FitnessError, FitnessRules, allowed, check_fit_to_build

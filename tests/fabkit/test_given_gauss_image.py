@@ -14,7 +14,7 @@ from openpyxl import load_workbook
 from typer.testing import CliRunner
 
 from fabkit import Built, Project, build, design, load_project
-from fabkit.commands.app import app
+from fabkit.commands.command_line import app
 from fabkit.commands.inspection import inspect_pair
 from fabkit.errors import ProjectError
 from fabkit.gauss_image import exact_pair

@@ -15,10 +15,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabkit.errors import OutputError
-from fabkit.formats.gltf import LEFT_OUT_COLOUR, glb_bytes
-from fabkit.formats.palette import PALETTE
+from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.triangles import Facets, facets
 from fabkit.parts import Assembly, LeftOut, Solid, Topology, prism_topology, prism_vertices
+from fabkit.parts.palette import LEFT_OUT_COLOUR, PALETTE
 from geometry.arrays import FloatArray
 from tests.fabkit.gridshell import gridshell, left_out_lines
 

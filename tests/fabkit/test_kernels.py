@@ -12,9 +12,9 @@ import pytest
 
 from fabkit.errors import FabkitError
 from fabkit.formats.kernels import to_build123d, to_cadquery
-from fabkit.formats.palette import PALETTE
 from fabkit.formats.step.files import instance_name
 from fabkit.parts import Assembly, Frame, Part
+from fabkit.parts.palette import PALETTE
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.occt import measure, solids_in
 from tests.fabkit.solids import frame, node, star, tube

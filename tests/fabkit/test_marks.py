@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fabkit.checking.violations import violations
+from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Frame, Panel, Part, Solid, prism_topology, prism_vertices
 from fabkit.production.marks import share_equal_parts

@@ -17,15 +17,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabkit.fitness import CRITERIA, Finding
-from fabkit.formats.gltf import LEFT_OUT_COLOUR, glb_bytes
+from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.report.figures import histogram
 from fabkit.formats.report.fitness import fitness_html
 from fabkit.formats.report.page import report_html
 from fabkit.parts import Assembly, Material
+from fabkit.parts.palette import LEFT_OUT_COLOUR
 from fabkit.production.cut_lists import cut_list
 from fabkit.production.drawing import sheet_drawings
-from fabkit.production.measures import Measure, measures
 from fabkit.production.nests import Sheet
+from fabkit.production.part_measures import Measure, measures
 from fabkit.production.sheet_nesting import nest_panels
 from tests.fabkit.browser import Browser, pixels
 from tests.fabkit.gridshell import gridshell, gridshell_summary, left_out_lines

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabkit.formats.palette import PALETTE
 from fabkit.formats.step.text import Block, reals, string
 from fabkit.parts import Material, Part, Solid, prism_topology
+from fabkit.parts.palette import PALETTE
 from geometry.arrays import FloatArray
 from tests.fabkit.part21 import StepText, coordinates, written
 from tests.fabkit.solids import frame, node, prism, prisms, star, topology, tube

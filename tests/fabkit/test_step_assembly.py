@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from fabkit.errors import OutputError
-from fabkit.formats.palette import PALETTE
 from fabkit.formats.step.files import instance_name, stream_step, write_step
 from fabkit.parts import Assembly, Frame, Material, Part, Solid
+from fabkit.parts.palette import PALETTE
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.part21 import StepText, coordinates, written
 from tests.fabkit.solids import frame, node, prism, star, tube

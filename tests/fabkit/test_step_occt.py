@@ -8,10 +8,10 @@ from typing import get_args
 import numpy as np
 import pytest
 
-from fabkit.formats.palette import PALETTE
 from fabkit.formats.step.entities import Schema
 from fabkit.formats.step.files import instance_name, stream_step, write_part_step, write_step
 from fabkit.parts import Assembly, Frame, Part, Solid, prism_topology, prism_vertices
+from fabkit.parts.palette import PALETTE
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.occt import HAS_KERNEL, Placed, read_step
 from tests.fabkit.solids import frame, node, prism, star, tube

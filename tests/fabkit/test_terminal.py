@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from rich.text import Text
 from typer.testing import CliRunner, Result
 
-from fabkit.commands.app import app
+from fabkit.commands.command_line import app
 from fabkit.commands.terminal import LONGEST, told
 
 ROOT = Path(__file__).parents[2]

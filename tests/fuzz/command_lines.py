@@ -21,7 +21,7 @@ from mesh_files import MESHES, written
 from said import check_folder, check_said, snapshot
 from typer.testing import CliRunner
 
-from fabkit.commands.app import app
+from fabkit.commands.command_line import app
 from geometry.files.obj import obj_text
 
 ROOT = Path(__file__).parents[2]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import typer
 
-from fabkit.commands.app import app
+from fabkit.commands.command_line import app
 from fabkit.formats.manifest import MANIFEST, not_ours
 
 __all__ = ["check_folder", "check_said", "snapshot"]

@@ -1,1 +1,6 @@
 """Drawings in two dimensions."""
+
+from fabkit.formats.drawings.dxf import write_dxf
+from fabkit.formats.drawings.picture import pair_picture
+
+__all__ = ["pair_picture", "write_dxf"]

@@ -18,7 +18,7 @@ import numpy as np
 from ezdxf import new, options  # type: ignore[attr-defined]
 from ezdxf.document import Drawing as Document
 
-from fabkit.production.drawing import CUT, MARK, SHEET, Drawing
+from fabkit.production import CUT, MARK, SHEET, Drawing
 from geometry.arrays import FloatArray
 
 __all__ = ["write_dxf"]

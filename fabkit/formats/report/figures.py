@@ -6,8 +6,7 @@ from html import escape
 
 import numpy as np
 
-from fabkit.production.drawing import CUT, MARK, SHEET, Drawing
-from fabkit.production.measures import Measure
+from fabkit.production import CUT, MARK, SHEET, Drawing, Measure
 from geometry.arrays import FloatArray
 
 __all__ = ["histogram", "sheet_picture"]

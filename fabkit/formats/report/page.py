@@ -16,16 +16,12 @@ from string import Template
 
 import numpy as np
 
-from fabkit.formats.gltf import LEFT_OUT_COLOUR
-from fabkit.formats.palette import PALETTE
 from fabkit.formats.report.figures import histogram, sheet_picture
 from fabkit.formats.report.fitness import fitness_html
 from fabkit.formats.report.tables import table_html
 from fabkit.parts import Assembly, Beam, Node, Panel, Part
-from fabkit.production.cut_lists import Table
-from fabkit.production.drawing import Drawing
-from fabkit.production.measures import Measure, measures
-from fabkit.production.summary import GivenGaussImage, Summary
+from fabkit.parts.palette import LEFT_OUT_COLOUR, PALETTE
+from fabkit.production import Drawing, GivenGaussImage, Measure, Summary, Table, measures
 from geometry.arrays import FloatArray
 
 __all__ = ["report_html"]

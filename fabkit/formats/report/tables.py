@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from fabkit.production.cut_lists import Table
+from fabkit.production import Table
 
 __all__ = ["table_html"]
 

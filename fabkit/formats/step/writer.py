@@ -11,7 +11,6 @@ from typing import TextIO
 import numpy as np
 
 from fabkit.errors import OutputError
-from fabkit.formats.palette import PALETTE
 from fabkit.formats.step.entities import (
     ASSEMBLY_BLOCK,
     CONTEXT,
@@ -35,6 +34,7 @@ from fabkit.formats.step.entities import (
 from fabkit.formats.step.solid import TOLERANCE_MM, solid_entities, solid_numbers
 from fabkit.formats.step.text import Block, reals, string
 from fabkit.parts import Material, Part, Topology
+from fabkit.parts.palette import PALETTE
 from geometry.arrays import FloatArray
 
 __all__ = ["StepWriter", "instance_name", "solid_texts"]

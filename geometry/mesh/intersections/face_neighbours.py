@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
+from geometry.mesh import Mesh
 from geometry.mesh.intersections.box_trees import BoxTree, box_trees, meeting_sets
 from geometry.mesh.intersections.flat_faces import CLEARANCE, heights_over
-from geometry.mesh.mesh import Mesh
 from geometry.mesh.ragged_arrays import runs_by_size
 
 __all__ = ["edge_trees", "face_trees", "neighbours"]

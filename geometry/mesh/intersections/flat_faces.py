@@ -7,8 +7,8 @@ import numpy.typing as npt
 import shapely
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
+from geometry.mesh import Mesh
 from geometry.mesh.intersections.box_trees import BoxTree, box_trees, meeting_sets
-from geometry.mesh.mesh import Mesh
 from geometry.mesh.polygons import two_across
 
 __all__ = ["CLEARANCE", "are_simple", "coplanar", "extreme_corners", "heights_over", "outlines", "overlapping"]

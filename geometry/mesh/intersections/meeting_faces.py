@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
+from geometry.mesh import Mesh
 from geometry.mesh.intersections.box_trees import meeting_sets
 from geometry.mesh.intersections.face_neighbours import edge_trees, face_trees, neighbours
 from geometry.mesh.intersections.flat_faces import (
@@ -20,7 +21,6 @@ from geometry.mesh.intersections.flat_faces import (
     outlines,
     overlapping,
 )
-from geometry.mesh.mesh import Mesh
 from geometry.mesh.polygons import two_across
 
 __all__ = ["intersecting_faces", "is_embedded", "meeting_boxes", "self_crossing_faces"]

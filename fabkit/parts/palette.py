@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["PALETTE"]
+__all__ = ["LEFT_OUT_COLOUR", "PALETTE"]
 
 PALETTE: Mapping[str, tuple[float, float, float]] = MappingProxyType(
     {
@@ -15,3 +15,5 @@ PALETTE: Mapping[str, tuple[float, float, float]] = MappingProxyType(
     }
 )
 """sRGB red, green and blue, 0 to 1, by `Part.kind`."""
+
+LEFT_OUT_COLOUR = (0.84, 0.10, 0.12)

@@ -1,0 +1,182 @@
+"""What there is to say of a mesh, or of a pair M and S, as it stands: name and sentence of each fact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fabkit.detailing import Ends, axis_spreads, beam_ends
+from fabkit.gauss_image import EXACT as EXACT_OFFSET
+from fabkit.gauss_image import TOLERANCE
+from fabkit.rules import DetailingRules
+from geometry.arrays import BoolArray, FloatArray, IntArray
+from geometry.errors import GeometryError
+from geometry.files import MeshFile
+from geometry.gauss import (
+    SupportStructure,
+    circularity,
+    conicality,
+    edge_distances,
+    face_distances,
+    nearest_parallel_pair,
+    offset_deviations,
+    vertex_distances,
+)
+from geometry.mesh import Mesh
+from geometry.parallel import edge_factors, parallelity
+
+__all__ = ["as_read", "beam_heights", "ends_of_all", "moves", "offset_kinds", "pair_fit"]
+
+EXACT, NEARLY = 1e-6, 1e-2
+"""Largest deviation, as a part of the edge length or in radians, up to which a property is said to hold or nearly to
+hold: drawing programs write seven digits; a hundredth of an edge is what one sees."""
+
+
+def as_read(file: MeshFile) -> Iterator[tuple[str, str]]:
+    mesh, c = file.mesh, file.mesh.combinatorics
+    lengths = mesh.edge_lengths
+    yield "vertices", f"{mesh.n_vertices}; edges {mesh.n_edges}; faces {mesh.n_faces}"
+    yield "corners", _counts(c.face_sizes, "faces with {}")
+    yield "valences inside", _counts(c.vertex_degrees[c.is_used & ~c.is_boundary_vertex], "of {}")
+    yield "at the boundary", _counts(c.vertex_degrees[c.is_boundary_vertex], "of {}")
+    yield "boundaries", _boundaries(mesh)
+    yield "edge lengths", f"{lengths.min():.4g} to {lengths.max():.4g}, mean {lengths.mean():.4g}"
+    for note in file.mended:
+        yield "mended", note
+    yield "planarity", f"{mesh.planarity.max():.1e} of the edge length at worst, as read"
+
+
+def _counts(values: IntArray, wording: str) -> str:
+    found, counts = np.unique(values, return_counts=True)
+    pairs = zip(found.tolist(), counts.tolist(), strict=True)
+    return ", ".join(f"{count} {wording.format(value)}" for value, count in pairs) or "none"
+
+
+def _boundaries(mesh: Mesh) -> str:
+    loops = [len(loop) for loop in mesh.combinatorics.boundary_loops]
+    pieces = int(mesh.combinatorics.face_components.max()) + 1
+    parts = "one piece" if pieces == 1 else f"{pieces} pieces"
+    if not loops:
+        return f"closed; {parts}, Euler characteristic {mesh.combinatorics.euler_characteristic}"
+    sizes = ", ".join(str(size) for size in sorted(loops, reverse=True))
+    return f"{len(loops)} of {sizes} vertices; {parts}, Euler characteristic {mesh.combinatorics.euler_characteristic}"
+
+
+def moves(before: Mesh, after: Mesh) -> str | None:
+    moves = np.linalg.norm(after.vertices - before.vertices, axis=1) / before.mean_edge_length
+    if not moves.any():
+        return None
+    return (
+        f"to {after.planarity.max():.1e} by moving vertices by {moves.mean():.2g} of the edge length in the mean, "
+        f"{np.percentile(moves, 95):.2g} at 95 %, {moves.max():.2g} at most (vertex {moves.argmax()}, counted from 0)"
+    )
+
+
+def offset_kinds(mesh: Mesh) -> Iterator[tuple[str, str]]:
+    """Which offsets at exactly constant distance the planar mesh has [Pottmann2007, Prop. 2], judged by the nearest S:
+    circular faces give a vertex offset to quads alone, and three planes at each vertex always give a face offset."""
+    off = offset_deviations(mesh)
+    yield "vertex offset", _offset(off["vertex"], "constant distance between vertices")
+    yield "edge offset", _offset(off["edge"], "beams of constant height")
+    yield "face offset", _offset(off["face"], "constant distance between faces")
+    yield "circular", _verdict(circularity(mesh), "of the edge length")
+    yield "conical", _verdict(conicality(mesh), "radians")
+
+
+def _offset(deviation: float, offers: str) -> str:
+    if deviation > NEARLY:
+        return f"no: not {offers}"
+    answer = "yes" if deviation <= EXACT_OFFSET else "nearly"
+    return f"{answer}: {offers}, to {deviation:.1e} of it at worst"
+
+
+def _verdict(deviations: FloatArray, unit: str) -> str:
+    asked = deviations[~np.isnan(deviations)]
+    if not len(asked):
+        return "nothing is asked of this mesh"
+    worst, median = float(asked.max()), float(np.median(asked))
+    answer = "yes" if worst <= EXACT else "nearly" if worst <= NEARLY else "no"
+    return f"{answer}: off by {median:.1e} {unit} in the median, {worst:.1e} at worst"
+
+
+def beam_heights(heights: FloatArray) -> str:
+    low, early, middle, late, high = np.percentile(heights, [0, 5, 50, 95, 100])
+    within: BoolArray = np.abs(heights - 1) <= 0.02
+    return (
+        f"{low:.3f} to {high:.3f} of the nominal height, median {middle:.3f}, 90 % within {early:.3f} to {late:.3f}; "
+        f"{within.mean():.0%} of the beams are within 2 %"
+    )
+
+
+# --- pairs
+
+
+def pair_fit(mesh: Mesh, image: Mesh) -> Iterator[tuple[str, str]]:
+    """How a mesh and a Gauss image fit, whatever a build would accept."""
+    sideways = parallelity(mesh, image)
+    worst = mesh.combinatorics.edge_name(int(sideways.argmax()))
+    yield "parallel", f"to {sideways.max():.1e} of the unit sphere's radius, at {worst}, counted from 0"
+    try:
+        exact = nearest_parallel_pair(mesh, image)
+        structure = SupportStructure(*exact, 1.0)  # no node axis lies in an edge
+    except GeometryError:
+        return  # a build fails by the same reason, which is told
+    yield "made exact", _pair_moves((mesh, image), exact)
+    yield from _distances(*exact)
+    yield "reversed", _reversed(*exact)
+    yield "alignment", _alignment(structure)
+
+
+def _pair_moves(given: tuple[Mesh, Mesh], exact: tuple[Mesh, Mesh]) -> str:
+    of_mesh, of_image = (
+        float(np.linalg.norm(after.vertices - before.vertices, axis=1).max())
+        for before, after in zip(given, exact, strict=True)
+    )
+    of_mesh /= given[0].mean_edge_length
+    if of_mesh == of_image == 0:
+        return "nothing to do"
+    refused = f", more than {TOLERANCE:g}, so that a build refuses it" if max(of_mesh, of_image) > TOLERANCE else ""
+    return (
+        f"by moving vertices of the mesh by {of_mesh:.1e} of its mean edge length at most, of the Gauss image by "
+        f"{of_image:.1e} of the unit sphere's radius{refused}"
+    )
+
+
+def _distances(mesh: Mesh, image: Mesh) -> Iterator[tuple[str, str]]:
+    """Of S from the origin: what is constant is an offset [Pottmann2007, Prop. 2]."""
+    for name, offers, distances in (
+        ("vertices of S", "a vertex offset", vertex_distances(image)),
+        ("edges of S", "an edge offset: beams of one height", edge_distances(mesh, image)),
+        ("faces of S", "a face offset", face_distances(mesh, image)),
+    ):
+        size = np.abs(distances)
+        spread = float(np.ptp(size) / size.mean())
+        verdict = f"constant to {spread:.1e}, {offers}" if spread <= EXACT else f"so not {offers}"
+        if EXACT < spread <= NEARLY:
+            verdict = f"constant to {spread:.1e}, nearly {offers}"
+        yield name, f"{size.min():.4g} to {size.max():.4g} from the origin, {verdict}"
+
+
+def _reversed(mesh: Mesh, image: Mesh) -> str:
+    factors = edge_factors(mesh, image)
+    around = np.zeros((2, mesh.n_vertices), dtype=bool)
+    for side, edges in enumerate((factors < 0, factors > 0)):
+        around[side, mesh.combinatorics.edges[edges]] = True
+    return (
+        f"{(factors < 0).sum()} of {mesh.n_edges} edges run against those of S; around {around.all(axis=0).sum()} of "
+        f"{mesh.n_vertices} vertices some do and some do not, as on a saddle: beams end at two levels there"
+    )
+
+
+def _alignment(structure: SupportStructure) -> str:
+    """How far tops and bottoms of beams of one height miss each other on the node axes."""
+    spreads = axis_spreads(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
+    return (
+        f"tops and bottoms of beams miss each other on the node axes by {np.nanmedian(spreads):.1e} of the beam height "
+        f"in the median, {np.nanmax(spreads):.1e} at most"
+    )
+
+
+def ends_of_all(structure: SupportStructure) -> Ends:
+    return beam_ends(structure, np.ones(structure.mesh.n_edges, dtype=bool), DetailingRules())
