@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.mesh import Mesh, shapes, solids
-from geometry.mesh.intersections.meeting_faces import (
+from geometry.mesh.intersections import (
     box_trees,
     face_neighbours,
     flat_faces,
@@ -22,7 +22,7 @@ from geometry.mesh.intersections.meeting_faces import (
     is_embedded,
     self_crossing_faces,
 )
-from geometry.mesh.intersections.meeting_faces import meeting_faces as intersections
+from geometry.mesh.intersections import meeting_faces as intersections
 from tests.geometry.bent_meshes import rotation
 from tests.geometry.topologies import MESHES, split, together
 

@@ -44,7 +44,7 @@ def report_html(
     Names and notes from files are escaped wherever they stand.
     """
     measured = measures(assembly)
-    room = files("fabkit.formats")
+    room = files("fabkit.formats.report")
     page = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
     return page.substitute(
         name=escape(summary.name),
