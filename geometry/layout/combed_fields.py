@@ -1,0 +1,100 @@
+"""Where a cross field is singular, and one of its four directions chosen alike in all triangles but across cuts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.arrays import BoolArray, IntArray, integers
+from geometry.errors import GeometryError
+from geometry.layout.arrays import ComplexArray, complexes
+from geometry.layout.tangent_frames import TangentFrames
+from geometry.mesh import Combinatorics
+from geometry.mesh.spanning_forests import spanning_forest
+
+__all__ = ["CombedField", "comb"]
+
+LARGEST_RESIDUE = 1e-6
+"""Of an index, from the next integer: more than rounding needs."""
+
+
+@dataclass(frozen=True, eq=False)
+class CombedField:
+    """first (F,): the first direction of each triangle, a unit vector of its frame; the second is to its left.
+
+    is_cut (E,): edges of the cut graph: what is left of the surface is discs, one a piece. turns (E,): the first
+    direction of the right face is that of the left one, turned by so many quarters; 0 where there is no cut.
+    indices (N,): quarter turns of the field about each vertex, positive as about an umbilic of an ellipsoid; 0 where
+    it is regular, and on the boundary.
+    """
+
+    first: ComplexArray
+    is_cut: BoolArray
+    turns: IntArray
+    indices: IntArray
+
+
+def comb(frames: TangentFrames, field: ComplexArray) -> CombedField:
+    """Match neighbouring crosses by the least angle, find singularities, cut and comb."""
+    c = frames.combinatorics
+    inner = np.flatnonzero(~c.is_boundary_edge)
+    left, right = c.edge_faces[inner].T
+    turned = field[right] * (field[left] * np.exp(1j * frames.edge_turns[inner])).conj()
+    quarters = np.rint(np.angle(turned) / (np.pi / 2)).astype(np.int64)
+    residual = np.zeros(c.n_edges)
+    residual[inner] = np.angle(turned) - quarters * (np.pi / 2)
+    indices = _indices(frames, residual)
+
+    tree = spanning_forest(frames.n_triangles, c.edge_faces[inner])
+    chosen = np.zeros(frames.n_triangles, dtype=np.int64)
+    is_tree = np.zeros(c.n_edges, dtype=bool)
+    for level in tree.levels:
+        is_tree[inner[level.edges]] = True
+        forward = left[level.edges] == level.parents
+        chosen[level.children] = chosen[level.parents] - np.where(forward, 1, -1) * quarters[level.edges]
+    turns = np.zeros(c.n_edges, dtype=np.int64)
+    turns[inner] = (quarters + chosen[right] - chosen[left]) % 4
+    is_cut = pruned(c, ~is_tree & ~c.is_boundary_edge, c.is_boundary_vertex | (indices != 0))
+    assert not turns[~is_cut].any()
+    return CombedField(complexes(field * 1j**chosen), is_cut, integers(turns), integers(indices))
+
+
+def _indices(frames: TangentFrames, residual: np.ndarray) -> IntArray:
+    """(N,) from the angle defects, and the turns (E,) of the field from left to right faces beyond quarters."""
+    c = frames.combinatorics
+    sides = frames.sides
+    angles = np.angle(-np.roll(sides, 1, axis=1) * sides.conj()).ravel()
+    defects = 2 * np.pi - np.bincount(c.corners, angles, c.n_vertices)
+    tails, heads = c.edges.T
+    around = np.bincount(heads, residual, c.n_vertices) - np.bincount(tails, residual, c.n_vertices)
+    quarters = (defects + around) / (np.pi / 2)
+    quarters[c.is_boundary_vertex | ~c.is_used] = 0.0
+    indices = np.rint(quarters)
+    if np.abs(quarters - indices).max(initial=0.0) > LARGEST_RESIDUE:
+        vertex = int(np.abs(quarters - indices).argmax())
+        raise GeometryError(
+            f"the field turns by {quarters[vertex]:.6f} quarters about vertex {vertex}, not by whole ones: "
+            "make triangles with angles near 0 or 180 degrees larger",
+            elements=[vertex],
+            value=float(quarters[vertex]),
+        )
+    return integers(indices)
+
+
+def pruned(c: Combinatorics, is_cut: BoolArray, is_end: BoolArray) -> BoolArray:
+    """Edges (E,) without branches that end at a vertex which is no end (N,)."""
+    is_cut = is_cut.copy()
+    cut = np.flatnonzero(is_cut)
+    degrees = np.bincount(c.edges[cut].ravel(), minlength=c.n_vertices)
+    sums = np.bincount(c.edges[cut].ravel(), np.repeat(cut, 2), c.n_vertices).astype(np.int64)
+    leaves = np.flatnonzero((degrees == 1) & ~is_end)
+    while len(leaves):
+        edges = np.unique(sums[leaves])  # of a leaf, its only one
+        is_cut[edges] = False
+        ends, twice = c.edges[edges].ravel(), np.repeat(edges, 2)
+        np.subtract.at(degrees, ends, 1)
+        np.subtract.at(sums, ends, twice)
+        candidates = np.unique(ends)
+        leaves = candidates[(degrees[candidates] == 1) & ~is_end[candidates]]
+    return is_cut

@@ -1,0 +1,68 @@
+"""Cross fields: in each triangle four directions, 90 degrees apart, that follow given ones and vary little.
+
+A cross is the fourth power z of its unit vectors, as a complex number in the triangle's frame.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array, diags_array
+from scipy.sparse.linalg import splu
+
+from geometry.arrays import FloatArray
+from geometry.layout.arrays import ComplexArray
+from geometry.layout.tangent_frames import TangentFrames
+
+__all__ = ["cross_field"]
+
+DIFFUSION_STEPS = 20
+
+DIFFUSION_TIME = 4.0
+"""Of a step, in mean areas of triangles."""
+
+PREFERENCE = 1e-6
+"""Weight of the longest direction of a piece, over its area: it decides where nothing else does."""
+
+
+def cross_field(frames: TangentFrames, wanted: ComplexArray, weights: FloatArray) -> ComplexArray:
+    """(F,) unit vectors, one of the four of each cross.
+
+    The crosses wanted (F,), as fourth powers of unit length, count by weights (F,) per area:
+    min of the integral of |grad z|^2 + weight |z - wanted|^2; then z is made unit and diffused in turns
+    [KnoeppelCranePinkallSchroeder2013; VaxmanCampenDiamantiPanozzo2016].
+    """
+    c = frames.combinatorics
+    inner = ~c.is_boundary_edge
+    left, right = c.edge_faces[inner].T
+    lengths = frames.mesh.edge_lengths[inner]
+    stiffness = 3 * lengths**2 / (frames.areas[left] + frames.areas[right])
+    carried = stiffness * np.exp(4j * frames.edge_turns[inner])
+    n = frames.n_triangles
+    diagonal = np.bincount(left, stiffness, n) + np.bincount(right, stiffness, n)
+    rows, columns = np.concatenate([right, left]), np.concatenate([left, right])
+    coupling = coo_array((np.concatenate([carried, carried.conj()]), (rows, columns)), shape=(n, n))
+    pull = frames.areas * weights
+    source = pull * wanted
+    floor = PREFERENCE * frames.areas / frames.areas.sum()
+    source = source + floor * longest_direction(frames) ** 4
+    smooth = diags_array(diagonal + pull + floor) - coupling
+    z = splu(csc_array(smooth)).solve(source)
+    step = frames.areas / (DIFFUSION_TIME * frames.areas.mean())
+    factor = splu(csc_array(smooth + diags_array(step)))
+    for _ in range(DIFFUSION_STEPS):
+        z = factor.solve(source + step * _unit(z))
+    return np.asarray(_unit(z) ** 0.25)
+
+
+def longest_direction(frames: TangentFrames) -> ComplexArray:
+    """(F,) the direction in which the surface is longest, in the tangent planes, made unit; 1 where that is upright."""
+    points = frames.mesh.vertices[frames.triangles].mean(axis=1)
+    weights = frames.areas / frames.areas.sum()
+    offsets = points - weights @ points
+    longest = np.linalg.eigh(np.einsum("f,fi,fj->ij", weights, offsets, offsets))[1][:, -1]
+    return _unit(frames.flat(np.broadcast_to(longest, points.shape)))
+
+
+def _unit(z: ComplexArray) -> ComplexArray:
+    sizes = np.abs(z)
+    return np.divide(z, sizes, out=np.ones_like(z), where=sizes > 0)

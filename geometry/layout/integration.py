@@ -1,0 +1,177 @@
+"""(u, v) whose isolines follow a network and are conjugate: seamless functions by least squares, then integers.
+
+Derivatives of (u, v) along the two directions of the network, times the wanted edge length h, are the matrix
+[[p, q], [r, s]] = h [[du(X), du(Y)], [dv(X), dv(Y)]] of a triangle; all triangles are counted by their areas.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array, csr_array
+from scipy.sparse.linalg import SuperLU, splu
+
+from geometry.arrays import FloatArray, IntArray
+from geometry.layout.networks import Network
+from geometry.layout.seams import SeamlessMaps
+from geometry.optimise import SparseMatrix
+
+__all__ = ["Integration", "Relaxed"]
+
+LENGTHS = 0.3
+"""Weight of the derivatives' sizes, over that of their directions: lengths give way to directions."""
+
+CONJUGACY = 30.0
+"""Weight of II(isoline u, isoline v), over the root mean square of the curvature: repairs what smoothing turned."""
+
+GROUND = 1e-9
+"""Weight of (u, v) = 0 at one vertex, over that of a triangle: where a shift of the whole costs nothing."""
+
+CONJUGACY_STEPS = 2
+
+LEAST_DETERMINANT, WANTED_DETERMINANT = 0.1, 0.2
+"""Of triangles, below which they are opened, and what is asked of them then."""
+
+OPENING_ROUNDS, OPENING_WEIGHT, DAMPING = 16, 1.0, 0.7
+
+IDENTITY = np.array([1.0, 0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Relaxed:
+    """The best map with real numbers for all integers, for h = 1. values (m,) of the integers; gram (m, m): energy of
+    moving them, the rest following; predicted: area of all triangles in (u, v).
+    """
+
+    values: FloatArray
+    gram: FloatArray
+    predicted: float
+
+
+@dataclass(frozen=True, eq=False)
+class Integration:
+    """The least squares problem of a network over seamless maps."""
+
+    network: Network
+    maps: SeamlessMaps
+
+    @cached_property
+    def _derivatives(self) -> tuple[SparseMatrix, SparseMatrix]:
+        """(4F, n), (4F, m): p of all triangles, then q, r, s, for h = 1, of reals and of integers."""
+        frames, n = self.network.frames, self.network.frames.n_triangles
+        along = (frames.gradients.conj() * self.network.first[:, None]).real
+        across = (frames.gradients.conj() * self.network.second[:, None]).real
+        rows, columns, values = [], [], []
+        corners = np.arange(3 * n).reshape(n, 3)
+        for block, (component, weights) in enumerate(((0, along), (0, across), (1, along), (1, across))):
+            rows.append(np.repeat(block * n + np.arange(n), 3))
+            columns.append((2 * corners + component).ravel())
+            values.append(weights.ravel())
+        places = (np.concatenate(rows), np.concatenate(columns))
+        jacobian = csr_array(coo_array((np.concatenate(values), places), shape=(4 * n, 6 * n)))
+        return csr_array(jacobian @ self.maps.reals), csr_array(jacobian @ self.maps.integers)
+
+    def _quadratic(self, at: FloatArray, opening: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(F, 4, 4) and (F, 4): energy g.M g - 2 m.g of the derivatives g of each triangle, linearised at (F, 4)."""
+        areas = self.network.frames.areas / self.network.frames.areas.sum()
+        weights = np.array([LENGTHS, 1.0, 1.0, LENGTHS])
+        matrix = np.tile(np.diag(weights), (len(at), 1, 1))
+        right = np.tile(weights * IDENTITY, (len(at), 1))
+        value, slope = conjugacy(self.network.forms, at)
+        matrix += CONJUGACY * slope[:, :, None] * slope[:, None]
+        right += CONJUGACY * value[:, None] * slope
+        p, q, r, s = at.T
+        slope = np.stack([s, -r, -q, p], axis=1)
+        matrix += opening[:, None, None] * slope[:, :, None] * slope[:, None]
+        right += (opening * (WANTED_DETERMINANT + p * s - q * r))[:, None] * slope
+        return matrix * areas[:, None, None], right * areas[:, None]
+
+    def _normal(self, matrix: FloatArray) -> tuple[SparseMatrix, SparseMatrix, SparseMatrix]:
+        """The sparse matrix (4F, 4F) of blocks (F, 4, 4), times reals and integers, and the grounded one of the reals."""
+        n = len(matrix)
+        f, i, j = np.indices(matrix.shape).reshape(3, -1)
+        blocks = csr_array(coo_array((matrix.ravel(), (i * n + f, j * n + f)), shape=(4 * n, 4 * n)))
+        reals, integers = self._derivatives
+        times_reals, times_integers = csr_array(blocks @ reals), csr_array(blocks @ integers)
+        whole = csc_array(reals.T @ times_reals)
+        return times_reals, times_integers, csc_array(whole + self._ground * whole.diagonal().mean())
+
+    @cached_property
+    def _ground(self) -> SparseMatrix:
+        c = self.network.frames.combinatorics
+        first = np.unique(c.face_components, return_index=True)[1]
+        corners = (3 * first[:, None] + np.arange(3)).ravel()
+        diagonal = np.zeros(self.maps.reals.shape[1])
+        at = self.maps.reals[np.concatenate([2 * corners, 2 * corners + 1])]
+        diagonal[at.indices] = GROUND
+        n = len(diagonal)
+        return csr_array(coo_array((diagonal, (np.arange(n), np.arange(n))), shape=(n, n)))
+
+    def relaxed(self) -> Relaxed:
+        at = np.tile(IDENTITY, (self.network.frames.n_triangles, 1))
+        matrix, right = self._quadratic(at, np.zeros(len(at)))
+        reals, integers = self._derivatives
+        _, times_integers, whole = self._normal(matrix)
+        factor = factored(whole)
+        mixed = (reals.T @ times_integers).toarray()
+        following = factor.solve(mixed) if mixed.shape[1] else mixed
+        gram = (integers.T @ times_integers).toarray() - mixed.T @ following
+        side = right.T.ravel()
+        pull = reals.T @ side
+        free = factor.solve(pull)
+        values = np.linalg.lstsq(gram, integers.T @ side - mixed.T @ free, rcond=1e-10)[0] if len(gram) else np.zeros(0)
+        x = free - following @ values
+        determinants = determinant(self._at(x, values, 1.0))
+        return Relaxed(values, (gram + gram.T) / 2, float(self.network.frames.areas @ determinants))
+
+    def _at(self, x: FloatArray, t: FloatArray, h: float) -> FloatArray:
+        """(F, 4) p, q, r, s."""
+        reals, integers = self._derivatives
+        return np.asarray(h * (reals @ x + integers @ t).reshape(4, -1).T)
+
+    def solved(self, t: IntArray, h: float) -> FloatArray:
+        """(n,) the reals for given integers. Triangles that are turned over are opened, as far as they can be."""
+        n = self.network.frames.n_triangles
+        opening = np.zeros(n)
+        at, x = np.tile(IDENTITY, (n, 1)), np.zeros(self.maps.reals.shape[1])
+        whole = t.astype(np.float64)
+        for step in range(1 + CONJUGACY_STEPS):
+            x = self._step(at, opening, whole, h)
+            at = self._at(x, whole, h)
+        for step in range(OPENING_ROUNDS):
+            folded = determinant(at) < LEAST_DETERMINANT
+            if not folded.any():
+                break
+            opening = np.where(folded, np.maximum(OPENING_WEIGHT, 2 * opening), opening)
+            x = x + DAMPING * (self._step(at, opening, whole, h) - x)
+            at = self._at(x, whole, h)
+        return x
+
+    def _step(self, at: FloatArray, opening: FloatArray, t: FloatArray, h: float) -> FloatArray:
+        matrix, right = self._quadratic(at, opening)
+        reals, integers = self._derivatives
+        times_reals, _, whole = self._normal(matrix)
+        pull = reals.T @ right.T.ravel() - h * (times_reals.T @ (integers @ t))
+        return np.asarray(factored(whole).solve(pull) / h)
+
+
+def conjugacy(forms: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(F,) II of the isolines' tangents over their area, per h^2, and its derivatives (F, 4); the area as constant."""
+    p, q, r, s = at.T
+    xx, xy, yy = forms.T
+    area = np.maximum(np.abs(determinant(at)), LEAST_DETERMINANT)
+    value = xy * (s * p + r * q) - xx * s * q - yy * r * p
+    slope = np.stack([xy * s - yy * r, xy * r - xx * s, xy * q - yy * p, xy * p - xx * q], axis=1)
+    return value / area, slope / area[:, None]
+
+
+def determinant(at: FloatArray) -> FloatArray:
+    p, q, r, s = at.T
+    return np.asarray(p * s - q * r)
+
+
+def factored(matrix: SparseMatrix) -> SuperLU:
+    """Of a symmetric positive definite matrix."""
+    return splu(csc_array(matrix), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})

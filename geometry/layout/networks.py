@@ -1,0 +1,46 @@
+"""A network of curves as two directions in each triangle, and how far they are from conjugate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from geometry.arrays import FloatArray, floats
+from geometry.layout.arrays import ComplexArray
+from geometry.layout.tangent_frames import TangentFrames
+
+__all__ = ["Network"]
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """first, second (F,): unit tangent vectors in the frames of triangles, the second to the left of the first.
+
+    forms (F, 3): II(first, first), II(first, second), II(second, second), over the root mean square of the curvature.
+    """
+
+    frames: TangentFrames
+    first: ComplexArray
+    second: ComplexArray
+    forms: FloatArray
+
+    @classmethod
+    def of(cls, frames: TangentFrames, first: FloatArray, second: FloatArray, tensors: FloatArray) -> Network:
+        """Along directions (F, 3) in space, of any length, on a surface with II (F, 3, 3)."""
+        a, b = frames.flat(first), frames.flat(second)
+        a, b = a / np.abs(a), b / np.abs(b)
+        vectors = (frames.in_space(a), frames.in_space(b))
+        forms = np.stack(
+            [np.einsum("fi,fij,fj->f", vectors[i], tensors, vectors[j]) for i, j in ((0, 0), (0, 1), (1, 1))], axis=1
+        )
+        mean_square = frames.areas @ (tensors**2).sum(axis=(1, 2)) / frames.areas.sum()
+        size = np.sqrt(mean_square)
+        flat = np.zeros_like(forms)
+        return cls(frames, a, b, floats(np.divide(forms, size, out=flat, where=size > 0)))
+
+    def corrected(self, twists: FloatArray) -> Network:
+        """With these added to II(first, second), over the root mean square of the curvature."""
+        forms = self.forms.copy()
+        forms[:, 1] += twists
+        return replace(self, forms=floats(forms))

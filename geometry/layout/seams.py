@@ -1,0 +1,250 @@
+"""Pairs of functions (u, v) on a cut surface that fit together across the cuts but for quarter turns and integers.
+
+A *wedge* is a part of the triangles about a vertex between cuts; (u, v) has one value in it. Across a cut, from its
+left to its right side, (u, v) is turned by quarters and moved by a vector of integers, the same one along the whole
+*arc* of the cut between two *nodes*: branches, ends, and vertices at the boundary.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+
+from geometry.arrays import BoolArray, FloatArray, IntArray, integers
+from geometry.layout.arrays import quarter_turned
+from geometry.layout.combed_fields import CombedField
+from geometry.layout.integer_lattices import integer_kernel
+from geometry.mesh import Combinatorics
+from geometry.optimise import SparseMatrix
+
+__all__ = ["SeamlessMaps", "seamless_maps"]
+
+
+@dataclass(frozen=True, eq=False)
+class SeamlessMaps:
+    """All seamless (u, v): values (2C,) at the corners, u and v in turns, are reals @ x + integers @ t.
+
+    x are real numbers: (u, v) in one wedge of each vertex, where it is free. t are integers.
+    """
+
+    reals: SparseMatrix
+    integers: SparseMatrix
+
+    def values(self, x: FloatArray, t: FloatArray) -> FloatArray:
+        """(C, 2)"""
+        return np.asarray((self.reals @ x + self.integers @ t).reshape(-1, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Fans:
+    """How the corners at each vertex follow each other counter-clockwise, from the boundary or from a cut on.
+
+    turns (C,): quarters by which (u, v) in the first wedge of the vertex is turned into the wedge of the corner.
+    vertex, wedge, turn, arc, power, sign (K,): cuts that are crossed: the vertex, the number of the wedge behind, the turn
+    of the first wedge behind it, and what is added there: sign times the arc's vector, turned by `power`. wedges (C,)
+    numbers of the corners' wedges. The last cut about an inner vertex leads back to its first wedge.
+    """
+
+    turns: IntArray
+    wedges: IntArray
+    vertex: IntArray
+    wedge: IntArray
+    turn: IntArray
+    arc: IntArray
+    power: IntArray
+    sign: IntArray
+
+
+def seamless_maps(c: Combinatorics, field: CombedField, on_lines: BoolArray | None = None) -> SeamlessMaps:
+    """All maps for a combed field in which singular vertices have integer (u, v).
+
+    on_lines (C, 2): sides, from the corner to the next one, along which u, or v, is constant and an integer.
+    """
+    degrees = np.bincount(c.edges[field.is_cut].ravel(), minlength=c.n_vertices)
+    is_node = (degrees > 0) & (c.is_boundary_vertex | (field.indices != 0) | (degrees != 2))
+    arcs, is_forward = _arcs(c, field.is_cut, is_node)
+    n_arcs = int(arcs.max(initial=-1)) + 1
+    fans = _fans(c, field, arcs, is_forward)
+    first_singular = _first_of_pieces(c, np.flatnonzero(field.indices))
+
+    n_integer = 2 * n_arcs
+    singular = np.flatnonzero(field.indices)
+    column = np.full((c.n_vertices, 2), -1)  # of values that are integers
+    column[singular] = n_integer + np.arange(2 * len(singular)).reshape(-1, 2)
+    n_integer += 2 * len(singular)
+    if on_lines is not None:
+        column, n_integer = _lines(c, fans, on_lines, column, n_integer)
+    base, added = _corner_rows(c, fans, column, n_arcs, n_integer)
+
+    equations = [_around_nodes(fans, is_node & ~c.is_boundary_vertex, column, n_arcs, n_integer)]
+    if on_lines is not None:
+        equations.append(_along_lines(c, on_lines, added))
+    pinned = column[first_singular].ravel()
+    equations.append(csr_array((np.ones(len(pinned)), (np.arange(len(pinned)), pinned)), shape=(len(pinned), n_integer)))
+    rows = np.concatenate([_distinct(part) for part in equations])
+    kernel = integer_kernel(np.rint(rows).astype(np.int64))
+    return SeamlessMaps(base, csr_array(added @ csr_array(kernel.astype(np.float64))))
+
+
+def _distinct(equations: SparseMatrix) -> FloatArray:
+    dense = equations[np.flatnonzero(np.diff(equations.indptr))].toarray()
+    return np.unique(dense, axis=0) if len(dense) else dense
+
+
+def _arcs(c: Combinatorics, is_cut: BoolArray, is_node: BoolArray) -> tuple[IntArray, BoolArray]:
+    """The arc of the half-edge at each corner (C,), -1 off the cut, and whether it runs along the arc's direction."""
+    halves = np.flatnonzero(is_cut[c.corner_edge])
+    heads = c.corners[c.next_corner[halves]]
+    tails = c.corners[halves]
+    leaving = np.argsort(tails, kind="stable")
+    through = np.flatnonzero(~is_node[heads])
+    start = np.searchsorted(tails[leaving], heads[through])
+    pair = leaving[np.stack([start, start + 1])]  # two half-edges leave a vertex that is no node
+    back = c.twin[halves[through]]
+    following = np.where(halves[pair[0]] == back, pair[1], pair[0])
+    n = len(halves)
+    label = connected_components(coo_array((np.ones(len(through)), (through, following)), shape=(n, n)), directed=False)[1]
+    place = np.full(c.n_corners, -1)
+    place[halves] = np.arange(n)
+    other = label[place[c.twin[halves]]]
+    arcs, forward = np.full(c.n_corners, -1), np.zeros(c.n_corners, dtype=bool)
+    arcs[halves] = np.unique(np.minimum(label, other), return_inverse=True)[1]
+    forward[halves] = label < other
+    return integers(arcs), forward
+
+
+def _fans(c: Combinatorics, field: CombedField, arcs: IntArray, is_forward: BoolArray) -> Fans:
+    on_cut = field.is_cut[c.corner_edge]
+    start = np.full(c.n_vertices, -1)
+    for first in (np.arange(c.n_corners), np.flatnonzero(on_cut), np.flatnonzero(c.twin < 0)):
+        start[c.corners[first]] = first
+    vertex = np.flatnonzero(start >= 0)
+    corner = start[vertex]
+    turns, wedges = np.zeros(c.n_corners, dtype=np.int64), np.zeros(c.n_corners, dtype=np.int64)
+    turn, wedge = np.zeros(len(vertex), dtype=np.int64), np.zeros(len(vertex), dtype=np.int64)
+    crossed: list[IntArray] = []
+    while len(vertex):
+        following = c.twin[c.previous_corner[corner]]
+        goes_on = following >= 0
+        vertex, corner, turn, wedge = vertex[goes_on], following[goes_on], turn[goes_on], wedge[goes_on]
+        cut = np.flatnonzero(on_cut[corner])
+        half = corner[cut]  # crossed from its right to its left
+        edge = c.corner_edge[half]
+        quarters = np.where(c.runs_along_edge[half], field.turns[edge], -field.turns[edge])  # from right to left
+        turn[cut] += quarters
+        wedge[cut] += 1
+        forward = is_forward[half]
+        power = np.where(forward, quarters, 0)
+        sign = np.where(forward, -1, 1)
+        crossed.append(np.stack([vertex[cut], wedge[cut], turn[cut], arcs[half], power, sign]))
+        onwards = corner != start[vertex]
+        vertex, corner, turn, wedge = vertex[onwards], corner[onwards], turn[onwards], wedge[onwards]
+        turns[corner], wedges[corner] = turn, wedge
+    table = np.concatenate(crossed, axis=1)
+    return Fans(turns, wedges, *table)
+
+
+def _corner_rows(
+    c: Combinatorics, fans: Fans, column: IntArray, n_arcs: int, n_integer: int
+) -> tuple[SparseMatrix, SparseMatrix]:
+    """(2C, number of real values) and (2C, number of integers): (u, v) at the corners of both."""
+    is_real = (column < 0) & c.is_used[:, None]
+    real = np.full(column.shape, -1)
+    real[is_real] = np.arange(is_real.sum())
+    corner, component, source, value = _turned_rows(np.arange(c.n_corners), fans.turns)
+    rows = 2 * corner + component
+    vertex = c.corners[corner]
+    at_real = real[vertex, source] >= 0
+    base = coo_array(
+        (value[at_real], (rows[at_real], real[vertex, source][at_real])), shape=(2 * c.n_corners, int(is_real.sum()))
+    )
+    pairs, place = _pairs_of_terms(c, fans)
+    owner, moved, along, more = _turned_rows(
+        np.arange(len(pairs)), fans.turns[place] - fans.turn[pairs] + fans.power[pairs]
+    )
+    shifts = fans.sign[pairs][owner] * more
+    all_rows = np.concatenate([rows[~at_real], 2 * place[owner] + moved])
+    all_columns = np.concatenate([column[vertex, source][~at_real], 2 * fans.arc[pairs][owner] + along])
+    values = np.concatenate([value[~at_real], shifts]).astype(np.float64)
+    added = coo_array((values, (all_rows, all_columns)), shape=(2 * c.n_corners, n_integer))
+    return csr_array(base), csr_array(added)
+
+
+def _turned_rows(elements: IntArray, turns: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Each element twice: its component, the component of the vector that it is when turned, and the sign."""
+    element, component = np.repeat(elements, 2), np.tile([0, 1], len(elements))
+    quarter = np.repeat(turns % 4, 2)
+    source = (component + quarter) % 2
+    sign = np.where(component == 0, np.array([1, -1, -1, 1])[quarter], np.array([1, 1, -1, -1])[quarter])
+    return element, component, source, sign
+
+
+def _pairs_of_terms(c: Combinatorics, fans: Fans) -> tuple[IntArray, IntArray]:
+    """Crossed cuts (n,) and corners (n,) of the same vertex in wedges behind them."""
+    corners = np.flatnonzero(fans.wedges > 0)
+    order = np.argsort(fans.vertex, kind="stable")
+    first = np.searchsorted(fans.vertex[order], c.corners[corners])
+    counts = np.searchsorted(fans.vertex[order], c.corners[corners], side="right") - first
+    place = np.repeat(corners, counts)
+    offset = np.arange(len(place)) - np.repeat(np.cumsum(counts) - counts, counts)
+    pairs = order[np.repeat(first, counts) + offset]
+    behind = fans.wedge[pairs] <= fans.wedges[place]
+    return pairs[behind], place[behind]
+
+
+def _around_nodes(fans: Fans, is_node: BoolArray, column: IntArray, n_arcs: int, n_integer: int) -> SparseMatrix:
+    """Equations of integers: all cuts about an inner node, crossed one after another, lead back to the same (u, v)."""
+    at = np.flatnonzero(is_node[fans.vertex])
+    total = np.zeros(len(is_node), dtype=np.int64)
+    last = np.zeros(len(is_node), dtype=np.int64)
+    np.maximum.at(last, fans.vertex, fans.wedge)
+    closing = fans.wedge == last[fans.vertex]
+    total[fans.vertex[closing]] = fans.turn[closing]
+    element, component, source, value = _turned_rows(at, total[fans.vertex[at]] - fans.turn[at] + fans.power[at])
+    rows = [2 * fans.vertex[element] + component]
+    columns = [2 * fans.arc[element] + source]
+    values = [fans.sign[element] * value]
+    nodes = np.flatnonzero(is_node & (column >= 0).any(axis=1))
+    element, component, source, value = _turned_rows(nodes, total[nodes])
+    rows += [2 * element + component, (2 * nodes[:, None] + [0, 1]).ravel()]
+    columns += [column[element, source], column[nodes].ravel()]
+    values += [value, np.full(2 * len(nodes), -1)]
+    places = (np.concatenate(rows), np.concatenate(columns))
+    return csr_array(
+        coo_array((np.concatenate(values).astype(np.float64), places), shape=(2 * len(is_node), n_integer))
+    )
+
+
+def _lines(
+    c: Combinatorics, fans: Fans, on_lines: BoolArray, column: IntArray, n_integer: int
+) -> tuple[IntArray, int]:
+    """Columns (N, 2) also of the values that are integers along lines; one for all that are equal without a cut."""
+    corner, component = np.nonzero(on_lines)
+    ends = np.stack([corner, c.next_corner[corner]])
+    source = (component + fans.turns[ends]) % 2
+    values = 2 * c.corners[ends] + source
+    plain = ~(fans.wedges[ends].any(axis=0) | (fans.turns[ends] % 4).any(axis=0))
+    n = 2 * c.n_vertices
+    graph = coo_array((np.ones(plain.sum()), values[:, plain]), shape=(n, n))
+    label = connected_components(graph, directed=False)[1]
+    used = np.setdiff1d(np.unique(values), np.flatnonzero(column.ravel() >= 0))
+    names, numbers = np.unique(label[used], return_inverse=True)
+    column = column.copy()
+    column.ravel()[used] = n_integer + numbers
+    return column, n_integer + len(names)
+
+
+def _along_lines(c: Combinatorics, on_lines: BoolArray, added: SparseMatrix) -> SparseMatrix:
+    corner, component = np.nonzero(on_lines)
+    difference = csr_array(added[2 * corner + component] - added[2 * c.next_corner[corner] + component])
+    difference.eliminate_zeros()
+    return difference
+
+
+def _first_of_pieces(c: Combinatorics, vertices: IntArray) -> IntArray:
+    """The first of the vertices in each piece of the surface that has some."""
+    pieces = connected_components(c.adjacency, directed=False)[1]
+    return vertices[np.unique(pieces[vertices], return_index=True)[1]]

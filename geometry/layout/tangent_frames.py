@@ -1,0 +1,94 @@
+"""Triangles as flat pieces of the complex plane, each in a frame of its own; vectors in it are complex numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from geometry.arrays import FloatArray, IntArray, floats
+from geometry.mesh import Combinatorics, Mesh
+from geometry.layout.arrays import ComplexArray, complexes
+
+__all__ = ["TangentFrames"]
+
+
+@dataclass(frozen=True, eq=False)
+class TangentFrames:
+    """Frames of the triangles of a mesh: the first axis runs from corner 0 to corner 1, the second is to its left.
+
+    Corner k of triangle f is corner 3 f + k of the combinatorics; side k runs from corner k to the next one.
+    """
+
+    mesh: Mesh
+
+    @property
+    def combinatorics(self) -> Combinatorics:
+        return self.mesh.combinatorics
+
+    @property
+    def n_triangles(self) -> int:
+        return self.mesh.n_faces
+
+    @cached_property
+    def triangles(self) -> IntArray:
+        """(F, 3) vertices."""
+        return self.combinatorics.corners.reshape(-1, 3)
+
+    @cached_property
+    def areas(self) -> FloatArray:
+        """(F,)"""
+        return floats(np.linalg.norm(self.mesh.vector_areas, axis=1))
+
+    @cached_property
+    def axes(self) -> FloatArray:
+        """(F, 2, 3) unit vectors."""
+        normals = self.mesh.vector_areas / self.areas[:, None]
+        points = self.mesh.vertices[self.triangles]
+        first = points[:, 1] - points[:, 0]
+        first = first / np.linalg.norm(first, axis=1, keepdims=True)
+        return floats(np.stack([first, np.cross(normals, first)], axis=1))
+
+    @cached_property
+    def sides(self) -> ComplexArray:
+        """(F, 3)"""
+        points = self.mesh.vertices[self.triangles]
+        return complexes(self.flat(np.roll(points, -1, axis=1) - points))
+
+    @cached_property
+    def gradients(self) -> ComplexArray:
+        """(F, 3) of the linear functions that are 1 at one corner and 0 at the two others."""
+        return complexes(1j * np.roll(self.sides, -1, axis=1) / (2 * self.areas[:, None]))
+
+    def flat(self, vectors: FloatArray) -> ComplexArray:
+        """Vectors (F, ..., 3) in the frames, as (F, ...); components along normals are lost."""
+        x, y = np.einsum("f...i,fai->af...", vectors, self.axes)
+        return np.asarray(x + 1j * y)
+
+    def in_space(self, vectors: ComplexArray) -> FloatArray:
+        """(F, 3) vectors (F,) of the frames."""
+        return np.asarray(vectors.real[:, None] * self.axes[:, 0] + vectors.imag[:, None] * self.axes[:, 1])
+
+    def traceless(self, tensors: FloatArray) -> ComplexArray:
+        """(F,) of symmetric bilinear forms (F, 3, 3): |q| is half the difference of their two values, and q has twice the
+        angle of the direction of the larger one.
+        """
+        xx, xy, yy = (np.einsum("fi,fij,fj->f", self.axes[:, a], tensors, self.axes[:, b]) for a, b in _PAIRS)
+        return np.asarray((xx - yy) / 2 + 1j * xy)
+
+    @cached_property
+    def edge_turns(self) -> FloatArray:
+        """(E,) what is added to the angle of a vector when it goes flat from the left to the right face of an edge.
+
+        Zero at the boundary.
+        """
+        c = self.combinatorics
+        inner = ~c.is_boundary_edge
+        left, right = c.edge_corners[inner].T
+        turns = np.zeros(c.n_edges)
+        turns[inner] = np.angle(-self.sides.ravel()[right] * self.sides.ravel()[left].conj())
+        return floats(turns)
+
+
+_PAIRS = ((0, 0), (0, 1), (1, 1))

@@ -1,0 +1,159 @@
+"""Curvature of a design surface: tensor, principal and asymptotic directions, umbilics.
+
+II(X, Y) is the second fundamental form: II(X, X) is the curvature of the surface in the direction of a unit tangent
+vector X, positive where the surface bends towards its normal; two directions with II(X, Y) = 0 are conjugate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array
+
+from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.errors import MeshError
+from geometry.mesh import Mesh
+
+__all__ = ["Curvature", "Umbilics"]
+
+RINGS = 3
+"""Rings of neighbours that a quadric is fitted to: two see noise, five and more are biased."""
+
+LEAST_NEIGHBOURS = 5
+"""Points that determine the quadric through a point, z = a x + b y + c x^2 + d x y + e y^2."""
+
+SMALLEST_SINGULAR = 1e-6
+"""Singular value over the largest one, below which points do not determine a quadric."""
+
+
+@dataclass(frozen=True, eq=False)
+class Umbilics:
+    """Where the two principal curvatures are equal: triangles (n,), and indices (n,) of the principal lines there.
+
+    The index is 1/2 or -1/2; an umbilic of higher order shows as several of these. Areas of umbilics, as on a sphere
+    or a plane, have none or very many.
+    """
+
+    triangles: IntArray
+    indices: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Curvature:
+    """Curvature at the vertices of triangles. normals (N, 3) unit; tensors (N, 3, 3) II, as bilinear form in space."""
+
+    mesh: Mesh
+    normals: FloatArray
+    tensors: FloatArray
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> Curvature:
+        """Of a triangle mesh, by the quadric through each vertex that fits the vertices up to three edges away best.
+
+        Quadrics are graphs over the tangent planes [CazalsPouget2003]. Raises MeshError where a vertex has fewer than
+        five neighbours so near.
+        """
+        rows, columns = _neighbours(mesh)
+        normals = mesh.vertex_normals
+        first, second = _tangents(normals)
+        offsets = mesh.vertices[columns] - mesh.vertices[rows]
+        counts = np.bincount(rows, minlength=mesh.n_vertices)
+        x, y, z = (np.einsum("pi,pi->p", offsets, axis[rows]) for axis in (first, second, normals))
+        sizes = np.sqrt(np.bincount(rows, x**2 + y**2, mesh.n_vertices) / np.maximum(counts, 1))
+        sizes[sizes == 0] = 1.0
+        x, y, z = x / sizes[rows], y / sizes[rows], z / sizes[rows]
+        terms = np.stack([x, y, x**2 / 2, x * y, y**2 / 2])
+        normal_matrix = np.empty((mesh.n_vertices, 5, 5))
+        for i in range(5):
+            for j in range(i, 5):
+                normal_matrix[:, i, j] = np.bincount(rows, terms[i] * terms[j], mesh.n_vertices)
+                normal_matrix[:, j, i] = normal_matrix[:, i, j]
+        right = np.stack([np.bincount(rows, term * z, mesh.n_vertices) for term in terms], axis=1)
+        inverse = np.linalg.pinv(normal_matrix, rcond=SMALLEST_SINGULAR**2, hermitian=True)
+        slope_x, slope_y, xx, xy, yy = np.einsum("nij,nj->in", inverse, right)
+        root = np.sqrt(1 + slope_x**2 + slope_y**2)
+        form = np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2) / (root * sizes)[:, None, None]
+        axes = np.stack([first, second], axis=1)
+        fitted = (normals - slope_x[:, None] * first - slope_y[:, None] * second) / root[:, None]
+        return cls(mesh, floats(fitted), floats(np.einsum("nai,nab,nbj->nij", axes, form, axes)))
+
+    @cached_property
+    def _principal(self) -> tuple[FloatArray, FloatArray]:
+        first, second = _tangents(self.normals)
+        axes = np.stack([first, second], axis=1)
+        values, vectors = np.linalg.eigh(np.einsum("nai,nij,nbj->nab", axes, self.tensors, axes))
+        return floats(values), floats(np.einsum("nab,nai->nbi", vectors, axes))
+
+    @property
+    def principal_curvatures(self) -> FloatArray:
+        """(N, 2) the smaller one first."""
+        return self._principal[0]
+
+    @property
+    def principal_directions(self) -> FloatArray:
+        """(N, 2, 3) unit vectors; any two perpendicular ones at an umbilic."""
+        return self._principal[1]
+
+    @cached_property
+    def asymptotic_directions(self) -> FloatArray:
+        """(N, 2, 3) the two unit tangent vectors with II(X, X) = 0; nan where both curvatures have one sign."""
+        low, high = self.principal_curvatures.T
+        with np.errstate(invalid="ignore", divide="ignore"):
+            angle = np.arctan2(np.sqrt(-low), np.sqrt(high))
+        first, second = self.principal_directions.swapaxes(0, 1)
+        along, across = np.cos(angle)[:, None] * first, np.sin(angle)[:, None] * second
+        return floats(np.stack([along + across, along - across], axis=1))
+
+    @cached_property
+    def triangle_tensors(self) -> FloatArray:
+        """(F, 3, 3) II of the triangles: the mean of those at the corners."""
+        return floats(self.tensors[self.mesh.combinatorics.corners.reshape(-1, 3)].mean(axis=1))
+
+    @cached_property
+    def umbilics(self) -> Umbilics:
+        """Zeros of the traceless part of II, which is taken as linear in each triangle."""
+        c = self.mesh.combinatorics
+        first, second = _tangents(self.mesh.face_normals)
+        corners = self.tensors[c.corners.reshape(-1, 3)]
+        xx, xy, yy = (
+            np.einsum("fi,fkij,fj->fk", a, corners, b) for a, b in ((first, first), (first, second), (second, second))
+        )
+        traceless = (xx - yy) / 2 + 1j * xy
+        turn = np.angle(np.roll(traceless, -1, axis=1) * traceless.conj()).sum(axis=1)
+        windings = np.rint(turn / (2 * np.pi))
+        triangles = np.flatnonzero(windings)
+        return Umbilics(integers(triangles), floats(windings[triangles] / 2))
+
+
+def _neighbours(mesh: Mesh) -> tuple[IntArray, IntArray]:
+    """Pairs (p,), (p,) of vertices joined by up to RINGS edges. Raises MeshError where there are too few."""
+    c = mesh.combinatorics
+    step = csr_array(c.adjacency + eye_array(c.n_vertices, format="csr"))
+    reach = step
+    for _ in range(RINGS - 1):
+        reach = csr_array(reach @ step)
+    pairs = reach.tocoo()
+    rows, columns = pairs.coords
+    apart = rows != columns
+    rows, columns = rows[apart].astype(np.int64), columns[apart].astype(np.int64)
+    counts = np.bincount(rows, minlength=c.n_vertices)
+    few = np.flatnonzero(c.is_used & (counts < LEAST_NEIGHBOURS))
+    if len(few):
+        raise MeshError(
+            f"vertex {few[0]} of the surface has {counts[few[0]]} others within {RINGS} edges, its curvature needs "
+            f"{LEAST_NEIGHBOURS}: divide the triangles into smaller ones, or leave out pieces of a few triangles",
+            elements=few.tolist(),
+            value=float(counts[few[0]]),
+            bound=LEAST_NEIGHBOURS,
+        )
+    return rows, columns
+
+
+def _tangents(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Two unit vectors (n, 3) perpendicular to each normal (n, 3) and to each other, right-handed with it."""
+    away = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    first = np.cross(normals, away)
+    first = first / np.maximum(np.linalg.norm(first, axis=1, keepdims=True), np.finfo(float).tiny)
+    return first, np.cross(normals, first)
