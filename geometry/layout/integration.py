@@ -123,10 +123,10 @@ class Integration:
         free = factor.solve(pull)
         values = np.linalg.lstsq(gram, integers.T @ side - mixed.T @ free, rcond=1e-10)[0] if len(gram) else np.zeros(0)
         x = free - following @ values
-        determinants = determinant(self._at(x, values, 1.0))
+        determinants = determinant(self.at(x, values, 1.0))
         return Relaxed(values, (gram + gram.T) / 2, float(self.network.frames.areas @ determinants))
 
-    def _at(self, x: FloatArray, t: FloatArray, h: float) -> FloatArray:
+    def at(self, x: FloatArray, t: FloatArray, h: float) -> FloatArray:
         """(F, 4) p, q, r, s."""
         reals, integers = self._derivatives
         return np.asarray(h * (reals @ x + integers @ t).reshape(4, -1).T)
@@ -139,14 +139,14 @@ class Integration:
         whole = t.astype(np.float64)
         for step in range(1 + CONJUGACY_STEPS):
             x = self._step(at, opening, whole, h)
-            at = self._at(x, whole, h)
+            at = self.at(x, whole, h)
         for step in range(OPENING_ROUNDS):
             folded = determinant(at) < LEAST_DETERMINANT
             if not folded.any():
                 break
             opening = np.where(folded, np.maximum(OPENING_WEIGHT, 2 * opening), opening)
             x = x + DAMPING * (self._step(at, opening, whole, h) - x)
-            at = self._at(x, whole, h)
+            at = self.at(x, whole, h)
         return x
 
     def _step(self, at: FloatArray, opening: FloatArray, t: FloatArray, h: float) -> FloatArray:

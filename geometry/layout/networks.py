@@ -17,13 +17,14 @@ __all__ = ["Network"]
 class Network:
     """first, second (F,): unit tangent vectors in the frames of triangles, the second to the left of the first.
 
-    forms (F, 3): II(first, first), II(first, second), II(second, second), over the root mean square of the curvature.
+    forms (F, 3): II(first, first), II(first, second), II(second, second), over `curvature`, its root mean square.
     """
 
     frames: TangentFrames
     first: ComplexArray
     second: ComplexArray
     forms: FloatArray
+    curvature: float
 
     @classmethod
     def of(cls, frames: TangentFrames, first: FloatArray, second: FloatArray, tensors: FloatArray) -> Network:
@@ -35,9 +36,9 @@ class Network:
             [np.einsum("fi,fij,fj->f", vectors[i], tensors, vectors[j]) for i, j in ((0, 0), (0, 1), (1, 1))], axis=1
         )
         mean_square = frames.areas @ (tensors**2).sum(axis=(1, 2)) / frames.areas.sum()
-        size = np.sqrt(mean_square)
+        size = float(np.sqrt(mean_square))
         flat = np.zeros_like(forms)
-        return cls(frames, a, b, floats(np.divide(forms, size, out=flat, where=size > 0)))
+        return cls(frames, a, b, floats(np.divide(forms, size, out=flat, where=size > 0)), size)
 
     def corrected(self, twists: FloatArray) -> Network:
         """With these added to II(first, second), over the root mean square of the curvature."""

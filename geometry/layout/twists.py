@@ -1,0 +1,63 @@
+"""How much the quads of a mesh are twisted, and the correction of a network by it."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geometry.arrays import FloatArray
+from geometry.layout.networks import Network
+from geometry.mesh import Mesh
+
+__all__ = ["twist_corrections"]
+
+NEAREST = 4
+"""Quads that a triangle's correction is the mean of."""
+
+NEARNESS = 0.3
+"""Distance over the edge length that quads count alike within."""
+
+LARGEST = 1.0
+"""Correction, over the root mean square of the curvature, beyond which it is no small one."""
+
+
+def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) -> FloatArray:
+    """(F,) what to add to II(first, second) of triangles, over the curvature's root mean square: deferred correction.
+
+    The twist (p0 - p1 + p2 - p3).n of a quad is what II of its isolines' tangents, at (F, 4) as in `integration`, would
+    be if the surface were quadratic and the quad a point. The difference from II is what the quads still lack.
+    """
+    c = mesh.combinatorics
+    frames = network.frames
+    quads = np.setdiff1d(c.inner_faces, np.flatnonzero(c.face_sizes != 4))
+    if len(quads) < NEAREST:
+        return np.zeros(frames.n_triangles)
+    points = mesh.vertices[c.corners[c.face_starts[quads][:, None] + np.arange(4)]]
+    centres = points.mean(axis=1)
+    triangle_centres = frames.mesh.vertices[frames.triangles].mean(axis=1)
+    nearest = KDTree(triangle_centres).query(centres)[1]
+    normals = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    twists = np.einsum("qi,qi->q", points[:, 0] - points[:, 1] + points[:, 2] - points[:, 3], normals)
+    side = points[:, 1] - points[:, 0] + points[:, 2] - points[:, 3]
+    first, second = frames.in_space(network.first), frames.in_space(network.second)
+
+    p, q, r, s = at.T
+    determinant = p * s - q * r
+    xx, xy, yy = network.forms.T
+    form = xy * (s * p + r * q) - xx * s * q - yy * r * p
+    measured = network.curvature * h**2
+    sign = _along(side, first[nearest], second[nearest])
+    lacks = sign * twists * determinant[nearest] ** 2 / measured - form[nearest]
+    lacks = (lacks / np.maximum(p * s + q * r, 0.2)[nearest]).clip(-LARGEST, LARGEST)
+
+    distance, quad = KDTree(centres).query(triangle_centres, NEAREST)
+    weights = (distance / h + NEARNESS) ** -2
+    alike = sign[quad] * _along(side[quad], first[:, None], second[:, None])
+    return np.asarray((weights * alike * lacks[quad]).sum(axis=1) / weights.sum(axis=1))
+
+
+def _along(side: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
+    """1 where a side runs along the first direction, -1 where along the second."""
+    by_first, by_second = (np.abs((side * axis).sum(axis=-1)) for axis in (first, second))
+    return np.asarray(np.where(by_first >= by_second, 1.0, -1.0))
