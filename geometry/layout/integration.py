@@ -20,7 +20,7 @@ from geometry.optimise import SparseMatrix
 
 __all__ = ["Integration", "Relaxed"]
 
-LENGTHS = 0.3
+LENGTHS = 0.1
 """Weight of the derivatives' sizes, over that of their directions: lengths give way to directions."""
 
 CONJUGACY = 30.0
@@ -31,7 +31,7 @@ GROUND = 1e-9
 
 CONJUGACY_STEPS = 2
 
-LEAST_DETERMINANT, WANTED_DETERMINANT = 0.1, 0.2
+LEAST_DETERMINANT, WANTED_DETERMINANT = 0.2, 0.35
 """Of triangles, below which they are opened, and what is asked of them then."""
 
 OPENING_ROUNDS, OPENING_WEIGHT, DAMPING = 16, 1.0, 0.7

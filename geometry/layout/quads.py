@@ -10,7 +10,7 @@ from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError
 from geometry.layout.cells import cells_between_isolines
 from geometry.layout.combed_fields import CombedField, comb
-from geometry.layout.cross_fields import cross_field
+from geometry.layout.cross_fields import cross_field, followed_closer
 from geometry.layout.exact_maps import ExactMap
 from geometry.layout.integer_lattices import nearest_integers
 from geometry.layout.integration import Integration
@@ -27,6 +27,8 @@ __all__ = ["lay"]
 
 FOLLOW = 30.0
 """Weight of the difference of principal curvatures, squared, over that of the field's gradient, squared."""
+
+CLOSER = 300.0
 
 UMBILIC = 0.05
 """Half the difference of the principal curvatures over their size, below which no direction is preferred."""
@@ -46,7 +48,9 @@ def lay(mesh: Mesh, n_faces: int, alpha: FloatArray | None = None, log=None):
     wanted = np.divide(q, np.abs(q), out=np.ones_like(q), where=np.abs(q) > 0) ** 2
     field = cross_field(frames, wanted, FOLLOW * 4 * strength)
     combed = comb(frames, field)
-    network = Network.of(frames, frames.in_space(combed.first), frames.in_space(1j * combed.first), tensors)
+    first = combed.first
+    if CLOSER: first = followed_closer(frames, first, combed.turns, wanted, CLOSER * 4 * strength)
+    network = Network.of(frames, frames.in_space(first), frames.in_space(1j * first), tensors)
     maps = seamless_maps(mesh.combinatorics, combed)
     for second in (False, True):
         problem = Integration(network, maps)

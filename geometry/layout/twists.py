@@ -30,7 +30,7 @@ def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) ->
     c = mesh.combinatorics
     frames = network.frames
     quads = np.setdiff1d(c.inner_faces, np.flatnonzero(c.face_sizes != 4))
-    if len(quads) < NEAREST:
+    if len(quads) < NEAREST or network.curvature == 0:
         return np.zeros(frames.n_triangles)
     points = mesh.vertices[c.corners[c.face_starts[quads][:, None] + np.arange(4)]]
     centres = points.mean(axis=1)
