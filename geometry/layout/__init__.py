@@ -1,3 +1,5 @@
 """Quads laid on a surface along a network of conjugate curves: field, integration, extraction."""
 
-__all__: list[str] = []
+from geometry.layout.quads import LaidMesh, lay_quads
+
+__all__ = ["LaidMesh", "lay_quads"]

@@ -11,7 +11,7 @@ from geometry.mesh import Combinatorics
 
 __all__ = ["Polygons", "tidied_rim"]
 
-SHORT = 0.5
+SHORT = 0.42
 """Length of edges at the rim that are contracted, over the edge length wanted."""
 
 SHARPEST = np.radians(22.0)

@@ -3,82 +3,162 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Literal, get_args
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError
-from geometry.layout.cells import cells_between_isolines
-from geometry.layout.combed_fields import CombedField, comb
-from geometry.layout.cross_fields import cross_field, followed_closer
-from geometry.layout.exact_maps import ExactMap
-from geometry.layout.integer_lattices import nearest_integers
-from geometry.layout.integration import Integration
+from geometry.layout.arrays import ComplexArray
+from geometry.layout.conjugate_networks import conjugate_network
+from geometry.layout.drafts import draft
+from geometry.layout.mesh_polylines import mesh_polylines
 from geometry.layout.networks import Network
-from geometry.layout.open_rims import Polygons, tidied_rim
+from geometry.layout.quality import LayoutQuality, layout_quality
 from geometry.layout.seams import seamless_maps
 from geometry.layout.tangent_frames import TangentFrames
 from geometry.layout.twists import twist_corrections
 from geometry.mesh import Mesh
-from geometry.surface.curvature import Curvature
-from geometry.surface.curved_triangles import on_curved_triangles
+from geometry.surface import Surface
 
-__all__ = ["lay"]
+__all__ = ["LaidMesh", "lay_quads"]
 
-FOLLOW = 30.0
-"""Weight of the difference of principal curvatures, squared, over that of the field's gradient, squared."""
+Boundary = Literal["open", "aligned"]
 
-CLOSER = 300.0
+ALIGNED = np.radians(40.0)
+"""Angle of a boundary edge from a direction of the network up to which it becomes a line of the mesh."""
 
-UMBILIC = 0.05
-"""Half the difference of the principal curvatures over their size, below which no direction is preferred."""
+FEWEST_FACES = 4
 
-SURFACE_CORNER = np.radians(35.0)
+SINGULAR = 1e-6
+"""Determinant of an affine map over the cube of its size, below which it is not invertible."""
 
 
-def lay(mesh: Mesh, n_faces: int, alpha: FloatArray | None = None, log=None):
-    import time
-    t0 = time.time()
-    curvature = Curvature.of(mesh)
+@dataclass(frozen=True, eq=False)
+class LaidMesh:
+    """A mesh with its vertices on the surface, near to planar: `planarise` moves them a little.
+
+    polylines: of two families, each the vertices along a polyline of inner edges, see `mesh_polylines`. The first family
+    is nearer to the first direction of the network at most of its edges; about singularities of odd index the families
+    change places. singularities (k,) vertices and singular_indices (k,): their valence is 4 - index. edge_length: of
+    the grid, as asked for or found. network: what the edges follow.
+    """
+
+    mesh: Mesh
+    polylines: tuple[tuple[IntArray, ...], tuple[IntArray, ...]]
+    singularities: IntArray
+    singular_indices: IntArray
+    edge_length: float
+    network: Network
+    quality: LayoutQuality
+
+
+def lay_quads(
+    surface: Surface,
+    *,
+    n_faces: int | None = None,
+    edge_length: float | None = None,
+    affine: Any = None,
+    boundary: Boundary = "open",
+) -> LaidMesh:
+    """Quads of about one size along principal lines, or along other conjugate lines.
+
+    n_faces, or edge_length: how fine, one of them. affine (3, 3): lines are those that this map makes principal ones of
+    its image; crossing angles become smaller the more it stretches.
+    boundary: "open", lines run out of it; or "aligned", it consists of lines, which costs singularities.
+
+    Where the surface is flat or umbilic, directions come from around, and where all of it is, from its longest direction.
+    Raises GeometryError for numbers that do not fit the surface, curvature that cannot be told, boundary loops smaller than
+    a face, and FoldedError where the lines cannot be laid without a fold.
+    """
+    _check(surface, n_faces, edge_length, boundary)
+    mesh, origin = surface.triangulated.near_zero()
     frames = TangentFrames(mesh)
-    tensors = curvature.triangle_tensors
-    q = frames.traceless(tensors)
-    size = np.sqrt((tensors**2).sum(axis=(1, 2)) / 2)
-    strength = np.maximum(np.abs(q) ** 2 - (UMBILIC * size) ** 2, 0)
-    wanted = np.divide(q, np.abs(q), out=np.ones_like(q), where=np.abs(q) > 0) ** 2
-    field = cross_field(frames, wanted, FOLLOW * 4 * strength)
-    combed = comb(frames, field)
-    first = combed.first
-    if CLOSER: first = followed_closer(frames, first, combed.turns, wanted, CLOSER * 4 * strength)
-    network = Network.of(frames, frames.in_space(first), frames.in_space(1j * first), tensors)
-    maps = seamless_maps(mesh.combinatorics, combed)
-    for second in (False, True):
-        problem = Integration(network, maps)
-        relaxed = problem.relaxed()
-        h = np.sqrt(relaxed.predicted / n_faces)
-        t = nearest_integers(relaxed.gram, relaxed.values / h, np.zeros((0, 2, len(relaxed.values)), dtype=np.int64))
-        x = problem.solved(t, h)
-        exact = ExactMap.of(mesh.combinatorics, maps, combed.turns, x, t)
-        if len(exact.folded):
-            print('FOLDED', len(exact.folded))
-        cells = cells_between_isolines(exact)
-        positions = on_curved_triangles(mesh, mesh.vertex_normals, cells.triangles, cells.weights)
-        poly = Polygons(positions, integers(np.arange(len(positions))), _stays(mesh, combed.indices, cells.vertices), cells.corners, cells.starts)
-        poly = tidied_rim(poly, h)
-        quad = Mesh(poly.positions, poly.combinatorics)
-        if not second:
-            corr = twist_corrections(network, problem.at(x, t.astype(float), h), quad, h)
-            network = network.corrected(corr)
-    return quad, h, combed, network, frames, time.time() - t0
+    is_rim = mesh.combinatorics.is_boundary_edge
+    align = is_rim if boundary == "aligned" else np.zeros_like(is_rim)
+    network, field, undirected = conjugate_network(frames, _affine(affine), align)
+    maps = seamless_maps(mesh.combinatorics, field, _lines(network, align) if align.any() else None)
+
+    count = float(n_faces) if n_faces is not None else float(frames.areas.sum() / edge_length**2)
+    first = draft(network, field, maps, count)
+    twists = twist_corrections(network, first.derivatives, first.mesh, first.edge_length)
+    corrected = count * count / first.mesh.n_faces  # as rims take and give
+    final = draft(network.corrected(twists), field, maps, corrected)
+    indices = np.where(final.vertices >= 0, field.indices[final.vertices], 0)
+    singular = np.flatnonzero(indices)
+    laid = final.mesh
+    return LaidMesh(
+        laid.translated(origin),
+        _families(laid, network),
+        integers(singular),
+        integers(indices[singular]),
+        final.edge_length,
+        network,
+        layout_quality(laid, network, Surface(mesh), undirected),
+    )
 
 
-def _stays(mesh: Mesh, indices: IntArray, vertices: IntArray):
-    c = mesh.combinatorics
-    rim = np.flatnonzero(c.twin < 0)
-    after = np.zeros((c.n_vertices, 3)); before = np.zeros((c.n_vertices, 3))
-    d = mesh.vertices[c.corners[c.next_corner[rim]]] - mesh.vertices[c.corners[rim]]
-    after[c.corners[rim]] = d
-    before[c.corners[c.next_corner[rim]]] = d
-    turn = np.arctan2(np.linalg.norm(np.cross(before, after), axis=1), (before * after).sum(axis=1))
-    special = (turn > SURFACE_CORNER) | (indices != 0)
-    return (vertices >= 0) & special[vertices]
+def _check(surface: Surface, n_faces: int | None, edge_length: float | None, boundary: str) -> None:
+    if not isinstance(surface, Surface):
+        raise GeometryError(f"the surface is a {type(surface).__name__}: make it one by Surface(mesh)")
+    if boundary not in get_args(Boundary):
+        raise GeometryError(f"the boundary is {boundary!r}: it is 'open' or 'aligned'")
+    if (n_faces is None) == (edge_length is None):
+        raise GeometryError("give either a number of faces or an edge length")
+    area = float(np.linalg.norm(surface.triangulated.vector_areas, axis=1).sum())
+    given = n_faces if n_faces is not None else edge_length
+    if not isinstance(given, (int, float, np.integer, np.floating)) or not 0 < given < np.inf:
+        name = "number of faces" if n_faces is not None else "edge length"
+        raise GeometryError(f"the {name} is {given!r}: a number above 0 is needed")
+    count = given if n_faces is not None else area / given**2
+    if count < FEWEST_FACES:
+        longest = np.sqrt(area / FEWEST_FACES)
+        raise GeometryError(
+            f"about {count:.2g} faces would be laid on a surface of area {area:.4g}, at least {FEWEST_FACES} are needed: "
+            f"give an edge length of {longest:.3g} or less",
+            value=float(count),
+            bound=FEWEST_FACES,
+        )
+
+
+def _affine(given: Any) -> FloatArray | None:
+    if given is None:
+        return None
+    affine = floats(given)
+    if affine.shape != (3, 3) or not np.isfinite(affine).all() or abs(np.linalg.det(affine)) < SINGULAR * (affine**2).sum() ** 1.5:
+        raise GeometryError(f"the affine map is {affine.tolist()}: an invertible matrix of 3 rows of 3 numbers is needed")
+    return affine
+
+
+def _lines(network: Network, align: BoolArray) -> BoolArray:
+    """(C, 2) boundary sides along which u, or v, is to be constant."""
+    c = network.frames.combinatorics
+    sides = network.frames.sides.ravel()
+    owner = np.arange(c.n_corners) // 3
+    offs = np.stack([_off(sides, network.second[owner]), _off(sides, network.first[owner])], axis=1)
+    nearest = offs.argmin(axis=1)
+    lines = np.zeros((c.n_corners, 2), dtype=bool)
+    at = np.flatnonzero((c.twin < 0) & align[c.corner_edge] & (offs.min(axis=1) < ALIGNED))
+    lines[at, nearest[at]] = True
+    return lines
+
+
+def _off(a: ComplexArray, b: ComplexArray) -> FloatArray:
+    """(n,) angles between lines along vectors (n,)."""
+    angles = np.abs(np.angle(a * b.conj()))
+    return np.asarray(np.minimum(angles, np.pi - angles))
+
+
+def _families(mesh: Mesh, network: Network) -> tuple[tuple[IntArray, ...], tuple[IntArray, ...]]:
+    c, frames = mesh.combinatorics, network.frames
+    lines, line_of_edge = mesh_polylines(c)
+    inner = np.flatnonzero(line_of_edge >= 0)
+    triangle = KDTree(frames.mesh.vertices[frames.triangles].mean(axis=1)).query(mesh.vertices[c.edges[inner]].mean(axis=1))[1]
+    by_first, by_second = (
+        np.abs(np.einsum("ei,ei->e", mesh.edge_vectors[inner], frames.in_space(directions)[triangle]))
+        for directions in (network.first, network.second)
+    )
+    votes = np.bincount(line_of_edge[inner], np.sign(by_first - by_second), minlength=len(lines))
+    first = tuple(line for line, vote in zip(lines, votes.tolist(), strict=True) if vote >= 0)
+    return first, tuple(line for line, vote in zip(lines, votes.tolist(), strict=True) if vote < 0)

@@ -1,6 +1,8 @@
-"""The design surface, and curves on it: the nearest point, the normal there."""
+"""The design surface, and curves on it: the nearest point, the normal there, its curvature."""
 
+from geometry.surface.curvature import Curvature, Umbilics
 from geometry.surface.curve import Curve
+from geometry.surface.curved_triangles import on_curved_triangles, refined
 from geometry.surface.surface import Surface
 
-__all__ = ["Curve", "Surface"]
+__all__ = ["Curvature", "Curve", "Surface", "Umbilics", "on_curved_triangles", "refined"]

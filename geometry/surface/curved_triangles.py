@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.mesh import Mesh
+from geometry.mesh import Combinatorics, Mesh
+from geometry.surface.surface import Surface
 
-__all__ = ["on_curved_triangles"]
+__all__ = ["on_curved_triangles", "refined"]
 
 
 def on_curved_triangles(mesh: Mesh, normals: FloatArray, triangles: IntArray, weights: FloatArray) -> FloatArray:
@@ -29,3 +30,37 @@ def on_curved_triangles(mesh: Mesh, normals: FloatArray, triangles: IntArray, we
     w_next = np.roll(w, -1, axis=1)
     edges = 3 * (w**2 * w_next * near + w * w_next**2 * far)
     return np.asarray((w**3 * p + edges).sum(axis=1) + 6 * w.prod(axis=1) * middle)
+
+
+def refined(surface: Surface, pieces: int = 3) -> Surface:
+    """The surface of the curved triangles of a surface, each edge divided into so many pieces."""
+    mesh = surface.triangulated
+    c, k = mesh.combinatorics, pieces
+    steps = np.array([(k - i - j, i, j) for i in range(k + 1) for j in range(k + 1 - i)])
+    numbers = np.empty((c.n_faces, len(steps)), dtype=np.int64)
+    for place, step in enumerate(steps):
+        ends = np.flatnonzero(step)
+        if len(ends) == 1:
+            numbers[:, place] = c.corners[3 * np.arange(c.n_faces) + ends[0]]
+        elif len(ends) == 2:
+            corner = 3 * np.arange(c.n_faces) + np.flatnonzero(np.roll(step, 1) == 0)[0]  # whose side has no third part
+            way = step[(corner[0] + 1) % 3]
+            way = np.where(c.runs_along_edge[corner], way, k - way)
+            numbers[:, place] = c.n_vertices + c.corner_edge[corner] * (k - 1) + way - 1
+        else:
+            inner = (steps[:place] > 0).all(axis=1).sum()
+            n_inner = (k - 1) * (k - 2) // 2
+            numbers[:, place] = c.n_vertices + c.n_edges * (k - 1) + np.arange(c.n_faces) * n_inner + inner
+    place_of = {tuple(step): place for place, step in enumerate(steps.tolist())}
+    cut = []
+    for a, i, j in steps.tolist():
+        if a > 0:
+            cut.append([place_of[a, i, j], place_of[a - 1, i + 1, j], place_of[a - 1, i, j + 1]])
+        if a > 1:
+            cut.append([place_of[a - 1, i + 1, j], place_of[a - 2, i + 1, j + 1], place_of[a - 1, i, j + 1]])
+    weights = np.tile(steps / k, (c.n_faces, 1))
+    points = on_curved_triangles(mesh, mesh.vertex_normals, np.repeat(np.arange(c.n_faces), len(steps)), weights)
+    vertices = np.empty((int(numbers.max()) + 1, 3))
+    vertices[numbers.ravel()] = points
+    corners = numbers[:, np.array(cut)].ravel()
+    return Surface(Mesh(vertices, Combinatorics(len(vertices), corners, 3 * np.arange(len(corners) // 3 + 1))))

@@ -7,10 +7,12 @@ from functools import cached_property
 
 import igl
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError, MeshError
-from geometry.mesh import Mesh
+from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.polygons import face_centroids
 
 __all__ = ["Surface", "check_points"]
@@ -112,6 +114,22 @@ class Surface:
         return np.asarray(edges / np.linalg.norm(edges, axis=1, keepdims=True))
 
     # --- triangles
+
+    @cached_property
+    def triangulated(self) -> Mesh:
+        """The triangles as a mesh without loose vertices. A vertex where several fans of triangles meet is one of each."""
+        c = Combinatorics(len(self._vertices), self._triangles.ravel(), 3 * np.arange(len(self._triangles) + 1))
+        across = np.flatnonzero(c.twin[c.previous_corner] >= 0)
+        pairs = (across, c.twin[c.previous_corner[across]])  # corners of one vertex in neighbouring triangles
+        fans = coo_array((np.ones(len(across)), pairs), shape=(c.n_corners, c.n_corners))
+        corners = connected_components(fans, directed=False)[1]
+        _, first = np.unique(corners, return_index=True)
+        if len(first) == self.mesh.n_vertices and self.mesh.combinatorics.face_sizes.max() == 3:
+            return self.mesh
+        order = np.argsort(np.argsort(c.corners[first], kind="stable"), kind="stable")
+        positions = np.empty((len(first), 3))
+        positions[order] = self._vertices[c.corners[first]]
+        return Mesh(positions, Combinatorics(len(first), order[corners], c.face_starts))
 
     @cached_property
     def _pieces(self) -> tuple[IntArray, IntArray]:

@@ -1,0 +1,90 @@
+"""One pass from a network to a mesh on the surface: integrated, rounded, cut along isolines, tidied at the rim."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.arrays import BoolArray, FloatArray, IntArray, integers
+from geometry.errors import FoldedError
+from geometry.layout.cells import cells_between_isolines
+from geometry.layout.combed_fields import CombedField
+from geometry.layout.exact_maps import ExactMap
+from geometry.layout.integer_lattices import nearest_integers
+from geometry.layout.integration import Integration
+from geometry.layout.networks import Network
+from geometry.layout.open_rims import Polygons, tidied_rim
+from geometry.layout.seams import SeamlessMaps
+from geometry.layout.singular_points import apart
+from geometry.mesh import Mesh
+from geometry.surface import on_curved_triangles
+
+__all__ = ["Draft", "draft"]
+
+CORNER = np.radians(35.0)
+"""Turn of the boundary at a vertex of the surface, from which on the vertex is one of the mesh, too."""
+
+OTHER_LENGTHS = (1.0, 0.97, 1.03, 0.94, 1.06)
+"""Factors of the edge length, tried in turns where triangles of the surface are turned over by the rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """A mesh on a surface. vertices (N,): of the surface, -1 where a vertex of the mesh is none of these. derivatives
+    (F, 4): of (u, v) in the triangles of the surface, as in `integration`.
+    """
+
+    mesh: Mesh
+    vertices: IntArray
+    derivatives: FloatArray
+    edge_length: float
+
+
+def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: float) -> Draft:
+    """About so many faces. Raises FoldedError where triangles of the surface remain turned over in (u, v)."""
+    surface = network.frames.mesh
+    c = surface.combinatorics
+    problem = Integration(network, maps)
+    relaxed = problem.relaxed()
+    folded = []
+    for factor in OTHER_LENGTHS:
+        h = factor * np.sqrt(relaxed.predicted / n_faces)
+        t = nearest_integers(relaxed.gram, relaxed.values / h, apart(network.frames, field, maps, h))
+        x = problem.solved(t, h)
+        exact = ExactMap.of(c, maps, field.turns, x, t)
+        if not len(exact.folded):
+            break
+        folded.append(exact.folded)
+    else:
+        least = min(folded, key=len)
+        raise FoldedError(
+            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are turned over between the lines of "
+            f"a mesh of {n_faces:.0f} faces, and for slightly other numbers, too",
+            f"the field has {np.count_nonzero(field.indices)} singular points: ask for more faces, or smooth the surface",
+            elements=least.tolist(),
+            value=float(len(least)),
+            bound=0.0,
+        )
+    cells = cells_between_isolines(exact)
+    positions = on_curved_triangles(surface, surface.vertex_normals, cells.triangles, cells.weights)
+    kept = (cells.vertices >= 0) & (_is_corner(surface) | (field.indices != 0))[cells.vertices]
+    numbers = integers(np.arange(len(positions)))
+    polygons = tidied_rim(Polygons(positions, numbers, kept, cells.corners, cells.starts), h)
+    return Draft(
+        Mesh(polygons.positions, polygons.combinatorics),
+        cells.vertices[polygons.origins],
+        problem.at(x, t.astype(np.float64), h),
+        float(h),
+    )
+
+
+def _is_corner(surface: Mesh) -> BoolArray:
+    """(N,) where the boundary of a surface turns by CORNER or more."""
+    c = surface.combinatorics
+    rim = np.flatnonzero(c.twin < 0)
+    tails, heads = c.corners[rim], c.corners[c.next_corner[rim]]
+    before, after = np.zeros((2, c.n_vertices, 3))
+    after[tails] = before[heads] = surface.vertices[heads] - surface.vertices[tails]
+    turns = np.arctan2(np.linalg.norm(np.cross(before, after), axis=1), np.einsum("ni,ni->n", before, after))
+    return np.asarray(turns > CORNER)

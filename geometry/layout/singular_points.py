@@ -1,0 +1,69 @@
+"""Singular vertices near to each other, which must not come to lie in one point of the grid."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import KDTree
+
+from geometry.arrays import IntArray, integers
+from geometry.layout.arrays import quarter_turned
+from geometry.layout.combed_fields import CombedField
+from geometry.layout.seams import SeamlessMaps
+from geometry.layout.tangent_frames import TangentFrames
+from geometry.optimise import SparseMatrix
+
+__all__ = ["apart"]
+
+NEAR = 3.0
+"""Distance of singular vertices that are looked at, in edge lengths. Farther ones may lie above each other in (u, v)."""
+
+
+def apart(frames: TangentFrames, field: CombedField, maps: SeamlessMaps, edge_length: float) -> IntArray:
+    """(k, 2, m) for pairs of near singular vertices: the difference of their (u, v), of the integers t of the maps, in
+    the chart of one triangle.
+    """
+    m = maps.integers.shape[1]
+    singular = np.flatnonzero(field.indices)
+    places = frames.mesh.vertices[singular]
+    pairs = singular[KDTree(places).query_pairs(NEAR * edge_length, output_type="ndarray")] if len(singular) else []
+    if not len(pairs):
+        return np.zeros((0, 2, m), dtype=np.int64)
+    c = frames.combinatorics
+    inner = ~c.is_boundary_edge
+    left, right = c.edge_faces[inner].T
+    centres = frames.mesh.vertices[frames.triangles].mean(axis=1)
+    lengths = np.linalg.norm(centres[left] - centres[right], axis=1)
+    graph = coo_array((lengths, (left, right)), shape=(c.n_faces, c.n_faces)).tocsr()
+    corner = np.zeros(c.n_vertices, dtype=np.int64)
+    corner[c.corners] = np.arange(c.n_corners)
+    rows = maps.integers.tocsr()
+    found = []
+    for i in np.unique(pairs[:, 0]).tolist():
+        before = dijkstra(graph, directed=False, indices=corner[i] // 3, return_predecessors=True)[1]
+        own = _rows(rows, np.array([corner[i]]))[0]
+        found += [_carried(frames, field, rows, before, corner[j]) - own for j in pairs[pairs[:, 0] == i, 1]]
+    return integers(np.array(found).swapaxes(1, 2))
+
+
+def _rows(rows: SparseMatrix, corners: IntArray) -> IntArray:
+    """(n, m, 2) u and v of the integers at corners (n,)."""
+    dense = rows[(2 * corners[:, None] + [0, 1]).ravel()].toarray()
+    return np.rint(dense).astype(np.int64).reshape(len(corners), 2, -1).swapaxes(1, 2)
+
+
+def _carried(frames: TangentFrames, field: CombedField, rows: SparseMatrix, before: IntArray, corner: int) -> IntArray:
+    """(m, 2) u and v at a corner, in the chart of the triangle that a way of triangles begins with."""
+    c = frames.combinatorics
+    value, triangle = _rows(rows, np.array([corner]))[0], corner // 3
+    while before[triangle] >= 0:
+        halves = 3 * triangle + np.arange(3)
+        half = int(halves[c.twin[halves] // 3 == before[triangle]][0])
+        edge = c.corner_edge[half]
+        if field.is_cut[edge]:
+            turn = -field.turns[edge] if c.runs_along_edge[half] else field.turns[edge]
+            here, there = _rows(rows, np.array([half, c.next_corner[c.twin[half]]]))
+            value = there + quarter_turned(value - here, turn)
+        triangle = int(before[triangle])
+    return value
