@@ -113,12 +113,7 @@ def _costs(polygons: Polygons, c: Combinatorics, edge_length: float) -> FloatArr
     at_rim = c.is_boundary_vertex[c.edges]
     moves = ~polygons.stays[c.edges] & (~at_rim | at_rim[:, ::-1])  # which end may give way
     possible = at_rim.any(axis=1) & moves.any(axis=1) & (c.is_boundary_edge | ~at_rim.all(axis=1))
-    here = polygons.positions[c.corners]
-    ahead = polygons.positions[c.corners[c.next_corner]] - here
-    back = polygons.positions[c.corners[c.previous_corner]] - here
-    angles = np.arctan2(np.linalg.norm(np.cross(ahead, back), axis=1), np.einsum("ci,ci->c", ahead, back))
-    sharpest = np.full(c.n_faces, np.inf)
-    np.minimum.at(sharpest, c.corner_face, angles)
+    sharpest = _sharpest(polygons, c)
     costs = np.where(possible, lengths, np.inf)
     shortest = np.full(c.n_faces, np.inf)
     np.minimum.at(shortest, c.corner_face, costs[c.corner_edge])
@@ -128,8 +123,30 @@ def _costs(polygons: Polygons, c: Combinatorics, edge_length: float) -> FloatArr
     return np.asarray(np.where(is_wanted, costs, np.inf))
 
 
+def _sharpest(polygons: Polygons, c: Combinatorics) -> FloatArray:
+    """(F,) the smallest angle of each face."""
+    here = polygons.positions[c.corners]
+    ahead = polygons.positions[c.corners[c.next_corner]] - here
+    back = polygons.positions[c.corners[c.previous_corner]] - here
+    angles = np.arctan2(np.linalg.norm(np.cross(ahead, back), axis=1), np.einsum("ci,ci->c", ahead, back))
+    sharpest = np.full(c.n_faces, np.inf)
+    np.minimum.at(sharpest, c.corner_face, angles)
+    return sharpest
+
+
+def _sharpest_around(polygons: Polygons, c: Combinatorics, n_origins: int) -> FloatArray:
+    """(n_origins,) the smallest angle of faces at a vertex with that origin."""
+    around = np.full(n_origins, np.inf)
+    np.minimum.at(around, polygons.origins[c.corners], _sharpest(polygons, c)[c.corner_face])
+    return around
+
+
 def _contracted(polygons: Polygons, c: Combinatorics, chosen: IntArray) -> tuple[Polygons, IntArray]:
-    """With edges contracted to the end that stays, or is on the rim; and those (k,) that cannot be."""
+    """With edges contracted to the end that stays, or is on the rim; and those (k,) that cannot be, or would make corners
+    too sharp.
+    """
+    n_origins = int(polygons.origins.max()) + 1
+    before = _sharpest_around(polygons, c, n_origins)[polygons.origins]
     bad = np.zeros(0, dtype=np.int64)
     while True:
         target = np.arange(c.n_vertices)
@@ -140,11 +157,17 @@ def _contracted(polygons: Polygons, c: Combinatorics, chosen: IntArray) -> tuple
         keeps_tail |= both
         target[np.where(keeps_tail, head, tail)] = np.where(keeps_tail, tail, head)
         smaller = polygons.relabelled(target)
-        wrong = polygons.origins[target[:0]] if len(smaller.starts) < 2 else _faults(smaller)
-        if len(smaller.starts) > 1 and not len(wrong):
+        if not len(good):
             return smaller, bad
-        names = polygons.origins[target[c.edges[good]]]
-        worse = good[np.isin(names, wrong).any(axis=1)] if len(smaller.starts) > 1 else good
+        wrong = _faults(smaller)
+        if not len(wrong):
+            after = _sharpest_around(smaller, smaller.combinatorics, n_origins)[polygons.origins]
+            sharp = (after[target] < SHARPEST) & (after[target] < before)
+            tail, head = c.edges[good].T
+            wrong = polygons.origins[target[tail][sharp[tail] & sharp[head] & c.is_boundary_edge[good]]]
+        if not len(wrong):
+            return smaller, bad
+        worse = good[np.isin(polygons.origins[target[c.edges[good]]], wrong).any(axis=1)]
         bad = np.union1d(bad, worse if len(worse) else good)
 
 
