@@ -19,8 +19,8 @@ __all__ = ["Cells", "cells_between_isolines"]
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Polygons on a surface. triangles (n,), weights (n, 3): where their vertices are; vertices (n,): of the surface, -1
-    where it is none there. corners, starts: as of Combinatorics.
+    """Polygons on a surface. triangles (n,), weights (n, 3): where their vertices are; vertices (n,): of the surface,
+    -1 where there is none. corners, starts: as of Combinatorics.
     """
 
     triangles: IntArray
@@ -56,7 +56,7 @@ def cells_between_isolines(of: ExactMap) -> Cells:
     inside = np.arange(n_rays + n_rim)
     label = connected_components(
         coo_array((np.ones(len(inside)), (inside, following[inside])), shape=(len(inside), len(inside)))
-    )[1]
+    )[1].astype(np.int64)
     _check_rim(points, label, n_rays, ends)
     corners, starts = _walked(following[: len(inside)], label)
     triangles, weights = points.positions
@@ -68,7 +68,7 @@ def cells_between_isolines(of: ExactMap) -> Cells:
 
 
 def _rim(points: GridPoints) -> tuple[IntArray, IntArray, IntArray]:
-    """Nodes (n,) and (n,) at the ends of the pieces of boundary edges, as faces run, and vertices (n,) to name them by."""
+    """Nodes (n,) and (n,) at the ends of pieces of boundary edges, as faces run, and vertices (n,) to name them by."""
     c, x = points.of.combinatorics, points.crossings
     at = points.of.values.reshape(-1, 2)
     halves = np.flatnonzero(c.twin < 0)

@@ -54,7 +54,7 @@ def conjugate_network(
     )
     directions = image.in_space(first), image.in_space(1j * first)
     if affine is not None:
-        directions = tuple(np.linalg.solve(affine, vectors.T).T for vectors in directions)
+        directions = _solved(affine, directions[0]), _solved(affine, directions[1])
     network = Network.of(frames, *directions, curvature.triangle_tensors)
     undirected = float(frames.areas[strength == 0].sum() / frames.areas.sum())
     return network, combed, undirected
@@ -62,6 +62,11 @@ def conjugate_network(
 
 FLAT = 1e-6
 """Curvature times the size of the surface, below which it is plane."""
+
+
+def _solved(affine: FloatArray, vectors: FloatArray) -> FloatArray:
+    """The vectors (n, 3) whose images these are."""
+    return np.asarray(np.linalg.solve(affine, vectors.T).T)
 
 
 def _with_boundary(

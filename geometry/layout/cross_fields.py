@@ -75,8 +75,8 @@ def followed_closer(
 ) -> ComplexArray:
     """(F,) the first directions of a combed field turned towards crosses wanted, without a change of singularities.
 
-    Angles instead of fourth powers: min of the integral of |grad angle|^2 + weight sin^2(4 (angle - wanted)) / 16, where
-    neighbours remain matched by the given quarter turns (E,).
+    Angles instead of fourth powers: min of the integral of |grad angle|^2 + weight sin^2(4 (angle - wanted)) / 16,
+    where neighbours remain matched by the given quarter turns (E,).
     """
     c = frames.combinatorics
     inner = np.flatnonzero(~c.is_boundary_edge)

@@ -59,9 +59,9 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     else:
         least = min(folded, key=len)
         raise FoldedError(
-            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are turned over between the lines of "
-            f"a mesh of {n_faces:.0f} faces, and for slightly other numbers, too",
-            f"the field has {np.count_nonzero(field.indices)} singular points: ask for more faces, or smooth the surface",
+            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are turned over between the lines "
+            f"of a mesh of {n_faces:.0f} faces, and for slightly other numbers, too",
+            f"its lines have {np.count_nonzero(field.indices)} singular points: ask for more faces, or smooth the surface",
             elements=least.tolist(),
             value=float(len(least)),
             bound=0.0,

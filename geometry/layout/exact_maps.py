@@ -28,8 +28,8 @@ LARGEST_VALUE = 1 << 38
 class ExactMap:
     """values (F, 3, 2) of u and v, times ONE, at the corners of triangles.
 
-    Where (u, v) may be any real number, it is an odd one here: no isoline u or v = integer meets a regular vertex inside
-    the surface. turns (C,): quarters by which (u, v) is turned across the half-edge of a corner.
+    Where (u, v) may be any real number, it is an odd one here: no isoline u or v = integer meets a regular vertex
+    inside the surface. turns (C,): quarters by which (u, v) is turned across the half-edge of a corner.
     """
 
     combinatorics: Combinatorics
@@ -38,14 +38,14 @@ class ExactMap:
 
     @classmethod
     def of(cls, c: Combinatorics, maps: SeamlessMaps, edge_turns: IntArray, x: FloatArray, t: IntArray) -> ExactMap:
-        """Raises GeometryError where a triangle is turned over, or has very many isolines."""
+        """Raises GeometryError where a triangle has very many isolines."""
         if np.abs(x).max(initial=0.0) > LARGEST_VALUE / ONE or np.abs(t).max(initial=0) > LARGEST_VALUE / ONE:
             raise GeometryError(
                 f"a line has the number {max(np.abs(x).max(), np.abs(t).max()):.0e}, {LARGEST_VALUE / ONE:.0e} is the "
                 "largest one: give a longer edge length"
             )
         odd = 2 * np.floor(x * (ONE // 2)).astype(np.int64) + 1
-        values = maps.reals.astype(np.int64) @ odd + maps.integers.astype(np.int64) @ (t * ONE)
+        values = np.asarray(maps.reals.astype(np.int64) @ odd + maps.integers.astype(np.int64) @ (t * ONE))
         values = values.reshape(-1, 3, 2)
         extents = (values.max(axis=1) - values.min(axis=1)).max(axis=1) // ONE
         if extents.max() >= LARGEST_TRIANGLE:
@@ -68,7 +68,7 @@ class ExactMap:
 
     @cached_property
     def shifts(self) -> IntArray:
-        """(C, 2) what is added to (u, v), in cells, after it is turned, across the half-edge of a corner; 0 at the rim."""
+        """(C, 2) what is added to (u, v), in cells, after it is turned, across the half-edge of a corner; 0 at rims."""
         c = self.combinatorics
         at = self.values.reshape(-1, 2)
         inner = c.twin >= 0

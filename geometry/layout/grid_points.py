@@ -73,7 +73,7 @@ class GridPoints:
 
     @cached_property
     def _node_of_entry(self) -> tuple[IntArray, int]:
-        """Node of each point of the table, -1 outside of its triangle, and how many nodes these and the vertices are."""
+        """Node of each point of the table, -1 outside of its triangle, and the number of these nodes and vertices."""
         c = self.of.combinatorics
         points = self._table[3]
         inside, on_side = self._inside

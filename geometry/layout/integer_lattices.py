@@ -23,8 +23,7 @@ ROUNDING = 1e-9
 def integer_kernel(equations: IntArray) -> IntArray:
     """(n, m) a basis of all integer solutions of equations (k, n): each solution is one integer combination of columns.
 
-    By column operations that are invertible over the integers, as for the Hermite normal form [Cohen1993, 2.4.3]. Columns
-    to the left are used up first.
+    By column operations that are invertible over the integers, as for the Hermite normal form [Cohen1993, 2.4.3].
     """
     n = equations.shape[1]
     columns = np.concatenate([equations, np.eye(n, dtype=np.int64)]).T.copy()  # a row of this is a column

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy.linalg
 from scipy.sparse import coo_array, csc_array, csr_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.layout.networks import Network
 from geometry.layout.seams import SeamlessMaps
-from geometry.optimise import SparseMatrix
+from geometry.optimise import SparseMatrix, apply
 
 __all__ = ["Integration", "Relaxed"]
 
@@ -28,6 +29,9 @@ CONJUGACY = 30.0
 
 GROUND = 1e-9
 """Weight of (u, v) = 0 at one vertex, over that of a triangle: where a shift of the whole costs nothing."""
+
+FREE = 1e-10
+"""Energy of integers, over the largest one, below which they may be any numbers."""
 
 CONJUGACY_STEPS = 2
 
@@ -89,14 +93,14 @@ class Integration:
         return matrix * areas[:, None, None], right * areas[:, None]
 
     def _normal(self, matrix: FloatArray) -> tuple[SparseMatrix, SparseMatrix, SparseMatrix]:
-        """The sparse matrix (4F, 4F) of blocks (F, 4, 4), times reals and integers, and the grounded one of the reals."""
+        """The sparse matrix (4F, 4F) of blocks (F, 4, 4), times reals and integers, and the grounded one of reals."""
         n = len(matrix)
         f, i, j = np.indices(matrix.shape).reshape(3, -1)
         blocks = csr_array(coo_array((matrix.ravel(), (i * n + f, j * n + f)), shape=(4 * n, 4 * n)))
         reals, integers = self._derivatives
         times_reals, times_integers = csr_array(blocks @ reals), csr_array(blocks @ integers)
-        whole = csc_array(reals.T @ times_reals)
-        return times_reals, times_integers, csc_array(whole + self._ground * whole.diagonal().mean())
+        whole = csr_array(reals.T @ times_reals)
+        return times_reals, times_integers, csr_array(whole + self._ground * whole.diagonal().mean())
 
     @cached_property
     def _ground(self) -> SparseMatrix:
@@ -119,9 +123,10 @@ class Integration:
         following = factor.solve(mixed) if mixed.shape[1] else mixed
         gram = (integers.T @ times_integers).toarray() - mixed.T @ following
         side = right.T.ravel()
-        pull = reals.T @ side
-        free = factor.solve(pull)
-        values = np.linalg.lstsq(gram, integers.T @ side - mixed.T @ free, rcond=1e-10)[0] if len(gram) else np.zeros(0)
+        free = factor.solve(_back(reals, side))
+        values = np.zeros(0)
+        if len(gram):
+            values = scipy.linalg.lstsq(gram, _back(integers, side) - mixed.T @ free, cond=FREE)[0]
         x = free - following @ values
         determinants = determinant(self.at(x, values, 1.0))
         return Relaxed(values, (gram + gram.T) / 2, float(self.network.frames.areas @ determinants))
@@ -129,7 +134,7 @@ class Integration:
     def at(self, x: FloatArray, t: FloatArray, h: float) -> FloatArray:
         """(F, 4) p, q, r, s."""
         reals, integers = self._derivatives
-        return np.asarray(h * (reals @ x + integers @ t).reshape(4, -1).T)
+        return h * (apply(reals, x) + apply(integers, t)).reshape(4, -1).T
 
     def solved(self, t: IntArray, h: float) -> FloatArray:
         """(n,) the reals for given integers. Triangles that are turned over are opened, as far as they can be."""
@@ -137,10 +142,10 @@ class Integration:
         opening = np.zeros(n)
         at, x = np.tile(IDENTITY, (n, 1)), np.zeros(self.maps.reals.shape[1])
         whole = t.astype(np.float64)
-        for step in range(1 + CONJUGACY_STEPS):
+        for _ in range(1 + CONJUGACY_STEPS):
             x = self._step(at, opening, whole, h)
             at = self.at(x, whole, h)
-        for step in range(OPENING_ROUNDS):
+        for _ in range(OPENING_ROUNDS):
             folded = determinant(at) < LEAST_DETERMINANT
             if not folded.any():
                 break
@@ -153,7 +158,7 @@ class Integration:
         matrix, right = self._quadratic(at, opening)
         reals, integers = self._derivatives
         times_reals, _, whole = self._normal(matrix)
-        pull = reals.T @ right.T.ravel() - h * (times_reals.T @ (integers @ t))
+        pull = _back(reals, right.T.ravel()) - h * _back(times_reals, apply(integers, t))
         return np.asarray(factored(whole).solve(pull) / h)
 
 
@@ -175,3 +180,7 @@ def determinant(at: FloatArray) -> FloatArray:
 def factored(matrix: SparseMatrix) -> SuperLU:
     """Of a symmetric positive definite matrix."""
     return splu(csc_array(matrix), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+
+def _back(matrix: SparseMatrix, values: FloatArray) -> FloatArray:
+    return np.asarray(matrix.T @ values)

@@ -24,7 +24,7 @@ MAX_ROUNDS = 60
 
 @dataclass(frozen=True, eq=False)
 class Polygons:
-    """Faces as corners and starts, of Combinatorics, over positions (N, 3). origins (N,): their numbers in the beginning.
+    """Faces as corners and starts, of Combinatorics, over positions (N, 3). origins (N,): numbers in the beginning.
 
     stays (N,): neither dropped nor contracted into another vertex.
     """
@@ -64,8 +64,8 @@ class Polygons:
 
 
 def tidied_rim(polygons: Polygons, edge_length: float) -> Polygons:
-    """Until nothing changes: vertices of the rim where no line ends are dropped, then edges that touch the rim contracted
-    which are SHORT, or the shortest ones of faces with a sharp corner; each is the shortest of all such nearby.
+    """Until nothing changes: vertices of the rim where no line ends are dropped, then edges that touch the rim are
+    contracted which are SHORT, or the shortest ones of faces with a sharp corner; each is the shortest of these nearby.
     """
     polygons = _dropped(polygons)
     forbidden = np.zeros(0, dtype=np.int64)
@@ -142,8 +142,8 @@ def _sharpest_around(polygons: Polygons, c: Combinatorics, n_origins: int) -> Fl
 
 
 def _contracted(polygons: Polygons, c: Combinatorics, chosen: IntArray) -> tuple[Polygons, IntArray]:
-    """With edges contracted to the end that stays, or is on the rim; and those (k,) that cannot be, or would make corners
-    too sharp.
+    """With edges contracted to the end that stays, or is on the rim; and those (k,) that cannot be, or would make
+    corners too sharp.
     """
     n_origins = int(polygons.origins.max()) + 1
     before = _sharpest_around(polygons, c, n_origins)[polygons.origins]
@@ -188,4 +188,4 @@ def _faults(polygons: Polygons) -> IntArray:
         c = polygons.combinatorics
         rims = np.bincount(c.corners[c.twin < 0], minlength=n)
         found = np.flatnonzero(rims > 1)
-    return polygons.origins[found]
+    return np.asarray(polygons.origins[found])

@@ -39,8 +39,8 @@ SINGULAR = 1e-6
 class LaidMesh:
     """A mesh with its vertices on the surface, near to planar: `planarise` moves them a little.
 
-    polylines: of two families, each the vertices along a polyline of inner edges, see `mesh_polylines`. The first family
-    is nearer to the first direction of the network at most of its edges; about singularities of odd index the families
+    polylines: of two families, each the vertices along a polyline of inner edges, see `mesh_polylines`. The first
+    family is nearer to the first direction of the network at most of its edges; about singularities of odd index the families
     change places. singularities (k,) vertices and singular_indices (k,): their valence is 4 - index. edge_length: of
     the grid, as asked for or found. network: what the edges follow.
     """
@@ -68,9 +68,9 @@ def lay_quads(
     its image; crossing angles become smaller the more it stretches.
     boundary: "open", lines run out of it; or "aligned", it consists of lines, which costs singularities.
 
-    Where the surface is flat or umbilic, directions come from around, and where all of it is, from its longest direction.
-    Raises GeometryError for numbers that do not fit the surface, curvature that cannot be told, boundary loops smaller than
-    a face, and FoldedError where the lines cannot be laid without a fold.
+    Where the surface is flat or umbilic, directions come from around, or from its longest direction if all of it is.
+    Raises GeometryError for numbers that do not fit the surface, curvature that cannot be told, boundary loops smaller
+    than a face, and FoldedError where the lines cannot be laid without a fold.
     """
     _check(surface, n_faces, edge_length, boundary)
     mesh, origin = surface.triangulated.near_zero()
@@ -80,7 +80,7 @@ def lay_quads(
     network, field, undirected = conjugate_network(frames, _affine(affine), align)
     maps = seamless_maps(mesh.combinatorics, field, _lines(network, align) if align.any() else None)
 
-    count = float(n_faces) if n_faces is not None else float(frames.areas.sum() / edge_length**2)
+    count = float(n_faces) if n_faces is not None else float(frames.areas.sum()) / float(edge_length or 1) ** 2
     first = draft(network, field, maps, count)
     twists = twist_corrections(network, first.derivatives, first.mesh, first.edge_length)
     corrected = count * count / first.mesh.n_faces  # as rims take and give
@@ -115,8 +115,8 @@ def _check(surface: Surface, n_faces: int | None, edge_length: float | None, bou
     if count < FEWEST_FACES:
         longest = np.sqrt(area / FEWEST_FACES)
         raise GeometryError(
-            f"about {count:.2g} faces would be laid on a surface of area {area:.4g}, at least {FEWEST_FACES} are needed: "
-            f"give an edge length of {longest:.3g} or less",
+            f"about {count:.2g} faces would be laid on a surface of area {area:.4g}, at least {FEWEST_FACES} are "
+            f"needed: give an edge length of {longest:.3g} or less",
             value=float(count),
             bound=FEWEST_FACES,
         )
@@ -126,8 +126,14 @@ def _affine(given: Any) -> FloatArray | None:
     if given is None:
         return None
     affine = floats(given)
-    if affine.shape != (3, 3) or not np.isfinite(affine).all() or abs(np.linalg.det(affine)) < SINGULAR * (affine**2).sum() ** 1.5:
-        raise GeometryError(f"the affine map is {affine.tolist()}: an invertible matrix of 3 rows of 3 numbers is needed")
+    if (
+        affine.shape != (3, 3)
+        or not np.isfinite(affine).all()
+        or abs(np.linalg.det(affine)) < SINGULAR * (affine**2).sum() ** 1.5
+    ):
+        raise GeometryError(
+            f"the affine map is {affine.tolist()}: an invertible matrix of 3 rows of 3 numbers is needed"
+        )
     return affine
 
 
@@ -154,7 +160,9 @@ def _families(mesh: Mesh, network: Network) -> tuple[tuple[IntArray, ...], tuple
     c, frames = mesh.combinatorics, network.frames
     lines, line_of_edge = mesh_polylines(c)
     inner = np.flatnonzero(line_of_edge >= 0)
-    triangle = KDTree(frames.mesh.vertices[frames.triangles].mean(axis=1)).query(mesh.vertices[c.edges[inner]].mean(axis=1))[1]
+    triangle = KDTree(frames.mesh.vertices[frames.triangles].mean(axis=1)).query(
+        mesh.vertices[c.edges[inner]].mean(axis=1)
+    )[1]
     by_first, by_second = (
         np.abs(np.einsum("ei,ei->e", mesh.edge_vectors[inner], frames.in_space(directions)[triangle]))
         for directions in (network.first, network.second)

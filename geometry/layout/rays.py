@@ -27,8 +27,8 @@ MAX_TRIANGLES = 100_000
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """tails, heads (R,): nodes; twins (R,): the ray back. fans, ranks (R,): the order of those that leave the same node,
-    counter-clockwise, the fan first.
+    """tails, heads (R,): nodes; twins (R,): the ray back. fans, ranks (R,): the order of those that leave a node,
+    counter-clockwise, fans first.
     """
 
     tails: IntArray
@@ -116,7 +116,7 @@ def _from_vertices(points: GridPoints) -> Starts:
 
 def _from_crossings(points: GridPoints) -> Starts:
     x = points.crossings
-    c, at = points.of.combinatorics, points.of.values.reshape(-1, 2)
+    at = points.of.values.reshape(-1, 2)
     new = np.flatnonzero(x.nodes >= points.n_points)
     half, component, value = x.halves[new], x.components[new], x.values[new]
     other, rows = 1 - component, np.arange(len(new))
@@ -158,9 +158,7 @@ def _followed(points: GridPoints, starts: Starts) -> tuple[IntArray, IntArray]:
         head[arrived] = points.nodes(triangle[arrived], aim[arrived])
         at_rim = leaves & (twin < 0)
         component = 1 - direction % 2
-        head[at_rim] = points.crossing_nodes(
-            half[at_rim], component[at_rim], aim[at_rim, component[at_rim]]
-        )
+        head[at_rim] = points.crossing_nodes(half[at_rim], component[at_rim], aim[at_rim, component[at_rim]])
         at_vertex = ~arrived & ~leaves
         far = np.where(side == 0, np.einsum("nki,ni->nk", away, DIRECTIONS[direction]), np.iinfo(np.int64).min)
         head[at_vertex] = points.at_vertices[c.corners[3 * triangle + far.argmax(axis=1)]][at_vertex]
@@ -188,7 +186,7 @@ def _keys_back(
 
 
 def fan_positions(c: Combinatorics) -> IntArray:
-    """(C,) place of each corner about its vertex, counter-clockwise; from the boundary on, where the vertex is there."""
+    """(C,) place of each corner about its vertex, counter-clockwise; from the boundary on, if the vertex is there."""
     start = np.full(c.n_vertices, -1)
     for first in (np.arange(c.n_corners), np.flatnonzero(c.twin < 0)):
         start[c.corners[first]] = first

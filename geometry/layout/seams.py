@@ -14,11 +14,10 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
-from geometry.layout.arrays import quarter_turned
 from geometry.layout.combed_fields import CombedField
 from geometry.layout.integer_lattices import integer_kernel
 from geometry.mesh import Combinatorics
-from geometry.optimise import SparseMatrix
+from geometry.optimise import SparseMatrix, apply
 
 __all__ = ["SeamlessMaps", "seamless_maps"]
 
@@ -35,7 +34,7 @@ class SeamlessMaps:
 
     def values(self, x: FloatArray, t: FloatArray) -> FloatArray:
         """(C, 2)"""
-        return np.asarray((self.reals @ x + self.integers @ t).reshape(-1, 2))
+        return (apply(self.reals, x) + apply(self.integers, t)).reshape(-1, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +42,9 @@ class Fans:
     """How the corners at each vertex follow each other counter-clockwise, from the boundary or from a cut on.
 
     turns (C,): quarters by which (u, v) in the first wedge of the vertex is turned into the wedge of the corner.
-    vertex, wedge, turn, arc, power, sign (K,): cuts that are crossed: the vertex, the number of the wedge behind, the turn
-    of the first wedge behind it, and what is added there: sign times the arc's vector, turned by `power`. wedges (C,)
-    numbers of the corners' wedges. The last cut about an inner vertex leads back to its first wedge.
+    vertex, wedge, turn, arc, power, sign (K,): cuts that are crossed: the vertex, the number of the wedge behind, the
+    turn of the first wedge behind it, and what is added there: sign times the arc's vector, turned by `power`.
+    wedges (C,): numbers of the corners' wedges. The last cut about an inner vertex leads back to its first wedge.
     """
 
     turns: IntArray
@@ -83,7 +82,9 @@ def seamless_maps(c: Combinatorics, field: CombedField, on_lines: BoolArray | No
     if on_lines is not None:
         equations.append(_along_lines(c, on_lines, added))
     pinned = column[first_singular].ravel()
-    equations.append(csr_array((np.ones(len(pinned)), (np.arange(len(pinned)), pinned)), shape=(len(pinned), n_integer)))
+    equations.append(
+        csr_array((np.ones(len(pinned)), (np.arange(len(pinned)), pinned)), shape=(len(pinned), n_integer))
+    )
     rows = np.concatenate([_distinct(part) for part in equations])
     kernel = integer_kernel(np.rint(rows).astype(np.int64))
     return SeamlessMaps(base, csr_array(added @ csr_array(kernel.astype(np.float64))))
@@ -106,7 +107,9 @@ def _arcs(c: Combinatorics, is_cut: BoolArray, is_node: BoolArray) -> tuple[IntA
     back = c.twin[halves[through]]
     following = np.where(halves[pair[0]] == back, pair[1], pair[0])
     n = len(halves)
-    label = connected_components(coo_array((np.ones(len(through)), (through, following)), shape=(n, n)), directed=False)[1]
+    label = connected_components(
+        coo_array((np.ones(len(through)), (through, following)), shape=(n, n)), directed=False
+    )[1]
     place = np.full(c.n_corners, -1)
     place[halves] = np.arange(n)
     other = label[place[c.twin[halves]]]
@@ -209,18 +212,16 @@ def _around_nodes(fans: Fans, is_node: BoolArray, column: IntArray, n_arcs: int,
     values = [fans.sign[element] * value]
     nodes = np.flatnonzero(is_node & (column >= 0).any(axis=1))
     element, component, source, value = _turned_rows(nodes, total[nodes])
-    rows += [2 * element + component, (2 * nodes[:, None] + [0, 1]).ravel()]
+    rows += [2 * element + component, integers(2 * nodes[:, None] + [0, 1]).ravel()]
     columns += [column[element, source], column[nodes].ravel()]
-    values += [value, np.full(2 * len(nodes), -1)]
+    values += [value, -np.ones(2 * len(nodes), dtype=np.int64)]
     places = (np.concatenate(rows), np.concatenate(columns))
     return csr_array(
         coo_array((np.concatenate(values).astype(np.float64), places), shape=(2 * len(is_node), n_integer))
     )
 
 
-def _lines(
-    c: Combinatorics, fans: Fans, on_lines: BoolArray, column: IntArray, n_integer: int
-) -> tuple[IntArray, int]:
+def _lines(c: Combinatorics, fans: Fans, on_lines: BoolArray, column: IntArray, n_integer: int) -> tuple[IntArray, int]:
     """Columns (N, 2) also of the values that are integers along lines; one for all that are equal without a cut."""
     corner, component = np.nonzero(on_lines)
     ends = np.stack([corner, c.next_corner[corner]])

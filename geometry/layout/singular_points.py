@@ -17,7 +17,7 @@ from geometry.optimise import SparseMatrix
 __all__ = ["apart"]
 
 NEAR = 3.0
-"""Distance of singular vertices that are looked at, in edge lengths. Farther ones may lie above each other in (u, v)."""
+"""Distance of singular vertices that are looked at, in edge lengths. Farther ones may have the same (u, v)."""
 
 
 def apart(frames: TangentFrames, field: CombedField, maps: SeamlessMaps, edge_length: float) -> IntArray:
@@ -27,7 +27,8 @@ def apart(frames: TangentFrames, field: CombedField, maps: SeamlessMaps, edge_le
     m = maps.integers.shape[1]
     singular = np.flatnonzero(field.indices)
     places = frames.mesh.vertices[singular]
-    pairs = singular[KDTree(places).query_pairs(NEAR * edge_length, output_type="ndarray")] if len(singular) else []
+    near = KDTree(places).query_pairs(NEAR * edge_length, output_type="ndarray") if len(singular) else np.zeros((0, 2))
+    pairs = singular[near.astype(np.int64)]
     if not len(pairs):
         return np.zeros((0, 2, m), dtype=np.int64)
     c = frames.combinatorics
@@ -41,15 +42,16 @@ def apart(frames: TangentFrames, field: CombedField, maps: SeamlessMaps, edge_le
     rows = maps.integers.tocsr()
     found = []
     for i in np.unique(pairs[:, 0]).tolist():
-        before = dijkstra(graph, directed=False, indices=corner[i] // 3, return_predecessors=True)[1]
+        before = integers(dijkstra(graph, directed=False, indices=corner[i] // 3, return_predecessors=True)[1])
         own = _rows(rows, np.array([corner[i]]))[0]
-        found += [_carried(frames, field, rows, before, corner[j]) - own for j in pairs[pairs[:, 0] == i, 1]]
+        others = corner[pairs[pairs[:, 0] == i, 1]].tolist()
+        found += [_carried(frames, field, rows, before, other) - own for other in others]
     return integers(np.array(found).swapaxes(1, 2))
 
 
 def _rows(rows: SparseMatrix, corners: IntArray) -> IntArray:
     """(n, m, 2) u and v of the integers at corners (n,)."""
-    dense = rows[(2 * corners[:, None] + [0, 1]).ravel()].toarray()
+    dense = rows[integers(2 * corners[:, None] + [0, 1]).ravel()].toarray()
     return np.rint(dense).astype(np.int64).reshape(len(corners), 2, -1).swapaxes(1, 2)
 
 
@@ -66,4 +68,4 @@ def _carried(frames: TangentFrames, field: CombedField, rows: SparseMatrix, befo
             here, there = _rows(rows, np.array([half, c.next_corner[c.twin[half]]]))
             value = there + quarter_turned(value - here, turn)
         triangle = int(before[triangle])
-    return value
+    return np.asarray(value)

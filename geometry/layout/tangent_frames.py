@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats
-from geometry.mesh import Combinatorics, Mesh
 from geometry.layout.arrays import ComplexArray, complexes
+from geometry.mesh import Combinatorics, Mesh
 
 __all__ = ["TangentFrames"]
 
@@ -71,8 +71,8 @@ class TangentFrames:
         return np.asarray(vectors.real[:, None] * self.axes[:, 0] + vectors.imag[:, None] * self.axes[:, 1])
 
     def traceless(self, tensors: FloatArray) -> ComplexArray:
-        """(F,) of symmetric bilinear forms (F, 3, 3): |q| is half the difference of their two values, and q has twice the
-        angle of the direction of the larger one.
+        """(F,) of symmetric bilinear forms (F, 3, 3): |q| is half the difference of their two values, and q has twice
+        the angle of the direction of the larger one.
         """
         xx, xy, yy = (np.einsum("fi,fij,fj->f", self.axes[:, a], tensors, self.axes[:, b]) for a, b in _PAIRS)
         return np.asarray((xx - yy) / 2 + 1j * xy)

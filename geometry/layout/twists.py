@@ -52,7 +52,7 @@ def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) ->
     lacks = (lacks / np.maximum(p * s + q * r, 0.2)[nearest]).clip(-LARGEST, LARGEST)
 
     distance, quad = KDTree(centres).query(triangle_centres, NEAREST)
-    weights = (distance / h + NEARNESS) ** -2
+    weights = (np.asarray(distance) / h + NEARNESS) ** -2
     alike = sign[quad] * _along(side[quad], first[:, None], second[:, None])
     return np.asarray((weights * alike * lacks[quad]).sum(axis=1) / weights.sum(axis=1))
 

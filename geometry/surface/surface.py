@@ -117,7 +117,7 @@ class Surface:
 
     @cached_property
     def triangulated(self) -> Mesh:
-        """The triangles as a mesh without loose vertices. A vertex where several fans of triangles meet is one of each."""
+        """The triangles as a mesh without loose vertices. A vertex where fans of triangles meet is one of each fan."""
         c = Combinatorics(len(self._vertices), self._triangles.ravel(), 3 * np.arange(len(self._triangles) + 1))
         across = np.flatnonzero(c.twin[c.previous_corner] >= 0)
         pairs = (across, c.twin[c.previous_corner[across]])  # corners of one vertex in neighbouring triangles
