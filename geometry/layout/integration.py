@@ -84,8 +84,9 @@ class Integration:
         matrix = np.tile(np.diag(weights), (len(at), 1, 1))
         right = np.tile(weights * IDENTITY, (len(at), 1))
         value, slope = conjugacy(self.network.forms, at)
-        matrix += CONJUGACY * slope[:, :, None] * slope[:, None]
-        right += CONJUGACY * value[:, None] * slope
+        trusted = CONJUGACY / (1 + opening)  # given up where it folds
+        matrix += trusted[:, None, None] * slope[:, :, None] * slope[:, None]
+        right += (trusted * value)[:, None] * slope
         p, q, r, s = at.T
         slope = np.stack([s, -r, -q, p], axis=1)
         matrix += opening[:, None, None] * slope[:, :, None] * slope[:, None]
@@ -145,14 +146,17 @@ class Integration:
         for _ in range(1 + CONJUGACY_STEPS):
             x = self._step(at, opening, whole, h)
             at = self.at(x, whole, h)
+        best, most = x, determinant(at).min()
         for _ in range(OPENING_ROUNDS):
             folded = determinant(at) < LEAST_DETERMINANT
             if not folded.any():
-                break
+                return x
             opening = np.where(folded, np.maximum(OPENING_WEIGHT, 2 * opening), opening)
             x = x + DAMPING * (self._step(at, opening, whole, h) - x)
             at = self.at(x, whole, h)
-        return x
+            least = determinant(at).min()
+            best, most = (x, least) if least > most else (best, most)
+        return best
 
     def _step(self, at: FloatArray, opening: FloatArray, t: FloatArray, h: float) -> FloatArray:
         matrix, right = self._quadratic(at, opening)

@@ -113,6 +113,9 @@ def _costs(polygons: Polygons, c: Combinatorics, edge_length: float) -> FloatArr
     at_rim = c.is_boundary_vertex[c.edges]
     moves = ~polygons.stays[c.edges] & (~at_rim | at_rim[:, ::-1])  # which end may give way
     possible = at_rim.any(axis=1) & moves.any(axis=1) & (c.is_boundary_edge | ~at_rim.all(axis=1))
+    third = c.corners[c.previous_corner]  # of a triangle; inside, it would lose an edge
+    spoils = (c.face_sizes[c.corner_face] == 3) & ~c.is_boundary_vertex[third]
+    possible[c.corner_edge[spoils]] = False
     sharpest = _sharpest(polygons, c)
     costs = np.where(possible, lengths, np.inf)
     shortest = np.full(c.n_faces, np.inf)
