@@ -215,11 +215,11 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "circularity conicality normals planarity",
     ),
     "geometry.layout": (
-        "arrays integer_lattices mesh_polylines open_rims",
+        "arrays integer_lattices mesh_polylines",
         "tangent_frames",
         "combed_fields cross_fields networks",
         "conjugate_networks seams twists quality",
-        "exact_maps integration singular_points",
+        "exact_maps integration open_rims singular_points",
         "grid_points",
         "rays",
         "cells",

@@ -88,8 +88,9 @@ def followed_closer(
     signs = np.repeat([1.0, -1.0], m)
     difference = csr_array(coo_array((signs, (rows, np.concatenate([right, left]))), shape=(m, n)))
     smooth = difference.T @ diags_array(stiffness) @ difference
-    pull = frames.areas * weights + PREFERENCE * frames.areas / frames.areas.sum()
-    factor = splu(csc_array(smooth + diags_array(pull)))
+    pull = frames.areas * weights
+    floor = PREFERENCE * frames.areas / frames.areas.sum()
+    factor = splu(csc_array(smooth + diags_array(pull + floor)))
     for _ in range(ANGLE_STEPS):
         carried = first[left] * np.exp(1j * frames.edge_turns[inner]) * 1j ** (turns[inner] % 4)
         residual = np.angle(first[right] * carried.conj())

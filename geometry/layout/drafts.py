@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
-from geometry.errors import FoldedError
+from geometry.errors import FoldedError, GeometryError
 from geometry.layout.cells import cells_between_isolines
 from geometry.layout.combed_fields import CombedField
 from geometry.layout.exact_maps import ExactMap
@@ -59,9 +59,10 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     else:
         least = min(folded, key=len)
         raise FoldedError(
-            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are turned over between the lines "
-            f"of a mesh of {n_faces:.0f} faces, and for slightly other numbers, too",
-            f"its lines have {np.count_nonzero(field.indices)} singular points: ask for more faces, or smooth the surface",
+            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are turned over between lines of "
+            f"a mesh of {n_faces:.0f} faces with {np.count_nonzero(field.indices)} singular points, and for slightly "
+            "other numbers of faces, too",
+            "ask for more faces, or smooth the surface",
             elements=least.tolist(),
             value=float(len(least)),
             bound=0.0,
@@ -71,6 +72,15 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     kept = (cells.vertices >= 0) & (_is_corner(surface) | (field.indices != 0))[cells.vertices]
     numbers = integers(np.arange(len(positions)))
     polygons = tidied_rim(Polygons(positions, numbers, kept, cells.corners, cells.starts), h)
+    chi = polygons.combinatorics.euler_characteristic
+    if chi != c.euler_characteristic:
+        raise GeometryError(
+            f"a hole or piece of the surface is too small for faces of edge length {h:.3g}: the mesh would have the "
+            f"Euler characteristic {chi}, the surface has {c.euler_characteristic}; fill holes, or give a shorter edge "
+            "length",
+            value=float(chi),
+            bound=float(c.euler_characteristic),
+        )
     return Draft(
         Mesh(polygons.positions, polygons.combinatorics),
         cells.vertices[polygons.origins],

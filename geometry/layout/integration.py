@@ -35,7 +35,7 @@ FREE = 1e-10
 
 CONJUGACY_STEPS = 2
 
-LEAST_DETERMINANT, WANTED_DETERMINANT = 0.2, 0.35
+LEAST_DETERMINANT, WANTED_DETERMINANT = 0.15, 0.3
 """Of triangles, below which they are opened, and what is asked of them then."""
 
 OPENING_ROUNDS, OPENING_WEIGHT, DAMPING = 16, 1.0, 0.7

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
-from geometry.mesh import Combinatorics
+from geometry.layout.quality import corner_angles
+from geometry.mesh import Combinatorics, Mesh
 
 __all__ = ["Polygons", "tidied_rim"]
 
@@ -128,10 +129,7 @@ def _costs(polygons: Polygons, c: Combinatorics, edge_length: float) -> FloatArr
 
 def _sharpest(polygons: Polygons, c: Combinatorics) -> FloatArray:
     """(F,) the smallest angle of each face."""
-    here = polygons.positions[c.corners]
-    ahead = polygons.positions[c.corners[c.next_corner]] - here
-    back = polygons.positions[c.corners[c.previous_corner]] - here
-    angles = np.arctan2(np.linalg.norm(np.cross(ahead, back), axis=1), np.einsum("ci,ci->c", ahead, back))
+    angles = corner_angles(Mesh(polygons.positions, c))
     sharpest = np.full(c.n_faces, np.inf)
     np.minimum.at(sharpest, c.corner_face, angles)
     return sharpest

@@ -39,10 +39,10 @@ SINGULAR = 1e-6
 class LaidMesh:
     """A mesh with its vertices on the surface, near to planar: `planarise` moves them a little.
 
-    polylines: of two families, each the vertices along a polyline of inner edges, see `mesh_polylines`. The first
-    family is nearer to the first direction of the network at most of its edges; about singularities of odd index the families
-    change places. singularities (k,) vertices and singular_indices (k,): their valence is 4 - index. edge_length: of
-    the grid, as asked for or found. network: what the edges follow.
+    polylines: of two families, each the vertices along a polyline of inner edges, see `mesh_polylines`. Those of the
+    first family are nearer to the first direction of the network at most of their edges; about singularities of odd
+    index the families change places. singularities (k,): vertices; singular_indices (k,): their valence is 4 - index.
+    edge_length: of the grid, as asked for or found. network: what the edges follow.
     """
 
     mesh: Mesh
@@ -129,7 +129,7 @@ def _affine(given: Any) -> FloatArray | None:
     if (
         affine.shape != (3, 3)
         or not np.isfinite(affine).all()
-        or abs(np.linalg.det(affine)) < SINGULAR * (affine**2).sum() ** 1.5
+        or abs(np.linalg.det(affine)) <= SINGULAR * (affine**2).sum() ** 1.5
     ):
         raise GeometryError(
             f"the affine map is {affine.tolist()}: an invertible matrix of 3 rows of 3 numbers is needed"

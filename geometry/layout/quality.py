@@ -12,7 +12,7 @@ from geometry.layout.networks import Network
 from geometry.mesh import Mesh
 from geometry.surface import Surface
 
-__all__ = ["LayoutQuality", "layout_quality"]
+__all__ = ["LayoutQuality", "corner_angles", "layout_quality"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,22 +39,27 @@ def layout_quality(mesh: Mesh, network: Network, surface: Surface, undirected_sh
     c = mesh.combinatorics
     inside = c.is_used & ~c.is_boundary_vertex
     valences = np.bincount(c.vertex_degrees[inside])
-    ahead = mesh.vertices[c.corners[c.next_corner]] - mesh.vertices[c.corners]
-    back = mesh.vertices[c.corners[c.previous_corner]] - mesh.vertices[c.corners]
-    angles = np.arctan2(np.linalg.norm(np.cross(ahead, back), axis=1), np.einsum("ci,ci->c", ahead, back))
     sums = np.zeros((c.n_faces, 3))
     np.add.at(sums, c.corner_face, mesh.vertices[c.corners])
     centres = sums / c.face_sizes[:, None]
     return LayoutQuality(
         float((c.face_sizes == 4).mean()),
         {int(k): int(valences[k]) for k in np.flatnonzero(valences) if k != 4},
-        floats(angles),
+        floats(corner_angles(mesh)),
         floats(mesh.edge_lengths / mesh.mean_edge_length),
         floats(_off_network(mesh, network)),
         mesh.planarity,
         floats(np.linalg.norm(surface.closest(centres)[0] - centres, axis=1) / mesh.mean_edge_length),
         undirected_share,
     )
+
+
+def corner_angles(mesh: Mesh) -> FloatArray:
+    """(C,) between the two edges of each corner, up to pi."""
+    c = mesh.combinatorics
+    ahead = mesh.vertices[c.corners[c.next_corner]] - mesh.vertices[c.corners]
+    back = mesh.vertices[c.corners[c.previous_corner]] - mesh.vertices[c.corners]
+    return np.asarray(np.arctan2(np.linalg.norm(np.cross(ahead, back), axis=1), np.einsum("ci,ci->c", ahead, back)))
 
 
 def _off_network(mesh: Mesh, network: Network) -> FloatArray:

@@ -1,0 +1,191 @@
+"""Quads laid on surfaces with known principal lines: topology, what changes nothing, polylines, refusals."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
+
+from geometry.errors import GeometryError
+from geometry.layout import LaidMesh, lay_quads
+from geometry.mesh import Mesh, shapes
+from geometry.surface import Surface
+from tests.geometry.design_surfaces import KNOWN, ball, chart, cylinder, sphere_cap, torus, triangle_mesh
+
+
+def saddle() -> Surface:
+    return chart(30, 30, lambda u, v: (2 * u - 1, 2 * v - 1, 0.6 * ((2 * u - 1) ** 2 - (2 * v - 1) ** 2)))
+
+
+def plane() -> Surface:
+    return chart(30, 20, lambda u, v: (2 * u, v, 0 * u))
+
+
+@cache
+def laid(name: str) -> tuple[Surface, LaidMesh]:
+    surface = KNOWN[name][0]()
+    return surface, lay_quads(surface, n_faces=1000)
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_known_surfaces(name: str) -> None:
+    surface, result = laid(name)
+    c, valences = result.mesh.combinatorics, KNOWN[name][1]
+    assert result.quality.valences == valences
+    assert c.euler_characteristic == surface.mesh.combinatorics.euler_characteristic
+    assert len(c.boundary_loops) == len(surface.mesh.combinatorics.boundary_loops)
+    assert abs(c.n_faces - 1000) < 50
+    assert result.quality.quad_share > 0.95
+    assert np.quantile(result.quality.off_network, 0.9) < np.radians(10)
+    assert np.degrees(result.quality.corner_angles.min()) > 20
+    assert np.degrees(result.quality.corner_angles.max()) < 160
+    assert result.quality.planarity.mean() < 1e-3
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_singularities_are_the_irregular_vertices(name: str) -> None:
+    result = laid(name)[1]
+    c = result.mesh.combinatorics
+    irregular = np.flatnonzero(~c.is_boundary_vertex & (c.vertex_degrees != 4))
+    assert np.array_equal(np.sort(result.singularities), irregular)
+    assert np.array_equal(c.vertex_degrees[result.singularities], 4 - result.singular_indices)
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_polylines_have_every_inner_edge_once(name: str) -> None:
+    result = laid(name)[1]
+    c = result.mesh.combinatorics
+    steps = np.concatenate([np.stack([p[:-1], p[1:]]) for family in result.polylines for p in family], axis=1)
+    keys = np.sort(steps, axis=0).T @ [c.n_vertices, 1]
+    inner = np.sort(c.edges[~c.is_boundary_edge], axis=1) @ [c.n_vertices, 1]
+    assert np.array_equal(np.sort(keys), np.sort(inner))
+
+
+def test_polylines_of_a_cylinder_are_its_rulings_and_circles() -> None:
+    result = laid("cylinder")[1]
+    families = [np.concatenate([np.diff(result.mesh.vertices[p], axis=0) for p in f]) for f in result.polylines]
+    upright = sorted(float(np.abs(steps[:, 2]).max() / np.linalg.norm(steps, axis=1).max()) for steps in families)
+    assert upright[0] < 1e-3
+    assert abs(upright[1] - 1) < 1e-6
+
+
+def test_the_boundary_can_be_made_of_lines() -> None:
+    for surface, corners in ((saddle(), 4), (sphere_cap(16), 0), (cylinder(2 * np.pi, rings="u"), 0)):
+        result = lay_quads(surface, n_faces=300, boundary="aligned")
+        c = result.mesh.combinatorics
+        assert result.quality.quad_share == 1
+        assert c.euler_characteristic == surface.mesh.combinatorics.euler_characteristic
+        outer = c.is_boundary_vertex
+        assert (c.vertex_degrees[outer] == 2).sum() == corners
+        assert set(c.vertex_degrees[outer].tolist()) <= {2, 3}
+
+
+def test_an_edge_length_is_reached() -> None:
+    result = lay_quads(torus(), edge_length=0.4)
+    assert abs(result.mesh.mean_edge_length - 0.4) < 0.04
+
+
+def assert_same(one: Mesh, two: Mesh) -> None:
+    """But for the numbers of vertices and faces."""
+    distance, number = KDTree(two.vertices).query(one.vertices)
+    assert distance.max() < 1e-4 * one.mean_edge_length
+    edges = [np.sort(pairs, axis=1) for pairs in (number[one.combinatorics.edges], two.combinatorics.edges)]
+    keys = [np.sort(pairs @ [two.n_vertices, 1]) for pairs in edges]
+    assert np.array_equal(*keys)
+
+
+def test_rigid_motions_and_scaling_change_nothing() -> None:
+    surface = ball(3, (3.0, 2.0, 1.2))
+    here = lay_quads(surface, n_faces=200)
+    turn = Rotation.from_rotvec([0.4, -1.1, 0.3]).as_matrix()
+    moved = Surface(surface.mesh.with_vertices(30 * surface.mesh.vertices @ turn.T + [5000, -3000, 100]))
+    there = lay_quads(moved, n_faces=200)
+    assert_same(there.mesh, here.mesh.with_vertices(30 * here.mesh.vertices @ turn.T + [5000, -3000, 100]))
+
+
+def test_affine_maps_that_keep_angles_give_principal_lines() -> None:
+    surface = saddle()
+    principal = lay_quads(surface, n_faces=200)
+    for affine in (np.eye(3), -2 * np.eye(3)):
+        result = lay_quads(surface, n_faces=200, affine=affine)
+        assert_same(result.mesh, principal.mesh)
+
+
+def test_other_conjugate_lines_planarise_as_well() -> None:
+    surface = chart(40, 40, lambda u, v: (2 * u - 1, 2 * v - 1, 0.5 * (2 * u - 1) ** 2 + 0.2 * (2 * v - 1) ** 2))
+    result = lay_quads(surface, n_faces=400, affine=[[1, 0.5, 0], [0, 1, 0], [0, 0, 1]])
+    assert 45 < np.degrees(np.median(result.quality.corner_angles[result.quality.corner_angles < np.pi / 2])) < 88
+    assert result.quality.planarity.max() < 0.02
+    assert np.quantile(np.abs(result.network.forms[:, 1]), 0.9) < 0.05
+
+
+def test_planarity_falls_with_the_square_of_the_edge_length() -> None:
+    """Of quads inside: II of the two families tends to 0."""
+    surface, sizes = ball(4, (3.0, 2.0, 1.2)), (200, 800)
+    twists = []
+    for n in sizes:
+        result = lay_quads(surface, n_faces=n)
+        twists.append(float(np.sqrt(np.mean(result.quality.planarity**2))))
+    order = np.log(twists[0] / twists[1]) / np.log(2)
+    print(f"planarity {twists}, order {order:.2f}")
+    assert order > 1.3
+
+
+def test_a_plane_has_lines_along_its_longest_direction() -> None:
+    result = lay_quads(plane(), n_faces=200)
+    assert result.quality.undirected_share == 1
+    steps = np.concatenate([np.diff(result.mesh.vertices[p], axis=0) for f in result.polylines for p in f])
+    assert np.quantile(np.minimum(np.abs(steps[:, 0]), np.abs(steps[:, 1])), 0.8) < 1e-6
+
+
+def test_corners_of_the_boundary_are_kept() -> None:
+    result = lay_quads(plane(), n_faces=150)
+    for corner in ([0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]):
+        assert np.linalg.norm(result.mesh.vertices - corner, axis=1).min() < 1e-9
+
+
+def test_several_pieces_and_polygons() -> None:
+    angles = 2 * np.pi * np.arange(24) / 24
+    one = shapes.torus(np.stack([3 + np.cos(angles), np.sin(angles)], axis=1), 36)
+    two = Mesh.from_faces(
+        np.concatenate([one.vertices, one.vertices + np.array([100, 0, 0])]),
+        [*one.combinatorics.faces(), *[[v + one.n_vertices for v in f] for f in one.combinatorics.faces()]],
+    )
+    result = lay_quads(Surface(two), n_faces=400)
+    c = result.mesh.combinatorics
+    assert c.euler_characteristic == 0
+    assert len(np.unique(c.face_components)) == 2
+    assert result.quality.quad_share == 1
+    assert result.quality.valences == {}
+
+
+def punched() -> Surface:
+    """A plane without one of its triangles."""
+    mesh = plane().mesh
+    faces = mesh.combinatorics.faces()
+    del faces[37]
+    return Surface(Mesh.from_faces(mesh.vertices, faces))
+
+
+@pytest.mark.parametrize(
+    ("ask", "says"),
+    [
+        (lambda: lay_quads(plane()), "either a number of faces or an edge length"),
+        (lambda: lay_quads(plane(), n_faces=100, edge_length=0.1), "either a number of faces or an edge length"),
+        (lambda: lay_quads(plane(), edge_length=0.0), "the edge length is 0.0: a number above 0"),
+        (lambda: lay_quads(plane(), edge_length=9.0), "give an edge length of 0.707 or less"),
+        (lambda: lay_quads(plane(), n_faces=2), "at least 4 are needed"),
+        (lambda: lay_quads(plane(), n_faces=10, boundary="half"), "it is 'open' or 'aligned'"),  # type: ignore[arg-type]
+        (lambda: lay_quads(plane(), n_faces=10, affine=np.zeros((3, 3))), "an invertible matrix"),
+        (lambda: lay_quads(plane().mesh, n_faces=10), "make it one by Surface"),  # type: ignore[arg-type]
+        (lambda: lay_quads(punched(), n_faces=12), "is met by no line of the mesh"),
+        (lambda: lay_quads(Surface(triangle_mesh(np.eye(3), np.array([[0, 1, 2]]))), n_faces=9), "curvature needs 5"),
+        (lambda: lay_quads(cylinder(n=3, m=2), edge_length=0.001), "divide its triangles"),
+    ],
+)
+def test_refusals(ask: object, says: str) -> None:
+    with pytest.raises(GeometryError, match=says):
+        ask()  # type: ignore[operator]
