@@ -3,6 +3,7 @@
 from geometry.surface.curvature import Curvature, Umbilics
 from geometry.surface.curve import Curve
 from geometry.surface.curved_triangles import on_curved_triangles, refined
+from geometry.surface.smoothing import SmoothedSurface, smoothed
 from geometry.surface.surface import Surface
 
-__all__ = ["Curvature", "Curve", "Surface", "Umbilics", "on_curved_triangles", "refined"]
+__all__ = ["Curvature", "Curve", "SmoothedSurface", "Surface", "Umbilics", "on_curved_triangles", "refined", "smoothed"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geometry.errors import MeshError
+from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh
-from geometry.surface import Curvature, Surface, refined
+from geometry.surface import Curvature, Surface, refined, smoothed
 from tests.geometry.design_surfaces import ball, chart, cylinder, disc, monkey_saddle, torus, triangle_mesh
 
 
@@ -93,3 +93,35 @@ def test_polygons_become_triangles_about_their_centroids() -> None:
     triangulated = Surface(Mesh.from_faces([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], [[0, 1, 2, 3]])).triangulated
     assert triangulated.n_faces == 4
     assert triangulated.combinatorics.is_boundary_vertex.tolist() == [True] * 4 + [False]
+
+
+def test_smoothing_takes_noise_out_and_tells_the_moves() -> None:
+    clean = chart(30, 30, lambda u, v: (2 * u - 1, 2 * v - 1, 0.3 * (2 * u - 1) ** 2)).mesh
+    noise = 0.1 * clean.mean_edge_length * np.random.default_rng(1).normal(size=clean.vertices.shape)
+    noisy = clean.vertices + noise
+    corners = np.flatnonzero((np.abs(clean.vertices[:, :2]) == 1).all(axis=1))
+    result = smoothed(Surface(clean.with_vertices(noisy)), 8 * clean.mean_edge_length)
+    found = result.surface.mesh.vertices
+    assert np.array_equal(result.moves, np.linalg.norm(found - noisy, axis=1))
+    middle = np.abs(clean.vertices[:, :2]).max(axis=1) < 0.7
+    assert np.abs((found - clean.vertices)[middle, 2]).mean() < 0.4 * np.abs(noise[middle, 2]).mean()
+    assert np.abs(found - noisy)[corners].max() < 1e-3 * clean.mean_edge_length
+    errors = [
+        np.abs(Curvature.of(mesh).tensors - Curvature.of(clean).tensors).mean()
+        for mesh in (clean.with_vertices(noisy), result.surface.mesh)
+    ]
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_smoothing_damps_short_waves_only() -> None:
+    for periods, kept in ((2, 0.9), (12, 0.15)):
+        surface = chart(60, 8, lambda u, v, k=periods: (10 * u, v, 0.01 * np.sin(2 * np.pi * k * u)))
+        vertices = smoothed(surface, 10 / 5).surface.mesh.vertices
+        left = np.abs(vertices[np.abs(vertices[:, 0] - 5) < 2.5, 2]).max() / 0.01
+        print(periods, left)
+        assert (left > kept) if periods == 2 else (left < kept)
+
+
+def test_a_wavelength_is_positive() -> None:
+    with pytest.raises(GeometryError, match="the wavelength is 0: a length above 0 is needed"):
+        smoothed(cylinder(), 0)
