@@ -54,7 +54,7 @@ def main() -> dict[str, float]:
         "vertices": k.mesh.n_vertices,
         "edges": k.mesh.n_edges,
         "faces": k.mesh.n_faces,
-        "largest deviation of an edge from distance 1": float(np.abs(edge_distances(k.mesh, k.mesh) - 1).max()),
+        "largest deviation of an edge from distance 1": float(np.abs(edge_distances(k.mesh) - 1).max()),
         "largest distance of points of tangency from the circles of faces": off_circles(k.face_circles, c.edge_faces),
         "largest distance of points of tangency from the circles of vertices": off_circles(k.vertex_circles, c.edges),
         "largest sine between circles of neighbouring faces": float(touching[0]),

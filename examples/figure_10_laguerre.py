@@ -18,6 +18,7 @@ from drawing import CLAY, GOLD, Note, Panel, Shapes, View, draw_page, faces, mix
 from geometry import Mesh, edge_distances, face_curvatures, parallelity
 from geometry.curvature import constant_mean_of_revolution
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.gauss import Pair
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 from geometry.spheres.laguerre import LaguerreTransformation
 
@@ -44,18 +45,18 @@ def transformed() -> tuple[Mesh, Mesh]:
 def apart(mesh: Mesh, gauss_image: Mesh) -> float:
     """How far edges of M and M + d S are from the distance d, over d: the largest of all."""
     offset = mesh + gauss_image * DISTANCE
-    return float(np.abs(edge_distances(mesh, offset - mesh) / DISTANCE - 1).max())
+    return float(np.abs(Pair(mesh, offset - mesh).edge_distances / DISTANCE - 1).max())
 
 
 def main() -> dict[str, float]:
     (m, s), (m1, s1) = original(), transformed()
-    curvatures = face_curvatures(m, s)
+    curvatures = face_curvatures(Pair(m, s))
     return {
         "faces": m.n_faces,
         "largest deviation of the mean curvature of M from -1": float(np.abs(curvatures.mean - MEAN).max()),
         "faces of M with negative Gaussian curvature": int((curvatures.gaussian < -FLAT).sum()),
-        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s, s) - 1).max()),
-        "largest deviation of an edge of S' from distance 1": float(np.abs(edge_distances(s1, s1) - 1).max()),
+        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s) - 1).max()),
+        "largest deviation of an edge of S' from distance 1": float(np.abs(edge_distances(s1) - 1).max()),
         "largest deviation of edges of M and M + d S from distance d, over d": apart(m, s),
         "largest deviation of edges of M' and M' + d S' from distance d, over d": apart(m1, s1),
         "largest sine between edges of M' and S'": float((parallelity(m1, s1) / s1.edge_lengths).max()),

@@ -18,6 +18,7 @@ from geometry import Mesh, edge_distances, edge_factors, face_curvatures, parall
 from geometry.arrays import BoolArray, IntArray
 from geometry.edge_offset.koebe_polyhedra import koebe
 from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs
+from geometry.gauss import Pair
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 from geometry.mesh.patterns import pentagon_patch
 
@@ -42,13 +43,13 @@ def pair() -> tuple[Mesh, Mesh]:
 def main() -> dict[str, float]:
     m, s = pair()
     offset = m + s * DISTANCE
-    apart = edge_distances(m, offset - m) / DISTANCE
+    apart = Pair(m, offset - m).edge_distances / DISTANCE
     return {
         "faces": m.n_faces,
         "edges": m.n_edges,
         "reversed edges": int((edge_factors(s, m) < 0).sum()),
-        "largest Gaussian curvature": float(face_curvatures(m, s).gaussian.max()),
-        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s, s) - 1).max()),
+        "largest Gaussian curvature": float(face_curvatures(Pair(m, s)).gaussian.max()),
+        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s) - 1).max()),
         "largest deviation of edges of M and M + d S from distance d, over d": float(np.abs(apart - 1).max()),
         "largest sine between corresponding edges": float((parallelity(m, s) / s.edge_lengths).max()),
         "least edge factor, without its sign": float(np.abs(edge_factors(s, m)).min()),

@@ -17,6 +17,7 @@ from drawing import BLUE, CLAY, GOLD, Label, Note, Panel, Shapes, View, draw_pag
 from geometry import Mesh, edge_factors, face_curvatures, parallelity
 from geometry.arrays import FloatArray
 from geometry.curvature import minimal_of_revolution
+from geometry.gauss import Pair
 from geometry.mesh import shapes
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 
@@ -49,7 +50,7 @@ def diagonals(mesh: Mesh) -> FloatArray:
 def main() -> dict[str, float]:
     m, s = minimal(), gauss_image()
     sines = np.linalg.norm(np.cross(diagonals(m), diagonals(s)[:, ::-1]), axis=2)
-    curvatures = face_curvatures(m, s)
+    curvatures = face_curvatures(Pair(m, s))
     radii = np.linalg.norm(s.vertices, axis=1)
     return {
         "faces": m.n_faces,

@@ -17,6 +17,7 @@ from geometry import Mesh, edge_distances, edge_factors, face_curvatures, parall
 from geometry.arrays import BoolArray
 from geometry.curvature import minimal_of_revolution
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.gauss import Pair
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 
 AROUND, ROWS = 18, 7
@@ -38,14 +39,14 @@ def reversed_edges() -> BoolArray:
 
 def main() -> dict[str, float]:
     m, s = minimal(), koebe()
-    curvatures = face_curvatures(m, s)
+    curvatures = face_curvatures(Pair(m, s))
     return {
         "faces": m.n_faces,
         "edges": m.n_edges,
         "reversed edges": int(reversed_edges().sum()),
         "largest mean curvature, over one over the waist": float(np.abs(curvatures.mean).max()),
         "largest Gaussian curvature, over its square": float(curvatures.gaussian.max()),
-        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s, s) - 1).max()),
+        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s) - 1).max()),
         "largest sine between corresponding edges": float((parallelity(m, s) / s.edge_lengths).max()),
         "faces of M that cross themselves or others": len(self_crossing_faces(m)) + len(intersecting_faces(m)),
     }

@@ -25,7 +25,7 @@ from parameters_study import Parameter, Study
 
 from geometry.arrays import BoolArray, FloatArray
 from geometry.curvature import FaceCurvatures, face_curvatures
-from geometry.gauss import edge_distances
+from geometry.gauss import Pair, edge_distances
 from geometry.mesh import Combinatorics, Mesh
 from geometry.parallel import edge_factors, parallelity
 
@@ -61,7 +61,7 @@ class State:
     @classmethod
     def of(cls, mesh: Mesh, gauss_image: Mesh) -> State:
         reversed_edges = edge_factors(gauss_image, mesh) < 0
-        return cls(mesh, gauss_image, face_curvatures(mesh, gauss_image), reversed_edges)
+        return cls(mesh, gauss_image, face_curvatures(Pair(mesh, gauss_image)), reversed_edges)
 
     @property
     def numbers(self) -> list[float]:
@@ -71,7 +71,7 @@ class State:
             (self.mesh.n_faces, self.mesh.n_faces),
             (int(self.is_reversed.sum()), self.mesh.n_edges),
             _ends(self.mesh.edge_lengths),
-            _ends(edge_distances(self.mesh, self.gauss_image)),
+            _ends(Pair(self.mesh, self.gauss_image).edge_distances),
             _ends(self.curvatures.mean),
             _ends(np.linalg.norm(self.gauss_image.vertices, axis=1)),
             (_short(wide), _short(high)),
@@ -106,7 +106,7 @@ def main() -> dict[str, float]:
     return {
         **{f"meshes, {family}": count for family, count in families.items()},
         "largest deviation of an edge of S from distance 1": max(
-            float(np.abs(edge_distances(s.gauss_image, s.gauss_image) - 1).max()) for _, s in everything
+            float(np.abs(edge_distances(s.gauss_image) - 1).max()) for _, s in everything
         ),
         "largest sine between corresponding edges": max(
             float((parallelity(s.mesh, s.gauss_image) / s.gauss_image.edge_lengths).max()) for _, s in everything

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fabkit.designs import (
-    Bend,
+    EdgeOffsetDesign,
     Faces,
     MinimalShape,
     Tiles,
@@ -24,6 +24,7 @@ from fabkit.errors import ProjectError
 from geometry.edge_offset.buildability import NARROWEST, face_necks, sound_piece, without_unsound_rim
 from geometry.errors import GeometryError
 from geometry.files import write_mesh
+from geometry.gauss import Pair
 from geometry.mesh import Mesh, shapes
 from geometry.mesh.intersections.meeting_faces import is_embedded
 from tests.fabkit.test_designs import refused, run, surface
@@ -94,12 +95,12 @@ def test_a_mesh_that_shrinks_to_a_point_is_none(tmp_path: Path, mean: float) -> 
 
 
 def test_an_edge_that_has_shrunk_is_named(tmp_path: Path) -> None:
-    dome = koebe_design(count=4, bend=Bend.SPHERE)
-    vertices = dome.mesh.vertices.copy()
-    i, j = dome.mesh.combinatorics.edges[7]
-    vertices[j] = vertices[i] + 1e-9
-    with pytest.raises(ProjectError, match=rf"edge 7 from vertex {i} to vertex {j} of the mesh has shrunk to"):
-        type(dome).of("koebe", dome.mesh.with_vertices(vertices), dome.gauss_image, {}).measures()
+    cube = shapes.cube() * 0.5**0.5
+    flat = cube.with_vertices(cube.vertices * [1.0, 1.0, 1e-7])  # parallel, with four edges that are nearly points
+    edge = int(flat.edge_lengths.argmin())
+    i, j = flat.combinatorics.edges[edge]
+    with pytest.raises(ProjectError, match=rf"edge {edge} from vertex {i} to vertex {j} of the mesh has shrunk to"):
+        EdgeOffsetDesign.of("koebe", Pair(flat, cube), {}).measures()
 
 
 def test_counts_beyond_memory_get_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
