@@ -43,7 +43,7 @@ def rounded(folder: Path, digits: int, **meshes: Mesh) -> Path:
 
 def test_pairs_of_few_digits_are_made_exact_before_they_are_designed_with(tmp_path: Path) -> None:
     dome = koebe_design(tiles=Tiles.HEXAGONS, count=6)
-    files = rounded(tmp_path / "dome", 6, M=dome.mesh, S=dome.gauss_image)
+    files = rounded(tmp_path / "dome", 6, M=dome.mesh, S=dome.pair.gauss_image)
     even = cmc_near_design(files / "M.obj", files / "S.obj").measures()
     assert even["edges_off_parallel"] < 1e-12
     assert 1e-12 < even["edges_of_s_off_distance_1"] < 1e-6  # six digits say no more
@@ -52,11 +52,11 @@ def test_pairs_of_few_digits_are_made_exact_before_they_are_designed_with(tmp_pa
 
 def test_hexagons_have_a_dual_even_with_few_digits_and_quads_say_that_they_need_more(tmp_path: Path) -> None:
     catenoid = minimal_design(faces=Faces.HEXAGONS, count=12)
-    files = rounded(tmp_path / "hexagons", 7, S=catenoid.gauss_image)
+    files = rounded(tmp_path / "hexagons", 7, S=catenoid.pair.gauss_image)
     found = minimal_design(gauss_image=files / "S.obj").measures()
     assert abs(found["mean_curvature"]["largest"]) < 1e-12
     enneper = minimal_design(shape=MinimalShape.ENNEPER, count=6)
-    files = rounded(tmp_path / "quads", 7, S=enneper.gauss_image)
+    files = rounded(tmp_path / "quads", 7, S=enneper.pair.gauss_image)
     with pytest.raises(
         ProjectError, match=r"no Christoffel dual.*S\.obj is off the unit sphere by .*e-0. .*more digits"
     ):

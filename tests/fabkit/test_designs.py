@@ -202,7 +202,7 @@ def _pair(folder: Path) -> Pair:
 
 def test_the_dual_of_a_koebe_polyhedron_of_ones_own(tmp_path: Path) -> None:
     enneper = minimal_design(shape=MinimalShape.ENNEPER, count=8)
-    write_mesh(tmp_path / "K.ply", enneper.gauss_image)
+    write_mesh(tmp_path / "K.ply", enneper.pair.gauss_image)
     said = run("design", "minimal", "--gauss-image", tmp_path / "K.ply", "-o", tmp_path / "out")
     assert said.exit_code == 0, said.output
     mesh = read_mesh(tmp_path / "out" / "M.obj").mesh
@@ -244,7 +244,9 @@ def test_combinatorics_of_ones_own_closed_or_dual(tmp_path: Path) -> None:
     assert (dual.mesh.n_vertices, dual.mesh.n_faces) == (32, 60)
     saddle = koebe_design(count=6, bend=Bend.SADDLE)
     assert set(
-        np.bincount(saddle.mesh.combinatorics.corner_face, saddle.reversed_edges[saddle.mesh.combinatorics.corner_edge])
+        np.bincount(
+            saddle.mesh.combinatorics.corner_face, saddle.pair.reversed_edges[saddle.mesh.combinatorics.corner_edge]
+        )
     ) == {2}
     assert "closed polyhedron has no saddle" in refused(
         "design", "koebe", "--combinatorics", tmp_path / "ball.off", "--bend", "saddle", "-o", tmp_path / "out"
