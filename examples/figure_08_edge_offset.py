@@ -36,7 +36,8 @@ def support() -> SupportStructure:
 
 def main() -> dict[str, float]:
     structure = support()
-    apart = Pair(structure.mesh, structure.offset_mesh - structure.mesh).edge_distances / DISTANCE
+    between = structure.offset_mesh - structure.mesh
+    apart = edge_distances(between, structure.mesh.edge_directions) / DISTANCE
     depths = face_distances(koebe())
     return {
         "faces": structure.mesh.n_faces,

@@ -29,7 +29,7 @@ NEAR = 0.42
 @cache
 def polyhedron() -> KoebePolyhedron:
     even = koebe(dual(solids.snub_cube().combinatorics)).mesh
-    return KoebePolyhedron(MoebiusTransformation.boost((-0.16, 0.22, -0.12)).map_mesh(even))
+    return KoebePolyhedron(even).mapped(MoebiusTransformation.boost((-0.16, 0.22, -0.12)))
 
 
 def tangents(circles: SphereCircles, members: IntArray) -> FloatArray:

@@ -14,11 +14,10 @@ from pathlib import Path
 import numpy as np
 from drawing import CLAY, GLASS, INK, LINEN, Note, Panel, Shapes, View, draw_page, faces, tubes
 
-from geometry import Mesh, edge_distances, edge_factors, face_curvatures, parallelity
+from geometry import Mesh, Pair, edge_distances, edge_factors, face_curvatures, parallelity
 from geometry.arrays import BoolArray, IntArray
 from geometry.edge_offset.koebe_polyhedra import koebe
 from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs
-from geometry.gauss import Pair
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 from geometry.mesh.patterns import pentagon_patch
 
@@ -32,23 +31,21 @@ def signs(s: Mesh) -> IntArray:
 
 
 @cache
-def pair() -> tuple[Mesh, Mesh]:
+def pair() -> Pair:
     """M, S."""
     s = koebe(pentagon_patch(COUNT, COUNT), coverage=COVERAGE).mesh
     m = edge_offset_mesh(s, signs=signs(s), lengths=(s.edge_lengths, np.inf))
-    kept = s.combinatorics.inner_faces
-    return m.part(kept), s.part(kept)
+    return Pair(m, s).part(s.combinatorics.inner_faces)
 
 
 def main() -> dict[str, float]:
-    m, s = pair()
-    offset = m + s * DISTANCE
-    apart = Pair(m, offset - m).edge_distances / DISTANCE
+    m, s = pair().mesh, pair().gauss_image
+    apart = edge_distances(pair().offset_mesh(DISTANCE) - m, m.edge_directions) / DISTANCE
     return {
         "faces": m.n_faces,
         "edges": m.n_edges,
-        "reversed edges": int((edge_factors(s, m) < 0).sum()),
-        "largest Gaussian curvature": float(face_curvatures(Pair(m, s)).gaussian.max()),
+        "reversed edges": int(pair().reversed_edges.sum()),
+        "largest Gaussian curvature": float(face_curvatures(pair()).gaussian.max()),
         "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s) - 1).max()),
         "largest deviation of edges of M and M + d S from distance d, over d": float(np.abs(apart - 1).max()),
         "largest sine between corresponding edges": float((parallelity(m, s) / s.edge_lengths).max()),
@@ -72,8 +69,7 @@ def diagram() -> Shapes:
 
 
 def draw(path: Path) -> None:
-    m, s = pair()
-    against = np.asarray(edge_factors(s, m) < 0)
+    m, s, against = pair().mesh, pair().gauss_image, pair().reversed_edges
     size = float(np.abs(m.vertices).max())
     panels = [
         Panel(

@@ -15,7 +15,6 @@ from drawing import BLUE, CLAY, LINEN, Note, Panel, View, bars, draw_page, faces
 from geometry import SupportStructure, approximate_pair
 from geometry.arrays import IntArray
 from geometry.curvature import face_curvatures
-from geometry.gauss import Pair, vertex_distances
 from geometry.mesh import shapes
 
 DISTANCE = 0.16
@@ -38,18 +37,16 @@ def support() -> SupportStructure:
 @cache
 def saddles() -> IntArray:
     """Faces of negative Gaussian curvature with respect to S."""
-    structure = support()
-    return np.flatnonzero(face_curvatures(Pair(structure.mesh, structure.gauss_image)).gaussian < 0)
+    return np.flatnonzero(face_curvatures(support().pair).gaussian < 0)
 
 
 def main() -> dict[str, float]:
-    structure = support()
-    mesh, s = structure.mesh, structure.gauss_image
+    structure, pair = support(), support().pair
     return {
-        "faces": mesh.n_faces,
+        "faces": pair.mesh.n_faces,
         "faces of negative curvature": len(saddles()),
-        "innermost radius of S": float(Pair(mesh, s).face_distances.min()),
-        "outermost radius of S": float(vertex_distances(s).max()),
+        "innermost radius of S": float(pair.face_distances.min()),
+        "outermost radius of S": float(pair.vertex_distances.max()),
         "least height over d": float(structure.heights.min()),
         "largest height over d": float(structure.heights.max()),
     }
