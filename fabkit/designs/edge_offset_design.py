@@ -16,6 +16,7 @@ from fabkit.formats.drawings import pair_picture
 from fabkit.wording import echo
 from geometry.arrays import FloatArray
 from geometry.curvature import face_curvatures
+from geometry.edge_offset.buildability import face_widths
 from geometry.files import write_mesh
 from geometry.gauss import Pair, edge_distances
 from geometry.mesh import Mesh
@@ -114,7 +115,7 @@ class EdgeOffsetDesign:
 
     def proposed_mean_edge_mm(self) -> int:
         """1500, or less where panels would not go on common sheets: `WIDEST_PANEL_MM`."""
-        largest = float((_face_widths(self.mesh) / WIDEST_PANEL_MM).max())
+        largest = float((face_widths(self.mesh) / WIDEST_PANEL_MM).max())
         return max(1, min(1500, int(self.mesh.mean_edge_length / largest) // 50 * 50))
 
 
@@ -149,20 +150,6 @@ def check_touching(gauss_image: Mesh) -> None:
             f"of its radius (counted from 0), allowed {TOUCHING:.0e}, so beams on it have no common height: give a "
             "Koebe polyhedron, all of whose edges touch the sphere, such as an S.obj, with all its digits"
         )
-
-
-def _face_widths(mesh: Mesh) -> FloatArray:
-    """(F, 2) least extent of each face across one of its edges, and largest distance of two of its corners."""
-    c = mesh.combinatorics
-    widths = np.empty((c.n_faces, 2))
-    for faces, corners in c.faces_by_size():
-        p = mesh.vertices[c.corners[corners]]
-        apart = p[:, None] - p[:, :, None]  # face, from, to
-        along = np.roll(p, -1, axis=1) - p
-        along /= np.linalg.norm(along, axis=2, keepdims=True)
-        across = np.linalg.norm(np.cross(apart, along[:, :, None]), axis=3).max(axis=2)
-        widths[faces] = np.stack([across.min(axis=1), np.linalg.norm(apart, axis=3).max(axis=(1, 2))], axis=1)
-    return widths
 
 
 def write_design(design: EdgeOffsetDesign, out: Path, *, force: bool = False) -> dict[str, Any]:

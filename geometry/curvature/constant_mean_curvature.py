@@ -105,8 +105,8 @@ class ConstantMean:
         lengths = apply(self.closing.lengths, x)
         found = np.empty(self.closing.mesh.n_faces)
         for faces, edges, forms in self._forms:
-            here, image = lengths[edges], self.closing.mesh.edge_lengths[edges]
-            found[faces] = np.einsum("fi,fij,fj->f", self.mean * here + image, forms, here) / 2
+            of_mesh, of_gauss_image = lengths[edges], self.closing.mesh.edge_lengths[edges]
+            found[faces] = np.einsum("fi,fij,fj->f", self.mean * of_mesh + of_gauss_image, forms, of_mesh) / 2
         return found
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:

@@ -209,7 +209,7 @@ class Rings:
         if not max(by_radius[row], by_face[row]) > UPRIGHT:
             raise GeometryError(
                 f"the meridian edges of row {row} of the mesh would be infinitely long: its inflection is there, while "
-                "the image does not come nearer to the axis; take another radius, or more rows",
+                "the Gauss image does not come nearer to the axis; take another radius, or more rows",
                 elements=[row],
             )
         use_radius = by_radius >= by_face
