@@ -6,11 +6,14 @@ import csv
 import re
 from collections.abc import Sequence
 from datetime import datetime
+from io import BytesIO
 from pathlib import Path
 from typing import Any, TextIO
+from zipfile import ZipFile
 
 import numpy as np
 import xlsxwriter
+from xlsxwriter.utility import xl_col_to_name
 
 from fabkit.production import Cell, CutList, Nest, Summary, Table
 
@@ -20,7 +23,13 @@ __all__ = ["not_run", "write_csv", "write_xlsx"]
 CREATED = datetime(2000, 1, 1)
 WIDEST = 48
 
+LONGEST, GAP = 32767, " ..."
+"""Letters of a cell, at the most; what a text ends with that was longer."""
+
+_NOT_IN_XML = re.compile(r"[&<>]|[\x00-\x08\x0b-\x1f\ufffe\uffff]|_(?=x[0-9a-fA-F]{4}_)")
+_ENTITIES = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
 _NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?", re.ASCII)
+_MAY_RUN = re.compile(r"[-=+@\t\r\n\uff1d\uff0b\uff0d\uff20]")
 _RUN = re.compile(r"(?:^|(?<=[;\t\n]))(?=[-=+@\t\n\uff1d\uff0b\uff0d\uff20])")
 
 
@@ -30,7 +39,7 @@ def write_csv(target: Path | TextIO, table: Table) -> None:
     UTF-8 without a mark (everything but names is ASCII), commas, decimal points, lines end in \\n. Numbers are as they
     are; a text that a spreadsheet would take for a formula has an apostrophe before it, as `not_run` says.
     """
-    rows = [table.columns, *map(table.text, table.rows), table.text(table.totals)]
+    rows: list[Sequence[str]] = [table.columns, *table.texts, table.total_texts]
     rows += [[sentence] + [""] * (len(table.columns) - 1) for sentence in table.left_out]
     rows = [[not_run(cell) for cell in row] for row in rows]
     if isinstance(target, Path):
@@ -46,34 +55,48 @@ def not_run(cell: str) -> str:
     What begins with = + - @, a tab or a line end is run, also after a semicolon, tab or line end, at which spreadsheets
     of other countries part cells [OWASP, CSV Injection]. Numbers are no formulas.
     """
+    if not _MAY_RUN.search(cell) or _NUMBER.fullmatch(cell):
+        return cell
     lines = cell.replace("\r\n", "\n").replace("\r", "\n")  # of which csv.writer quotes no \r
-    return cell if _NUMBER.fullmatch(cell) else _RUN.sub("'", lines)
+    return _RUN.sub("'", lines)
 
 
 def write_xlsx(path: Path, lists: CutList, summary: Summary, nest: Nest | None) -> None:
     """A sheet Summary and one sheet for each table: header frozen and filtered, numbers as numbers, the totals below,
-    then in red what was left out."""
-    with xlsxwriter.Workbook(path, {"in_memory": True}) as workbook:
+    then in red what was left out.
+
+    xlsxwriter writes all but the rows; these are set into its text, since it takes five times as long for them, and
+    holds every cell in memory.
+    """
+    frame = BytesIO()
+    with xlsxwriter.Workbook(frame, {"in_memory": True}) as workbook:
         workbook.set_properties({"title": summary.name, "created": CREATED})
         _write_summary(workbook, lists, summary, nest)
         for table in lists.tables:
-            _write_table(workbook, table)
+            _write_frame(workbook, table)
+    tables = {f"xl/worksheets/sheet{number}.xml": table for number, table in enumerate(lists.tables, start=2)}
+    with ZipFile(frame) as source, ZipFile(path, "w") as target:
+        for item in source.infolist():
+            text = source.read(item)
+            if item.filename in tables and tables[item.filename].rows:
+                before, first_row, after = re.split(rb'(<row r="2".*?</row>)', text, maxsplit=1)
+                styles = re.findall(r's="(\d+)"', first_row.decode())
+                text = before + _rows(tables[item.filename], styles).encode() + after
+            target.writestr(item, text)
 
 
-def _write_table(workbook: Any, table: Table) -> None:
+def _write_frame(workbook: Any, table: Table) -> None:
+    """A table with no more than blanks in its first row, which have the formats of all rows."""
     sheet = workbook.add_worksheet(table.title.capitalize())
     head = workbook.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
-    formats = [workbook.add_format({"num_format": _pattern(decimals)}) for decimals in table.decimals]
-    total_formats = [
-        workbook.add_format({"bold": True, "top": 1, "num_format": _pattern(decimals)}) for decimals in table.decimals
-    ]
-    texts = [table.text(table.totals), *map(table.text, table.rows)]
-    for column, (name, shown) in enumerate(zip(table.columns, zip(*texts, strict=True), strict=True)):
+    texts = zip(table.columns, *table.texts, table.total_texts, strict=True)
+    for column, ((name, *shown), decimals, total) in enumerate(zip(texts, table.decimals, table.totals, strict=True)):
+        pattern = {"num_format": _pattern(decimals)}
         sheet.write_string(0, column, name, head)
         sheet.set_column(column, column, min(WIDEST, max(map(len, (name[:14], *shown)))) + 2)
-    for number, row in enumerate(table.rows, start=1):
-        _write_row(sheet, number, row, formats)
-    _write_row(sheet, len(table.rows) + 1, table.totals, total_formats)
+        if table.rows:
+            sheet.write_blank(1, column, None, workbook.add_format(pattern))
+        _write_cell(sheet, len(table.rows) + 1, column, total, workbook.add_format({"bold": True, "top": 1, **pattern}))
     red = workbook.add_format({"font_color": "red"})
     for number, sentence in enumerate(table.left_out, start=len(table.rows) + 2):
         sheet.write_string(number, 0, sentence, red)
@@ -84,9 +107,37 @@ def _write_table(workbook: Any, table: Table) -> None:
     sheet.repeat_rows(0)
 
 
-def _write_row(sheet: Any, number: int, row: Sequence[Cell], formats: Sequence[Any]) -> None:
-    for column, (cell, form) in enumerate(zip(row, formats, strict=True)):
-        _write_cell(sheet, number, column, cell, form)
+def _rows(table: Table, styles: Sequence[str]) -> str:
+    """The rows of a table as a sheet has them, the first one in its second row [ECMA-376, 18.3.1.73]."""
+    columns = [
+        _cells(xl_col_to_name(number), column, style)
+        for number, (column, style) in enumerate(zip(zip(*table.rows, strict=True), styles, strict=True))
+    ]
+    return "".join(f'<row r="{n}">{"".join(row)}</row>' for n, row in enumerate(zip(*columns, strict=True), start=2))
+
+
+def _cells(letters: str, column: Sequence[Cell], style: str) -> list[str]:
+    """A column, said by type, so that no text is taken for a formula or a number."""
+    start = f' s="{style}"'
+    text, number = start + ' t="inlineStr"><is><t xml:space="preserve">', start + "><v>"
+    return [
+        f'<c r="{letters}{n}"'
+        + (
+            f"{text}{_xml(cell)}</t></is></c>"
+            if isinstance(cell, str)
+            else f"{start}/>"
+            if cell is None
+            else f"{number}{cell}</v></c>"
+        )
+        for n, cell in enumerate(column, start=2)
+    ]
+
+
+def _xml(text: str) -> str:
+    """The text of a cell, of which a workbook takes LONGEST letters; controls by number [ECMA-376, 22.9.2.19]."""
+    if len(text) > LONGEST:
+        text = text[: LONGEST - len(GAP)] + GAP
+    return _NOT_IN_XML.sub(lambda found: _ENTITIES.get(found[0]) or f"_x{ord(found[0]):04X}_", text)
 
 
 def _write_cell(sheet: Any, number: int, column: int, cell: Cell, form: Any) -> None:

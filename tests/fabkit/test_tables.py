@@ -11,8 +11,9 @@ import openpyxl
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from openpyxl.utils.escape import unescape
 
-from fabkit.formats.tables import not_run, write_csv, write_xlsx
+from fabkit.formats.tables import GAP, LONGEST, not_run, write_csv, write_xlsx
 from fabkit.parts import Assembly
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.nests import Nest, Sheet
@@ -107,6 +108,19 @@ def test_texts_are_no_formulas(tmp_path: Path) -> None:
     write_xlsx(tmp_path / "a.xlsx", CutList(table, Table("u", *table_parts(table)), panels), gridshell_summary(), None)
     cell = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]["A2"]
     assert (cell.value, cell.data_type) == ("=1+1", "s")
+
+
+def test_any_text_and_number_reads_back_from_xlsx(tmp_path: Path) -> None:
+    rows = ((" <b>&amp;\x07 _x0041_\n", -1.25e-7, 3), ("x" * 40_000, None, "1.0 to 2.0"))
+    table = Table("t", ("Mark", "Mass (kg)", "Count"), (None, 3, 0), rows, ("Total", 0.1, 3), ())
+    empty = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
+    write_xlsx(tmp_path / "a.xlsx", CutList(table, Table("u", *table_parts(table)), empty), gridshell_summary(), None)
+    first, second, totals = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"].iter_rows(min_row=2, values_only=True)
+    assert (unescape(str(first[0])), *first[1:]) == rows[0]
+    assert second == ("x" * (LONGEST - len(GAP)) + GAP, None, "1.0 to 2.0")
+    assert totals == table.totals
+    sheet = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]
+    assert [[cell.number_format for cell in row] for row in sheet.iter_rows(min_row=2)] == [["@", "0.000", "0"]] * 3
 
 
 @given(st.text(st.sampled_from("=+-@\t\r\n;,' 0.5eA\uff1d\uff20")))
