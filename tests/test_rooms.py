@@ -238,7 +238,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "signed_meshes",
     ),
     "fabkit.production": (
-        "nests neighbours equal_shapes rectangles_left strokes part_measures",
+        "curves nests neighbours equal_shapes rectangles_left part_measures",
+        "strokes",
         "turns cut_lists drawing guillotine",
         "marks irregular",
         "sheet_nesting summary",

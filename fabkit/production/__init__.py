@@ -1,5 +1,6 @@
 """From parts to shop documents, still as data: marks, nests, cut lists, drawings, the facts of a build."""
 
+from fabkit.production.curves import Curves
 from fabkit.production.cut_lists import Cell, CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
@@ -14,6 +15,7 @@ __all__ = [
     "MARK",
     "SHEET",
     "Cell",
+    "Curves",
     "CutList",
     "Drawing",
     "ExactGaussImage",
