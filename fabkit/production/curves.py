@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -31,6 +31,12 @@ class Curves:
     def of(cls, curves: Sequence[FloatArray]) -> Curves:
         """From curves (k, 2)."""
         return cls(np.concatenate([np.empty((0, 2)), *curves]), np.cumsum([0, *map(len, curves)]))
+
+    @classmethod
+    def joined(cls, several: Iterable[Curves]) -> Curves:
+        """All the curves of several."""
+        points, counts = zip(*((each.points, np.diff(each.starts)) for each in several), strict=True)
+        return cls(np.concatenate(points), np.concatenate([[0], np.cumsum(np.concatenate(counts))]))
 
     def __len__(self) -> int:
         return len(self.starts) - 1

@@ -132,13 +132,9 @@ def _marks(panels: Sequence[Panel], edge_texts: Sequence[Sequence[str]]) -> tupl
     radii = np.linalg.norm(circles[:, 1] - circles[:, 0], axis=1)
     middle, of_middle = _middle_labels([panel.mark for panel in panels], circles[:, 0], radii).strokes()
     edges, of_edges = _edge_labels(panels, edge_texts, shapes, radii).strokes()
-    strokes = Curves(
-        np.concatenate([middle.points, edges.points]),
-        np.concatenate([middle.starts, len(middle.points) + edges.starts[1:]]),
-    )
     panel = np.concatenate([of_middle, of_edges])
     order = np.argsort(panel, kind="stable")
-    return strokes.take(order), panel[order]
+    return Curves.joined([middle, edges]).take(order), panel[order]
 
 
 def _middle_labels(texts: Sequence[str], centres: FloatArray, radii: FloatArray) -> _Labels:

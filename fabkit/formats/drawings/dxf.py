@@ -45,13 +45,14 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
     template = _template(version, drawing.notes)
     handles = iter(range(template.first_handle, 2**62))
     write = _lwpolyline if version == "R2010" else _polyline
-    curves = [Curves(all_of.points.round(DECIMALS) + 0.0, all_of.starts) for all_of in drawing.layers.values()]
+    curves = Curves.joined(drawing.layers.values())
+    curves = Curves(curves.points.round(DECIMALS) + 0.0, curves.starts)
+    layers = [layer for layer, own in drawing.layers.items() for _ in range(len(own))]
     entities = [
         write(layer, points, closed, template.owner, handles)
-        for layer, all_of in zip(drawing.layers, curves, strict=True)
-        for points, closed in _texts(all_of)
+        for layer, (points, closed) in zip(layers, _texts(curves), strict=True)
     ]
-    points = np.concatenate([all_of.points for all_of in curves])
+    points = curves.points
     text = template.fill("".join(entities), points.min(axis=0), points.max(axis=0), next(handles))
     if isinstance(target, Path):
         target.write_bytes(text.encode())
