@@ -14,7 +14,6 @@ from io import StringIO
 from pathlib import Path
 from typing import Literal, TextIO
 
-import numpy as np
 from ezdxf import new, options  # type: ignore[attr-defined]
 from ezdxf.document import Drawing as Document
 from pydantic_core import to_json
