@@ -109,7 +109,7 @@ def _parts(assembly: Assembly) -> Iterator[Fact]:
         yield Fact(f"{name}, marks", (n_marks,), keys=(f"counts.marks.{group}",), shown=in_cells)
         yield Fact(f"{name}, mass", (mass,), ",.1f", "kg", shown=in_cells)
         whole += mass
-    yield Fact("Mass", (whole,), ",.1f", "kg")
+    yield Fact("Mass", (whole,), ",.0f", "kg")
     if assembly.panels:
         yield Fact("Area of the panels", (sum(panel.area_mm2 for panel in assembly.panels) * 1e-6,), ".2f", "m²")
     yield Fact("Left out", (len(assembly.left_out),), keys=("counts.left_out",), shown=NOWHERE)
@@ -121,8 +121,9 @@ def _sheets(nest: Nest | None) -> Iterator[Fact]:
         yield Fact("Sheets used", (0,), keys=key, shown=NOWHERE)
         yield Fact("Panels were not nested", (), shown=in_cells)
         return
-    yield Fact("Sheets used", (nest.n_sheets,), keys=key)
-    yield Fact("Utilisation", (100 * nest.utilisation,), ".1f", "%")
+    used = 100 * nest.utilisation
+    yield Fact("Sheets used", (nest.n_sheets,), note=f"{used:.0f} % of their area", keys=key)
+    yield Fact("Utilisation", (used,), ".1f", "%", shown=in_cells)
     yield Fact("Stock", (f"{nest.sheet.length_mm:g} x {nest.sheet.width_mm:g} mm",), shown=in_cells)
     yield Fact("Gap between panels", (nest.gap_mm,), "g", "mm", shown=in_cells)
     yield Fact("Border of a sheet", (nest.border_mm,), "g", "mm", shown=in_cells)
