@@ -38,7 +38,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.surface",
     },
     "geometry.arrays": set(),
-    "geometry.errors": set(),
+    "geometry.errors": {"geometry.arrays"},
     "geometry.mesh": GROUND,
     "geometry.mesh.intersections": {"geometry.mesh", "geometry.arrays"},
     "geometry.optimise": GROUND,
