@@ -195,7 +195,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "geometry.optimise": (
         "functional solution",
-        "affine saddle_point",
+        "affine blocks saddle_point",
         "constrained semidefinite grounded_laplacian",
         "bounded",
         "newton",

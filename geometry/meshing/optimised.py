@@ -14,7 +14,7 @@ from geometry.functionals import Convexity, OnCurve, OnSurface, Planarity, face_
 from geometry.mesh import Mesh
 from geometry.meshing.guides import Effort, Guides, MeshGuides, in_edge_lengths
 from geometry.meshing.outcome_checks import LEAST_TURN, Aim, check_fixed_faces, check_outcome
-from geometry.optimise import AffineMap, At, Functional, Reason, Solution, SparseMatrix, Stack, nearest_feasible
+from geometry.optimise import AffineMap, At, Blocks, Functional, Reason, Solution, SparseMatrix, Stack, nearest_feasible
 
 __all__ = ["OptimisedMesh", "optimised"]
 
@@ -172,7 +172,7 @@ class _Task:
             least=LEAST_TURN,
             tolerance=effort.tolerance / 4,  # a corner's distance is at most its face's residuals' norm
             longest_step=LONGEST_STEP,
-            dimension=3,
+            blocks=Blocks({"free vertices": (len(free) // 3, 3)}),
             held_steps=self.aim.held_steps if effort.held_steps is None else effort.held_steps,
             max_steps=effort.max_steps,
         )

@@ -1,6 +1,7 @@
 """How anything is minimised: arrays, no meshes."""
 
 from geometry.optimise.affine import AffineMap, At
+from geometry.optimise.blocks import Blocks
 from geometry.optimise.bounded import distances_from_zero, minimise_bounded
 from geometry.optimise.constrained import ConstrainedQuadratic, minimise_quadratic
 from geometry.optimise.functional import (
@@ -21,6 +22,7 @@ from geometry.optimise.solution import ConvergenceError, Reason, Solution
 __all__ = [
     "AffineMap",
     "At",
+    "Blocks",
     "ConstrainedQuadratic",
     "ConvergenceError",
     "Factor",
