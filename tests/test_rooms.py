@@ -196,21 +196,21 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.optimise": (
         "functional solution",
         "affine blocks saddle_point",
-        "constrained semidefinite grounded_laplacian",
-        "bounded",
+        "constrained_quadratic semidefinite_quadratic grounded_laplacian",
+        "bounded_quadratic",
         "newton",
     ),
     "geometry.files": (
         "encoding number_rows clusters face_rings meeting_outlines polygon_soup",
         "obj off ply orientation overlaid_faces",
-        "checks",
+        "face_checks",
         "mending",
         "mesh_files",
         "mesh_pairs",
     ),
     "geometry.functionals": (
-        "unknowns rim",
-        "closeness convexity fairness frames parallelity reference_planes",
+        "unknowns rim_normals",
+        "closeness convexity fairness face_frames parallelity reference_planes",
         "circularity conicality normals planarity",
     ),
     "geometry.parallel": (

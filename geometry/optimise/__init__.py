@@ -2,8 +2,8 @@
 
 from geometry.optimise.affine import AffineMap, At
 from geometry.optimise.blocks import Blocks
-from geometry.optimise.bounded import distances_from_zero, minimise_bounded
-from geometry.optimise.constrained import ConstrainedQuadratic, minimise_quadratic
+from geometry.optimise.bounded_quadratic import distances_from_zero, minimise_bounded
+from geometry.optimise.constrained_quadratic import ConstrainedQuadratic, minimise_quadratic
 from geometry.optimise.functional import (
     Functional,
     LinearFunctional,
@@ -16,7 +16,7 @@ from geometry.optimise.functional import (
 from geometry.optimise.grounded_laplacian import GroundedLaplacian
 from geometry.optimise.newton import nearest_feasible
 from geometry.optimise.saddle_point import Factor, factorise
-from geometry.optimise.semidefinite import minimise_semidefinite
+from geometry.optimise.semidefinite_quadratic import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
 
 __all__ = [

@@ -10,8 +10,8 @@ from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.optimise.blocks import Blocks
-from geometry.optimise.bounded import minimise_bounded
-from geometry.optimise.constrained import ConstrainedQuadratic
+from geometry.optimise.bounded_quadratic import minimise_bounded
+from geometry.optimise.constrained_quadratic import ConstrainedQuadratic
 from geometry.optimise.functional import Functional, LinearFunctional, SparseMatrix, apply, largest, normal_equations
 from geometry.optimise.solution import Reason, Solution
 

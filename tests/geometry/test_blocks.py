@@ -113,10 +113,26 @@ def test_two_meshes_and_a_number_are_found_together() -> None:
         max_steps=30,
     )
     assert solution.reason is Reason.CONVERGED
-    assert solution.steps >= 3  # the number has some two units to go, a quarter at a step until it is left alone
     found = blocks.split(solution.x)
     assert float(found["height"]) == pytest.approx(found["S"][:, 2].mean(), abs=1e-11)
     assert np.abs(found["M"] - mesh.vertices).max() < 0.5
+
+
+@pytest.mark.parametrize("target", [[3.0, 4.0, 0.0, 0.0], [0.0, 3.0, 0.0, 4.0], [0.0, 0.0, 0.0, -5.0]])
+def test_no_point_of_a_block_moves_by_more_than_the_longest_step(target: list[float]) -> None:
+    blocks = Blocks({"point": (3,), "number": ()})
+    solution = nearest_feasible(
+        LinearFunctional(csr_array(eye_array(4)), np.array(target)),
+        np.zeros(4),
+        csr_array(eye_array(4)),
+        blocks=blocks,
+        tolerance=1e-12,
+        longest_step=0.5,
+        held_steps=0,
+        max_steps=1,
+    )
+    point, number = np.linalg.norm(target[:3]), abs(target[3])
+    np.testing.assert_allclose(solution.x, np.array(target) * 0.5 / max(point, number), atol=1e-12)
 
 
 @pytest.mark.parametrize(
