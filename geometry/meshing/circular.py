@@ -27,12 +27,12 @@ def make_circular(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort
     aim = Aim(
         "making the mesh circular",
         "lay the mesh along principal curvature lines",
-        8,
-        Circularity(c),
-        _faces_of_residuals(c),
-        "face",
-        "is off a circle",
-        "of the mean edge length",
+        held_steps=8,
+        functional=Circularity(c),
+        elements=_faces_of_residuals(c),
+        noun="face",
+        lacks="is off a circle",
+        unit="of the mean edge length",
     )
     return optimised(mesh, aim, guides, effort)
 

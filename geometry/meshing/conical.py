@@ -27,12 +27,12 @@ def make_conical(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort(
     aim = Aim(
         "making the mesh conical",
         "lay the mesh along principal curvature lines",
-        8,
-        Conicality(c),
-        _vertices_of_residuals(c),
-        "vertex",
-        "is not conical",
-        "radians",
+        held_steps=8,
+        functional=Conicality(c),
+        elements=_vertices_of_residuals(c),
+        noun="vertex",
+        lacks="is not conical",
+        unit="radians",
     )
     return optimised(mesh, aim, guides, effort)
 

@@ -22,5 +22,5 @@ def planarise(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) 
     meant; ConvergenceError where faces do not become planar, or convex; and FoldedError where an edge or face
     folded over on the way.
     """
-    aim = Aim("planarising", "lay the mesh along conjugate directions", 16)
+    aim = Aim("planarising", "lay the mesh along conjugate directions", held_steps=16)
     return optimised(mesh, aim, guides, effort)
