@@ -37,7 +37,7 @@ from geometry.errors import FoldedError
 from geometry.files import MeshFile, read_mesh
 from geometry.gauss import SupportStructure, axis_lean
 from geometry.mesh import Mesh
-from geometry.meshing import planarise
+from geometry.meshing import Guides, planarise
 
 __all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm"]
 
@@ -170,7 +170,7 @@ def judged_pair(
 
 def _planar(project: Project, mesh: Mesh) -> Mesh:
     try:
-        return planarise(mesh, **project.planarise.model_dump(exclude_none=True)).mesh
+        return planarise(mesh, Guides(**project.planarise.model_dump(exclude_none=True))).mesh
     except FoldedError as error:
         raise FitnessError([folded(error)]) from None
 
