@@ -6,13 +6,10 @@ import csv
 import re
 from collections.abc import Sequence
 from datetime import datetime
-from io import BytesIO
 from pathlib import Path
 from typing import Any, TextIO
-from zipfile import ZipFile
 
 import xlsxwriter
-from xlsxwriter.utility import xl_col_to_name
 
 from fabkit.production import WORKBOOK, BuildFacts, Cell, CutList, Fact, Summary, Table
 
@@ -25,8 +22,6 @@ WIDEST = 48
 LONGEST, GAP = 32767, " ..."
 """Letters of a cell, at the most; what a text ends with that was longer."""
 
-_NOT_IN_XML = re.compile(r"[&<>]|[\x00-\x08\x0b-\x1f\ufffe\uffff]|_(?=x[0-9a-fA-F]{4}_)")
-_ENTITIES = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
 _NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?", re.ASCII)
 _MAY_RUN = re.compile(r"[-=+@\t\r\n\uff1d\uff0b\uff0d\uff20]")
 _RUN = re.compile(r"(?:^|(?<=[;\t\n]))(?=[-=+@\t\n\uff1d\uff0b\uff0d\uff20])")
@@ -64,41 +59,32 @@ def write_xlsx(path: Path, lists: CutList, summary: Summary, facts: BuildFacts) 
     """A sheet Summary and one sheet for each table: header frozen and filtered, numbers as numbers, the totals below,
     then in red what was left out.
 
-    xlsxwriter writes all but the rows; these are set into its text, since it takes five times as long for them, and
-    holds every cell in memory.
+    What it needs on the way lies beside the file, so that cells are not held in memory and nothing is left elsewhere.
     """
-    frame = BytesIO()
-    with xlsxwriter.Workbook(frame, {"in_memory": True}) as workbook:
+    options = {"constant_memory": True, "tmpdir": str(path.parent)}
+    with xlsxwriter.Workbook(path, options) as workbook:
         workbook.set_properties({"title": summary.name, "created": CREATED})
         _write_summary(workbook, lists, summary, facts)
         for table in lists.tables:
-            _write_frame(workbook, table)
-    tables = {f"xl/worksheets/sheet{number}.xml": table for number, table in enumerate(lists.tables, start=2)}
-    with ZipFile(frame) as source, ZipFile(path, "w") as target:
-        for item in source.infolist():
-            text = source.read(item)
-            if item.filename in tables and tables[item.filename].rows:
-                before, first_row, after = re.split(rb'(<row r="2".*?</row>)', text, maxsplit=1)
-                styles = re.findall(r's="(\d+)"', first_row.decode())
-                text = before + _rows(tables[item.filename], styles).encode() + after
-            target.writestr(item, text)
+            _write_table(workbook, table)
 
 
-def _write_frame(workbook: Any, table: Table) -> None:
-    """A table with no more than blanks in its first row, which have the formats of all rows."""
+def _write_table(workbook: Any, table: Table) -> None:
+    """Row by row, as memory is not to grow with them."""
     sheet = workbook.add_worksheet(table.title.capitalize())
     head = workbook.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
-    texts = zip(table.columns, *table.texts, table.total_texts, strict=True)
-    for column, ((name, *shown), decimals, total) in enumerate(zip(texts, table.decimals, table.totals, strict=True)):
-        pattern = {"num_format": _pattern(decimals)}
+    patterns = [{"num_format": _pattern(decimals)} for decimals in table.decimals]
+    formats = [workbook.add_format(pattern) for pattern in patterns]
+    total_formats = [workbook.add_format({"bold": True, "top": 1, **pattern}) for pattern in patterns]
+    for column, (name, *shown) in enumerate(zip(table.columns, *table.texts, table.total_texts, strict=True)):
         sheet.write_string(0, column, name, head)
         sheet.set_column(column, column, min(WIDEST, max(map(len, (name[:14], *shown)))) + 2)
-        if table.rows:
-            sheet.write_blank(1, column, None, workbook.add_format(pattern))
-        _write_cell(sheet, len(table.rows) + 1, column, total, workbook.add_format({"bold": True, "top": 1, **pattern}))
+    for number, row in enumerate(table.rows, start=1):
+        _write_row(sheet, number, row, formats)
+    _write_row(sheet, len(table.rows) + 1, table.totals, total_formats)
     red = workbook.add_format({"font_color": "red"})
     for number, sentence in enumerate(table.left_out, start=len(table.rows) + 2):
-        sheet.write_string(number, 0, sentence, red)
+        sheet.write_string(number, 0, _cut(sentence), red)
     sheet.freeze_panes(1, 1)
     sheet.autofilter(0, 0, len(table.rows), len(table.columns) - 1)
     sheet.set_landscape()
@@ -106,37 +92,13 @@ def _write_frame(workbook: Any, table: Table) -> None:
     sheet.repeat_rows(0)
 
 
-def _rows(table: Table, styles: Sequence[str]) -> str:
-    """The rows of a table as a sheet has them, the first one in its second row [ECMA-376, 18.3.1.73]."""
-    columns = [
-        _cells(xl_col_to_name(number), column, style)
-        for number, (column, style) in enumerate(zip(zip(*table.rows, strict=True), styles, strict=True))
-    ]
-    return "".join(f'<row r="{n}">{"".join(row)}</row>' for n, row in enumerate(zip(*columns, strict=True), start=2))
+def _write_row(sheet: Any, number: int, row: Sequence[Cell], formats: Sequence[Any]) -> None:
+    for column, (cell, form) in enumerate(zip(row, formats, strict=True)):
+        _write_cell(sheet, number, column, cell, form)
 
 
-def _cells(letters: str, column: Sequence[Cell], style: str) -> list[str]:
-    """A column, said by type, so that no text is taken for a formula or a number."""
-    start = f' s="{style}"'
-    text, number = start + ' t="inlineStr"><is><t xml:space="preserve">', start + "><v>"
-    return [
-        f'<c r="{letters}{n}"'
-        + (
-            f"{text}{_xml(cell)}</t></is></c>"
-            if isinstance(cell, str)
-            else f"{start}/>"
-            if cell is None
-            else f"{number}{cell}</v></c>"
-        )
-        for n, cell in enumerate(column, start=2)
-    ]
-
-
-def _xml(text: str) -> str:
-    """The text of a cell, of which a workbook takes LONGEST letters; controls by number [ECMA-376, 22.9.2.19]."""
-    if len(text) > LONGEST:
-        text = text[: LONGEST - len(GAP)] + GAP
-    return _NOT_IN_XML.sub(lambda found: _ENTITIES.get(found[0]) or f"_x{ord(found[0]):04X}_", text)
+def _cut(text: str) -> str:
+    return text if len(text) <= LONGEST else text[: LONGEST - len(GAP)] + GAP
 
 
 def _write_cell(sheet: Any, number: int, column: int, cell: Cell, form: Any) -> None:
@@ -144,7 +106,7 @@ def _write_cell(sheet: Any, number: int, column: int, cell: Cell, form: Any) -> 
     if cell is None:
         sheet.write_blank(number, column, None, form)
     elif isinstance(cell, str):
-        sheet.write_string(number, column, cell, form)
+        sheet.write_string(number, column, _cut(cell), form)
     else:
         sheet.write_number(number, column, cell, form)
 
