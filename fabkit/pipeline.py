@@ -18,11 +18,13 @@ from fabkit.formats import whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
+    BuildFacts,
     ExactGaussImage,
     GivenGaussImage,
     Nest,
     Sheet,
     Summary,
+    build_facts,
     nest_panels,
     share_equal_parts,
     too_large,
@@ -35,7 +37,7 @@ from geometry.errors import FoldedError
 from geometry.files import MeshFile, read_mesh
 from geometry.gauss import SupportStructure, nearest_parallel_pair, pair_to_build
 from geometry.mesh import Mesh
-from geometry.meshing import planarise
+from geometry.meshing import Guides, planarise
 
 __all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm"]
 
@@ -56,6 +58,11 @@ class Built:
     seconds: dict[str, float]
     sha256: str
 
+    @property
+    def facts(self) -> BuildFacts:
+        """What there is to say of it."""
+        return build_facts(self.summary, self.assembly, self.nest)
+
 
 def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
     """Design the structure and write it to the folder `project.out`, which appears whole or not at all.
@@ -70,7 +77,7 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
     with whole_folder(project.out, force=force, inputs=inputs) as folder:
         built = design(project, stages)
         write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
-        write_manifest(folder, _manifest(project, built))
+        write_manifest(folder, _manifest(project, built), built.facts.all)
     return built
 
 
@@ -164,7 +171,7 @@ def judged_pair(
 
 def _planar(project: Project, mesh: Mesh) -> Mesh:
     try:
-        return planarise(mesh, **project.planarise.model_dump(exclude_none=True)).mesh
+        return planarise(mesh, Guides(**project.planarise.model_dump(exclude_none=True))).mesh
     except FoldedError as error:
         raise FitnessError([folded(error)]) from None
 
@@ -278,27 +285,7 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
             **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely")},
         },
         "origin": {"unit": summary.origin.tolist(), "mm": assembly.origin_mm.tolist()},
-        "counts": {
-            "vertices": summary.n_vertices,
-            "edges": summary.n_edges,
-            "faces": summary.n_faces,
-            **{name: len(group) for name, group in assembly.groups().items()},
-            "marks": {name: len({part.mark for part in group}) for name, group in assembly.groups().items()},
-            "sheets": built.nest.n_sheets if built.nest else 0,
-            "left_out": len(assembly.left_out),
-        },
-        "largest_twist_deg": float(summary.twists_deg.max()),
-        "heights": summary.height_shares,
-        "lean_deg": summary.lean_shares_deg,
         "fitness": [vars(finding) for finding in summary.fitness],
-        "planarity": {"before": summary.planarity_before, "after": summary.planarity_after},
-        "equal_within_mm": summary.equal_within_mm,
-        "moved_mm": {
-            "largest": summary.largest_move_mm,
-            "vertex": summary.farthest_vertex,
-            "mean": summary.mean_move_mm,
-        },
-        "lift": {"mm": summary.lift_mm, "reason": summary.lift_reason},
         "mended": list(summary.mended),
         "left_out": [vars(part) for part in assembly.left_out],
     }

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array
 
 from geometry.arrays import FloatArray
-from geometry.errors import GeometryError, RankError
+from geometry.errors import GeometryError, RankError, raise_worst
 from geometry.functionals import close_to_vertex_normals, unit_face_distances
 from geometry.gauss.circumscribed import circumscribed_candidate
 from geometry.gauss.distances import (
@@ -60,7 +60,7 @@ AS_GOOD = 2.0
 
 
 def vertex_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
-    """M with an S parallel to it and |s_i| = 1: M is circular, if its faces are quads [Pottmann2007, Prop. 2].
+    """M and the S parallel to it with |s_i| = 1: M is circular, if its faces are quads [Pottmann2007, Prop. 2].
 
     Where M leaves a choice, as discs of circular quads do, S is as near to the vertex normals as possible. Distances
     are 1 to within `tolerance`; S is parallel to rounding. Vertices that belong to no face are at the origin.
@@ -69,24 +69,23 @@ def vertex_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> 
     tolerance is not positive. Raises MeshError for an edge without length.
     """
     pair, deviations = inscribed_pair(mesh, tolerance)
-    vertex = int(deviations.argmax())
-    if not deviations[vertex] <= tolerance:
+
+    def say(vertex: int, off: float) -> str:
         off_circle = circularity(mesh)
         face = int(off_circle.argmax())
-        raise GeometryError(
-            f"the mesh has no vertex offset: vertex {vertex} of the nearest Gauss image is {deviations[vertex]:.1e} "
+        return (
+            f"the mesh has no vertex offset: vertex {vertex} of the nearest Gauss image is {off:.1e} "
             f"off its place on the unit sphere, allowed {tolerance:.0e}; the least circular face is {face}, its "
             f"corners {off_circle[face]:.1e} of its mean edge length off a circle; use `make_circular`, or "
-            "`approximate_pair`",
-            elements=[vertex],
-            value=float(deviations[vertex]),
-            bound=tolerance,
+            "`approximate_pair`"
         )
+
+    raise_worst(deviations, "<=", tolerance, say)
     return pair
 
 
 def edge_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
-    """M with an S parallel to it whose edge lines touch the unit sphere: a Koebe polyhedron [Pottmann2007, Prop. 2, 3].
+    """M and the S parallel to it whose edge lines touch the unit sphere: a Koebe polyhedron [Pottmann2007, Prop. 2, 3].
 
     Edges may run the other way in S than in M: `edge_factors` says which. S is determined up to its sign, and taken
     with most of each component outside; where M leaves more choice, near the vertex normals. Distances are 1
@@ -97,24 +96,23 @@ def edge_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pa
     tolerance is not positive. Raises MeshError for an edge without length.
     """
     pair, deviations = midscribed_pair(mesh, tolerance)
-    edge = int(deviations.argmax())
-    if not deviations[edge] <= tolerance:
+
+    def say(edge: int, off: float) -> str:
         cones = float(np.nan_to_num(edge_cone_deviation(mesh)[mesh.combinatorics.edges[edge]]).max())
         twist = float(np.nan_to_num(edge_axis_twist(mesh)[edge]))
-        raise GeometryError(
+        return (
             f"no edge offset is found: {mesh.combinatorics.edge_name(edge)} of the nearest Gauss image is "
-            f"{deviations[edge]:.1e} off distance 1 from the origin, allowed {tolerance:.0e}; the edges at its ends "
+            f"{off:.1e} off distance 1 from the origin, allowed {tolerance:.0e}; the edges at its ends "
             f"leave cones of revolution by {cones:.1e}, and the axes of these cones differ by {twist:.1e} radians over "
-            "the edge; use a mesh parallel to a Koebe polyhedron, or `approximate_pair` with a weight for edges",
-            elements=[edge],
-            value=float(deviations[edge]),
-            bound=tolerance,
+            "the edge; use a mesh parallel to a Koebe polyhedron, or `approximate_pair` with a weight for edges"
         )
+
+    raise_worst(deviations, "<=", tolerance, say)
     return pair
 
 
 def face_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
-    """M with an S parallel to it and n_F . s_i = 1 in all faces: M is conical [Pottmann2007, Prop. 2].
+    """M and the S parallel to it with n_F . s_i = 1 in all faces: M is conical [Pottmann2007, Prop. 2].
 
     n_F are the outer unit normals of M, so all faces are offset to the same side. Where M leaves a choice, as at
     boundary vertices with one face, S is as near to the vertex normals as possible. Distances are 1 to within
@@ -124,19 +122,18 @@ def face_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pa
     the tolerance is not positive. Raises MeshError for an edge without length.
     """
     pair, deviations = circumscribed_pair(mesh, tolerance)
-    face = int(deviations.argmax())
-    if not deviations[face] <= tolerance:
+
+    def say(face: int, off: float) -> str:
         off_cone = np.nan_to_num(conicality(mesh))
         vertex = int(off_cone.argmax())
-        raise GeometryError(
-            f"the mesh has no face offset: face {face} of the nearest Gauss image is {deviations[face]:.1e} off "
+        return (
+            f"the mesh has no face offset: face {face} of the nearest Gauss image is {off:.1e} off "
             f"distance 1 from the origin, allowed {tolerance:.0e}; the least conical vertex is {vertex}, its faces "
             f"{off_cone[vertex]:.1e} radians off a cone of revolution; use `make_conical`, or "
-            "`approximate_pair`",
-            elements=[face],
-            value=float(deviations[face]),
-            bound=tolerance,
+            "`approximate_pair`"
         )
+
+    raise_worst(deviations, "<=", tolerance, say)
     return pair
 
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
-from geometry.errors import GeometryError
+from geometry.errors import raise_worst
 from geometry.gauss.distances import (
     DISTANCE_TOLERANCE,
     edge_distances,
@@ -168,20 +168,18 @@ class Pair:
             "faces": np.abs(np.abs(self.face_distances) - 1),  # faces of M may be reversed
             "vertices": np.where(c.is_used, np.abs(self.vertex_distances - 1), 0.0),
         }
+        names = {"edges": c.edge_name, "faces": "face {}".format, "vertices": "vertex {}".format}
         kind = min(kinds, key=lambda name: float(kinds[name].max()))
-        element = int(kinds[kind].argmax())
-        value = float(kinds[kind][element])
-        if not value <= tolerance:
-            one = {"faces": "face", "vertices": "vertex"}
-            name = c.edge_name(element) if kind == "edges" else f"{one[kind]} {element}"
-            raise GeometryError(
+        raise_worst(
+            kinds[kind],
+            "<=",
+            tolerance,
+            lambda element, off: (
                 f"the Gauss image is of no exact kind: it is nearest to having all {kind} at distance 1 from the "
-                f"origin, but {name} is {value:.1e} off, allowed {tolerance:.0e}; take an exact Gauss image, or allow "
-                "for more",
-                elements=[element],
-                value=value,
-                bound=tolerance,
-            )
+                f"origin, but {names[kind](element)} is {off:.1e} off, allowed {tolerance:.0e}; take an exact Gauss "
+                "image, or allow for more"
+            ),
+        )
 
 
 def points_inwards(mesh: Mesh, gauss_image: Mesh) -> bool:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import FloatArray, floats
-from geometry.errors import GeometryError, MeshError
+from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.gauss.axes import axis_directions
 from geometry.gauss.pair import Pair
 from geometry.mesh import Mesh
@@ -90,13 +90,14 @@ class SupportStructure:
         return floats(np.stack([m[i], m[j], outer[j], outer[i]], axis=1))
 
     def _check_heights(self) -> None:
-        edge = int(self.heights.argmin())
-        if self.heights[edge] < LEAST_HEIGHT:
-            raise MeshError(
+        raise_worst(
+            self.heights,
+            ">=",
+            LEAST_HEIGHT,
+            lambda edge, height: (
                 f"the node axes at {self.mesh.combinatorics.edge_name(edge)} lie in the edge: its height is "
-                f"{self.heights[edge]:.1e} of the nominal one, at least {LEAST_HEIGHT:.0e} is needed; "
-                "give more weight to the vertices when computing the Gauss image, or change the mesh there",
-                elements=[edge],
-                value=float(self.heights[edge]),
-                bound=LEAST_HEIGHT,
-            )
+                f"{height:.1e} of the nominal one, at least {LEAST_HEIGHT:.0e} is needed; "
+                "give more weight to the vertices when computing the Gauss image, or change the mesh there"
+            ),
+            error=MeshError,
+        )

@@ -12,8 +12,11 @@ The same parts and arguments give the same bytes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
+from functools import lru_cache
+from io import StringIO
 from itertools import islice
 from pathlib import Path
 from typing import TextIO
@@ -22,11 +25,13 @@ import numpy as np
 
 from fabkit.errors import OutputError
 from fabkit.formats.step.entities import Schema
-from fabkit.formats.step.writer import StepWriter, instance_name, solid_texts
-from fabkit.parts import Assembly, Part
+from fabkit.formats.step.solid import solid_numbers
+from fabkit.formats.step.text import reals, string
+from fabkit.formats.step.writer import StepWriter, check_name, instance_name
+from fabkit.parts import Assembly, Material, Part, Topology
 from geometry.arrays import FloatArray
 
-__all__ = ["instance_name", "stream_step", "write_part_step", "write_part_steps", "write_step"]
+__all__ = ["instance_name", "stream_step", "write_part_step", "write_part_steps", "write_solid_steps", "write_step"]
 
 _BATCH = 64
 """Parts worked on together: enough to make array operations worthwhile, few enough to stay in the processor's cache."""
@@ -102,17 +107,45 @@ def write_part_step(
 
 
 def write_part_steps(folder: Path, parts: Iterable[Part]) -> None:
-    """Write a file for each part, called as its mark, into an empty folder; otherwise as `write_part_step`.
+    """Write a file for each part, called as its mark, into an empty folder; otherwise as `write_part_step`."""
+    alike: dict[tuple[str, Material, Topology], list[Part]] = {}
+    for part in parts:
+        alike.setdefault((part.kind, part.material, part.solid.topology), []).append(part)
+    for (kind, material, topology), some in alike.items():
+        for start in range(0, len(some), _BATCH):
+            batch = some[start : start + _BATCH]
+            vertices = np.stack([part.solid.vertices for part in batch])
+            write_solid_steps(folder, [part.mark for part in batch], kind, material, topology, vertices)
 
-    What is to be computed is computed batch by batch: that is most of the work where there are thousands of them.
+
+def write_solid_steps(
+    folder: Path, marks: Sequence[str], kind: str, material: Material, topology: Topology, vertices: FloatArray
+) -> None:
+    """Write a file for each mark (k,) of parts that differ in nothing but their vertices (k, n, 3), as
+    `write_part_steps` does.
+
+    All files have one text but for the mark and the numbers.
     """
-    remaining = iter(parts)
-    while batch := list(islice(remaining, _BATCH)):
-        for part, numbers in zip(batch, solid_texts(batch), strict=True):
-            with (folder / f"{part.mark}.step").open("w", encoding="ascii", newline="\n") as stream:
-                writer = StepWriter(stream, part.mark, "AP242", "", "", _NO_TIME)
-                writer.write_only_shape(part, numbers)
-                writer.end()
+    numbers = solid_numbers(vertices, topology, marks)
+    width, texts = numbers.shape[1], reals(numbers)
+    form = _file_form(kind, material, topology, width)
+    n_names = form.replace("%%", "").count("%s") - width
+    for n, mark in enumerate(marks):
+        check_name(mark)
+        text = form % (*[string(mark)] * n_names, *texts[n * width : (n + 1) * width])
+        with open(folder / f"{mark}.step", "wb", buffering=0) as stream:
+            stream.write(text.encode("ascii"))
+
+
+@lru_cache(maxsize=256)
+def _file_form(kind: str, material: Material, topology: Topology, n_numbers: int) -> str:
+    """A file of one part, with %s wherever its mark stands, then for each of its numbers."""
+    stream = StringIO()
+    writer = StepWriter(stream, "%s", "AP242", "", "", _NO_TIME)
+    material = replace(material, name=material.name.replace("%", "%%"))
+    writer.write_shape("%s", kind, material, topology, ["%s"] * n_numbers)
+    writer.end()
+    return stream.getvalue()
 
 
 @contextmanager

@@ -37,7 +37,7 @@ from fabkit.parts import Material, Part, Topology
 from fabkit.parts.palette import PALETTE
 from geometry.arrays import FloatArray
 
-__all__ = ["StepWriter", "instance_name", "solid_texts"]
+__all__ = ["StepWriter", "check_name", "instance_name", "solid_texts"]
 
 _GROUPS = {"beam": "beams", "node": "nodes", "panel": "panels"}
 _ELEMENTS = {"beam": "e", "node": "v", "panel": "f"}
@@ -111,17 +111,13 @@ class StepWriter:
             if part.mark not in self._products:
                 new.setdefault(part.mark, part)
         for part, numbers in zip(new.values(), solid_texts(list(new.values())), strict=True):
-            self._add_shape(part, numbers)
+            self.write_shape(part.mark, part.kind, part.material, part.solid.topology, numbers)
 
-    def write_only_shape(self, part: Part, numbers: Sequence[str]) -> None:
-        """The product of a file of one part; numbers: what `solid_texts` says of it."""
-        self._check_mark(part)
-        self._add_shape(part, numbers)
-
-    def _add_shape(self, part: Part, numbers: Sequence[str]) -> None:
-        name, material, style = string(part.mark), self._material(part.material), self._style(part.kind)
-        values = (name, name, part.kind, str(material), str(material + DENSITY), str(style), name, *numbers)
-        self._products[part.mark] = self._add(_part_block(part.solid.topology), values)
+    def write_shape(self, mark: str, kind: str, material: Material, topology: Topology, numbers: Sequence[str]) -> None:
+        """The product of a mark; numbers: what `solid_texts` says of its solid."""
+        name, first, style = string(mark), self._material(material), self._style(kind)
+        values = (name, name, kind, str(first), str(first + DENSITY), str(style), name, *numbers)
+        self._products[mark] = self._add(_part_block(topology), values)
 
     def write_instances(self, parts: Sequence[Part]) -> None:
         """Each part, placed in the group of its kind; shapes come first."""
@@ -181,8 +177,7 @@ class StepWriter:
             )
         if part.mark in self._products:
             return
-        if not (part.mark and part.mark.isascii() and part.mark.isprintable()):
-            raise OutputError(f"mark {part.mark!r} is not printable ASCII, which names in STEP files should be")
+        check_name(part.mark)
         if part.mark in self._taken:
             raise OutputError(f"mark {part.mark} is also the name of the structure or a group; names must be unique")
 
@@ -197,6 +192,12 @@ class StepWriter:
         if kind not in self._styles:
             self._styles[kind] = self._add(STYLE_BLOCK, reals(np.array(PALETTE[kind])))
         return self._styles[kind]
+
+
+def check_name(mark: str) -> None:
+    """Raise OutputError for a mark that is no name."""
+    if not (mark and mark.isascii() and mark.isprintable()):
+        raise OutputError(f"mark {mark!r} is not printable ASCII, which names in STEP files should be")
 
 
 def solid_texts(parts: Sequence[Part]) -> list[list[str]]:
