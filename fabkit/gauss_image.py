@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fabkit.wording import readable
-from geometry.errors import MeshError, ParallelityError
+from geometry.errors import MeshError, ParallelityError, raise_worst
 from geometry.files import MeshFile, read_mesh_pair
 from geometry.gauss import edge_distances, points_inwards
 from geometry.mesh import Mesh
@@ -73,15 +73,15 @@ def _check_size(mesh: Mesh, gauss_image: Mesh, path: Path) -> None:
 
 def _check_parallel(mesh: Mesh, gauss_image: Mesh, tolerance: float, path: Path) -> None:
     sideways = parallelity(mesh, gauss_image)
-    edge = int(sideways.argmax())
-    if sideways[edge] > tolerance:
-        count = int((sideways > tolerance).sum())
-        raise ParallelityError(
+    raise_worst(
+        sideways,
+        "<=",
+        tolerance,
+        lambda edge, value: (
             f"{mesh.combinatorics.edge_name(edge)} (counted from 0) of {path.name} is off the direction of its mesh "
-            f"edge by {sideways[edge]:.1e} of the unit sphere's radius, allowed {tolerance:.0e}, and {count} of "
-            f"{mesh.n_edges} edges are off by more than that: the two meshes are not parallel; give the Gauss image of "
-            "this mesh, with its vertices in the same order",
-            elements=[edge],
-            value=float(sideways[edge]),
-            bound=tolerance,
-        )
+            f"edge by {value:.1e} of the unit sphere's radius, allowed {tolerance:.0e}, and "
+            f"{(sideways > tolerance).sum()} of {mesh.n_edges} edges are off by more than that: the two meshes are not "
+            "parallel; give the Gauss image of this mesh, with its vertices in the same order"
+        ),
+        error=ParallelityError,
+    )

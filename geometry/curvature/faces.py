@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
-from geometry.errors import MeshError
+from geometry.errors import MeshError, raise_worst
 from geometry.gauss import Pair
 from geometry.mesh.polygons import face_mean_edge_lengths, mixed_areas
 from geometry.parallel.edge_parallelity import check_planar
@@ -93,12 +93,13 @@ def _principal(mean: FloatArray, gaussian: FloatArray, rounding: FloatArray) -> 
 
 def _check_areas(relative: FloatArray) -> None:
     """relative (F,): areas over the squares of the mean edge lengths."""
-    face = int(relative.argmin())
-    if not relative[face] >= LEAST_AREA:
-        raise MeshError(
-            f"face {face} has an area of {relative[face]:.1e} of its mean edge length squared, at least "
-            f"{LEAST_AREA:.0e} is needed: it has no curvature; remove the face, or list its corners in their order",
-            elements=[face],
-            value=float(relative[face]),
-            bound=LEAST_AREA,
-        )
+    raise_worst(
+        relative,
+        ">=",
+        LEAST_AREA,
+        lambda face, value: (
+            f"face {face} has an area of {value:.1e} of its mean edge length squared, at least "
+            f"{LEAST_AREA:.0e} is needed: it has no curvature; remove the face, or list its corners in their order"
+        ),
+        error=MeshError,
+    )

@@ -17,7 +17,7 @@ from geometry.curvature.christoffel_duals import christoffel_dual
 from geometry.curvature.constant_mean_curvature import constant_mean
 from geometry.curvature.levels import levels_of_lying_hexagons
 from geometry.curvature.rings import Rings
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, raise_worst
 from geometry.gauss import Pair
 from geometry.mesh import Mesh, shapes
 
@@ -101,17 +101,16 @@ def _integral_at_folds(rings: Rings, relative: FloatArray, mean: float) -> float
 def _factors(rings: Rings, integrals: FloatArray, mean: float, branch: float) -> FloatArray:
     """nu of each ring with H nu^2 + nu = G; branch: which solution on the largest ring of S, the sign of 2 H nu + 1."""
     squares = 1 + 4 * mean * integrals
-    ring = int(squares.argmin())
-    if squares[ring] < -ROUNDING:
+
+    def say(ring: int, square: float) -> str:
         reached = float(np.abs(rings.profiles).min(axis=1)[min(ring, rings.n_rings - 2), 0])
-        raise GeometryError(
+        return (
             f"the Gauss image reaches beyond the inflection of the mesh, most in ring {ring}, at a distance of "
-            f"{reached:.3f} from the axis: inflections are at {reached * np.sqrt(1 - squares[ring]):.3f}; take fewer "
-            "rings, let them fold there, or take a radius further from that of the cylinder",
-            elements=[ring],
-            value=float(squares[ring]),
-            bound=0.0,
+            f"{reached:.3f} from the axis: inflections are at {reached * np.sqrt(1 - square):.3f}; take fewer "
+            "rings, let them fold there, or take a radius further from that of the cylinder"
         )
+
+    raise_worst(squares, ">=", -ROUNDING, say)
     start = rings.of_vertices[rings.radii.argmax()]
     turns = np.searchsorted(rings.folds, np.arange(rings.n_rings))  # folds before each ring
     signs = branch * (-1.0) ** (turns - turns[start])

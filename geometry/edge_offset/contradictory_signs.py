@@ -12,7 +12,7 @@ from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.polygons import face_sums
 from geometry.mesh.ragged_arrays import next_in_run
-from geometry.optimise import ConvergenceError, Reason, SparseMatrix, apply, minimise_bounded
+from geometry.optimise import Blocks, ConvergenceError, Reason, apply, minimise_bounded
 from geometry.parallel import ParallelSpace
 from geometry.parallel.constraints import FactorBounds
 
@@ -98,21 +98,21 @@ def conflicting_edges(gauss_image: Mesh, signs: Any) -> IntArray:
     m, n, k = *A.shape, len(signed)
     if not k:
         return integers([])
-    # unknowns: positions, vertex 0 at the origin, and what the edges lack
-    pin: SparseMatrix = csr_array((np.ones(3), (np.arange(3), np.arange(3))), shape=(3, n + k))
-    equations = csr_array(vstack([hstack([A, csr_array((m, k))]), pin]))
-    limits = csr_array(vstack([hstack([rows, eye_array(k)]), hstack([csr_array((k, n)), eye_array(k)])]))
+    unknowns, one_each = Blocks({"positions": (n // 3, 3), "lacking": (k,)}), csr_array(eye_array(k))
+    pin = csr_array(eye_array(3, n))  # vertex 0 at the origin
+    long_enough = unknowns.rows(csr_array(hstack([rows, one_each])), "positions", "lacking")
+    limits = [long_enough, unknowns.rows(one_each, "lacking")]
     solution = minimise_bounded(
         csr_array((n + k, n + k)),
-        -np.repeat([0.0, 1.0], [n, k]),
-        equations,
+        -unknowns.join(positions=np.zeros((n // 3, 3)), lacking=np.ones(k)),
+        unknowns.rows(csr_array(vstack([A, pin])), "positions"),
         np.zeros(m + 3),
-        limits,
+        csr_array(vstack(limits)),
         np.repeat([1.0, 0.0], k),
         np.full(2 * k, np.inf),
         tolerance=FEASIBLE,
     )
-    lacking = signed[apply(rows, solution.x[:n]) <= FEASIBLE]
+    lacking = signed[apply(rows, unknowns.split(solution.x)["positions"].ravel()) <= FEASIBLE]
     if len(lacking) and solution.reason is not Reason.CONVERGED:
         raise ConvergenceError(
             f"whether the signs have a solution is not found out: the solver stopped since {solution.reason.value}",

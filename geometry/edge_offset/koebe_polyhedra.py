@@ -17,7 +17,7 @@ from geometry.arrays import FloatArray, IntArray, floats
 from geometry.circle_patterns import PlanePattern, closed_pattern, open_pattern
 from geometry.circle_patterns.planar_graphs import refuse_other_than_polyhedra
 from geometry.edge_offset.centring import centring_similarity, centring_transformation
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, raise_worst
 from geometry.gauss import edge_distances, edge_feet, face_distances
 from geometry.mesh import Combinatorics, Mesh
 from geometry.spheres import MoebiusTransformation, VertexCones
@@ -76,23 +76,24 @@ class KoebePolyhedron:
         S = self.mesh
         misses = np.abs(edge_distances(S) - 1)
         deviations = np.where(S.combinatorics.face_sizes > 3, S.planarity, 0.0)  # rounding of long thin triangles
-        edge, face = int(misses.argmax()), int(deviations.argmax())
-        if misses[edge] > self.tolerance:
-            raise GeometryError(
-                f"the line of {S.combinatorics.edge_name(edge)} misses the unit sphere by {misses[edge]:.1e}, allowed "
-                f"{self.tolerance:.1e}: the mesh is not a Koebe polyhedron; make one of its combinatorics by koebe()",
-                elements=[edge],
-                value=float(misses[edge]),
-                bound=self.tolerance,
-            )
-        if deviations[face] > self.tolerance:
-            raise GeometryError(
-                f"face {face} leaves its plane by {deviations[face]:.1e} of its mean edge length, allowed "
-                f"{self.tolerance:.1e}: planarise the mesh first",
-                elements=[face],
-                value=float(deviations[face]),
-                bound=self.tolerance,
-            )
+        raise_worst(
+            misses,
+            "<=",
+            self.tolerance,
+            lambda edge, miss: (
+                f"the line of {S.combinatorics.edge_name(edge)} misses the unit sphere by {miss:.1e}, allowed "
+                f"{self.tolerance:.1e}: the mesh is not a Koebe polyhedron; make one of its combinatorics by koebe()"
+            ),
+        )
+        raise_worst(
+            deviations,
+            "<=",
+            self.tolerance,
+            lambda face, deviation: (
+                f"face {face} leaves its plane by {deviation:.1e} of its mean edge length, allowed "
+                f"{self.tolerance:.1e}: planarise the mesh first"
+            ),
+        )
 
     @cached_property
     def tangency_points(self) -> FloatArray:

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.edge_offset.contradictory_signs import check_faces_can_close, check_signs_fit_together, checked_signs
 from geometry.edge_offset.koebe_polyhedra import TOLERANCE, KoebePolyhedron
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, raise_worst
 from geometry.functionals import laplacian
 from geometry.gauss import edge_feet
 from geometry.mesh import Combinatorics, Mesh
@@ -119,14 +119,14 @@ def _bounds(gauss_image: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tup
     """Of the edge factors."""
     allowed = FactorBounds.of(gauss_image, lengths)
     least, most = allowed.lower, allowed.upper
-    if (least < 0).any():
-        edge = int(least.argmin())
-        raise GeometryError(
-            f"{gauss_image.combinatorics.edge_name(edge)} is to be at least {least[edge]} long: lengths are 0 or more",
-            elements=[edge],
-            value=float(least[edge]),
-            bound=0.0,
-        )
+    raise_worst(
+        least,
+        ">=",
+        0.0,
+        lambda edge, value: (
+            f"{gauss_image.combinatorics.edge_name(edge)} is to be at least {value} long: lengths are 0 or more"
+        ),
+    )
     least, most = least / gauss_image.edge_lengths, most / gauss_image.edge_lengths
     return np.choose(signs + 1, [-most, -most, least]), np.choose(signs + 1, [-least, most, most])
 
