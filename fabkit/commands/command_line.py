@@ -192,9 +192,9 @@ class _Display:
 def _print_result(project: Project, built: Built) -> None:
     summary, assembly = built.summary, built.assembly
     table = facts_table()
-    for kind, group in assembly.groups().items():
-        marks, mass = len({part.mark for part in group}), sum(part.mass_kg for part in group)
-        table.add_row(kind, f"{len(group)} of {marks} marks, {mass:,.0f} kg")
+    for group in assembly.groups:
+        marks, mass = len(group.mark_names), group.masses_kg.sum()
+        table.add_row(group.kind.group, f"{len(group)} of {marks} marks, {mass:,.0f} kg")
     if built.nest:
         table.add_row("sheets", f"{built.nest.n_sheets}, {built.nest.utilisation:.0%} used")
     table.add_row("planarity", f"{summary.planarity_before:.1e} as read, {summary.planarity_after:.1e} as built")

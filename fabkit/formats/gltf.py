@@ -3,7 +3,7 @@
 glTF wants metres and +Y up; millimetres become metres in the numbers, and the root node turns +Z up into +Y up, so that
 a reader which turns it back (Rhino, Blender) shows the coordinates of the project. The origin of the assembly is on the
 root node alone, in all its digits: everything below it is near zero, where single precision is fine. The tree is
-structure / beams, nodes, panels, left out / part, with marks as names; equal parts share one mesh, placed many times.
+structure / group / part, with a group "left out", with marks as names; equal parts share one mesh, placed many times.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from scipy.spatial.transform import Rotation
 
 from fabkit.errors import OutputError
 from fabkit.formats.triangles import Facets, facets
-from fabkit.parts import Assembly, Part, Solid, prism_topology, prism_vertices
-from fabkit.parts.palette import LEFT_OUT_COLOUR, PALETTE
-from geometry.arrays import FloatArray
+from fabkit.kinds import BEAM
+from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Parts, Solids, prism_topology, prism_vertices
+from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["glb_bytes"]
 
@@ -45,7 +45,7 @@ def glb_bytes(assembly: Assembly, left_out_lines: FloatArray | None = None) -> b
     Raises `OutputError` where the lines are not one for each beam left out, and where a face of a part is no
     polygon that can be triangulated.
     """
-    missing = [left for left in assembly.left_out if left.kind == "beam"]
+    missing = [left for left in assembly.left_out if left.kind == BEAM.name]
     lines = np.zeros((0, 2, 3)) if left_out_lines is None else np.asarray(left_out_lines, dtype=np.float64)
     if lines.shape != (len(missing), 2, 3):
         raise OutputError(
@@ -53,33 +53,47 @@ def glb_bytes(assembly: Assembly, left_out_lines: FloatArray | None = None) -> b
             f"found {lines.shape}; give the two end points of each of their edges"
         )
     scene = _Scene(assembly.name, assembly.origin_mm)
-    for name, parts in assembly.groups().items():
-        scene.add_group(name, _placed(parts))
+    for parts in assembly.groups:
+        scene.add_group(parts.kind.group, _placed(parts))
     scene.add_group("left out", _bars(lines, [f"left out: edge {left.element}" for left in missing]))
     return scene.glb()
 
 
+@dataclass(frozen=True)
+class _Surface:
+    """name: of a material. colour: sRGB."""
+
+    name: str
+    colour: tuple[float, float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class _Placed:
-    """Things to show. translations (n, 3) in mm, rotations (n, 4) as quaternions x, y, z, w."""
+    """Things to show. shape, surface (n,): which of the solids, and of the surfaces, each has. translations (n, 3) in
+    mm, rotations (n, 4) as quaternions x, y, z, w."""
 
-    names: list[str]
-    extras: list[Json]
-    solids: list[Solid]
-    materials: list[str]
+    names: Sequence[str]
+    extras: Sequence[Json]
+    solids: Solids
+    shape: IntArray
+    surfaces: Sequence[_Surface]
+    surface: IntArray
     translations: FloatArray
     rotations: FloatArray
 
 
-def _placed(parts: Sequence[Part]) -> _Placed:
-    axes = np.array([part.placement.axes for part in parts]).reshape(-1, 3, 3)
-    turned = Rotation.from_matrix(axes.transpose(0, 2, 1)).as_quat(canonical=True) if len(parts) else np.zeros((0, 4))
+def _placed(parts: Parts[Any]) -> _Placed:
+    turned = np.zeros((0, 4))
+    if len(parts):
+        turned = Rotation.from_matrix(parts.axes.transpose(0, 2, 1)).as_quat(canonical=True)
     return _Placed(
-        names=[part.mark for part in parts],
-        extras=[{"element": part.element} for part in parts],
-        solids=[part.solid for part in parts],
-        materials=[f"{part.kind} {part.material.name}" for part in parts],
-        translations=np.array([part.placement.origin for part in parts]).reshape(-1, 3),
+        names=parts.marks,
+        extras=[{"element": element} for element in parts.elements.tolist()],
+        solids=parts.solids,
+        shape=parts.shape,
+        surfaces=[_Surface(f"{parts.kind.name} {each.name}", parts.kind.colour) for each in parts.materials],
+        surface=parts.material,
+        translations=parts.origins,
         rotations=turned,
     )
 
@@ -99,8 +113,10 @@ def _bars(lines: FloatArray, names: list[str]) -> _Placed:
     return _Placed(
         names=names,
         extras=[{} for _ in names],
-        solids=[Solid(each, prism_topology(4)) for each in vertices],
-        materials=["left out"] * len(names),
+        solids=Solids.alike(vertices, prism_topology(4)),
+        shape=np.arange(len(names)),
+        surfaces=[_Surface("left out", LEFT_OUT_COLOUR)],
+        surface=np.zeros(len(names), dtype=np.int64),
         translations=np.zeros((len(names), 3)),
         rotations=np.tile([0.0, 0.0, 0.0, 1.0], (len(names), 1)),
     )
@@ -115,7 +131,7 @@ class _Scene:
         self.nodes: list[Json] = [{"name": name, **place, "rotation": _Z_UP_TO_Y_UP, "children": []}]
         self.meshes: list[Json] = []
         self.accessors: list[Json] = []
-        self.materials: dict[str, int] = {}
+        self.materials: dict[_Surface, int] = {}
         self.index_accessors: dict[bytes, int] = {}
         self.points: list[bytes] = []
         self.normals: list[bytes] = []
@@ -144,18 +160,18 @@ class _Scene:
 
     def _add_meshes(self, placed: _Placed) -> list[int]:
         """Mesh of each thing; one for each pair of solid and material, in the order of first use."""
-        keys = list(zip(map(id, placed.solids), placed.materials, strict=True))
-        first = {key: n for n, key in reversed(list(enumerate(keys)))}
-        distinct = sorted(first.values())
-        meshes: dict[tuple[int, str], int] = {}
-        shapes = facets([placed.solids[n] for n in distinct], [placed.names[n] for n in distinct])
+        pairs = placed.shape * len(placed.surfaces) + placed.surface
+        _, first, pair = np.unique(pairs, return_index=True, return_inverse=True)
+        order = np.argsort(first)
+        distinct = first[order].tolist()
+        shapes = facets(placed.solids.take(placed.shape[distinct]), [placed.names[n] for n in distinct])
+        meshes = np.empty(len(distinct), dtype=np.int64)
+        meshes[order] = len(self.meshes) + np.arange(len(distinct))
         for n, shape in zip(distinct, shapes, strict=True):
-            meshes[keys[n]] = len(self.meshes)
-            self.meshes.append(self._mesh(placed.names[n], shape, self._material(placed.materials[n])))
-        return [meshes[key] for key in keys]
-
-    def _material(self, name: str) -> int:
-        return self.materials.setdefault(name, len(self.materials))
+            surface = placed.surfaces[placed.surface[n]]
+            material = self.materials.setdefault(surface, len(self.materials))
+            self.meshes.append(self._mesh(placed.names[n], shape, material))
+        return list(meshes[pair].tolist())
 
     def _mesh(self, name: str, shape: Facets, material: int) -> Json:
         points = (shape.points / 1000).astype("<f4")
@@ -210,7 +226,7 @@ class _Scene:
         if self.meshes:
             document |= {
                 "meshes": self.meshes,
-                "materials": [_material(name) for name in self.materials],
+                "materials": [_material(each) for each in self.materials],
                 "accessors": self.accessors,
                 "bufferViews": views,
                 "buffers": [{"byteLength": starts[3]}],
@@ -225,16 +241,14 @@ def _chunk(kind: bytes, data: bytes, padding: bytes) -> bytes:
     return struct.pack("<I4s", len(data), kind) + data
 
 
-def _material(name: str) -> Json:
-    """By its name: the kind of the part, a space, the material of the part; or "left out"."""
-    colour = LEFT_OUT_COLOUR if name == "left out" else PALETTE[name.split(" ", 1)[0]]
-    glass = "glass" in name.lower()
+def _material(of: _Surface) -> Json:
+    glass = "glass" in of.name.lower()
     surface: Json = {
-        "baseColorFactor": [*_linear(colour), GLASS_OPACITY if glass else 1.0],
+        "baseColorFactor": [*_linear(of.colour), GLASS_OPACITY if glass else 1.0],
         "metallicFactor": 0.0,
         "roughnessFactor": 0.6,
     }
-    material: Json = {"name": name, "pbrMetallicRoughness": surface}
+    material: Json = {"name": of.name, "pbrMetallicRoughness": surface}
     return {**material, "alphaMode": "BLEND", "doubleSided": True} if glass else material
 
 

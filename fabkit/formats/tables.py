@@ -12,7 +12,8 @@ from typing import Any, TextIO
 import numpy as np
 import xlsxwriter
 
-from fabkit.production import Cell, CutList, Nest, Summary, Table
+from fabkit.parts import Cell
+from fabkit.production import CutList, Nest, Summary, Table
 
 __all__ = ["not_run", "write_csv", "write_xlsx"]
 
@@ -172,8 +173,9 @@ def _part_facts(lists: CutList) -> list[tuple[str, Cell]]:
         facts.append((table.title.capitalize(), total["Count"]))
         facts.append((f"{table.title.capitalize()}, marks", len(table.rows)))
         facts.append((f"{table.title.capitalize()}, mass (kg)", _rounded(total["Mass (kg)"], 1)))
-    area = dict(zip(lists.panels.columns, lists.panels.totals, strict=True))["Area (m2)"]
-    return [*facts, ("Panels, area (m2)", _rounded(area, 2))]
+        if "Area (m2)" in total:
+            facts.append((f"{table.title.capitalize()}, area (m2)", _rounded(total["Area (m2)"], 2)))
+    return facts
 
 
 def _sheet_facts(nest: Nest | None) -> list[tuple[str, Cell]]:
