@@ -86,7 +86,7 @@ def make_panels(
 ) -> Parts[PanelDetails]:
     """Panels over these faces, in their order."""
     c = structure.mesh.combinatorics
-    every, owner = c.corners_of(faces)
+    every = c.corners_of(faces)[0]
     starts = np.concatenate([[0], np.cumsum(c.face_sizes[faces])])
     corner = np.empty(len(every), dtype=np.int64)
     outlines = np.empty((len(every), 2))

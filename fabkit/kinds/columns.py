@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -102,8 +103,7 @@ def marks_at(parts: Parts[Any], elements: IntArray) -> list[str]:
 
 def grouped(words: Sequence[str], starts: IntArray) -> Iterable[Sequence[str]]:
     """The words in runs: run r has words[starts[r]:starts[r + 1]]."""
-    ends = starts.tolist()
-    return (words[start:end] for start, end in zip(ends[:-1], ends[1:], strict=True))
+    return (words[start:end] for start, end in pairwise(starts.tolist()))
 
 
 def joined(words: Sequence[str], starts: IntArray) -> list[str]:

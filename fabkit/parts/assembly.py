@@ -24,7 +24,7 @@ D = TypeVar("D", bound=Details)
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A part that was not made. kind: its name; element: mesh edge, vertex or face; reason: a sentence that names it."""
+    """A part that was not made. kind: its name; element: mesh edge, vertex or face; reason: a sentence that says so."""
 
     kind: str
     element: int

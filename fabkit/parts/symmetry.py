@@ -64,7 +64,7 @@ def other_end(n_corners: int) -> Corners:
 
 
 def shifted(first: IntArray, n: int) -> Corners:
-    """Prisms over polygons with n corners, those of the bottom first: corner first (parts, turns) comes to the front."""
+    """Prisms over polygons with n corners, the lower ones first: corner number first (parts, turns) comes in front."""
 
     def corners(parts: IntArray, turns: IntArray, chosen: IntArray) -> IntArray:
         result: IntArray = (first[parts, turns][:, None] + chosen) % n + chosen // n * n

@@ -41,8 +41,8 @@ WAYS = ((True, True), (True, False), (False, True))
 
 def smallest_rectangles(outlines: Ragged, inside: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
     """Angles (m,) in degrees that turn outlines, rows of (k, 2), so that their smallest enclosing rectangle is along
-    the axes, and its sizes (m, 2), the longer side first. Rectangles that fit into the sheet's `inside` come before smaller
-    ones that do not. One side of the smallest rectangle lies along an edge of the convex hull (Freeman and
+    the axes, and its sizes (m, 2), the longer side first. Rectangles that fit into the sheet's `inside` come before
+    smaller ones that do not. One side of the smallest rectangle lies along an edge of the convex hull (Freeman and
     Shapira 1975), so those are tried."""
     hulls = shapely.orient_polygons(shapely.convex_hull(polygons(outlines)), exterior_cw=True)
     corners, owner = shapely.get_coordinates(hulls, return_index=True)
@@ -88,7 +88,8 @@ def _extents(ends: FloatArray, along: FloatArray, owner: IntArray, starts: IntAr
 
 @dataclass(frozen=True, eq=False)
 class Guillotine:
-    """The packer for outlines, rows of (k, 2), on some stock: angles (m,) and sizes (m, 2) of their smallest rectangles."""
+    """The packer for outlines, rows of (k, 2), on some stock: angles (m,) and sizes (m, 2) of their smallest
+    rectangles."""
 
     outlines: Ragged
     stock: Stock

@@ -11,7 +11,7 @@ from fabkit.parts import Assembly, Details, Parts, Ragged, Symmetry, Turns, move
 from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, in_company
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["EQUAL_WITHIN_MM", "share_equal_parts"]
+__all__ = ["EQUAL_WITHIN_MM", "share_equal_parts", "turned_parts", "turned_shapes", "turns_of"]
 
 EQUAL_WITHIN_MM = 1e-7
 """Parts with all corners within this distance are equal, if nothing else is said. Below what a beam's end may be off
@@ -46,12 +46,12 @@ def _share(parts: Parts[D], within_mm: float) -> Parts[D]:
             continue
         some = parts.take(places)
         corners = some.solids.stacks(some.shape)[0].vertices
-        turns = _turns(some, corners)
-        own_first, own_turn = equal_shapes(_turned_shapes(turns, corners), within_mm)
+        turns = turns_of(some, corners)
+        own_first, own_turn = equal_shapes(turned_shapes(turns, corners), within_mm)
         first[places], turn[places] = places[own_first], own_turn
         rows = np.arange(len(places))
         starts[places], along[places] = turns.starts[rows, own_turn], turns.along[rows, own_turn]
-    return _turned(_marked(parts, first), turn, starts, along)
+    return turned_parts(_marked(parts, first), turn, starts, along)
 
 
 def _n_turns(parts: Parts[D]) -> IntArray:
@@ -63,14 +63,15 @@ def _n_turns(parts: Parts[D]) -> IntArray:
     return ring.sizes if isinstance(ring, Ragged) else np.full(len(parts), ring.shape[1])
 
 
-def _turns(parts: Parts[D], corners: FloatArray) -> Turns:
+def turns_of(parts: Parts[D], corners: FloatArray) -> Turns:
+    """In which turns parts may be seen that are comparable and have corners (n, c, 3)."""
     if parts.kind.symmetry is not None and len(_n_turns(parts)) and _n_turns(parts)[0] > 0:
         return parts.kind.symmetry.turns(parts, corners)
     starts, along = np.zeros((len(parts), 1, 2)), np.tile([1.0, 0.0], (len(parts), 1, 1))
     return Turns(starts, along, lambda parts, turns, chosen: np.broadcast_to(chosen, (len(parts), len(chosen))))
 
 
-def _turned_shapes(turns: Turns, corners: FloatArray) -> TurnedShapes:
+def turned_shapes(turns: Turns, corners: FloatArray) -> TurnedShapes:
     """Where corners (n, c, 3) are in each of the turns."""
 
     def at(parts: IntArray, turn: IntArray, chosen: IntArray) -> FloatArray:
@@ -89,7 +90,7 @@ def _marked(parts: Parts[D], first: IntArray) -> Parts[D]:
     return replace(parts, solids=parts.solids.take(parts.shape[firsts]), shape=mark, mark_names=names, mark=mark)
 
 
-def _turned(parts: Parts[D], turn: IntArray, starts: FloatArray, along: FloatArray) -> Parts[D]:
+def turned_parts(parts: Parts[D], turn: IntArray, starts: FloatArray, along: FloatArray) -> Parts[D]:
     """Placements and details as seen in these turns (n,), from starts with x-axes along (n, 2) in the parts' frames."""
     symmetry, rows = parts.kind.symmetry, np.flatnonzero(turn)
     if symmetry is None or not len(rows):

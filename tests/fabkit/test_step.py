@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabkit.formats.step.text import Block, reals, string
+from fabkit.kinds import NODE
 from fabkit.parts import Material, Part, Solid, prism_topology
-from fabkit.parts.palette import PALETTE
 from geometry.arrays import FloatArray
 from tests.fabkit.part21 import StepText, coordinates, written
 from tests.fabkit.solids import frame, node, prism, prisms, star, topology, tube
@@ -207,7 +207,7 @@ def test_part_says_what_it_is() -> None:
     assert file.all("DESCRIPTIVE_REPRESENTATION_ITEM")[0].values[1] == "C24 'x'"
     (density,) = [each for each in file.all("MEASURE_REPRESENTATION_ITEM") if each.values[0] == "density measure"]
     assert density.values[1] == 0.42  # g/cm3
-    assert file.all("COLOUR_RGB")[0].values[1:] == list(PALETTE["node"])
+    assert file.all("COLOUR_RGB")[0].values[1:] == list(NODE.colour)
     (styled,) = file.all("STYLED_ITEM")
     assert file[styled.values[2]].kind == "MANIFOLD_SOLID_BREP"
 

@@ -110,6 +110,8 @@ class StepWriter:
         if parts.kind.group == self._name:
             raise OutputError(f"a structure cannot be called {self._name!r}, like its group; give it another name")
         self._taken.add(parts.kind.group)
+        if parts.kind.group in self._products:
+            raise _taken(parts.kind.group)
         self._check_marks(parts)
         for start in range(0, len(parts), BATCH):
             rows = np.arange(start, min(start + BATCH, len(parts)))
@@ -134,7 +136,7 @@ class StepWriter:
         if not (mark and mark.isascii() and mark.isprintable()):
             raise OutputError(f"mark {mark!r} is not printable ASCII, which names in STEP files should be")
         if mark in self._taken:
-            raise OutputError(f"mark {mark} is also the name of the structure or a group; names must be unique")
+            raise _taken(mark)
         name, material, style = string(mark), self._material(of), self._style(kind.colour)
         values = (name, name, kind.name, str(material), str(material + DENSITY), str(style), name, *numbers)
         self._products[mark] = self._add(_part_block(topology), values)
@@ -219,6 +221,10 @@ class StepWriter:
         if colour not in self._styles:
             self._styles[colour] = self._add(STYLE_BLOCK, reals(np.array(colour)))
         return self._styles[colour]
+
+
+def _taken(mark: str) -> OutputError:
+    return OutputError(f"mark {mark} is also the name of the structure or a group; names must be unique")
 
 
 def solid_texts(solids: Solids, chosen: IntArray, names: Sequence[str]) -> list[list[str]]:
