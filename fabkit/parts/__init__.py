@@ -1,9 +1,9 @@
 """Nouns of the workshop, frozen, without decisions: solids, frames, kinds of part, parts, assemblies. Millimetres and
 degrees."""
 
-from fabkit.parts.assembly import LEFT_OUT_COLOUR, Assembly, LeftOut
+from fabkit.parts.assembly import LEFT_OUT_COLOUR, Assembly, LeftOut, Surroundings
 from fabkit.parts.frame import Frame
-from fabkit.parts.kind import Cell, Column, Details, Kind, Measure, Surroundings
+from fabkit.parts.kind import Cell, Column, Details, Kind, Measure
 from fabkit.parts.material import Material
 from fabkit.parts.parts import Part, Parts
 from fabkit.parts.ragged import Ragged

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, TypeVar
@@ -12,9 +12,9 @@ import numpy as np
 from fabkit.errors import DetailingError
 from fabkit.parts.kind import Details, Kind
 from fabkit.parts.parts import Part, Parts
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, IntArray, floats
 
-__all__ = ["LEFT_OUT_COLOUR", "Assembly", "LeftOut"]
+__all__ = ["LEFT_OUT_COLOUR", "Assembly", "LeftOut", "Surroundings"]
 
 LEFT_OUT_COLOUR = (0.84, 0.10, 0.12)
 """sRGB red, green and blue, 0 to 1, of what was not made."""
@@ -64,7 +64,7 @@ class Assembly:
         """The parts of a group by its name: beams, nodes, panels. Raises KeyError where there is none."""
         return {each.kind.group: each for each in self.groups}[group]
 
-    def of(self, kind: Kind[D]) -> Parts[D]:
+    def of(self, kind: Kind[Parts[D]]) -> Parts[D]:
         """The parts of a kind, none where it has no group."""
         for each in self.groups:
             if each.kind is kind:
@@ -80,3 +80,12 @@ class Assembly:
         """All parts, group by group."""
         for group in self.groups:
             yield from group
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What is told of parts that is not their own: the assembly, whose other parts they touch, and for groups that are
+    nested the number of each part's sheet (n,), from one, by the name of the group."""
+
+    assembly: Assembly
+    sheets: Mapping[str, IntArray] = field(default_factory=dict)

@@ -6,20 +6,16 @@ fabkit.kinds; nothing that draws, lists, checks or writes parts names one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Generic, Literal, Self, TypeVar
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
 
 from fabkit.parts.symmetry import Symmetry
-from geometry.arrays import FloatArray, IntArray, floats
+from geometry.arrays import FloatArray, floats
 
-if TYPE_CHECKING:
-    from fabkit.parts.assembly import Assembly
-    from fabkit.parts.parts import Parts
-
-__all__ = ["Cell", "Column", "Details", "Kind", "Measure", "Surroundings"]
+__all__ = ["Cell", "Column", "Details", "Kind", "Measure"]
 
 Cell = str | int | float | None
 
@@ -44,7 +40,7 @@ class Details:
         return replace(self, **{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
 
 
-D = TypeVar("D", bound=Details)
+P = TypeVar("P")
 
 
 @dataclass(frozen=True)
@@ -79,25 +75,16 @@ class Measure:
         object.__setattr__(self, "values", floats(self.values))
 
 
-@dataclass(frozen=True, eq=False)
-class Surroundings:
-    """What is told of parts that is not their own: the assembly, whose other parts they touch, and for groups that are
-    nested the number of each part's sheet (n,), from one, by the name of the group."""
-
-    assembly: Assembly
-    sheets: Mapping[str, IntArray] = field(default_factory=dict)
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Kind(Generic[D]):
-    """A kind of part.
+class Kind(Generic[P]):
+    """A kind of part, of which P are some.
 
     name: of one part; group: of all; element: what of the mesh a part stands for. letter: with which its marks begin.
     colour: sRGB red, green and blue, 0 to 1. form: what it looks like to a viewer: plates hide what lies below them,
     blocks are small. nothing: the details of no parts. symmetry: None where a part can be seen from one side only.
 
     columns: of its cut list, with a cell for each mark. measures: numbers of parts for colours and histograms. labels:
-    a line about each part.
+    a line about each part. Columns and labels are told the `Surroundings` of the parts.
     """
 
     name: str
@@ -106,8 +93,8 @@ class Kind(Generic[D]):
     letter: str
     colour: tuple[float, float, float]
     form: Literal["bar", "block", "plate"]
-    nothing: D
-    symmetry: Symmetry[D] | None = None
-    columns: Callable[[Parts[D], Surroundings], Sequence[Column]]
-    measures: Callable[[Parts[D]], Sequence[Measure]]
-    labels: Callable[[Parts[D], Surroundings], list[str]]
+    nothing: Details
+    symmetry: Symmetry[P] | None = None
+    columns: Callable[[P, Any], Sequence[Column]]
+    measures: Callable[[P], Sequence[Measure]]
+    labels: Callable[[P, Any], Sequence[str]]

@@ -54,7 +54,7 @@ class Parts(Sequence[Part], Generic[D]):
     mark (n,): which.
     """
 
-    kind: Kind[D]
+    kind: Kind[Any]
     elements: IntArray
     solids: Solids
     shape: IntArray
@@ -73,7 +73,7 @@ class Parts(Sequence[Part], Generic[D]):
             object.__setattr__(self, name, floats(getattr(self, name)))
 
     @classmethod
-    def of(cls, kind: Kind[D], parts: Iterable[Part] = ()) -> Parts[D]:
+    def of(cls, kind: Kind[Parts[D]], parts: Iterable[Part] = ()) -> Parts[D]:
         """Parts made one by one, as arrays."""
         given = list(parts)
         solids = {id(part.solid): part.solid for part in given}
@@ -94,7 +94,7 @@ class Parts(Sequence[Part], Generic[D]):
     @classmethod
     def each_its_own(
         cls,
-        kind: Kind[D],
+        kind: Kind[Parts[D]],
         elements: IntArray,
         solids: Solids,
         origins: FloatArray,

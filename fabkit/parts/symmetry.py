@@ -9,15 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
-
-if TYPE_CHECKING:
-    from fabkit.parts.kind import Details
-    from fabkit.parts.parts import Parts
 
 __all__ = ["Corners", "Symmetry", "Turns", "moved", "other_end", "shifted"]
 
@@ -37,12 +33,12 @@ class Turns:
     corners: Corners
 
 
-D = TypeVar("D", bound="Details")
+P = TypeVar("P")
 
 
 @dataclass(frozen=True)
-class Symmetry(Generic[D]):
-    """The turns of a kind of part.
+class Symmetry(Generic[P]):
+    """The turns of a kind of part, of which P are some.
 
     around: names of the details with a value for each place of the ring, rows of a Ragged or of an array (n, places).
     azimuths: names of those that are angles in degrees from the x-axis. turns: of parts of one topology with equally
@@ -51,7 +47,7 @@ class Symmetry(Generic[D]):
 
     around: tuple[str, ...]
     azimuths: tuple[str, ...]
-    turns: Callable[[Parts[D], FloatArray], Turns]
+    turns: Callable[[P, FloatArray], Turns]
 
 
 def other_end(n_corners: int) -> Corners:

@@ -104,7 +104,7 @@ def turned_parts(parts: Parts[D], turn: IntArray, starts: FloatArray, along: Flo
     return replace(parts, origins=origins, axes=axes, details=_details_turned(parts.details, symmetry, turn))
 
 
-def _details_turned(details: D, symmetry: Symmetry[D], turn: IntArray) -> D:
+def _details_turned(details: D, symmetry: Symmetry[Any], turn: IntArray) -> D:
     changes: dict[str, Any] = {}
     for name in symmetry.around:
         values = getattr(details, name)

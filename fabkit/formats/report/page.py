@@ -249,8 +249,8 @@ def _measure_data(measure: Measure) -> dict[str, object]:
     }
 
 
-def _labels(assembly: Assembly) -> dict[str, list[str]]:
+def _labels(assembly: Assembly) -> dict[str, Sequence[str]]:
     """A line about each thing in the model, by group."""
     around = Surroundings(assembly)
-    lines = {group.kind.group: group.kind.labels(group, around) for group in assembly.groups}
+    lines: dict[str, Sequence[str]] = {group.kind.group: group.kind.labels(group, around) for group in assembly.groups}
     return lines | {"left out": [left.reason for left in assembly.left_out if left.kind == BEAM.name]}
