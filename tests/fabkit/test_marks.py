@@ -173,3 +173,39 @@ def test_of_parts_that_differ_step_by_step_those_near_to_one_of_them_share_its_m
     assert marks == [f"P00{1 + k // 3}" for k in range(10)]
     for k, part in enumerate(shared):
         assert np.abs(part.solid.vertices - longer(k).solid.vertices).max() <= 0.01
+
+
+TEE = [
+    [40.0, 0.0],
+    [-40.0, 0.0],
+    [-40.0, -20.0],
+    [-5.0, -20.0],
+    [-5.0, -90.0],
+    [5.0, -90.0],
+    [5.0, -20.0],
+    [40.0, -20.0],
+]
+HEXAGON = [[20.0, 0.0], [-20.0, 0.0], [-40.0, -40.0], [-20.0, -80.0], [20.0, -80.0], [40.0, -40.0]]
+
+
+@pytest.mark.parametrize("section", [TEE, HEXAGON])
+def test_bars_of_any_section_are_equal_end_for_end(section: list[list[float]]) -> None:
+    """Bars along x with a slanted end and a square one; corners come in the order that half a turn about z reverses."""
+    outline = np.roll(np.array(section), -1, axis=0)  # from beside the plane of symmetry, round to its other side
+    assert np.array_equal(outline[::-1] * [-1, 1], outline)
+
+    def bar(element: int, slant: float, other_slant: float) -> Part:
+        ends = [
+            np.column_stack([x - slope * outline[:, 1], outline]) for x, slope in ((0.0, slant), (1000.0, -other_slant))
+        ]
+        solid = Solid(np.concatenate(ends), prism_topology(len(outline)))
+        assert solid.volume_mm3 > 0
+        placement = Frame(np.array([0.0, 500.0 * element, 0.0]), np.eye(3))
+        return altered(barrel()["beams"][0], element=element, solid=solid, placement=placement, nodes=(element, 9))
+
+    own = with_parts(barrel(), beams=[bar(0, 0.1, 0.0), bar(1, 0.0, 0.1), bar(2, 0.1, 0.1)])["beams"]
+    shared = share_equal_parts(Assembly("bars", (own,)))["beams"]
+    assert shared.marks == ["B001", "B001", "B002"]
+    assert shared.details.nodes.tolist() == [[0, 9], [9, 1], [2, 9]]
+    for before, after in zip(own, shared, strict=True):
+        assert np.abs(world(before) - world(after)).max() < 1e-9
