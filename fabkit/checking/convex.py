@@ -65,11 +65,14 @@ def _is_convex(stack: Stack) -> BoolArray:
     t = stack.topology
     if t.n_vertices > 2 * MOST_CORNERS and _is_prism(t):
         return np.zeros(len(stack.parts), dtype=bool)
-    normals = stack.normals
-    anchors = stack.vertices[:, t.corners[t.first_corner]]
-    levels = np.einsum("pfk,pfk->pf", normals, anchors)
-    heights = normals @ stack.vertices.transpose(0, 2, 1) - levels[..., None]
-    flush: BoolArray = heights.max(axis=(1, 2)) <= FLUSH_MM
+    flush = np.empty(len(stack.parts), dtype=bool)
+    done = 0
+    for few in stack.a_few_at_a_time():
+        normals = few.normals
+        levels = np.einsum("pfk,pfk->pf", normals, few.vertices[:, t.corners[t.first_corner]])
+        heights = normals @ few.vertices.transpose(0, 2, 1) - levels[..., None]
+        flush[done : done + len(few.parts)] = heights.max(axis=(1, 2), initial=-np.inf) <= FLUSH_MM
+        done += len(few.parts)
     return flush
 
 

@@ -18,7 +18,7 @@ from fabkit.checking.links import ElementVertices, unlinked_ends, unlinked_facet
 from fabkit.checking.positions import Positions
 from fabkit.errors import DetailingError
 from fabkit.kinds import BEAM, NODE
-from fabkit.parts import Assembly, Part, Stack
+from fabkit.parts import Assembly, Measures, Part, Stack
 from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["Violation", "check_fit", "in_one_sentence", "violations"]
@@ -154,7 +154,7 @@ def _unsound(
 ) -> Iterator[tuple[int, Violation]]:
     """One violation at most for each part, with its position: the first rule it breaks."""
     axes = np.concatenate([np.zeros((0, 3, 3)), *(group.axes for group in positions.assembly.groups)])
-    for stack in every:
+    for stack in (few for whole in every for few in whole.a_few_at_a_time()):
         passed = np.ones(len(stack.parts), dtype=bool)
         with np.errstate(invalid="ignore", divide="ignore"):  # what is not a number does not hold
             rules = _solid_rules(axes[stack.parts], stack, fit_mm, shortest_edge_mm)
@@ -169,10 +169,11 @@ def _unsound(
 def _solid_rules(axes: FloatArray, stack: Stack, fit_mm: float, shortest_edge_mm: float) -> list[_Rule]:
     """A rule means something for those solids only for which the rules before it hold."""
     skew = np.abs(axes @ axes.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-    volume = stack.volumes
+    measures = Measures(stack.topology, stack.vertices)
+    volume = measures.volumes
     tail, head = stack.topology.edges.T
     shortest = np.linalg.norm(stack.vertices[:, head] - stack.vertices[:, tail], axis=-1).min(axis=1)
-    bulge = _bulges(stack)
+    bulge = _bulges(measures)
     measured = (skew <= RIGID) & (volume > 0) & (shortest >= shortest_edge_mm) & (bulge <= fit_mm)
     splittable = measured.copy()
     splittable[measured] = is_splittable(stack[measured])
@@ -210,11 +211,11 @@ def _solid_rules(axes: FloatArray, stack: Stack, fit_mm: float, shortest_edge_mm
     ]
 
 
-def _bulges(stack: Stack) -> FloatArray:
+def _bulges(of: Measures) -> FloatArray:
     """(P,) largest distance of a corner from the middle plane of its face."""
-    t = stack.topology
+    t = of.topology
     starts = t.first_corner
-    levels = np.einsum("pck,kpc->pc", stack.normals[:, t.corner_face], stack.from_apex)
+    levels = np.einsum("pck,kpc->pc", of.normals[:, t.corner_face], of.from_apex)
     spread = np.maximum.reduceat(levels, starts, axis=1) - np.minimum.reduceat(levels, starts, axis=1)
     bulges: FloatArray = spread.max(axis=1) / 2
     return bulges

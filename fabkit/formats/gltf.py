@@ -18,7 +18,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fabkit.errors import OutputError
-from fabkit.formats.triangles import Facets, facets
+from fabkit.formats.triangles import facets
 from fabkit.kinds import BEAM
 from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Parts, Solids, prism_topology, prism_vertices
 from geometry.arrays import FloatArray, IntArray
@@ -128,9 +128,11 @@ class _Scene:
     def __init__(self, name: str, origin_mm: FloatArray) -> None:
         x, y, z = (origin_mm / 1000).tolist()
         place = {"translation": [x, z, 0.0 - y]} if origin_mm.any() else {}
-        self.nodes: list[Json] = [{"name": name, **place, "rotation": _Z_UP_TO_Y_UP, "children": []}]
-        self.meshes: list[Json] = []
-        self.accessors: list[Json] = []
+        self.root: Json = {"name": name, **place, "rotation": _Z_UP_TO_Y_UP}
+        self.groups: list[int] = []
+        self.nodes: list[str] = []  # in JSON, as are meshes and accessors: there may be hundreds of thousands
+        self.meshes: list[str] = []
+        self.accessors: list[str] = []
         self.materials: dict[_Surface, int] = {}
         self.index_accessors: dict[bytes, int] = {}
         self.points: list[bytes] = []
@@ -143,9 +145,9 @@ class _Scene:
         """A node for the group and one for each thing in it; nothing where it is empty."""
         if not placed.names:
             return
-        group = len(self.nodes)
-        self.nodes[0]["children"].append(group)
-        self.nodes.append({"name": name, "children": list(range(group + 1, group + 1 + len(placed.names)))})
+        group = len(self.nodes) + 1  # after the root
+        self.groups.append(group)
+        self.nodes.append(_json({"name": name, "children": list(range(group + 1, group + 1 + len(placed.names)))}))
         columns = zip(
             placed.names,
             self._add_meshes(placed),
@@ -156,7 +158,7 @@ class _Scene:
         )
         for mark, mesh, translation, rotation, extras in columns:
             node = {"name": mark, "mesh": mesh, "translation": translation, "rotation": rotation}
-            self.nodes.append({**node, "extras": extras} if extras else node)
+            self.nodes.append(_json({**node, "extras": extras} if extras else node))
 
     def _add_meshes(self, placed: _Placed) -> list[int]:
         """Mesh of each thing; one for each pair of solid and material, in the order of first use."""
@@ -164,44 +166,55 @@ class _Scene:
         _, first, pair = np.unique(pairs, return_index=True, return_inverse=True)
         order = np.argsort(first)
         distinct = first[order].tolist()
-        shapes = facets(placed.solids.take(placed.shape[distinct]), [placed.names[n] for n in distinct])
         meshes = np.empty(len(distinct), dtype=np.int64)
         meshes[order] = len(self.meshes) + np.arange(len(distinct))
-        for n, shape in zip(distinct, shapes, strict=True):
-            surface = placed.surfaces[placed.surface[n]]
-            material = self.materials.setdefault(surface, len(self.materials))
-            self.meshes.append(self._mesh(placed.names[n], shape, material))
+        surfaces = [self.materials.setdefault(each, len(self.materials)) for each in placed.surfaces]
+        names = [placed.names[n] for n in distinct]
+        self._write_meshes(names, placed.solids.take(placed.shape[distinct]), placed.surface[distinct], surfaces)
         return list(meshes[pair].tolist())
 
-    def _mesh(self, name: str, shape: Facets, material: int) -> Json:
-        points = (shape.points / 1000).astype("<f4")
-        offset, count = 12 * self.n_points, len(points)
-        self.n_points += count
+    def _write_meshes(self, names: Sequence[str], solids: Solids, surface: IntArray, surfaces: Sequence[int]) -> None:
+        """Meshes of solids with these names, each with one of the surfaces (materials in the document)."""
+        shapes = facets(solids, names)
+        counts, kind = np.empty(len(solids), dtype=np.int64), np.empty(len(solids), dtype=np.int64)
+        row = np.empty(len(solids), dtype=np.int64)
+        for k, shape in enumerate(shapes):
+            counts[shape.solids], kind[shape.solids] = shape.points.shape[1], k
+            row[shape.solids] = np.arange(len(shape.solids))
+        starts = np.concatenate([[0], np.cumsum(counts)])
+        points, normals = np.empty((starts[-1], 3), dtype="<f4"), np.empty((starts[-1], 3), dtype="<f4")
+        for shape in shapes:
+            places = starts[shape.solids][:, None] + np.arange(shape.points.shape[1])
+            points[places], normals[places] = shape.points / 1000, shape.normals
+        least, largest = (each.reduceat(points, starts[:-1]).tolist() for each in (np.minimum, np.maximum))
         self.points.append(points.tobytes())
-        self.normals.append(shape.normals.astype("<f4").tobytes())
-        vector = {"byteOffset": offset, "componentType": _FLOAT, "count": count, "type": "VEC3"}
-        extent = {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
-        position = len(self.accessors)
-        self.accessors += [{"bufferView": 0, **vector, **extent}, {"bufferView": 1, **vector}]
-        attributes = {"POSITION": position, "NORMAL": position + 1}
-        indices = self._indices(shape, count)
-        return {"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": material}]}
+        self.normals.append(normals.tobytes())
+        numbers = zip(names, (12 * (self.n_points + starts)).tolist(), counts.tolist(), least, largest, strict=False)
+        for n, (name, offset, count, low, high) in enumerate(numbers):
+            position = len(self.accessors)
+            vector = f'"byteOffset":{offset},"componentType":{_FLOAT},"count":{count},"type":"VEC3"'
+            extent = f'"min":{_json(low)},"max":{_json(high)}'
+            self.accessors += [f'{{"bufferView":0,{vector},{extent}}}', f'{{"bufferView":1,{vector}}}']
+            indices = self._indices(shapes[kind[n]].triangles[row[n]], count)
+            attributes = f'{{"POSITION":{position},"NORMAL":{position + 1}}}'
+            primitive = f'{{"attributes":{attributes},"indices":{indices},"material":{surfaces[surface[n]]}}}'
+            self.meshes.append(f'{{"name":{_json(name)},"primitives":[{primitive}]}}')
+        self.n_points += int(starts[-1])
 
-    def _indices(self, shape: Facets, n_points: int) -> int:
+    def _indices(self, triangles: IntArray, n_points: int) -> int:
         """Accessor of the triangles; meshes with the same ones share it."""
         narrow = n_points < 0xFFFF
-        data = shape.triangles.astype("<u2" if narrow else "<u4").tobytes()
+        data = triangles.astype("<u2" if narrow else "<u4").tobytes()
         if data not in self.index_accessors:
             self.index_accessors[data] = len(self.accessors)
-            self.accessors.append(
-                {
-                    "bufferView": 2,
-                    "byteOffset": self.index_offset,
-                    "componentType": _UINT16 if narrow else _UINT32,
-                    "count": shape.triangles.size,
-                    "type": "SCALAR",
-                }
-            )
+            accessor = {
+                "bufferView": 2,
+                "byteOffset": self.index_offset,
+                "componentType": _UINT16 if narrow else _UINT32,
+                "count": triangles.size,
+                "type": "SCALAR",
+            }
+            self.accessors.append(_json(accessor))
             self.indices.append(data + bytes(-len(data) % 4))
             self.index_offset += len(self.indices[-1])
         return self.index_accessors[data]
@@ -217,23 +230,25 @@ class _Scene:
         views.append(
             {"buffer": 0, "byteOffset": starts[2], "byteLength": len(blocks[2]), "target": _ELEMENT_ARRAY_BUFFER}
         )
-        document: Json = {
-            "asset": {"version": "2.0", "generator": "fabkit"},
-            "scene": 0,
-            "scenes": [{"nodes": [0]}],
-            "nodes": self.nodes,
-        }
+        root = _json({**self.root, "children": self.groups})
+        members = [
+            '"asset":{"version":"2.0","generator":"fabkit"},"scene":0,"scenes":[{"nodes":[0]}]',
+            f'"nodes":[{",".join([root, *self.nodes])}]',
+        ]
         if self.meshes:
-            document |= {
-                "meshes": self.meshes,
-                "materials": [_material(each) for each in self.materials],
-                "accessors": self.accessors,
-                "bufferViews": views,
-                "buffers": [{"byteLength": starts[3]}],
-            }
-        text = json.dumps(document, separators=(",", ":")).encode()
+            members += [
+                f'"meshes":[{",".join(self.meshes)}]',
+                f'"materials":{_json([_material(each) for each in self.materials])}',
+                f'"accessors":[{",".join(self.accessors)}]',
+                f'"bufferViews":{_json(views)}',
+                f'"buffers":[{{"byteLength":{starts[3]}}}]',
+            ]
+        text = f"{{{','.join(members)}}}".encode()
         body = _chunk(_CHUNK_JSON, text, b" ") + (_chunk(_CHUNK_BIN, b"".join(blocks), b"\0") if self.meshes else b"")
         return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+
+
+_json = json.JSONEncoder(separators=(",", ":")).encode
 
 
 def _chunk(kind: bytes, data: bytes, padding: bytes) -> bytes:

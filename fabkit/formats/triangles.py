@@ -19,28 +19,29 @@ CONVEX_TOLERANCE = 1e-9  # sine of the turn at a corner: rounding of a straight 
 
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """A flat-shaded solid. points (C, 3) and normals (C, 3): one for each corner of each face; triangles (T, 3):
-    corners, counter-clockwise seen from outside."""
+    """Flat-shaded solids of one topology. solids (K,): their numbers. points and normals (K, C, 3): one for each corner
+    of each face; triangles (K, T, 3): corners, counter-clockwise seen from outside."""
 
+    solids: IntArray
     points: FloatArray
     normals: FloatArray
     triangles: IntArray
 
 
 def facets(solids: Solids, names: Sequence[str]) -> list[Facets]:
-    """Triangulated solids, computed for all solids of one topology at once. No point is added.
+    """Triangulated solids, by topology. No point is added.
 
     Convex faces become fans, other ones and faces with inner loops constrained Delaunay triangulations.
     Raises `OutputError` with the solid's name where a face's outline crosses itself.
     """
-    result: dict[int, Facets] = {}
+    result = []
     for stack in solids.stacks():
-        topology, indices = stack.topology, stack.parts.tolist()
+        topology = stack.topology
         points = stack.vertices[:, topology.corners]
         normals = stack.normals[:, topology.corner_face]
-        triangles = _triangles(points, normals, topology, [names[n] for n in indices])
-        result |= {n: Facets(*each) for n, *each in zip(indices, points, normals, triangles, strict=True)}
-    return [result[n] for n in range(len(solids))]
+        triangles = _triangles(points, normals, topology, [names[n] for n in stack.parts.tolist()])
+        result.append(Facets(stack.parts, points, normals, triangles))
+    return result
 
 
 def _triangles(points: FloatArray, normals: FloatArray, topology: Topology, names: list[str]) -> IntArray:

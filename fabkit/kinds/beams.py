@@ -61,7 +61,7 @@ def ends_glyphs(cut_angles_deg: FloatArray) -> list[str]:
 
 
 def _turns(beams: Parts[BeamDetails], corners: FloatArray) -> Turns:
-    """As they are, and from their other ends, where that corner stands which takes the place of an outer one at end A."""
+    """As they are, and from their other ends, where the corner stands that takes the place of an outer one at end A."""
     near = np.hypot(corners[..., 0], corners[..., 2]).argmin(axis=1)
     length = corners[np.arange(len(corners)), corners.shape[1] - 1 - near, 0]
     starts = np.zeros((len(corners), 2, 2))

@@ -14,7 +14,7 @@ import numpy as np
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.mesh.ragged_arrays import next_in_run, run_of_place
 
-__all__ = ["Solid", "Stack", "Topology", "prism_topology", "prism_vertices"]
+__all__ = ["Measures", "Solid", "Stack", "Topology", "prism_topology", "prism_vertices"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,21 +95,53 @@ def prism_vertices(outlines: FloatArray, bottom: FloatArray | float, top: FloatA
     return np.concatenate([at(bottom), at(top)], axis=-2)
 
 
+CORNERS_AT_ONCE = 20_000
+"""Of solids that are measured together: what is worked out for them stays in the processor's cache."""
+
+
 @dataclass(frozen=True, eq=False)
 class Stack:
     """Solids of one topology.
 
-    parts (P,): their positions in what they were taken from. vertices (P, n, 3) in mm. What is measured is worked out
-    once, from corners about the middle of each solid and with coordinates in the first axis: that is fastest.
+    parts (P,): their positions in what they were taken from. vertices (P, n, 3) in mm.
     """
 
     topology: Topology
     parts: IntArray
     vertices: FloatArray
 
-    def __getitem__(self, chosen: BoolArray | IntArray) -> Stack:
-        """The solids chosen by a mask or by indices (P,)."""
+    def __getitem__(self, chosen: BoolArray | IntArray | slice) -> Stack:
+        """The solids chosen by a mask, by indices or by a slice."""
         return Stack(self.topology, self.parts[chosen], self.vertices[chosen])
+
+    def a_few_at_a_time(self) -> list[Stack]:
+        """The same solids in smaller stacks, one at least."""
+        size = max(1, CORNERS_AT_ONCE // len(self.topology.corners))
+        return [self[k : k + size] for k in range(0, max(1, len(self.parts)), size)]
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """(P, F, 3) outward unit normals."""
+        return np.concatenate([Measures(few.topology, few.vertices).normals for few in self.a_few_at_a_time()])
+
+    @cached_property
+    def volumes(self) -> FloatArray:
+        """(P,) in mm3; negative where a solid is inside out."""
+        return np.concatenate([Measures(few.topology, few.vertices).volumes for few in self.a_few_at_a_time()])
+
+    @cached_property
+    def centroids(self) -> FloatArray:
+        """(P, 3) in mm."""
+        return np.concatenate([Measures(few.topology, few.vertices).centroids for few in self.a_few_at_a_time()])
+
+
+@dataclass(frozen=True, eq=False)
+class Measures:
+    """What is measured on solids with vertices (P, n, 3) and one topology: worked out once, from corners about the
+    middle of each solid and with coordinates in the first axis, which is fastest."""
+
+    topology: Topology
+    vertices: FloatArray
 
     @cached_property
     def middles(self) -> FloatArray:
@@ -192,19 +224,19 @@ class Solid:
             raise ValueError(f"vertices have shape {self.vertices.shape}, need ({self.topology.n_vertices}, 3)")
 
     @cached_property
-    def _stack(self) -> Stack:
-        return Stack(self.topology, np.zeros(1, dtype=np.int64), self.vertices[None])
+    def _measures(self) -> Measures:
+        return Measures(self.topology, self.vertices[None])
 
     @property
     def volume_mm3(self) -> float:
-        return float(self._stack.volumes[0])
+        return float(self._measures.volumes[0])
 
     @property
     def centroid(self) -> FloatArray:
         """(3,) in mm."""
-        return floats(self._stack.centroids[0])
+        return floats(self._measures.centroids[0])
 
     @property
     def normals(self) -> FloatArray:
         """(F, 3) outward unit normals."""
-        return floats(self._stack.normals[0])
+        return floats(self._measures.normals[0])

@@ -14,9 +14,6 @@ from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 
 __all__ = ["Solids"]
 
-CORNERS_AT_ONCE = 20_000
-"""Of solids that are measured together: what is worked out for them stays in the processor's cache."""
-
 
 @dataclass(frozen=True, eq=False)
 class Solids:
@@ -87,19 +84,11 @@ class Solids:
                 )
         return found
 
-    def _measured(self) -> list[Stack]:
-        """All solids, a few at a time."""
-        few = []
-        for stack in self.stacks():
-            size = max(1, CORNERS_AT_ONCE // len(stack.topology.corners))
-            few += [stack[np.arange(k, min(k + size, len(stack.parts)))] for k in range(0, len(stack.parts), size)]
-        return few
-
     @cached_property
     def volumes(self) -> FloatArray:
         """(S,) in mm3."""
         volumes = np.empty(len(self))
-        for stack in self._measured():
+        for stack in self.stacks():
             volumes[stack.parts] = stack.volumes
         return floats(volumes)
 
@@ -107,6 +96,6 @@ class Solids:
     def centroids(self) -> FloatArray:
         """(S, 3) in mm, in the solids' own frames."""
         centroids = np.empty((len(self), 3))
-        for stack in self._measured():
+        for stack in self.stacks():
             centroids[stack.parts] = stack.centroids
         return floats(centroids)

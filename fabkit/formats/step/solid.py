@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabkit.errors import OutputError
-from fabkit.parts import Stack, Topology
+from fabkit.parts import Measures, Stack, Topology
 from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["TOLERANCE_MM", "solid_entities", "solid_numbers"]
@@ -66,25 +66,25 @@ def solid_numbers(stack: Stack, names: Sequence[str]) -> FloatArray:
     Raises OutputError, with the name of the solid, where a number is not finite, an edge is shorter or a face narrower
     than TOLERANCE_MM, a face leaves its plane by more than that, or the volume is not positive.
     """
-    t = stack.topology
+    t, of = stack.topology, Measures(stack.topology, stack.vertices)
     extents = np.abs(stack.vertices).max(axis=(1, 2))
     _hold(np.isfinite(extents), names, extents, "has a vertex at {}")
-    along = stack.points[:, :, t.edges[:, 1]] - stack.points[:, :, t.edges[:, 0]]
+    along = of.points[:, :, t.edges[:, 1]] - of.points[:, :, t.edges[:, 0]]
     lengths = np.sqrt((along * along).sum(axis=0))
     shortest = lengths.min(axis=1)
     _hold(shortest > TOLERANCE_MM, names, shortest, f"has an edge of {{:.3g}} mm, needs over {TOLERANCE_MM:g} mm")
 
-    here = stack.from_apex
+    here = of.from_apex
     reaches = np.sqrt(np.maximum.reduceat((here * here).sum(axis=0), t.first_corner, axis=1))
-    narrowest = (stack.areas / reaches).min(axis=1)
+    narrowest = (of.areas / reaches).min(axis=1)
     _hold(narrowest > TOLERANCE_MM, names, narrowest, f"has a face {{:.3g}} mm wide, needs over {TOLERANCE_MM:g} mm")
-    off = np.abs(np.einsum("xkc,kcx->kc", here, stack.normals[:, t.corner_face])).max(axis=1)
+    off = np.abs(np.einsum("xkc,kcx->kc", here, of.normals[:, t.corner_face])).max(axis=1)
     _hold(off <= TOLERANCE_MM, names, off, f"has a face {{:.3g}} mm off its plane, allowed {TOLERANCE_MM:g} mm")
 
-    volumes = stack.volumes
+    volumes = of.volumes
     _hold(volumes > 0, names, volumes, "encloses {:.3g} mm3; its faces must run counter-clockwise seen from outside")
     directions = np.moveaxis(along / lengths, 0, 2)
-    columns = (volumes, stack.areas.sum(axis=1), stack.centroids, stack.vertices, directions, stack.normals)
+    columns = (volumes, of.areas.sum(axis=1), of.centroids, stack.vertices, directions, of.normals)
     return np.concatenate([each.reshape(len(volumes), -1) for each in columns], axis=1)
 
 
