@@ -18,7 +18,7 @@ from geometry import Mesh, SupportStructure, gauss_image, planarise
 from geometry.arrays import FloatArray
 from geometry.mesh import shapes
 from geometry.mesh.polygons import face_sums
-from geometry.meshing import make_conical
+from geometry.meshing import Guides, make_conical
 
 DISTANCE = 0.2
 
@@ -52,12 +52,12 @@ def subdivided() -> Mesh:
 
 @cache
 def planar() -> Mesh:
-    return planarise(subdivided(), fairness=FAIRNESS).mesh
+    return planarise(subdivided(), Guides(fairness=FAIRNESS)).mesh
 
 
 @cache
 def conical() -> Mesh:
-    return make_conical(subdivided(), fairness=FAIRNESS).mesh
+    return make_conical(subdivided(), Guides(fairness=FAIRNESS)).mesh
 
 
 @cache

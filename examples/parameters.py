@@ -126,7 +126,7 @@ def page() -> str:
     """Its text. It asks the network for nothing, and says nothing of when or where it was written."""
     found = main()
     tangency, parallelity_, curvature = list(found.values())[-3:]
-    shared = [files("fabkit.formats").joinpath(name) for name in ("report_camera.js", "report_program.js")]
+    shared = [files("fabkit.formats.report").joinpath(name) for name in ("camera.js", "program.js")]
     own = [EXAMPLES / name for name in ("parameters_view.js", "parameters_page.js")]
     scripts = [script.read_text(encoding="utf-8") for script in (*shared, *own)]
     return Template((EXAMPLES / "parameters.html").read_text(encoding="utf-8")).substitute(

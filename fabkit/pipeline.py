@@ -19,11 +19,13 @@ from fabkit.gauss_image import GivenPair, computed_image, exact_pair, read_given
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
+    BuildFacts,
     ExactGaussImage,
     GivenGaussImage,
     Nest,
     Sheet,
     Summary,
+    build_facts,
     nest_panels,
     share_equal_parts,
     too_large,
@@ -36,7 +38,7 @@ from geometry.errors import FoldedError
 from geometry.files import MeshFile, read_mesh
 from geometry.gauss import SupportStructure, axis_lean
 from geometry.mesh import Mesh
-from geometry.meshing import planarise
+from geometry.meshing import Guides, planarise
 
 __all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm"]
 
@@ -57,6 +59,11 @@ class Built:
     seconds: dict[str, float]
     sha256: str
 
+    @property
+    def facts(self) -> BuildFacts:
+        """What there is to say of it."""
+        return build_facts(self.summary, self.assembly, self.nest)
+
 
 def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
     """Design the structure and write it to the folder `project.out`, which appears whole or not at all.
@@ -71,7 +78,7 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
     with whole_folder(project.out, force=force, inputs=inputs) as folder:
         built = design(project, stages)
         write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
-        write_manifest(folder, _manifest(project, built))
+        write_manifest(folder, _manifest(project, built), built.facts.all)
     return built
 
 
@@ -164,7 +171,7 @@ def judged_pair(
 
 def _planar(project: Project, mesh: Mesh) -> Mesh:
     try:
-        return planarise(mesh, **project.planarise.model_dump(exclude_none=True)).mesh
+        return planarise(mesh, Guides(**project.planarise.model_dump(exclude_none=True))).mesh
     except FoldedError as error:
         raise FitnessError([folded(error)]) from None
 
@@ -284,27 +291,7 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
             **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely")},
         },
         "origin": {"unit": summary.origin.tolist(), "mm": assembly.origin_mm.tolist()},
-        "counts": {
-            "vertices": summary.n_vertices,
-            "edges": summary.n_edges,
-            "faces": summary.n_faces,
-            **{group.kind.group: len(group) for group in assembly.groups},
-            "marks": {group.kind.group: len(group.mark_names) for group in assembly.groups},
-            "sheets": built.nest.n_sheets if built.nest else 0,
-            "left_out": len(assembly.left_out),
-        },
-        "largest_twist_deg": float(summary.twists_deg.max()),
-        "heights": summary.height_shares,
-        "lean_deg": summary.lean_shares_deg,
         "fitness": [vars(finding) for finding in summary.fitness],
-        "planarity": {"before": summary.planarity_before, "after": summary.planarity_after},
-        "equal_within_mm": summary.equal_within_mm,
-        "moved_mm": {
-            "largest": summary.largest_move_mm,
-            "vertex": summary.farthest_vertex,
-            "mean": summary.mean_move_mm,
-        },
-        "lift": {"mm": summary.lift_mm, "reason": summary.lift_reason},
         "mended": list(summary.mended),
         "left_out": [vars(part) for part in assembly.left_out],
     }

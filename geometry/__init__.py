@@ -39,7 +39,7 @@ from geometry.gauss import (
     vertex_gauss_image,
 )
 from geometry.mesh import Combinatorics, Mesh
-from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
+from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
@@ -48,9 +48,11 @@ from geometry.surface import Surface
 __all__ = [
     "Combinatorics",
     "ConvergenceError",
+    "Effort",
     "FaceCurvatures",
     "FoldedError",
     "GeometryError",
+    "Guides",
     "KoebePolyhedron",
     "LaguerreTransformation",
     "Mesh",

@@ -13,7 +13,7 @@ from fabkit.formats.step import write_part_steps, write_step
 from fabkit.formats.tables import write_csv, write_xlsx
 from fabkit.kinds import BEAM, PANEL
 from fabkit.parts import Assembly
-from fabkit.production import Nest, Summary, cut_list, panel_drawings, sheet_drawings
+from fabkit.production import Nest, Summary, build_facts, cut_list, panel_drawings, sheet_drawings
 from fabkit.stages import Stages
 from geometry.arrays import FloatArray
 from geometry.mesh import Mesh
@@ -45,12 +45,13 @@ def write_documents(
         lists = cut_list(assembly, nest)
         for table in lists.tables:
             write_csv(folder / f"{table.title}.csv", table)
-        write_xlsx(folder / "cutlist.xlsx", lists, summary, nest)
+        facts = build_facts(summary, assembly, nest)
+        write_xlsx(folder / "cutlist.xlsx", lists, summary, facts)
     with stages("GLB"):
         glb = glb_bytes(assembly, _left_out_lines(mesh, assembly))
         (folder / "model.glb").write_bytes(glb)
     with stages("Report"):
-        text = report_html(summary=summary, assembly=assembly, tables=lists.tables, sheets=sheets, glb=glb)
+        text = report_html(summary=summary, facts=facts, assembly=assembly, tables=lists.tables, sheets=sheets, glb=glb)
         (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
 
 

@@ -1,7 +1,9 @@
 """From parts to shop documents, still as data: marks, nests, cut lists, drawings, the facts of a build."""
 
+from fabkit.production.curves import Curves
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
+from fabkit.production.facts import REPORT, TERMINAL, WORKBOOK, BuildFacts, Fact, build_facts
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
 from fabkit.production.nests import Nest, Sheet
 from fabkit.production.sheet_nesting import nest_panels, too_large
@@ -11,15 +13,22 @@ __all__ = [
     "CUT",
     "EQUAL_WITHIN_MM",
     "MARK",
+    "REPORT",
     "SHEET",
+    "TERMINAL",
+    "WORKBOOK",
+    "BuildFacts",
+    "Curves",
     "CutList",
     "Drawing",
     "ExactGaussImage",
+    "Fact",
     "GivenGaussImage",
     "Nest",
     "Sheet",
     "Summary",
     "Table",
+    "build_facts",
     "cut_list",
     "nest_panels",
     "panel_drawings",

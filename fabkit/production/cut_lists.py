@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -31,9 +32,16 @@ class Table:
     totals: tuple[Cell, ...]
     left_out: tuple[str, ...]
 
-    def text(self, row: Sequence[Cell]) -> list[str]:
-        """The cells of a row, numbers with the decimals of their column, empty where there is none."""
-        return [_text(cell, decimals) for cell, decimals in zip(row, self.decimals, strict=True)]
+    @cached_property
+    def texts(self) -> tuple[tuple[str, ...], ...]:
+        """The rows as text: numbers with the decimals of their column, nothing where there is none."""
+        columns = zip(*self.rows, strict=True)
+        return tuple(zip(*map(_texts, columns, self.decimals), strict=True))
+
+    @cached_property
+    def total_texts(self) -> tuple[str, ...]:
+        """The totals as text."""
+        return tuple(_texts([cell], decimals)[0] for cell, decimals in zip(self.totals, self.decimals, strict=True))
 
 
 @dataclass(frozen=True)
@@ -71,9 +79,10 @@ def _table(parts: Parts[Any], around: Surroundings) -> Table:
     )
 
 
-def _text(cell: Cell, decimals: int | None) -> str:
-    if cell is None:
-        return ""
-    if isinstance(cell, str) or decimals is None:
-        return str(cell)
-    return f"{round(cell, decimals) + 0.0:.{decimals}f}"
+def _texts(cells: Sequence[Cell], decimals: int | None) -> list[str]:
+    """Each cell as text; what rounds to zero has no sign."""
+    if decimals is None:
+        return ["" if cell is None else str(cell) for cell in cells]
+    form, zero = f"%.{decimals}f", f"{0:.{decimals}f}"
+    texts = [cell if isinstance(cell, str) else "" if cell is None else form % cell for cell in cells]
+    return [zero if text == "-" + zero else text for text in texts]

@@ -10,7 +10,7 @@ from geometry.errors import MeshError
 from geometry.functionals import Parallelity, Planarity, face_deviations
 from geometry.gauss.refinement import PARALLEL
 from geometry.mesh import Mesh
-from geometry.optimise import AffineMap, At, ConvergenceError, Reason, Stack, nearest_feasible
+from geometry.optimise import Blocks, ConvergenceError, Reason, Stack, nearest_feasible
 from geometry.parallel.edge_parallelity import PLANAR, parallelity
 
 __all__ = ["nearest_parallel_pair"]
@@ -52,18 +52,20 @@ def nearest_parallel_pair(mesh: Mesh, image: Mesh) -> tuple[Mesh, Mesh]:
             value=radius,
             bound=LEAST_SIZE if radius < LEAST_SIZE else 1 / LEAST_SIZE,
         )
-    start = np.concatenate([(mesh.vertices - centre).ravel() / size, image.vertices.ravel() / radius])
+    blocks = Blocks({"M": mesh.vertices.shape, "S": mesh.vertices.shape})
+    start = blocks.join(M=(mesh.vertices - centre) / size, S=image.vertices / radius)
     solution = nearest_feasible(
-        _exactness(mesh, start),
+        _exactness(mesh, blocks, start),
         start,
         csr_array(eye_array(len(start))),
         tolerance=ACCURACY,
         longest_step=LONGEST_STEP,
-        dimension=3,
+        blocks=blocks,
         held_steps=HELD_STEPS,
         max_steps=MAX_STEPS,
     )
-    vertices, normals = solution.x.reshape(2, -1, 3)
+    found = blocks.split(solution.x)
+    vertices, normals = found["M"], found["S"]
     if solution.reason is not Reason.CONVERGED:
         sideways = parallelity(mesh.with_vertices(vertices), image.with_vertices(normals))
         edge = int(sideways.argmax())
@@ -79,13 +81,11 @@ def nearest_parallel_pair(mesh: Mesh, image: Mesh) -> tuple[Mesh, Mesh]:
     return mesh.with_vertices(vertices * size + centre), image.with_vertices(normals * radius)
 
 
-def _exactness(mesh: Mesh, start: FloatArray) -> Stack:
-    """S parallel to M, both with planar faces: the residuals of (M, S), x (6N,).
+def _exactness(mesh: Mesh, blocks: Blocks, start: FloatArray) -> Stack:
+    """S parallel to M, both with planar faces: residuals of x (6N,), which is near to the start.
 
     Planarity of M follows where no edge of S vanishes; asked for all the same, it also holds where one does.
-    start (6N,) is near to x.
     """
-    c, n = mesh.combinatorics, 3 * mesh.n_vertices
-    both, nothing = csr_array(eye_array(2 * n)), np.zeros(n)
-    blocks = (AffineMap(csr_array(both[:n]), nothing), AffineMap(csr_array(both[n:]), nothing))
-    return Stack([Parallelity(c), *(At(Planarity(c, block(start)), block) for block in blocks)])
+    c = mesh.combinatorics
+    planar = [blocks.of(Planarity(c, near.ravel()), name) for name, near in blocks.split(start).items()]
+    return Stack([blocks.of(Parallelity(c), "M", "S"), *planar])

@@ -55,7 +55,7 @@ def copy_of(
         vertices, faces = rng.permutation(mesh.n_vertices), rng.permutation(mesh.n_faces)
     positions = np.empty_like(mesh.vertices)
     positions[vertices] = scale * mesh.vertices @ rotation.T + move
-    corners: list[list[int]] = [[]] * mesh.n_faces
+    corners: list[list[int]] = [[] for _ in range(mesh.n_faces)]
     for face, ring in enumerate(mesh.combinatorics.faces()):
         start = int(rng.integers(len(ring))) if renumbered else 0
         corners[faces[face]] = vertices[ring[start:] + ring[:start]].tolist()

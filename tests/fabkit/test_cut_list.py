@@ -152,9 +152,10 @@ def test_all_parts_are_counted_once() -> None:
 
 
 def test_numbers_are_shown_to_their_decimals() -> None:
-    table = Table("t", ("a", "b", "c", "d"), (2, 0, None, 1), (), (None,) * 4, ())
-    assert table.text((1.005001, 3, "x", -0.04)) == ["1.01", "3", "x", "0.0"]
-    assert table.text((None, 3, "", 1e6)) == ["", "3", "", "1000000.0"]
+    rows = (1.005001, 3, "x", -0.04), (None, -3, "", 1e6)
+    table = Table("t", ("a", "b", "c", "d"), (2, 0, None, 1), rows, ("", None, None, -0.06), ())
+    assert table.texts == (("1.01", "3", "x", "0.0"), ("", "-3", "", "1000000.0"))
+    assert table.total_texts == ("", "", "", "-0.1")
 
 
 def test_nothing_to_make() -> None:

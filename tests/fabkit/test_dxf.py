@@ -21,6 +21,7 @@ from shapely import Polygon, box
 from fabkit.formats.drawings.dxf import write_dxf
 from fabkit.kinds import PanelDetails
 from fabkit.parts import Parts
+from fabkit.production.curves import Curves
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, sheet_drawings
 from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
@@ -113,7 +114,7 @@ def test_the_head_of_the_file(version: str, tmp_path: Path) -> None:
 def test_lines_are_open_and_rings_closed() -> None:
     ring = np.array([[0.0, 0.0], [10.0, 0.0], [5.0, 8.0], [0.0, 0.0]])
     line = np.array([[1.0, 1.0], [2.0, 1.0]])
-    drawing = Drawing("P001", {CUT: (ring,), MARK: (line,)})
+    drawing = Drawing("P001", {CUT: Curves.of([ring]), MARK: Curves.of([line])})
     document = ezdxf.read(StringIO(text_of(drawing, "R2010")))
     ((closed, points),) = polylines(document, CUT)
     assert closed
@@ -127,9 +128,9 @@ def test_other_processes_write_the_same_bytes() -> None:
     code = """if True:
         import sys
         from fabkit.formats.drawings.dxf import write_dxf
-        from fabkit.production.drawing import Drawing
+        from fabkit.production import Curves, Drawing
         import numpy as np
-        drawing = Drawing("P001", {"CUT": (np.eye(3)[[0, 1, 2, 0], :2],)}, ("a note",))
+        drawing = Drawing("P001", {"CUT": Curves.of([np.eye(3)[[0, 1, 2, 0], :2]])}, ("a note",))
         for version in ("R2010", "R12"):
             write_dxf(sys.stdout, drawing, version=version)
     """

@@ -24,6 +24,7 @@ from fabkit.formats.report.page import report_html
 from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Material, Measure
 from fabkit.production.cut_lists import cut_list
 from fabkit.production.drawing import sheet_drawings
+from fabkit.production.facts import build_facts
 from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
 from tests.fabkit.assemblies import assembled, by_name, with_parts
@@ -46,10 +47,12 @@ VOID = {"meta", "link", "input", "col", "br"}
 def report(name: str = NAME, *, left_out: int = LEFT_OUT, assembly: Assembly | None = None) -> str:
     assembly = assembly or gridshell(6, 5, name=name, left_out=left_out)
     nest = nest_panels(assembly["panels"], Sheet(6000.0, 3210.0), gap_mm=10.0, border_mm=15.0)
+    summary = replace(
+        gridshell_summary(6, 5, name=name, mended=("2 pairs of <equal> vertices were joined",)), fitness=FINDINGS
+    )
     return report_html(
-        summary=replace(
-            gridshell_summary(6, 5, name=name, mended=("2 pairs of <equal> vertices were joined",)), fitness=FINDINGS
-        ),
+        summary=summary,
+        facts=build_facts(summary, assembly, nest),
         assembly=assembly,
         tables=cut_list(assembly, nest).tables,
         sheets=sheet_drawings(nest, assembly["panels"]),

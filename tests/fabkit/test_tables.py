@@ -11,15 +11,18 @@ import openpyxl
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from openpyxl.utils.escape import unescape
 
-from fabkit.formats.tables import not_run, write_csv, write_xlsx
+from fabkit.formats.tables import GAP, LONGEST, not_run, write_csv, write_xlsx
 from fabkit.parts import Assembly
 from fabkit.production.cut_lists import CutList, Table, cut_list
+from fabkit.production.facts import BuildFacts, build_facts
 from fabkit.production.nests import Nest, Sheet
 from fabkit.production.sheet_nesting import nest_panels
 from tests.fabkit.gridshell import gridshell, gridshell_summary
 
 RED = "FFFF0000"
+NO_FACTS = BuildFacts((), (), ())
 
 
 @pytest.fixture(scope="module")
@@ -62,9 +65,9 @@ def test_csv_reads_back(lists: CutList, tmp_path: Path) -> None:
     assert len(lists["beams"].left_out) == 2
 
 
-def test_xlsx_reads_back(lists: CutList, nest: Nest, tmp_path: Path) -> None:
+def test_xlsx_reads_back(parts: Assembly, lists: CutList, nest: Nest, tmp_path: Path) -> None:
     summary = gridshell_summary(3, 2, mended=("2 doubled vertices were merged",))
-    write_xlsx(tmp_path / "list.xlsx", lists, summary, nest)
+    write_xlsx(tmp_path / "list.xlsx", lists, summary, build_facts(summary, parts, nest))
     book = openpyxl.load_workbook(tmp_path / "list.xlsx")
     assert book.sheetnames == ["Summary", "Beams", "Nodes", "Panels"]
     for table, sheet in zip(lists.tables, book.worksheets[1:], strict=True):
@@ -94,8 +97,10 @@ def test_xlsx_reads_back(lists: CutList, nest: Nest, tmp_path: Path) -> None:
     assert reds == list(lists["beams"].left_out)
 
 
-def test_xlsx_without_nest_says_so(lists: CutList, tmp_path: Path) -> None:
-    write_xlsx(tmp_path / "list.xlsx", lists, gridshell_summary(3, 2), None)
+def test_xlsx_without_nest_says_so(parts: Assembly, lists: CutList, tmp_path: Path) -> None:
+    write_xlsx(
+        tmp_path / "list.xlsx", lists, gridshell_summary(3, 2), build_facts(gridshell_summary(3, 2), parts, None)
+    )
     lines = dict(openpyxl.load_workbook(tmp_path / "list.xlsx")["Summary"].iter_rows(max_col=2, values_only=True))
     assert "Panels were not nested" in lines
     assert "nothing" in lines
@@ -105,10 +110,25 @@ def test_texts_are_no_formulas(tmp_path: Path) -> None:
     table = Table("t", ("Mark", "Count", "Mass (kg)"), (None, 0, 1), (("=1+1", 1, 2.5),), ("Total", 1, 2.5), ())
     panels = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
     write_xlsx(
-        tmp_path / "a.xlsx", CutList((table, Table("u", *table_parts(table)), panels)), gridshell_summary(), None
+        tmp_path / "a.xlsx", CutList((table, Table("u", *table_parts(table)), panels)), gridshell_summary(), NO_FACTS
     )
     cell = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]["A2"]
     assert (cell.value, cell.data_type) == ("=1+1", "s")
+
+
+def test_any_text_and_number_reads_back_from_xlsx(tmp_path: Path) -> None:
+    rows = ((" <b>&amp;\x07 _x0041_\n", -1.25e-7, 3), ("x" * 40_000, None, "1.0 to 2.0"))
+    table = Table("t", ("Mark", "Mass (kg)", "Count"), (None, 3, 0), rows, ("Total", 0.1, 3), ())
+    empty = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
+    write_xlsx(
+        tmp_path / "a.xlsx", CutList((table, Table("u", *table_parts(table)), empty)), gridshell_summary(), NO_FACTS
+    )
+    first, second, totals = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"].iter_rows(min_row=2, values_only=True)
+    assert (unescape(str(first[0])), *first[1:]) == rows[0]
+    assert second == ("x" * (LONGEST - len(GAP)) + GAP, None, "1.0 to 2.0")
+    assert totals == table.totals
+    sheet = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]
+    assert [[cell.number_format for cell in row] for row in sheet.iter_rows(min_row=2)] == [["@", "0.000", "0"]] * 3
 
 
 @given(st.text(st.sampled_from("=+-@\t\r\n;,' 0.5eA\uff1d\uff20")))
@@ -149,9 +169,9 @@ def table_parts(table: Table) -> tuple[object, ...]:
     return table.columns, table.decimals, table.rows, table.totals, table.left_out
 
 
-def test_the_same_lists_give_the_same_bytes(lists: CutList, nest: Nest, tmp_path: Path) -> None:
+def test_the_same_lists_give_the_same_bytes(parts: Assembly, lists: CutList, nest: Nest, tmp_path: Path) -> None:
     for name in ("a.xlsx", "b.xlsx"):
-        write_xlsx(tmp_path / name, lists, gridshell_summary(3, 2), nest)
+        write_xlsx(tmp_path / name, lists, gridshell_summary(3, 2), build_facts(gridshell_summary(3, 2), parts, nest))
     first = (tmp_path / "a.xlsx").read_bytes()
     assert first == (tmp_path / "b.xlsx").read_bytes()
     properties = openpyxl.load_workbook(tmp_path / "a.xlsx").properties

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError
-from geometry.functionals.rim import extrapolated_normals
+from geometry.functionals.rim_normals import extrapolated_normals
 from geometry.gauss.approximate_gauss_image import gauss_image, refuse_triangle_mesh
 from geometry.gauss.distances import edge_distances, face_distances, vertex_distances
 from geometry.mesh import Mesh, shapes

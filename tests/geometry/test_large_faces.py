@@ -11,13 +11,13 @@ from geometry.arrays import FloatArray
 from geometry.errors import MeshError
 from geometry.files import meeting_outlines as outlines
 from geometry.files import mend
-from geometry.files.checks import FOLD_CLEARANCE
+from geometry.files.face_checks import FOLD_CLEARANCE
 from geometry.functionals import planarity
 from geometry.functionals.planarity import Planarity
 from geometry.gauss import nearest_parallel_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
-from geometry.optimise.constrained import ConstrainedQuadratic
+from geometry.optimise.constrained_quadratic import ConstrainedQuadratic
 
 seeds = st.integers(0, 2**32 - 1)
 KINDS = ["star", "on a raster", "two exchanged", "corner on an edge", "comb", "anywhere"]

@@ -19,7 +19,7 @@ from geometry.functionals.parallelity import parallel_to
 from geometry.gauss import gauss_image
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
-from geometry.optimise import bounded, constrained, semidefinite
+from geometry.optimise import bounded_quadratic, constrained_quadratic, semidefinite_quadratic
 from geometry.optimise.functional import normal_equations
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, minimising, parallelity
@@ -272,8 +272,8 @@ def test_a_solver_that_stops_early_is_seen(monkeypatch: pytest.MonkeyPatch) -> N
     mesh = disc(0)
     for name in ("AIM", "CAREFUL_AIM"):
         monkeypatch.setattr(optimality_module, name, 1e-3)
-    monkeypatch.setattr(constrained, "CAREFUL_PENALTY", 1e4)
-    monkeypatch.setattr(constrained, "REFINEMENTS", 0)
+    monkeypatch.setattr(constrained_quadratic, "CAREFUL_PENALTY", 1e4)
+    monkeypatch.setattr(constrained_quadratic, "REFINEMENTS", 0)
     with pytest.raises(
         ConvergenceError, match=r"off the direction of its mesh edge by .* in the Gauss image, allowed 1e-12"
     ):
@@ -283,9 +283,9 @@ def test_a_solver_that_stops_early_is_seen(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_minimum_that_is_none_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = disc(0)
     terms = [(1.0, close_to(np.sin(5 * mesh.vertices)))]
-    for module, name in ((semidefinite, "STATIONARY"), (semidefinite, "DIGITS")):
+    for module, name in ((semidefinite_quadratic, "STATIONARY"), (semidefinite_quadratic, "DIGITS")):
         monkeypatch.setattr(module, name, 1e-2)
-    monkeypatch.setattr(semidefinite, "PULL", 10.0)
+    monkeypatch.setattr(semidefinite_quadratic, "PULL", 10.0)
     with pytest.raises(GeometryError, match=r"is not at its least value: .* of the gradient is left"):
         ParallelSpace(mesh).minimise(terms)
 
@@ -295,8 +295,8 @@ def test_bounds_that_do_not_hold_the_minimum_are_seen(monkeypatch: pytest.Monkey
     mesh = disc(0)
     terms = [(1.0, close_to(np.sin(5 * mesh.vertices)))]
     ParallelSpace(mesh).minimise(terms, factor_bounds=(0.5, 1.5))
-    monkeypatch.setattr(bounded, "ACCURACY", 1e-2)
-    monkeypatch.setattr(bounded._Problem, "polished", lambda self, interior: interior)
+    monkeypatch.setattr(bounded_quadratic, "ACCURACY", 1e-2)
+    monkeypatch.setattr(bounded_quadratic._Problem, "polished", lambda self, interior: interior)
     with pytest.raises(GeometryError, match=r"rounding decides|is not at its least value|too long or short"):
         ParallelSpace(mesh).minimise(terms, factor_bounds=(0.5, 1.5))
 
@@ -307,10 +307,12 @@ def test_constraints_that_nearly_depend_on_each_other_take_care() -> None:
     n, m = 200, 100
     left, right = (np.linalg.qr(rng.normal(size=(k, k)))[0] for k in (m, n))
     A = left @ np.diag(np.geomspace(1, 1e-7, m)) @ right[:m]
-    H, g = constrained.csr_array(np.eye(n)), rng.normal(size=n)
-    sparse = constrained.csr_array(A)
-    usual = constrained.ConstrainedQuadratic(H, sparse).minimise(g, np.zeros(m), tolerance=1e-14)
-    careful = constrained.ConstrainedQuadratic(H, sparse, careful=True).minimise(g, np.zeros(m), tolerance=1e-14)
+    H, g = constrained_quadratic.csr_array(np.eye(n)), rng.normal(size=n)
+    sparse = constrained_quadratic.csr_array(A)
+    usual = constrained_quadratic.ConstrainedQuadratic(H, sparse).minimise(g, np.zeros(m), tolerance=1e-14)
+    careful = constrained_quadratic.ConstrainedQuadratic(H, sparse, careful=True).minimise(
+        g, np.zeros(m), tolerance=1e-14
+    )
     expected = right[m:].T @ (right[m:] @ g)
     assert np.abs(usual.x - expected).max() > 1e-3
     np.testing.assert_allclose(careful.x, expected, atol=1e-6)  # 1e-14 over 1e-7, and room

@@ -17,7 +17,7 @@ from geometry.files.mending import mend
 from geometry.gauss import gauss_image
 from geometry.mesh import Combinatorics, Mesh, shapes
 from geometry.mesh.origin import rounding, whole_origin
-from geometry.meshing import planarise
+from geometry.meshing import Effort, planarise
 from geometry.optimise.solution import ConvergenceError
 
 WHOLE = st.tuples(*[st.integers(-5_000_000, 5_000_000)] * 3).map(np.array)
@@ -149,7 +149,7 @@ def test_the_cure_of_the_place_helps() -> None:
     with pytest.raises(ConvergenceError, match=cure):
         planarise(far)
     with pytest.raises(GeometryError, match=cure + r".near_zero\(\)\[0\] and planarise the mesh first"):
-        gauss_image(planarise(far, tolerance=1e-8).mesh)
+        gauss_image(planarise(far, effort=Effort(tolerance=1e-8)).mesh)
     near, origin = far.near_zero()
     planar = planarise(near).mesh
     assert origin.tolist() == [

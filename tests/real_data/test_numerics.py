@@ -17,7 +17,7 @@ from geometry.gauss.distances import (
     face_distances,
     vertex_distances,
 )
-from geometry.meshing import OptimisedMesh, planarise
+from geometry.meshing import Effort, Guides, OptimisedMesh, planarise
 from geometry.parallel.edge_parallelity import parallelity
 from geometry.parallel.space import ParallelSpace
 from tests.real_data.meshes import (
@@ -67,7 +67,7 @@ def test_planarise(name: str, steps: int, largest_move: float) -> None:
 
 
 def test_less_fairness_stays_closer_to_the_surface() -> None:
-    result = planarise(read(BOTANIC), fairness=0.01, held_steps=8)
+    result = planarise(read(BOTANIC), Guides(fairness=0.01), Effort(held_steps=8))
     assert result.planarity_after <= 1e-12
     assert result.largest_move < 0.25
 

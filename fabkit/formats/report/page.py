@@ -20,9 +20,9 @@ import numpy as np
 from fabkit.formats.report.figures import histogram, sheet_picture
 from fabkit.formats.report.fitness import fitness_html
 from fabkit.formats.report.tables import table_html
-from fabkit.kinds import BEAM, NODE, PANEL
+from fabkit.kinds import BEAM, NODE
 from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Measure, Parts, Surroundings
-from fabkit.production import Drawing, GivenGaussImage, Summary, Table
+from fabkit.production import REPORT, BuildFacts, Drawing, Fact, Summary, Table
 from geometry.arrays import FloatArray
 
 __all__ = ["report_html"]
@@ -38,7 +38,13 @@ _SCRIPTS = (
 
 
 def report_html(
-    *, summary: Summary, assembly: Assembly, tables: Sequence[Table], sheets: Sequence[Drawing], glb: bytes
+    *,
+    summary: Summary,
+    facts: BuildFacts,
+    assembly: Assembly,
+    tables: Sequence[Table],
+    sheets: Sequence[Drawing],
+    glb: bytes,
 ) -> str:
     """The text of the file. glb: what `glb_bytes` wrote for this assembly; the viewer shows it.
 
@@ -52,13 +58,12 @@ def report_html(
         source=f"from {escape(summary.source)}, one unit of which is {summary.scale_mm:g} mm",
         style=_colours(assembly) + room.joinpath("page.css").read_text(encoding="utf-8"),
         script="".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS),
-        key_facts=_key_facts(assembly, len(sheets)),
+        key_facts=_key_facts([*facts.parts, *facts.sheets]),
         left_out=_left_out(assembly),
         fitness=fitness_html(summary.fitness, assembly),
         layers=_layers(assembly),
         measures=_measure_options(measured),
-        mesh_facts=_mesh_facts(summary),
-        lift_reason=escape(summary.lift_reason),
+        mesh_facts=_mesh_facts(facts.mesh),
         mended=_mended(summary),
         misfits=_misfits(summary, assembly),
         histograms=_histograms(measured),
@@ -90,24 +95,12 @@ def _json(value: object) -> str:
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def _key_facts(assembly: Assembly, n_sheets: int) -> str:
-    def fact(title: str, value: str, note: str = "") -> str:
-        return f"<div><dt>{title}</dt><dd>{value} <small>{note}</small></dd></div>"
-
-    facts = []
-    for group in assembly.groups:
-        note = f"{len(group.mark_names)} marks, {_mass(group.masses_kg.sum())}"
-        facts.append(fact(group.kind.group.capitalize(), str(len(group)), note))
-    facts.append(fact("Mass", _mass(sum(group.masses_kg.sum() for group in assembly.groups))))
-    if len(assembly.of(PANEL)):
-        facts.append(fact("Panel area", f"{assembly.of(PANEL).details.area_mm2.sum() / 1e6:.1f} m²"))
-    if n_sheets:
-        facts.append(fact("Sheets", str(n_sheets)))
-    return "\n".join(facts)
-
-
-def _mass(mass: float) -> str:
-    return f"{mass / 1000:.2f} t" if mass >= 1000 else f"{mass:.0f} kg"
+def _key_facts(facts: Sequence[Fact]) -> str:
+    return "\n".join(
+        f"<div><dt>{escape(fact.name)}</dt><dd>{escape(fact.text)} <small>{escape(fact.note)}</small></dd></div>"
+        for fact in facts
+        if REPORT in fact.shown
+    )
 
 
 def _left_out(assembly: Assembly) -> str:
@@ -142,51 +135,20 @@ def _measure_options(measured: Sequence[Measure]) -> str:
     return "\n".join(f'<optgroup label="{name.capitalize()}">{each}</optgroup>' for name, each in groups.items())
 
 
-def _rows(facts: Sequence[tuple[str, str]]) -> str:
-    return "\n".join(f'<tr><th scope="row">{title}</th><td>{value}</td></tr>' for title, value in facts)
-
-
-def _mesh_facts(summary: Summary) -> str:
-    lengths, heights, leans = summary.edge_lengths_mm, summary.height_shares, summary.lean_shares_deg
-    return _rows(
-        [
-            ("Vertices, edges, faces", f"{summary.n_vertices}, {summary.n_edges}, {summary.n_faces}"),
-            ("Boundaries", str(summary.n_boundaries)),
-            ("Zero of the model is at", escape(summary.placed_at)),
-            ("Edges, shortest to longest", f"{lengths.min():.1f} to {lengths.max():.1f} mm"),
-            (
-                "Faces out of plane, as read <span class='unit'>(largest, of mean edge)</span>",
-                f"{summary.planarity_before:.1e}",
-            ),
-            ("Faces out of plane, as built", f"{summary.planarity_after:.1e}"),
-            (
-                "Vertices moved to make faces planar, largest",
-                f"{summary.largest_move_mm:.2f} mm<br>"
-                f"<small class='soft'>vertex {summary.farthest_vertex}, counted from 0</small>",
-            ),
-            ("Vertices moved, mean", f"{summary.mean_move_mm:.2f} mm"),
-            ("Gauss image", _gauss_image(summary)),
-            ("Parts that share a mark differ by less than", f"{summary.equal_within_mm:.2g} mm"),
-            (
-                "Distance of the parallel meshes, of nominal",
-                f"{100 * heights['least']:.2f} to {100 * heights['largest']:.2f} %",
-            ),
-            ("The same, of 95 % of the beams", f"{100 * heights['p2_5']:.2f} to {100 * heights['p97_5']:.2f} %"),
-            (
-                "Node axes off the normals, median, 95 %, largest",
-                f"{leans['median']:.1f}, {leans['p95']:.1f}, {leans['largest']:.1f} °",
-            ),
-            ("Panels lifted over the mesh faces", f"{summary.lift_mm:.1f} mm"),
-        ]
+def _mesh_facts(facts: Sequence[Fact]) -> str:
+    return "\n".join(
+        f'<tr><th scope="row">{escape(fact.name)}</th><td{_is_text(fact)}>{escape(fact.text)}{_note(fact)}</td></tr>'
+        for fact in facts
+        if REPORT in fact.shown
     )
 
 
-def _gauss_image(summary: Summary) -> str:
-    given = summary.gauss_image
-    checksum = ""
-    if isinstance(given, GivenGaussImage):
-        checksum = f"<br><small class='soft'>sha256 {given.sha256}</small>"
-    return escape(summary.gauss_image_origin) + checksum
+def _is_text(fact: Fact) -> str:
+    return ' class="text"' if any(isinstance(value, str) for value in fact.values) else ""
+
+
+def _note(fact: Fact) -> str:
+    return f"<br><small class='soft'>{escape(fact.note)}</small>" if fact.note else ""
 
 
 def _mended(summary: Summary) -> str:

@@ -12,8 +12,11 @@ The same parts and arguments give the same bytes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
+from functools import lru_cache
+from io import StringIO
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -21,8 +24,10 @@ import numpy as np
 
 from fabkit.errors import OutputError
 from fabkit.formats.step.entities import Schema
-from fabkit.formats.step.writer import BATCH, StepWriter, instance_name, solid_texts
-from fabkit.parts import Assembly, Part, Parts
+from fabkit.formats.step.solid import solid_numbers
+from fabkit.formats.step.text import reals, string
+from fabkit.formats.step.writer import BATCH, StepWriter, check_name, instance_name
+from fabkit.parts import Assembly, Kind, Material, Part, Parts, Stack, Topology
 from geometry.arrays import FloatArray
 
 __all__ = ["instance_name", "stream_step", "write_part_step", "write_part_steps", "write_step"]
@@ -96,21 +101,43 @@ def write_part_step(
 
 
 def write_part_steps(folder: Path, groups: Iterable[Parts[Any]]) -> None:
-    """Write a file for each mark, called like it, into an empty folder; otherwise as `write_part_step`.
-
-    What is to be computed is computed batch by batch: that is most of the work where there are thousands of them.
-    """
+    """Write a file for each mark, called like it, into an empty folder; otherwise as `write_part_step`."""
     for parts in groups:
-        for start in range(0, len(parts.firsts), BATCH):
-            rows = parts.firsts[start : start + BATCH]
-            names = parts.mark_names[start : start + BATCH]
-            texts = solid_texts(parts.solids, parts.shape[rows], names)
-            for k, mark, numbers in zip(rows.tolist(), names, texts, strict=True):
-                topology = parts.solids.topologies[parts.solids.topology[parts.shape[k]]]
-                with (folder / f"{mark}.step").open("w", encoding="ascii", newline="\n") as stream:
-                    writer = StepWriter(stream, mark, "AP242", "", "", _NO_TIME)
-                    writer.write_shape(parts.kind, mark, parts.materials[parts.material[k]], topology, numbers)
-                    writer.end()
+        materials = parts.material[parts.firsts]
+        for number, material in enumerate(parts.materials):
+            own = np.flatnonzero(materials == number)
+            for stack in parts.solids.stacks(parts.shape[parts.firsts[own]]):
+                for start in range(0, len(stack.parts), BATCH):
+                    batch = stack[start : start + BATCH]
+                    marks = [parts.mark_names[k] for k in own[batch.parts].tolist()]
+                    _write_solids(folder, marks, parts.kind, material, batch)
+
+
+def _write_solids(folder: Path, marks: Sequence[str], kind: Kind[Any], material: Material, stack: Stack) -> None:
+    """Write a file for each mark (k,) of parts that differ in nothing but the vertices of their solids.
+
+    All files have one text but for the mark and the numbers.
+    """
+    numbers = solid_numbers(stack, marks)
+    width, texts = numbers.shape[1], reals(numbers)
+    form = _file_form(kind, material, stack.topology, width)
+    n_names = form.replace("%%", "").count("%s") - width
+    for n, mark in enumerate(marks):
+        check_name(mark)
+        text = form % (*[string(mark)] * n_names, *texts[n * width : (n + 1) * width])
+        with open(folder / f"{mark}.step", "wb", buffering=0) as stream:
+            stream.write(text.encode("ascii"))
+
+
+@lru_cache(maxsize=256)
+def _file_form(kind: Kind[Any], material: Material, topology: Topology, n_numbers: int) -> str:
+    """A file of one part, with %s wherever its mark stands, then for each of its numbers."""
+    stream = StringIO()
+    writer = StepWriter(stream, "%s", "AP242", "", "", _NO_TIME)
+    material = replace(material, name=material.name.replace("%", "%%"))
+    writer.write_shape(kind, "%s", material, topology, ["%s"] * n_numbers)
+    writer.end()
+    return stream.getvalue()
 
 
 @contextmanager

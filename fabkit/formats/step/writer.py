@@ -36,7 +36,7 @@ from fabkit.formats.step.text import Block, reals, string
 from fabkit.parts import Kind, Material, Part, Parts, Solids, Topology
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["BATCH", "StepWriter", "instance_name", "solid_texts"]
+__all__ = ["BATCH", "StepWriter", "check_name", "instance_name", "solid_texts"]
 
 BATCH = 64
 """Parts worked on together: enough to make array operations worthwhile, few enough to stay in the processor's cache."""
@@ -133,8 +133,7 @@ class StepWriter:
     def write_shape(self, kind: Kind[Any], mark: str, of: Material, topology: Topology, numbers: Sequence[str]) -> None:
         """The product of a mark; numbers: what `solid_texts` says of its solid. Raises OutputError for a mark that is
         no name."""
-        if not (mark and mark.isascii() and mark.isprintable()):
-            raise OutputError(f"mark {mark!r} is not printable ASCII, which names in STEP files should be")
+        check_name(mark)
         if mark in self._taken:
             raise _taken(mark)
         name, material, style = string(mark), self._material(of), self._style(kind.colour)
@@ -221,6 +220,12 @@ class StepWriter:
         if colour not in self._styles:
             self._styles[colour] = self._add(STYLE_BLOCK, reals(np.array(colour)))
         return self._styles[colour]
+
+
+def check_name(mark: str) -> None:
+    """Raise OutputError for a mark that is no name."""
+    if not (mark and mark.isascii() and mark.isprintable()):
+        raise OutputError(f"mark {mark!r} is not printable ASCII, which names in STEP files should be")
 
 
 def _taken(mark: str) -> OutputError:
