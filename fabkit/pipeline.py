@@ -16,6 +16,7 @@ from fabkit.fitness.parts import blocks, lift, mitres_of, sheets
 from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
 from fabkit.formats import whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
+from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
     BuildFacts,
@@ -96,7 +97,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         assembly = share_equal_parts(detailed.assembly, within_mm=within)
         assembly = replace(assembly, origin_mm=file.origin * scale)
     with stages("Nest"):
-        reasons = too_large(assembly.panels, _sheet(project), border_mm=project.sheets.border_mm)
+        reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
         found = _judged(project, found, _unusual_parts(project, detailed, assembly, reasons))
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(assembly, reasons)
@@ -187,15 +188,16 @@ def _unusual_parts(
     project: Project, detailed: Detailed, assembly: Assembly, reasons: dict[int, str]
 ) -> tuple[Finding, ...]:
     rules, height = project.fitness, project.beams.height_mm
-    marks = {node.element: node.mark for node in assembly.nodes}
-    faces = {assembly.panels[k].element: reason for k, reason in reasons.items()}
-    panels = {panel.element: panel.mark for panel in assembly.panels}
+    nodes, panels = assembly.of(NODE), assembly.of(PANEL)
+    marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
+    faces = {int(panels.elements[k]): reason for k, reason in reasons.items()}
+    of_panels = dict(zip(panels.elements.tolist(), panels.marks, strict=True))
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
     found = (
-        mitres_of(assembly.beams, rules),
-        blocks(assembly.nodes, height, rules),
+        mitres_of(assembly.of(BEAM), rules),
+        blocks(nodes, height, rules),
         lift(detailed.asked_mm, marks, height, rules) if project.panels.lift_mm is None else None,
-        sheets(faces, panels, "refused" if is_refused else "told"),
+        sheets(faces, of_panels, "refused" if is_refused else "told"),
     )
     return tuple(finding for finding in found if finding)
 
@@ -214,22 +216,27 @@ def _sheet(project: Project) -> Sheet:
 
 def _without_too_large(assembly: Assembly, reasons: dict[int, str]) -> Assembly:
     """Without the panels that fit on no sheet, for these reasons by index."""
-    if len(reasons) == len(assembly.panels) > 0:
+    panels = assembly.of(PANEL)
+    if len(reasons) == len(panels) > 0:
         raise NestingError(
             f"with what fits on no sheet left out, no panel remains of {len(reasons)}: {next(iter(reasons.values()))}; "
             "take larger sheets (--sheet), or turn nesting off (--nest off)"
         )
-    left_out = tuple(LeftOut("panel", assembly.panels[k].element, reason) for k, reason in reasons.items())
-    panels = tuple(panel for k, panel in enumerate(assembly.panels) if k not in reasons)
-    return replace(assembly, panels=panels, left_out=assembly.left_out + left_out)
+    if not reasons:
+        return assembly
+    left_out = tuple(LeftOut(PANEL.name, int(panels.elements[k]), reason) for k, reason in reasons.items())
+    fitting = np.ones(len(panels), dtype=bool)
+    fitting[list(reasons)] = False
+    return replace(assembly.with_group(panels.take(fitting)), left_out=assembly.left_out + left_out)
 
 
 def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest | None:
-    if project.nesting.mode == "off" or not assembly.panels:
+    panels = assembly.of(PANEL)
+    if project.nesting.mode == "off" or not len(panels):
         return None
     rules = project.sheets
     return nest_panels(
-        assembly.panels,
+        panels,
         _sheet(project),
         gap_mm=rules.gap_mm,
         border_mm=rules.border_mm,

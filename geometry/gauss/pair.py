@@ -145,7 +145,7 @@ class Pair:
     def laguerre(self, transformation: LaguerreTransformation, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
         """M', S' from an S that is exact of any kind; S' is of the same kind [Pottmann2007, Prop. 4].
 
-        The edges, the faces or the vertices of S have distance 1 from the origin up to `tolerance`. For others
+        The edges, the faces or the vertices of S have distance 1 from the origin up to `tolerance`. For other S
         give a larger one: M' and S' are parallel and planar all the same, but the distances change.
         M + d S goes to M' + d (c S' + u), with u and c the last column of A.
         Where the matrix has a negative determinant, the faces of both meshes are turned over, for their outside is

@@ -72,8 +72,8 @@ def test_the_digits_of_a_drawing_program_do_not_decide_about_the_heights(tmp_pat
 def test_a_triangle_mesh_with_an_exact_image_is_built(tmp_path: Path) -> None:
     made = built(tmp_path, shapes.icosahedron())
     assert made.summary.gauss_image == ExactGaussImage("edge")
-    assert len(made.assembly.beams) == 30
-    assert len({part.mark for part in made.assembly.beams}) == 1
+    assert len(made.assembly["beams"]) == 30
+    assert len({part.mark for part in made.assembly["beams"]}) == 1
 
 
 def test_of_vertex_and_face_offset_the_heights_decide(tmp_path: Path) -> None:
