@@ -11,6 +11,7 @@ from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.report import report_html
 from fabkit.formats.step import write_part_steps, write_step
 from fabkit.formats.tables import write_csv, write_xlsx
+from fabkit.kinds import BEAM, PANEL
 from fabkit.parts import Assembly
 from fabkit.production import Nest, Summary, build_facts, cut_list, panel_drawings, sheet_drawings
 from fabkit.stages import Stages
@@ -31,9 +32,9 @@ def write_documents(
         write_step(folder / "model.step", assembly)
     with stages("STEP parts"):
         (folder / "parts").mkdir()
-        write_part_steps(folder / "parts", {part.mark: part for part in assembly.parts()}.values())
+        write_part_steps(folder / "parts", assembly.groups)
     with stages("DXF"):
-        sheets = sheet_drawings(nest, assembly.panels) if nest else ()
+        sheets = sheet_drawings(nest, assembly.of(PANEL)) if nest else ()
         (folder / "sheets").mkdir()
         for sheet in sheets:
             write_dxf(folder / "sheets" / f"{sheet.name}.dxf", sheet)
@@ -56,6 +57,6 @@ def write_documents(
 
 def _left_out_lines(mesh: Mesh, assembly: Assembly) -> FloatArray:
     """(n, 2, 3) ends in mm of the edges whose beams are left out."""
-    edges = np.array([left.element for left in assembly.left_out if left.kind == "beam"], dtype=np.int64)
+    edges = np.array([left.element for left in assembly.left_out if left.kind == BEAM.name], dtype=np.int64)
     lines: FloatArray = mesh.vertices[mesh.combinatorics.edges[edges]]
     return lines

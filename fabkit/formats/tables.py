@@ -11,7 +11,8 @@ from typing import Any, TextIO
 
 import xlsxwriter
 
-from fabkit.production import WORKBOOK, BuildFacts, Cell, CutList, Fact, Summary, Table
+from fabkit.parts import Cell
+from fabkit.production import WORKBOOK, BuildFacts, CutList, Fact, Summary, Table
 
 __all__ = ["not_run", "write_csv", "write_xlsx"]
 

@@ -14,9 +14,9 @@ import numpy as np
 import shapely
 
 from fabkit.errors import DetailingError
-from fabkit.parts import Assembly, Panel
+from fabkit.kinds import LEFT_OUT, NOTHING, PANEL, PanelDetails, marks_at, panel_outlines
+from fabkit.parts import Assembly, Parts, Ragged
 from fabkit.production.curves import Curves
-from fabkit.production.neighbours import LEFT_OUT, NOTHING, panel_neighbours
 from fabkit.production.nests import Nest, moved, polygons
 from fabkit.production.strokes import ARROW, text_strokes, text_widths
 from geometry.arrays import FloatArray, IntArray, floats, integers
@@ -76,12 +76,13 @@ class _Labels:
         return np.stack(corners, axis=1)
 
 
-def sheet_drawings(nest: Nest, panels: Sequence[Panel]) -> tuple[Drawing, ...]:
+def sheet_drawings(nest: Nest, panels: Parts[PanelDetails]) -> tuple[Drawing, ...]:
     """One drawing for each sheet of the nest, named sheet-001 and so on."""
     sheet, sheets = nest.sheet, np.array([place.sheet for place in nest.placements], dtype=np.int64)
     stock = np.array([[0, 0], [sheet.length_mm, 0], [sheet.length_mm, sheet.width_mm], [0, sheet.width_mm]])
-    outlines = Curves.of([_closed(moved(panels[place.panel].outline, place)) for place in nest.placements])
-    strokes, panel = _marks(panels, [("",) * len(panel.outline) for panel in panels])
+    own = panel_outlines(panels)
+    outlines = Curves.of([_closed(moved(own[place.panel], place)) for place in nest.placements])
+    strokes, panel = _marks(panels.marks, own, [""] * len(own.values))
     ends = strokes.starts[np.searchsorted(panel, np.arange(len(panels) + 1))]
     points = map(moved, np.split(strokes.points, ends[1:-1]), nest.placements)
     strokes = Curves(np.concatenate([np.empty((0, 2)), *points]), strokes.starts)
@@ -101,37 +102,46 @@ def panel_drawings(assembly: Assembly) -> tuple[Drawing, ...]:
 
     A neighbour's mark stands along an edge if all panels of this mark have that neighbour, and where there is room.
     """
-    neighbours = panel_neighbours(assembly)
-    first: dict[str, int] = {}
-    common: dict[str, list[str]] = {}
-    for index, panel in enumerate(assembly.panels):
-        if first.setdefault(panel.mark, index) == index:
-            common[panel.mark] = ["" if mark in (NOTHING, LEFT_OUT) else mark for mark in neighbours[index]]
-        else:
-            known = common[panel.mark]
-            known[:] = [a if a == b else "" for a, b in zip(known, neighbours[index], strict=True)]
-    panels = [assembly.panels[index] for index in first.values()]
-    strokes, panel_of_stroke = _marks(panels, list(common.values()))
+    every = assembly.of(PANEL)
+    outlines = panel_outlines(every)[every.firsts]
+    strokes, panel_of_stroke = _marks(every.mark_names, outlines, _common_neighbours(every))
     notes = (
         "Contours are nominal: the kerf is not taken off.",
         "Millimetres. Outer side up. Layers: CUT contour, MARK open strokes.",
     )
     return tuple(
-        Drawing(panel.mark, {CUT: Curves.of([_closed(panel.outline)]), MARK: own}, notes)
-        for panel, own in zip(panels, strokes.grouped(panel_of_stroke, len(panels)), strict=True)
+        Drawing(mark, {CUT: Curves.of([_closed(outline)]), MARK: own}, notes)
+        for mark, outline, own in zip(
+            every.mark_names, outlines, strokes.grouped(panel_of_stroke, len(outlines)), strict=True
+        )
     )
 
 
-def _marks(panels: Sequence[Panel], edge_texts: Sequence[Sequence[str]]) -> tuple[Curves, IntArray]:
+def _common_neighbours(panels: Parts[PanelDetails]) -> list[str]:
+    """The mark across each edge of each mark's first panel, where it is across those of all panels of the mark."""
+    across = panels.details.neighbours
+    numbers: dict[str, int] = {"": 0, NOTHING: 0, LEFT_OUT: 0}
+    names = marks_at(panels, across.values)
+    which = np.array([numbers.setdefault(name, len(numbers)) for name in names], dtype=np.int64)
+    starts = np.concatenate([[0], np.cumsum(across.sizes[panels.firsts])])
+    edge = starts[panels.mark[across.row]] + across.place
+    least, largest = np.full(starts[-1], len(numbers)), np.zeros(starts[-1], dtype=np.int64)
+    np.minimum.at(least, edge, which)
+    np.maximum.at(largest, edge, which)
+    words = list(numbers)
+    return [words[k] for k in np.where(least == largest, largest, 0).tolist()]
+
+
+def _marks(marks: Sequence[str], outlines: Ragged, edge_texts: Sequence[str]) -> tuple[Curves, IntArray]:
     """Strokes in the panels' own frames, panel after panel, and the panel of each: its mark, an arrow along its first
     edge, a text along each edge."""
-    if not panels:
+    if not marks:
         return Curves.of([]), integers([])
-    shapes = polygons([panel.outline for panel in panels])
+    shapes = polygons(outlines)
     circles = shapely.get_coordinates(shapely.maximum_inscribed_circle(shapes)).reshape(-1, 2, 2)
     radii = np.linalg.norm(circles[:, 1] - circles[:, 0], axis=1)
-    middle, of_middle = _middle_labels([panel.mark for panel in panels], circles[:, 0], radii).strokes()
-    edges, of_edges = _edge_labels(panels, edge_texts, shapes, radii).strokes()
+    middle, of_middle = _middle_labels(marks, circles[:, 0], radii).strokes()
+    edges, of_edges = _edge_labels(marks, outlines, edge_texts, shapes, radii).strokes()
     panel = np.concatenate([of_middle, of_edges])
     order = np.argsort(panel, kind="stable")
     return Curves.joined([middle, edges]).take(order), panel[order]
@@ -146,15 +156,13 @@ def _middle_labels(texts: Sequence[str], centres: FloatArray, radii: FloatArray)
 
 
 def _edge_labels(
-    panels: Sequence[Panel], edge_texts: Sequence[Sequence[str]], shapes: np.ndarray, radii: FloatArray
+    marks: Sequence[str], outlines: Ragged, edge_texts: Sequence[str], shapes: np.ndarray, radii: FloatArray
 ) -> _Labels:
     """Texts along edges, upright seen with the edge below; what does not lie inside the panel is made smaller, and
     left away when it becomes unreadable, except for the arrow."""
-    counts = [len(panel.outline) for panel in panels]
-    panel = np.repeat(np.arange(len(panels)), counts)
-    start = np.concatenate([p.outline for p in panels])
-    end = np.concatenate([np.roll(p.outline, -1, axis=0) for p in panels])
-    texts = [ARROW + t if edge == 0 else t for own in edge_texts for edge, t in enumerate(own)]
+    panel, start = outlines.row, outlines.values
+    end = outlines.rolled(np.ones(len(outlines), dtype=np.int64)).values
+    texts = [ARROW + t if edge == 0 else t for edge, t in zip(outlines.place.tolist(), edge_texts, strict=True)]
     there = np.flatnonzero([text != "" for text in texts])
     texts, panel, start, end = [texts[k] for k in there], panel[there], start[there], end[there]
     lengths = np.linalg.norm(end - start, axis=1)
@@ -172,8 +180,8 @@ def _edge_labels(
     shapely.prepare(shapes)  # one with thousands of corners is asked for each of its edges
     while len(outside):
         if height[outside].min() < READABLE_MM * 1e-3:
-            marks = ", ".join(panels[k].mark for k in np.unique(panel[outside])[:10])
-            raise DetailingError(f"panels {marks}: no mark fits inside; the outline must run counter-clockwise")
+            named = ", ".join(marks[k] for k in np.unique(panel[outside])[:10])
+            raise DetailingError(f"panels {named}: no mark fits inside; the outline must run counter-clockwise")
         boxes = labels(outside).boxes()
         inside = shapely.contains_properly(shapes[panel[outside]], shapely.polygons(boxes))
         outside = outside[~inside]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabkit.kinds import PANEL
 from fabkit.parts import Assembly
 from fabkit.production.nests import Nest
 from fabkit.production.summary import GivenGaussImage, Summary
@@ -102,16 +103,18 @@ def _shares(name: str, shares: dict[str, float], form: str, unit: str, note: str
 
 def _parts(assembly: Assembly) -> Iterator[Fact]:
     whole, in_cells = 0.0, frozenset({WORKBOOK})
-    for group, parts in assembly.groups().items():
-        n_marks, mass = len({part.mark for part in parts}), sum(part.mass_kg for part in parts)
-        name, note = group.capitalize(), f"{n_marks} mark{'' if n_marks == 1 else 's'}, {mass:,.0f} kg"
+    for parts in assembly.groups:
+        n_marks, mass = len(parts.mark_names), float(parts.masses_kg.sum())
+        group, name = parts.kind.group, parts.kind.group.capitalize()
+        note = f"{n_marks} mark{'' if n_marks == 1 else 's'}, {mass:,.0f} kg"
         yield Fact(name, (len(parts),), note=note, keys=(f"counts.{group}",))
         yield Fact(f"{name}, marks", (n_marks,), keys=(f"counts.marks.{group}",), shown=in_cells)
         yield Fact(f"{name}, mass", (mass,), ",.1f", "kg", shown=in_cells)
         whole += mass
     yield Fact("Mass", (whole,), ",.0f", "kg")
-    if assembly.panels:
-        yield Fact("Area of the panels", (sum(panel.area_mm2 for panel in assembly.panels) * 1e-6,), ".2f", "m²")
+    panels = assembly.of(PANEL)
+    if len(panels):
+        yield Fact("Area of the panels", (float(panels.details.area_mm2.sum()) * 1e-6,), ".2f", "m²")
     yield Fact("Left out", (len(assembly.left_out),), keys=("counts.left_out",), shown=NOWHERE)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -11,19 +12,20 @@ from hypothesis import strategies as st
 from shapely import LineString, MultiLineString, Polygon
 
 from fabkit.errors import DetailingError, OutputError
-from fabkit.parts import Assembly, Panel
+from fabkit.parts import Assembly, Part
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
 from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
 from fabkit.production.strokes import ARROW, GLYPHS, text_strokes, text_widths
 from geometry.arrays import FloatArray
+from tests.fabkit.assemblies import assembled
 from tests.fabkit.plates import outlines, plate, plates
 
 SQUARE = np.array([[0.0, 0.0], [1000.0, 0.0], [1000.0, 1000.0], [0.0, 1000.0]])
 
 
-def assembly(panels: list[Panel]) -> Assembly:
-    return Assembly("test", (), (), tuple(panels))
+def assembly(panels: Iterable[Part]) -> Assembly:
+    return assembled("test", panels=panels)
 
 
 def segments(drawing: Drawing) -> list[tuple[tuple[float, ...], ...]]:
@@ -58,18 +60,18 @@ def test_sheets_show_each_panel_once_with_its_marks_inside(some: list[FloatArray
             n_strokes[inside.index(True)] += 1
         # a letter, three digits and an arrow each
         assert min(n_strokes) >= 5 + 1
-    np.testing.assert_allclose(sorted(areas), sorted(panel.area_mm2 for panel in panels), rtol=1e-9)
+    np.testing.assert_allclose(sorted(areas), sorted(panel.details.area_mm2 for panel in panels), rtol=1e-9)
 
 
 @settings(deadline=None, max_examples=40)
 @given(outlines(least=20.0), st.booleans())
 def test_one_panel_shows_its_neighbours_where_there_is_room(outline: FloatArray, alone: bool) -> None:
-    (panel,) = plates([outline])
+    before = plates([outline])[0].solid.vertices[: len(outline), :2]
     n = len(outline)
     ring = [plate(f"P{k + 2:03d}", SQUARE, element=k + 1) for k in range(n)]
-    panel = plate("P001", panel.outline, neighbours=[-1] * n if alone else list(range(1, n + 1)))
+    panel = plate("P001", before, neighbours=[-1] * n if alone else list(range(1, n + 1)))
     drawing = panel_drawings(assembly([panel, *ring]))[0]
-    shape = Polygon(panel.outline)
+    shape = Polygon(before)
     assert drawing.name == "P001"
     assert set(drawing.layers) == {CUT, MARK}
     assert all(shape.contains_properly(LineString(stroke)) for stroke in drawing.layers[MARK])
@@ -135,8 +137,8 @@ def test_a_clockwise_outline_is_refused() -> None:
 
 
 def test_no_panels_need_no_drawings() -> None:
-    nest = nest_panels([], Sheet(3000.0, 2000.0), gap_mm=5, border_mm=10)
-    assert sheet_drawings(nest, []) == ()
+    nest = nest_panels(plates([]), Sheet(3000.0, 2000.0), gap_mm=5, border_mm=10)
+    assert sheet_drawings(nest, plates([])) == ()
     assert panel_drawings(assembly([])) == ()
 
 

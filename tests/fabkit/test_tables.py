@@ -31,7 +31,7 @@ def parts() -> Assembly:
 
 @pytest.fixture(scope="module")
 def nest(parts: Assembly) -> Nest:
-    return nest_panels(parts.panels, Sheet(6000.0, 3210.0), gap_mm=10, border_mm=15)
+    return nest_panels(parts["panels"], Sheet(6000.0, 3210.0), gap_mm=10, border_mm=15)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_csv_reads_back(lists: CutList, tmp_path: Path) -> None:
         stream = StringIO()
         write_csv(stream, table)
         assert stream.getvalue().encode() == data
-    assert len(lists.beams.left_out) == 2
+    assert len(lists["beams"].left_out) == 2
 
 
 def test_xlsx_reads_back(parts: Assembly, lists: CutList, nest: Nest, tmp_path: Path) -> None:
@@ -85,15 +85,15 @@ def test_xlsx_reads_back(parts: Assembly, lists: CutList, nest: Nest, tmp_path: 
         assert sheet.cell(2, head.index("Mass (kg)") + 1).number_format == "0." + "0" * (decimals or 0)
     lines = dict(book["Summary"].iter_rows(max_col=2, values_only=True))
     assert lines["Mesh file"] == "roof.obj"
-    assert lines["Beams"] == len(gridshell(3, 2, left_out=2).beams)
+    assert lines["Beams"] == len(gridshell(3, 2, left_out=2)["beams"])
     assert lines["Panels, mass (kg)"] == pytest.approx(
-        lists.panels.totals[lists.panels.columns.index("Mass (kg)")], 0.1
+        lists["panels"].totals[lists["panels"].columns.index("Mass (kg)")], 0.1
     )
     assert lines["Sheets used"] == nest.n_sheets
     assert lines["Utilisation (%)"] == pytest.approx(100 * nest.utilisation, abs=0.0501)  # to one decimal
     assert "2 doubled vertices were merged" in lines
     reds = [row[0].value for row in book["Summary"].iter_rows() if row[0].font.color and row[0].font.color.rgb == RED]
-    assert reds == list(lists.beams.left_out)
+    assert reds == list(lists["beams"].left_out)
 
 
 def test_xlsx_without_nest_says_so(parts: Assembly, lists: CutList, tmp_path: Path) -> None:
@@ -109,7 +109,7 @@ def test_texts_are_no_formulas(tmp_path: Path) -> None:
     table = Table("t", ("Mark", "Count", "Mass (kg)"), (None, 0, 1), (("=1+1", 1, 2.5),), ("Total", 1, 2.5), ())
     panels = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
     write_xlsx(
-        tmp_path / "a.xlsx", CutList(table, Table("u", *table_parts(table)), panels), gridshell_summary(), NO_FACTS
+        tmp_path / "a.xlsx", CutList((table, Table("u", *table_parts(table)), panels)), gridshell_summary(), NO_FACTS
     )
     cell = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]["A2"]
     assert (cell.value, cell.data_type) == ("=1+1", "s")
@@ -120,7 +120,7 @@ def test_any_text_and_number_reads_back_from_xlsx(tmp_path: Path) -> None:
     table = Table("t", ("Mark", "Mass (kg)", "Count"), (None, 3, 0), rows, ("Total", 0.1, 3), ())
     empty = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
     write_xlsx(
-        tmp_path / "a.xlsx", CutList(table, Table("u", *table_parts(table)), empty), gridshell_summary(), NO_FACTS
+        tmp_path / "a.xlsx", CutList((table, Table("u", *table_parts(table)), empty)), gridshell_summary(), NO_FACTS
     )
     first, second, totals = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"].iter_rows(min_row=2, values_only=True)
     assert (str(first[0]).replace("_x0007_", "\x07"), *first[1:]) == rows[0]  # which openpyxl leaves as it is written

@@ -6,7 +6,8 @@ from html import escape
 
 import numpy as np
 
-from fabkit.production import CUT, MARK, SHEET, Curves, Drawing, Measure
+from fabkit.parts import Measure
+from fabkit.production import CUT, MARK, SHEET, Curves, Drawing
 from geometry.arrays import FloatArray
 
 __all__ = ["histogram", "sheet_picture"]

@@ -13,15 +13,16 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from string import Template
+from typing import Any
 
 import numpy as np
 
 from fabkit.formats.report.figures import histogram, sheet_picture
 from fabkit.formats.report.fitness import fitness_html
 from fabkit.formats.report.tables import table_html
-from fabkit.parts import Assembly, Beam, Node, Panel, Part
-from fabkit.parts.palette import LEFT_OUT_COLOUR, PALETTE
-from fabkit.production import REPORT, BuildFacts, Drawing, Fact, Measure, Summary, Table, measures
+from fabkit.kinds import BEAM, NODE
+from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Measure, Parts, Surroundings
+from fabkit.production import REPORT, BuildFacts, Drawing, Fact, Summary, Table
 from geometry.arrays import FloatArray
 
 __all__ = ["report_html"]
@@ -49,13 +50,13 @@ def report_html(
 
     Names and notes from files are escaped wherever they stand.
     """
-    measured = measures(assembly)
+    measured = [each for group in assembly.groups if len(group) for each in group.kind.measures(group)]
     room = files("fabkit.formats.report")
     page = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
     return page.substitute(
         name=escape(summary.name),
         source=f"from {escape(summary.source)}, one unit of which is {summary.scale_mm:g} mm",
-        style=_colours() + room.joinpath("page.css").read_text(encoding="utf-8"),
+        style=_colours(assembly) + room.joinpath("page.css").read_text(encoding="utf-8"),
         script="".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS),
         key_facts=_key_facts([*facts.parts, *facts.sheets]),
         left_out=_left_out(assembly),
@@ -69,16 +70,24 @@ def report_html(
         sheets_link='<a href="#sheets">Sheets</a>' if sheets else "",
         sheets=_sheets(sheets),
         tables="\n".join(table_html(table) for table in tables),
-        data=_json({"labels": _labels(assembly), "measures": [_measure_data(measure) for measure in measured]}),
+        data=_json(
+            {
+                "forms": {group.kind.group: group.kind.form for group in assembly.groups},
+                "labels": _labels(assembly),
+                "measures": [_measure_data(measure) for measure in measured],
+            }
+        ),
         glb=base64.b64encode(glb).decode(),
     )
 
 
-def _colours() -> str:
-    """The colours of the model as variables of the style sheet."""
-    shades = {f"{kind}s": colour for kind, colour in PALETTE.items()} | {"left-out": LEFT_OUT_COLOUR}
+def _colours(assembly: Assembly) -> str:
+    """The colours of the kinds of part, as variables of the style sheet and in their histograms."""
+    groups = {group.kind.group: group.kind.colour for group in assembly.groups}
+    shades = groups | {"left-out": LEFT_OUT_COLOUR}
     hexes = {name: "".join(f"{round(255 * c):02x}" for c in colour) for name, colour in shades.items()}
-    return ":root {" + " ".join(f"--kind-{name}: #{value};" for name, value in hexes.items()) + "}\n"
+    variables = " ".join(f"--kind-{name}: #{value};" for name, value in hexes.items())
+    return f":root {{{variables}}}\n" + "".join(f".{name} rect {{ fill: var(--kind-{name}); }}\n" for name in groups)
 
 
 def _json(value: object) -> str:
@@ -108,8 +117,8 @@ def _left_out(assembly: Assembly) -> str:
 
 
 def _layers(assembly: Assembly) -> str:
-    names = [name for name, parts in assembly.groups().items() if parts]
-    if any(left.kind == "beam" for left in assembly.left_out):
+    names = [group.kind.group for group in assembly.groups if len(group)]
+    if any(left.kind == BEAM.name for left in assembly.left_out):
         names.append("left out")
     return "\n".join(
         f'<label><input type="checkbox" value="{name}" checked>'
@@ -151,24 +160,24 @@ def _mended(summary: Summary) -> str:
 
 def _misfits(summary: Summary, assembly: Assembly) -> str:
     """Median, 95th percentile and maximum of what would be zero for an ideal mesh, and the part it is largest at."""
-    beams, nodes = assembly.beams, assembly.nodes
+    beams, nodes = assembly.of(BEAM), assembly.of(NODE)
     rows = []
-    if nodes:
-        spread = np.array([node.top_spread_mm for node in nodes])
-        rows.append(_misfit("Beam tops out of level at a node, mm", spread, ".2f", nodes))
-        on_axis = np.array([node.axis_spread_mm for node in nodes])
-        rows.append(_misfit("Beam sides that miss each other on the node axis, mm", on_axis, ".2f", nodes))
-    if beams:
-        deviation = np.abs([beam.height_deviation_mm for beam in beams])
+    if len(nodes):
+        own = nodes.details
+        rows.append(_misfit("Beam tops out of level at a node, mm", own.top_spread_mm, ".2f", nodes))
+        title = "Beam sides that miss each other on the node axis, mm"
+        rows.append(_misfit(title, own.axis_spread_mm, ".2f", nodes))
+    if len(beams):
+        deviation = np.abs(beams.details.height_deviation_mm)
         rows.append(_misfit("Section height off the meshes' distance, mm", deviation, ".2f", beams))
-        rows.append(_misfit("Twist of a beam, °", np.abs([beam.twist_deg for beam in beams]), ".1e", beams))
+        rows.append(_misfit("Twist of a beam, °", np.abs(beams.details.twist_deg), ".1e", beams))
     return "\n".join(rows)
 
 
-def _misfit(title: str, values: FloatArray, form: str, parts: Sequence[Part]) -> str:
+def _misfit(title: str, values: FloatArray, form: str, parts: Parts[Any]) -> str:
     figures = (np.median(values), np.percentile(values, 95), values.max())
     cells = "".join(f"<td>{figure:{form}}</td>" for figure in figures)
-    worst = escape(parts[int(values.argmax())].mark)
+    worst = escape(parts.mark_names[parts.mark[values.argmax()]])
     return f'<tr><th scope="row">{title}</th>{cells}<td><button type="button" class="mark">{worst}</button></td></tr>'
 
 
@@ -202,25 +211,8 @@ def _measure_data(measure: Measure) -> dict[str, object]:
     }
 
 
-def _labels(assembly: Assembly) -> dict[str, list[str]]:
+def _labels(assembly: Assembly) -> dict[str, Sequence[str]]:
     """A line about each thing in the model, by group."""
-    node_marks = {node.element: node.mark for node in assembly.nodes}
-
-    def ends(beam: Beam) -> str:
-        return " to ".join(node_marks.get(vertex, f"vertex {vertex}") for vertex in beam.nodes)
-
-    def of_beam(beam: Beam) -> str:
-        return f"{beam.section.name}, {beam.material.name}; edge {beam.element}, {ends(beam)}"
-
-    def of_node(node: Node) -> str:
-        return f"{node.material.name}; vertex {node.element}, {len(node.beams)} beams"
-
-    def of_panel(panel: Panel) -> str:
-        return f"{panel.thickness_mm:g} mm {panel.material.name}; face {panel.element}"
-
-    return {
-        "beams": [of_beam(beam) for beam in assembly.beams],
-        "nodes": [of_node(node) for node in assembly.nodes],
-        "panels": [of_panel(panel) for panel in assembly.panels],
-        "left out": [left.reason for left in assembly.left_out if left.kind == "beam"],
-    }
+    around = Surroundings(assembly)
+    lines: dict[str, Sequence[str]] = {group.kind.group: group.kind.labels(group, around) for group in assembly.groups}
+    return lines | {"left out": [left.reason for left in assembly.left_out if left.kind == BEAM.name]}
