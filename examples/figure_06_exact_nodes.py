@@ -23,7 +23,7 @@ from fabkit.formats.step.files import write_step
 from fabkit.parts import Assembly, Part, Solid
 from fabkit.production.marks import share_equal_parts
 from fabkit.rules import BeamRules, DetailingRules, NodeRules
-from geometry import SupportStructure
+from geometry import Pair, SupportStructure
 from geometry.arrays import FloatArray
 
 WIDTH, HEIGHT, MEAN_EDGE, SHOWN_MM = 120.0, 260.0, 1800.0, 480.0
@@ -36,8 +36,9 @@ VIEW = View(-75, 22)
 def support() -> SupportStructure:
     """Over the rows of M' below the fold, without the two uppermost, which have short edges."""
     below = np.arange(figure_10.AROUND * (figure_10.ROWS - 2))
-    mesh, image = (each.part(below) for each in figure_10.transformed())
-    return SupportStructure(mesh * (MEAN_EDGE / mesh.mean_edge_length), image, HEIGHT)
+    pair = figure_10.transformed().part(below)
+    scaled = pair.mesh * (MEAN_EDGE / pair.mesh.mean_edge_length)
+    return SupportStructure(Pair(scaled, pair.gauss_image), HEIGHT)
 
 
 @cache

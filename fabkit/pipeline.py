@@ -15,7 +15,7 @@ from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
 from fabkit.fitness.parts import blocks, lift, mitres_of, sheets
 from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
 from fabkit.formats import whole_folder, write_documents, write_manifest
-from fabkit.gauss_image import GivenPair, computed_image, exact_pair, read_given_pair
+from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
@@ -36,7 +36,7 @@ from fabkit.units import MM_PER_UNIT
 from fabkit.wording import readable
 from geometry.errors import FoldedError
 from geometry.files import MeshFile, read_mesh
-from geometry.gauss import SupportStructure, axis_lean
+from geometry.gauss import SupportStructure, nearest_parallel_pair, pair_to_build
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
 
@@ -151,8 +151,8 @@ def judged_image(
     """
     with stages("Gauss image"):
         moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
-        found, image, offset = computed_image(planar, project.gauss_image.weights, moved=moved, rounding=rounding_mm)
-        structure = SupportStructure(found, image, project.beams.height_mm)
+        pair, offset = pair_to_build(planar, moved=moved, rounding=rounding_mm, **project.gauss_image.weights)
+        structure = SupportStructure(pair, project.beams.height_mm)
         told = None if offset is None else ExactGaussImage(offset)
         return structure, told, _judged(project, before, of_gauss_image(structure, project.fitness))
 
@@ -162,10 +162,11 @@ def judged_pair(
 ) -> tuple[SupportStructure, GivenGaussImage, tuple[Finding, ...]]:
     """The same with a Gauss image that is given. Raises FitnessError as above."""
     with stages("Planar and parallel"):
-        pair = exact_pair(mesh, given.image, tolerance=project.gauss_image.tolerance)
-        told = GivenGaussImage(given.name, given.sha256, pair.largest_move, pair.mean_move)
+        pair = nearest_parallel_pair(mesh, given.gauss_image, tolerance=project.gauss_image.tolerance)
+        _, moves = pair.moves_from(mesh, given.gauss_image)
+        told = GivenGaussImage(given.name, given.sha256, float(moves.max()), float(moves.mean()))
         found = _judged(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
-        structure = SupportStructure(pair.mesh, pair.image, project.beams.height_mm)
+        structure = SupportStructure(pair, project.beams.height_mm)
         return structure, told, _judged(project, found, of_gauss_image(structure, project.fitness))
 
 
@@ -271,7 +272,7 @@ def _summary(
         farthest_vertex=int(moves.argmax()),
         edge_lengths_mm=mesh.edge_lengths,
         heights=structure.heights,
-        leans_deg=np.degrees(axis_lean(mesh, structure.gauss_image)),
+        leans_deg=np.degrees(structure.pair.leans),
         twists_deg=np.degrees(structure.twists),
         lift_mm=detailed.lift_mm,
         lift_reason=detailed.lift_reason,

@@ -149,7 +149,7 @@ def test_figure_10_shows_edge_offsets_before_and_after() -> None:
     assert found["largest sine between edges of M' and S'"] < 1e-9
     assert found["faces of M' that cross themselves or others"] == 0
     pictured = example("figure_10_laguerre")
-    (m, _), (moved, _) = pictured.original(), pictured.transformed()
+    m, moved = pictured.original().mesh, pictured.transformed().mesh
     turned = m.vertices @ _turn(2 * np.pi / pictured.AROUND).T  # M has an axis, M' has lost it
     assert _farthest(turned, m.vertices) < 1e-9
     turned = moved.vertices @ _turn(2 * np.pi / pictured.AROUND).T

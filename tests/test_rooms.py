@@ -47,8 +47,15 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.functionals": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.meshing": {"geometry.functionals", "geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.parallel": {"geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
-    "geometry.gauss": {"geometry.parallel", "geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
-    "geometry.spheres": {"geometry.gauss", "geometry.parallel", "geometry.mesh", *GROUND},
+    "geometry.spheres": {"geometry.mesh", *GROUND},
+    "geometry.gauss": {
+        "geometry.parallel",
+        "geometry.spheres",
+        "geometry.functionals",
+        "geometry.optimise",
+        "geometry.mesh",
+        *GROUND,
+    },
     "geometry.circle_patterns": {"geometry.spheres", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.curvature": {"geometry.gauss", "geometry.parallel", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.edge_offset": {
@@ -117,7 +124,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.gauss",
         "geometry.parallel",
         "geometry.mesh",
-        *GROUND,
+        "geometry.errors",
     },
     "fabkit.project": {
         "fabkit.gauss_image",
@@ -150,7 +157,6 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.designs": {
         "fabkit.formats",
         "fabkit.formats.drawings",
-        "fabkit.gauss_image",
         "fabkit.wording",
         "fabkit.errors",
         "geometry.edge_offset",
@@ -228,9 +234,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.gauss": (
         "axes edge_cones inscribed",
         "distances lean midscribed",
-        "circumscribed refinement support_structure",
-        "approximate_gauss_image exact_gauss_image nearest_pair",
+        "pair circumscribed refinement",
+        "support_structure approximate_gauss_image exact_gauss_image nearest_pair",
         "offset_kinds rounded_mesh",
+        "best_pair",
     ),
     "geometry.curvature": (
         "faces fairness levels rings",
@@ -241,7 +248,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.edge_offset": (
         "centring enneper rotational points_of_contact contradictory_signs buildability",
         "koebe_polyhedra tangent_hexagons",
-        "signed_meshes",
+        "signed_meshes covering",
     ),
     "fabkit.parts": ("frame material section ragged solid symmetry", "solids kind", "parts", "assembly"),
     "fabkit.production": (

@@ -58,12 +58,8 @@ def not_run(cell: str) -> str:
 
 def write_xlsx(path: Path, lists: CutList, summary: Summary, facts: BuildFacts) -> None:
     """A sheet Summary and one sheet for each table: header frozen and filtered, numbers as numbers, the totals below,
-    then in red what was left out.
-
-    What it needs on the way lies beside the file, so that cells are not held in memory and nothing is left elsewhere.
-    """
-    options = {"constant_memory": True, "tmpdir": str(path.parent)}
-    with xlsxwriter.Workbook(path, options) as workbook:
+    then in red what was left out."""
+    with xlsxwriter.Workbook(path, {"in_memory": True}) as workbook:
         workbook.set_properties({"title": summary.name, "created": CREATED})
         _write_summary(workbook, lists, summary, facts)
         for table in lists.tables:
@@ -71,7 +67,6 @@ def write_xlsx(path: Path, lists: CutList, summary: Summary, facts: BuildFacts) 
 
 
 def _write_table(workbook: Any, table: Table) -> None:
-    """Row by row, as memory is not to grow with them."""
     sheet = workbook.add_worksheet(table.title.capitalize())
     head = workbook.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "top"})
     patterns = [{"num_format": _pattern(decimals)} for decimals in table.decimals]

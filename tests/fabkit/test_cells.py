@@ -9,7 +9,7 @@ import pytest
 from fabkit.checking.panel_cells import panels_outside_cells
 from fabkit.detailing.assembling import detail
 from fabkit.rules import DetailingRules, PanelRules
-from geometry.gauss import SupportStructure, gauss_image
+from geometry.gauss import Pair, SupportStructure, approximate_pair
 from geometry.mesh import shapes
 
 
@@ -17,7 +17,7 @@ from geometry.mesh import shapes
 def structure() -> SupportStructure:
     dome = shapes.dome(12, 3)
     mesh = dome * (1500.0 / dome.mean_edge_length)
-    return SupportStructure(mesh, gauss_image(mesh), 120.0)
+    return SupportStructure(approximate_pair(mesh), 120.0)
 
 
 @pytest.mark.parametrize("joint_mm", [0.0, 10.0])
@@ -33,7 +33,7 @@ def test_panels_of_a_dome_fill_their_cells_and_no_more(structure: SupportStructu
 
 
 def test_where_cells_narrow_upwards_the_upper_side_counts(structure: SupportStructure) -> None:
-    inside_out = SupportStructure(structure.mesh.reversed(), structure.gauss_image.reversed() * -1, 120.0)
+    inside_out = SupportStructure(Pair(structure.mesh.reversed(), structure.gauss_image.reversed() * -1), 120.0)
     panels = detail(inside_out, DetailingRules(), name="bowl").assembly["panels"]
     assert len(panels_outside_cells(inside_out, panels)) == 0
     details = replace(panels.details, thickness_mm=panels.details.thickness_mm + 200.0)

@@ -11,6 +11,7 @@ from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules
+from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
 
@@ -27,7 +28,7 @@ def flat_grid(nx: int = 3, ny: int = 2) -> SupportStructure:
         for x in range(nx)
     ]
     mesh = Mesh.from_faces(points, faces)
-    return SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (len(points), 1))), 120.0)
+    return SupportStructure(Pair(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (len(points), 1)))), 120.0)
 
 
 def cube() -> SupportStructure:
@@ -35,7 +36,7 @@ def cube() -> SupportStructure:
     corners = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]) / np.sqrt(2)
     faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
     sphere = Mesh.from_faces(corners, faces)
-    return SupportStructure(sphere * (SIDE / np.sqrt(2)), sphere, 120.0)
+    return SupportStructure(Pair(sphere * (SIDE / np.sqrt(2)), sphere), 120.0)
 
 
 def fan(angle_deg: float) -> SupportStructure:
@@ -43,7 +44,7 @@ def fan(angle_deg: float) -> SupportStructure:
     a = np.radians(angle_deg)
     points = [(0, 0, 0), (SIDE, 0, 0), (SIDE * np.cos(a), SIDE * np.sin(a), 0), (0, SIDE, 0), (SIDE, SIDE, 0)]
     mesh = Mesh.from_faces(points, [[0, 1, 2], [0, 2, 4, 3]])
-    return SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (5, 1))), 120.0)
+    return SupportStructure(Pair(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (5, 1)))), 120.0)
 
 
 def test_flat_grid_has_the_sizes_one_can_work_out_by_hand() -> None:
@@ -113,8 +114,10 @@ def test_parts_do_not_depend_on_where_the_structure_stands() -> None:
     turn = np.linalg.qr(np.arange(9).reshape(3, 3) ** 2 + np.eye(3))[0]
     turn *= np.linalg.det(turn)
     moved = SupportStructure(
-        here.mesh.with_vertices(here.mesh.vertices @ turn + [1e5, -2e4, 3e3]),
-        here.gauss_image.with_vertices(here.gauss_image.vertices @ turn),
+        Pair(
+            here.mesh.with_vertices(here.mesh.vertices @ turn + [1e5, -2e4, 3e3]),
+            here.gauss_image.with_vertices(here.gauss_image.vertices @ turn),
+        ),
         120.0,
     )
     for old, new in zip(
@@ -175,7 +178,7 @@ def test_beams_without_room_can_be_left_out_and_the_rest_is_built() -> None:
 def test_a_node_may_keep_one_beam_only() -> None:
     """The short sides of a slim rectangle have no room; without them, nothing holds the long ones back."""
     mesh = Mesh.from_faces([(0, 0, 0), (SIDE, 0, 0), (SIDE, 60, 0), (0, 60, 0)], [[0, 1, 2, 3]])
-    structure = SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (4, 1))), 120.0)
+    structure = SupportStructure(Pair(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (4, 1)))), 120.0)
     assembly = detail(structure, DetailingRules(), name="slim", skip_unbuildable=True).assembly
     assert {(part.kind, part.element) for part in assembly.left_out} == {("beam", 1), ("beam", 3)}
     assert [beam.details.long_point_mm for beam in assembly["beams"]] == pytest.approx([SIDE - 2 * 5.0] * 2)
@@ -199,7 +202,7 @@ def test_a_lift_that_is_too_low_is_an_error_that_names_the_parts() -> None:
 
 def test_a_gauss_image_that_points_inwards_is_an_error() -> None:
     grid = flat_grid()
-    upside_down = SupportStructure(grid.mesh, grid.gauss_image * -1, 120.0)
+    upside_down = SupportStructure(Pair(grid.mesh, grid.gauss_image * -1), 120.0)
     with pytest.raises(DetailingError, match="does not point to the outside of face"):
         detail(upside_down, DetailingRules(), name="grid")
 

@@ -11,7 +11,7 @@ from fabkit.errors import DetailingError
 from fabkit.parts import Assembly
 from fabkit.production.marks import share_equal_parts
 from fabkit.rules import DetailingRules, PanelRules
-from geometry.gauss import SupportStructure, gauss_image
+from geometry.gauss import SupportStructure, approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
 from tests.fabkit.assemblies import by_name
@@ -20,7 +20,7 @@ from tests.fabkit.assemblies import by_name
 def supported(mesh: Mesh) -> SupportStructure:
     """With edges of 1.5 m in the mean."""
     planar = planarise(mesh * (1500.0 / mesh.mean_edge_length)).mesh
-    return SupportStructure(planar, gauss_image(planar), 120.0)
+    return SupportStructure(approximate_pair(planar), 120.0)
 
 
 def built(mesh: Mesh) -> Assembly:

@@ -16,7 +16,7 @@ from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Part
 from fabkit.rules import BeamRules, DetailingRules, NodeRules
 from geometry.arrays import FloatArray
-from geometry.gauss import SupportStructure, edge_distances
+from geometry.gauss import Pair, SupportStructure, edge_distances
 from geometry.mesh import Mesh, solids
 from geometry.parallel import ParallelSpace, edge_factors
 from tests.fabkit.edge_offsets import revolved_pair
@@ -28,14 +28,14 @@ MEAN_EDGE = 1500.0
 
 def irregular(solid: Mesh) -> tuple[Mesh, Mesh]:
     """A convex mesh parallel to an Archimedean solid, its edges half to one and a half times as long; and that."""
-    image = solid * (1 / edge_distances(solid, solid).mean())
+    image = solid * (1 / edge_distances(solid).mean())
     member = ParallelSpace(image).elements(1, seed=3)[0]
     return image + member * (0.5 / np.abs(edge_factors(image, member)).max()), image
 
 
 def detailed(pair: tuple[Mesh, Mesh], **rules: str) -> Assembly:
     mesh, image = pair
-    structure = SupportStructure(mesh * (MEAN_EDGE / mesh.mean_edge_length), image, HEIGHT)
+    structure = SupportStructure(Pair(mesh * (MEAN_EDGE / mesh.mean_edge_length), image), HEIGHT)
     nodes = NodeRules(**{k: v for k, v in rules.items() if k == "setbacks"})
     beams = BeamRules(**{k: v for k, v in rules.items() if k == "reference"})
     return detail(structure, DetailingRules(beams=beams, nodes=nodes), name="edge offset").assembly

@@ -17,7 +17,8 @@ from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, in_compan
 from fabkit.production.marks import share_equal_parts, turned_parts, turned_shapes, turns_of
 from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
-from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss import Pair
+from geometry.gauss.approximate_gauss_image import approximate_pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh, shapes
 from tests.fabkit.assemblies import by_name, with_parts
@@ -101,7 +102,7 @@ def bent(n: int, seed: int) -> Assembly:
     u, v = (1.5e3 * np.cumsum(rng.uniform(0.9, 1.1, n + 1)) for _ in range(2))
     first = np.stack([u, 0 * u, -(u**2) / 2e4], axis=1)
     mesh = shapes.translation_surface(first, np.stack([0 * v, v, -(v**2) / 3e4], axis=1))
-    return detail(SupportStructure(mesh, gauss_image(mesh), 120.0), DetailingRules(), name="bent").assembly
+    return detail(SupportStructure(approximate_pair(mesh), 120.0), DetailingRules(), name="bent").assembly
 
 
 @pytest.mark.parametrize("group", ["beams", "nodes", "panels"])
@@ -168,7 +169,7 @@ def test_two_large_round_panels_with_a_notch_are_equal_in_the_one_right_turn() -
 def test_marks_of_equal_squares_take_memory_in_proportion() -> None:
     """40 x 40 squares: 6561 parts, of which as many pairs are equal as there are interior ones squared."""
     mesh: Mesh = shapes.grid(40, 40) * 1000.0
-    flat = SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (mesh.n_vertices, 1))), 120.0)
+    flat = SupportStructure(Pair(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (mesh.n_vertices, 1)))), 120.0)
     own = detail(flat, DetailingRules(), name="flat").assembly
     tracemalloc.start()
     shared = share_equal_parts(own)

@@ -14,7 +14,6 @@ from fabkit.commands.command_line import app
 from fabkit.commands.inspection import inspect_mesh
 from fabkit.production.summary import ExactGaussImage
 from geometry.files import write_mesh
-from geometry.gauss import face_distances
 from geometry.mesh import Mesh, shapes
 from tests.fabkit.edge_offsets import revolved_pair
 from tests.geometry.box_meshes import turning
@@ -80,7 +79,7 @@ def test_a_triangle_mesh_with_an_exact_image_is_built(tmp_path: Path) -> None:
 def test_of_vertex_and_face_offset_the_heights_decide(tmp_path: Path) -> None:
     made = built(tmp_path, shapes.rotational_mesh([[2, 0], [1.8, 1], [1.3, 1.9], [0.6, 2.5]], 12))
     assert made.summary.gauss_image in (ExactGaussImage("face"), ExactGaussImage("vertex"))
-    faces = face_distances(made.structure.mesh, made.structure.gauss_image)
+    faces = made.structure.pair.face_distances
     is_face = made.summary.gauss_image == ExactGaussImage("face")
     assert (np.abs(faces - 1).max() < 1e-9) == is_face
 

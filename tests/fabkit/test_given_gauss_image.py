@@ -17,12 +17,11 @@ from fabkit import Built, Project, build, design, load_project
 from fabkit.commands.command_line import app
 from fabkit.commands.inspection import inspect_pair
 from fabkit.errors import ProjectError
-from fabkit.gauss_image import exact_pair
 from fabkit.project import project_from
 from geometry.curvature import christoffel_dual
 from geometry.errors import GeometryError, ParallelityError
 from geometry.files import read_mesh, write_mesh
-from geometry.gauss import edge_distances
+from geometry.gauss import nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.meshing import planarise
 from geometry.parallel import parallelity
@@ -112,10 +111,10 @@ def test_the_minimal_surface_of_hexagons(tmp_path: Path) -> None:
     """The file holds a Koebe polyhedron with edges at distance 1 to 3e-11; M is its Christoffel dual. P(S) has two
     dimensions more than counting says, so that rounded meshes are made exact only together."""
     image = planarise(read_mesh(DATA / HEXAGONAL).mesh).mesh
-    mesh = christoffel_dual(image)
+    mesh = christoffel_dual(image).mesh
     for digits, bound in ((17, 1e-9), (6, 1e-4)):
         made = built(tmp_path, rounded(mesh, digits), rounded(image, digits), unit=None, mean_edge_mm=700.0)
-        assert np.abs(edge_distances(made.structure.mesh, made.structure.gauss_image) - 1).max() < bound
+        assert np.abs(made.structure.heights - 1).max() < bound
         assert max(node.details.axis_spread_mm for node in made.assembly["nodes"]) < bound * 120
         assert len(made.assembly["beams"]) == 580
 
@@ -183,7 +182,7 @@ def test_what_is_off_by_more_than_the_tolerance_is_refused_before_or_after_it_is
         built(tmp_path, mesh, image, gauss_image={"file": tmp_path / "S.off", "tolerance": 1e-5})
     tight = given.largest_move * 0.99
     with pytest.raises(ParallelityError, match=r"vertex \d+ .* of the Gauss image would have to move by"):
-        exact_pair(mesh, image, tolerance=tight)
+        nearest_parallel_pair(mesh, image, tolerance=tight)
 
 
 # --- inspected

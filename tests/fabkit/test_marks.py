@@ -12,6 +12,7 @@ from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Frame, Part, Solid, prism_topology, prism_vertices
 from fabkit.production.marks import share_equal_parts
 from fabkit.rules import DetailingRules
+from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
 from tests.fabkit.assemblies import altered, assembled, with_parts
@@ -24,7 +25,7 @@ def barrel(n: int = 8, tilt: float = 0.0) -> Assembly:
     lower, upper = np.pad(ring, ((0, 0), (0, 1))), np.pad(0.6 * ring, ((0, 0), (0, 1)), constant_values=0.8)
     faces = [[k, (k + 1) % n, (k + 1) % n + n, k + n] for k in range(n)]
     sphere = Mesh.from_faces(np.concatenate([lower, upper]), faces)
-    return detail(SupportStructure(sphere * 3000.0, sphere, 120.0), DetailingRules(), name="barrel").assembly
+    return detail(SupportStructure(Pair(sphere * 3000.0, sphere), 120.0), DetailingRules(), name="barrel").assembly
 
 
 def world(part: Part) -> np.ndarray:

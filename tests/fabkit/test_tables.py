@@ -11,7 +11,6 @@ import openpyxl
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from openpyxl.utils.escape import unescape
 
 from fabkit.formats.tables import GAP, LONGEST, not_run, write_csv, write_xlsx
 from fabkit.parts import Assembly
@@ -124,7 +123,7 @@ def test_any_text_and_number_reads_back_from_xlsx(tmp_path: Path) -> None:
         tmp_path / "a.xlsx", CutList((table, Table("u", *table_parts(table)), empty)), gridshell_summary(), NO_FACTS
     )
     first, second, totals = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"].iter_rows(min_row=2, values_only=True)
-    assert (unescape(str(first[0])), *first[1:]) == rows[0]
+    assert (str(first[0]).replace("_x0007_", "\x07"), *first[1:]) == rows[0]  # which openpyxl leaves as it is written
     assert second == ("x" * (LONGEST - len(GAP)) + GAP, None, "1.0 to 2.0")
     assert totals == table.totals
     sheet = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]
