@@ -71,7 +71,7 @@ def over_all(title: str, decimals: int, parts: Parts[Any], values: FloatArray) -
 def each_value(title: str, decimals: int, parts: Parts[Any], values: Ragged) -> Column:
     """All values of the first part of each mark, in one text."""
     first = values[parts.firsts]
-    return Column(title, None, joined(texts(first.values, decimals), first.starts))
+    return Column(title, None, joined(texts(first.values.tolist(), decimals), first.starts))
 
 
 def counted(title: str, parts: Parts[Any], words: Sequence[str]) -> Column:
@@ -110,10 +110,13 @@ def joined(words: Sequence[str], starts: IntArray) -> list[str]:
     return [" / ".join(own) for own in grouped(words, starts)]
 
 
-def texts(values: FloatArray, decimals: int) -> list[str]:
-    """Numbers (k,) with so many decimals; what rounds to zero has no sign."""
-    found = [f"{value:.{decimals}f}" for value in values.tolist()]
-    return [text if text[0] != "-" or text.strip("-0.") else text[1:] for text in found]
+def texts(cells: Sequence[Cell], decimals: int | None) -> list[str]:
+    """Each cell as text, numbers with so many decimals; what rounds to zero has no sign."""
+    if decimals is None:
+        return ["" if cell is None else str(cell) for cell in cells]
+    form, zero = f"%.{decimals}f", f"{0:.{decimals}f}"
+    found = [cell if isinstance(cell, str) else "" if cell is None else form % cell for cell in cells]
+    return [zero if text == "-" + zero else text for text in found]
 
 
 def ranges(values: FloatArray, group: IntArray, decimals: int) -> list[Cell]:
@@ -127,5 +130,5 @@ def ranges(values: FloatArray, group: IntArray, decimals: int) -> list[Cell]:
     least, largest = np.fmin.reduceat(own, starts), np.fmax.reduceat(own, starts)
     known = np.minimum.reduceat(np.where(np.isnan(own), len(own), np.arange(len(own))), starts)
     first = np.append(own, np.nan)[known].tolist()
-    both = zip(first, texts(least, decimals), texts(largest, decimals), strict=True)
+    both = zip(first, texts(least.tolist(), decimals), texts(largest.tolist(), decimals), strict=True)
     return [None if value != value else value if low == high else f"{low} to {high}" for value, low, high in both]

@@ -97,9 +97,7 @@ def _dihedrals(panels: Parts[PanelDetails]) -> Column:
     starts = np.concatenate([[0], np.cumsum(angles.sizes[panels.firsts])])
     edge = starts[panels.mark[angles.row]] + angles.place
     found = ranges(angles.values, edge, 2)
-    numbers = iter(texts(np.array([cell for cell in found if isinstance(cell, float)]), 2))
-    words = [next(numbers) if isinstance(cell, float) else str(cell or NOTHING) for cell in found]
-    return Column("Dihedrals (deg)", None, joined(words, starts))
+    return Column("Dihedrals (deg)", None, joined([text or NOTHING for text in texts(found, 2)], starts))
 
 
 def _sheets(panels: Parts[PanelDetails], sheets: IntArray) -> list[str]:

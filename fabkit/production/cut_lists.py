@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fabkit.kinds import PANEL
+from fabkit.kinds.columns import texts
 from fabkit.parts import Assembly, Cell, Parts, Surroundings
 from fabkit.production.nests import Nest
 
@@ -36,12 +36,12 @@ class Table:
     def texts(self) -> tuple[tuple[str, ...], ...]:
         """The rows as text: numbers with the decimals of their column, nothing where there is none."""
         columns = zip(*self.rows, strict=True)
-        return tuple(zip(*map(_texts, columns, self.decimals), strict=True))
+        return tuple(zip(*map(texts, columns, self.decimals), strict=True))
 
     @cached_property
     def total_texts(self) -> tuple[str, ...]:
         """The totals as text."""
-        return tuple(_texts([cell], decimals)[0] for cell, decimals in zip(self.totals, self.decimals, strict=True))
+        return tuple(texts([cell], decimals)[0] for cell, decimals in zip(self.totals, self.decimals, strict=True))
 
 
 @dataclass(frozen=True)
@@ -77,12 +77,3 @@ def _table(parts: Parts[Any], around: Surroundings) -> Table:
         tuple(column.total for column in columns),
         tuple(f"left out: {left.reason}" for left in around.assembly.left_out if left.kind == parts.kind.name),
     )
-
-
-def _texts(cells: Sequence[Cell], decimals: int | None) -> list[str]:
-    """Each cell as text; what rounds to zero has no sign."""
-    if decimals is None:
-        return ["" if cell is None else str(cell) for cell in cells]
-    form, zero = f"%.{decimals}f", f"{0:.{decimals}f}"
-    texts = [cell if isinstance(cell, str) else "" if cell is None else form % cell for cell in cells]
-    return [zero if text == "-" + zero else text for text in texts]

@@ -184,4 +184,4 @@ def test_what_a_record_names_stands_where_it_says(mesh: Mesh) -> None:
                 np.linalg.norm(panel.placement.to_local(middles[b])[:2] - edge_middles[k]) for b in panel.details.beams
             ]
             assert panel.details.beams[int(np.argmin(distances))] == beam
-            assert neighbour == -1 or beam in panels[neighbour].beams
+            assert neighbour == -1 or beam in panels[neighbour].details.beams
