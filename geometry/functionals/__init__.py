@@ -12,12 +12,24 @@ from geometry.functionals.normals import (
     unit_face_distances,
     unit_vertex_distances,
 )
+from geometry.functionals.pair_curvature import ConstantCurvature
+from geometry.functionals.pair_distances import EdgeDistances, FaceAxes, FaceDistances, VertexDistances
 from geometry.functionals.parallelity import Parallelity, parallel_to
 from geometry.functionals.planarity import Planarity, face_deviations
 from geometry.functionals.rim_normals import extrapolated_normals
 from geometry.functionals.unknowns import coordinates
+from geometry.functionals.uprightness import AxisLean, EdgeStretch, FaceTurns, InsideCones
 
 __all__ = [
+    "AxisLean",
+    "ConstantCurvature",
+    "EdgeDistances",
+    "EdgeStretch",
+    "FaceAxes",
+    "FaceDistances",
+    "FaceTurns",
+    "InsideCones",
+    "VertexDistances",
     "Circularity",
     "Conicality",
     "Convexity",
