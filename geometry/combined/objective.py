@@ -34,6 +34,7 @@ from geometry.functionals import (
     strain,
 )
 from geometry.mesh import Mesh
+from geometry.mesh.polygons import vector_areas
 from geometry.meshing import Guides
 from geometry.meshing.guides import MeshGuides, in_edge_lengths
 from geometry.optimise import AffineMap, At, Blocks, Functional, Hinge, LinearFunctional, SparseMatrix, Stack
@@ -124,7 +125,25 @@ class Objective:
             parts.append(of(Circularity(c), "M"))
         if self.aims.conical:
             parts.append(of(Conicality(c), "M"))
+        if self.aims.mean is not None:
+            H = self.aims.mean * self.mesh.mean_edge_length
+            parts.append(ConstantCurvature(c, H, (abs(H) or self._bending) * self._areas))
+        if self.aims.gaussian is not None:
+            K = self.aims.gaussian * self.mesh.mean_edge_length**2
+            parts.append(ConstantCurvature(c, -K, (abs(K) or self._bending**2) * self._areas, mixed=False))
         return Stack(parts)
+
+    @property
+    def _areas(self) -> FloatArray:
+        """(F,) in l^2."""
+        return np.asarray(np.linalg.norm(self.mesh.vector_areas, axis=1) / self.mesh.mean_edge_length**2)
+
+    @property
+    def _bending(self) -> float:
+        """A curvature of M as given, over 1 / l: what zero is to be compared with."""
+        c = self.mesh.combinatorics
+        images = np.einsum("fi,fi->f", vector_areas(self.image.vertices, c), self.mesh.face_normals)
+        return float(np.sqrt(np.median(np.abs(images) / self._areas))) or 1.0
 
     # --- terms
 
@@ -195,6 +214,12 @@ class Objective:
         c = self.mesh.combinatorics
         turns = Convexity(c, np.arange(c.n_faces)).residual(self.blocks.split(self.start)["M"].ravel())
         return integers(np.flatnonzero(np.minimum.reduceat(turns, c.face_starts[:-1]) >= LEAST_TURN))
+
+    def no_longer_convex(self, x: FloatArray) -> IntArray:
+        """Those of them that are not any more."""
+        c, sizes = self.mesh.combinatorics, self.mesh.combinatorics.face_sizes[self.convex]
+        turns = Convexity(c, self.convex).residual(self.blocks.split(x)["M"].ravel())
+        return integers(np.unique(np.repeat(self.convex, sizes)[turns < 0]))
 
     @cached_property
     def metric(self) -> SparseMatrix:
