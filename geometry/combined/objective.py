@@ -15,7 +15,7 @@ from scipy.sparse import block_diag, csr_array, eye_array
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.combined.aims import Aims
 from geometry.functionals import (
-    AxisLean,
+    CloseToNormals,
     Circularity,
     Conicality,
     ConstantCurvature,
@@ -188,7 +188,7 @@ class Objective:
         c = self.mesh.combinatorics
         if self.surface is None:
             return [(FACE_AXES, FaceAxes(c))] if self.aims.curved else []
-        found: list[tuple[float, Functional]] = [(LEAN, AxisLean(c, self._normals))]
+        found: list[tuple[float, Functional]] = [(LEAN, CloseToNormals(c, self._normals))]
         if self.aims.upright:
             found.append((UPRIGHT, Hinge(InsideCones(c, self._normals, MOST_LEAN), 0.0)))
         return found

@@ -18,10 +18,10 @@ from geometry.functionals.parallelity import Parallelity, parallel_to
 from geometry.functionals.planarity import Planarity, face_deviations
 from geometry.functionals.rim_normals import extrapolated_normals
 from geometry.functionals.unknowns import coordinates
-from geometry.functionals.uprightness import AxisLean, EdgeStretch, FaceTurns, InsideCones
+from geometry.functionals.uprightness import CloseToNormals, EdgeStretch, FaceTurns, InsideCones
 
 __all__ = [
-    "AxisLean",
+    "CloseToNormals",
     "ConstantCurvature",
     "EdgeDistances",
     "EdgeStretch",

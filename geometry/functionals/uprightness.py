@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, floats
 from geometry.functionals.pair_distances import by_area_of, face_rows
@@ -15,12 +15,12 @@ from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import vector_areas
 from geometry.optimise import SparseMatrix
 
-__all__ = ["AxisLean", "EdgeStretch", "FaceTurns", "InsideCones"]
+__all__ = ["CloseToNormals", "EdgeStretch", "FaceTurns", "InsideCones"]
 
 
 @dataclass(frozen=True, eq=False)
-class AxisLean:
-    """s_i - (s_i . n_i) n_i, three residuals a vertex, with unit normals n_i (N, 3) = normals(M (N, 3)).
+class CloseToNormals:
+    """s_i - n_i, three residuals a vertex, with unit normals n_i (N, 3) = normals(M (N, 3)).
 
     The Jacobian holds the normals. Vertices without a normal, (0, 0, 0), are to be at the origin.
     """
@@ -30,22 +30,18 @@ class AxisLean:
 
     def residual(self, x: FloatArray) -> FloatArray:
         mesh, image = x.reshape(2, -1, 3)
-        normals = self.normals(mesh)
-        return np.asarray((image - np.einsum("ni,ni->n", image, normals)[:, None] * normals).ravel())
+        return np.asarray((image - self.normals(mesh)).ravel())
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
-        normals = self.normals(x.reshape(2, -1, 3)[0])
-        values = np.eye(3) - normals[:, :, None] * normals[:, None, :]
-        n = self.combinatorics.n_vertices
-        columns = np.broadcast_to(coordinates(n + np.arange(n))[:, None, :], values.shape)
-        return csr_array((values.ravel(), columns.ravel(), np.arange(0, 9 * n + 1, 3)), shape=(3 * n, 6 * n))
+        n = 3 * self.combinatorics.n_vertices
+        return csr_array(eye_array(n, 2 * n, k=n))
 
 
 @dataclass(frozen=True, eq=False)
 class InsideCones:
     """Signed distance of s_i from the cone of revolution about n_i with an opening angle, for each vertex.
 
-    |s_i| sin(angle - lean): positive inside. Normals and Jacobian as of `AxisLean`.
+    |s_i| sin(angle - lean): positive inside. Normals and Jacobian as of `CloseToNormals`.
     """
 
     combinatorics: Combinatorics
