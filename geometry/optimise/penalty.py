@@ -34,16 +34,16 @@ HALVINGS = 8
 DAMPING = 1e-7
 """Of the factor, over the mean of its diagonal: about what single precision rounds."""
 
-SHORT = 1e-8
+SHORT = 1e-11
 """Weight of the length of a Newton step over that of the constraints, as means of diagonals: it decides where they do
 not, and leaves a part of them that the next step finds."""
 
-ACCURACY, NEWTON_ACCURACY = 1e-6, 1e-3
-"""Of a Gauss-Newton and of a Newton step: what is left of its equations, over their right-hand side. More of the latter
-would not make fewer steps."""
+ACCURACY = 1e-6
+"""Of a step: what is left of its equations, over their right-hand side."""
 
-ITERATIONS = 30
-"""Of conjugate gradients for a step, at most; one to ten do."""
+ITERATIONS = 100
+"""Of conjugate gradients for a step, at most. One to ten do, and more for Newton steps on constraints that nearly depend
+on each other."""
 
 
 def minimise_by_penalty(
@@ -96,7 +96,7 @@ class _Equations:
     def __init__(self) -> None:
         self._order: IntArray | None = None
 
-    def solution(self, matrix: SparseMatrix, slope: FloatArray, accuracy: float) -> FloatArray:
+    def solution(self, matrix: SparseMatrix, slope: FloatArray) -> FloatArray:
         """As near as conjugate gradients come."""
         damping = DAMPING * float(matrix.diagonal().mean())
         damped = csr_array(matrix + damping * eye_array(len(slope)))
@@ -107,14 +107,14 @@ class _Equations:
             return factor.solve(z.ravel().astype(np.float32)).astype(np.float64)
 
         inverse = LinearOperator(matrix.shape, matvec=precondition, dtype=np.float64)
-        return np.asarray(cg(matrix, slope, rtol=accuracy, maxiter=ITERATIONS, M=inverse)[0])
+        return np.asarray(cg(matrix, slope, rtol=ACCURACY, maxiter=ITERATIONS, M=inverse)[0])
 
 
 def _descend(problem: _Penalised, x: FloatArray, equations: _Equations) -> FloatArray:
     """A few steps, each the first of d, d/2, ... that lowers the value."""
     value = problem.value(x)
     for _ in range(STEPS):
-        move, reached = equations.solution(*problem.model(x), ACCURACY), np.inf
+        move, reached = equations.solution(*problem.model(x)), np.inf
         for _ in range(HALVINGS):
             reached = problem.value(x + move)
             if reached < value:
@@ -141,7 +141,7 @@ def _restored(
         matrix = csr_array(transposed @ jacobian)
         short = SHORT * float(matrix.diagonal().mean()) / float(metric.diagonal().mean())
         slope = -apply(transposed, residual)
-        x = x + equations.solution(csr_array(matrix + short * metric), slope, NEWTON_ACCURACY)
+        x = x + equations.solution(csr_array(matrix + short * metric), slope)
         residual = constraint.residual(x)
         steps += 1
     violation = largest(residual)
