@@ -25,6 +25,7 @@ GROUND = {"geometry.arrays", "geometry.errors"}
 
 MAY_IMPORT: dict[str, set[str]] = {
     "geometry": {
+        "geometry.combined",
         "geometry.curvature",
         "geometry.edge_offset",
         "geometry.errors",
@@ -51,6 +52,17 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.spheres": {"geometry.gauss", "geometry.parallel", "geometry.mesh", *GROUND},
     "geometry.circle_patterns": {"geometry.spheres", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.curvature": {"geometry.gauss", "geometry.parallel", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.combined": {
+        "geometry.curvature",
+        "geometry.gauss",
+        "geometry.parallel",
+        "geometry.meshing",
+        "geometry.functionals",
+        "geometry.surface",
+        "geometry.optimise",
+        "geometry.mesh",
+        *GROUND,
+    },
     "geometry.edge_offset": {
         "geometry.circle_patterns",
         "geometry.spheres",
@@ -195,8 +207,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "geometry.optimise": (
         "functional solution",
-        "affine blocks saddle_point",
-        "constrained_quadratic semidefinite_quadratic grounded_laplacian",
+        "affine blocks hinge saddle_point",
+        "constrained_quadratic semidefinite_quadratic grounded_laplacian penalty",
         "bounded_quadratic",
         "newton",
     ),
@@ -211,7 +223,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.functionals": (
         "unknowns rim_normals",
         "closeness convexity fairness face_frames parallelity reference_planes",
-        "circularity conicality normals planarity",
+        "circularity conicality normals planarity pair_distances",
+        "pair_curvature uprightness",
     ),
     "geometry.parallel": (
         "edge_parallelity constraints homology face_unknowns",

@@ -8,11 +8,9 @@ from geometry.combined.aims import Aims
 from geometry.combined.measures import PairMeasures, faces_off_the_rim, fresh_curvatures
 from geometry.combined.objective import MOST_LEAN, Objective
 from geometry.errors import FoldedError, GeometryError, MeshError, raise_worst
-from geometry.functionals import face_deviations
 from geometry.gauss import refuse_triangle_mesh
 from geometry.mesh import Mesh
 from geometry.optimise import ConvergenceError, Reason, Solution
-from geometry.parallel import parallelity
 from geometry.surface import Surface
 
 __all__ = ["check_given", "check_outcome", "check_solution"]
@@ -32,7 +30,14 @@ FRESH = 0.05
 ROWS = 2
 """Of faces at the rim where that is not asked: there a fresh Gauss image is less sure."""
 
-ADVICE = "ask for less, such as a larger height_error, or lay the mesh along principal directions"
+
+def _advice(aims: Aims) -> str:
+    """What to do where a pair cannot be as it is asked."""
+    less = (
+        "ask for a larger height_error" if aims.heights else "ask for edges, vertices or faces, which need not be exact"
+    )
+    less = "begin nearer to such a mesh, or free the boundary by keep_boundary=False" if aims.curved else less
+    return f"{less}, or lay the mesh along principal directions"
 
 
 def check_given(mesh: Mesh, image: Mesh, surface: Surface | None) -> None:
@@ -48,8 +53,8 @@ def check_given(mesh: Mesh, image: Mesh, surface: Surface | None) -> None:
         away = float(np.quantile(np.linalg.norm(points - feet, axis=1), 0.95)) / mesh.mean_edge_length
         if away > NEAR:
             raise GeometryError(
-                f"the surface is not that of the mesh: 5 % of the vertices are {away:.2g} mean edge lengths off it or more, "
-                f"allowed {NEAR:g}; give both in the same unit and place, or leave the surface out",
+                f"the surface is not that of the mesh: 5 % of the vertices are {away:.2g} mean edge lengths off it or "
+                f"more, allowed {NEAR:g}; give both in the same unit and place, or leave the surface out",
                 value=away,
                 bound=NEAR,
             )
@@ -74,11 +79,11 @@ def check_solution(objective: Objective, solution: Solution, tolerance: float) -
             ">=",
             LEAST_LENGTH,
             lambda edge, share: (
-                f"{mesh.combinatorics.edge_name(edge)} collapsed to {share:.2g} of its length while the pair was optimised, "
-                f"allowed {LEAST_LENGTH}"
+                f"{mesh.combinatorics.edge_name(edge)} collapsed to {share:.2g} of its length while the pair was "
+                f"optimised, allowed {LEAST_LENGTH}"
             ),
             error=FoldedError,
-            advice=ADVICE,
+            advice=_advice(objective.aims),
         )
         raise_worst(
             np.einsum("fi,fi->f", mesh.face_normals, after.face_normals),
@@ -89,25 +94,27 @@ def check_solution(objective: Objective, solution: Solution, tolerance: float) -
                 "optimised, allowed 90"
             ),
             error=FoldedError,
-            advice=ADVICE,
+            advice=_advice(objective.aims),
         )
     if solution.reason is not Reason.CONVERGED:
         raise ConvergenceError(
-            f"no pair near the given one is as asked: parallelity, planarity and what is to hold exactly are off by up to "
-            f"{solution.violation:.1e} after {solution.steps} Newton steps, allowed {tolerance:.0e}; {ADVICE}",
+            "no pair near the given one is as asked: parallelity, planarity and what is to hold exactly are off by "
+            f"up to {solution.violation:.1e} after {solution.steps} Newton steps, allowed {tolerance:.0e}; "
+            f"{_advice(objective.aims)}",
             solution=solution,
             value=solution.violation,
             bound=tolerance,
         )
 
 
-def check_outcome(objective: Objective, after: Mesh, aims: Aims, was: PairMeasures, now: PairMeasures) -> None:
-    """Raise GeometryError where axes lean, a distance that was asked for gained nothing, or a curvature means nothing."""
+def check_outcome(after: Mesh, aims: Aims, was: PairMeasures, now: PairMeasures) -> None:
+    """Raise GeometryError where axes lean, a distance that was asked for gained nothing, or a curvature is not one of
+    M."""
     most = CURVED_LEAN if aims.curved else max(MOST_LEAN, was.lean[1])
     if not now.lean[1] <= most:
         raise GeometryError(
             f"the axes came to lean: 5 % of them by {np.degrees(now.lean[1]):.1f} degrees or more, allowed "
-            f"{np.degrees(most):.1f}; {ADVICE}",
+            f"{np.degrees(most):.1f}; {_advice(aims)}",
             value=now.lean[1],
             bound=most,
         )
@@ -117,7 +124,7 @@ def check_outcome(objective: Objective, after: Mesh, aims: Aims, was: PairMeasur
         if asked and not found <= max(before, aims.height_error):
             raise GeometryError(
                 f"the {kind} distances spread by {found:.2g} afterwards and by {before:.2g} before: nothing is gained; "
-                f"{ADVICE}",
+                f"{_advice(aims)}",
                 value=found,
                 bound=before,
             )
@@ -139,9 +146,9 @@ def _check_curvature(after: Mesh, aims: Aims) -> None:
         "<=",
         FRESH,
         lambda face, off: (
-            f"no mesh near the given one has {name} = {asked:g}: S was tilted until it has, but with respect to a Gauss "
-            f"image of M alone face {face} has {found[face]:.3g}, off by {off:.2g} of the curvature, allowed {FRESH}; ask "
-            "for a curvature nearer to that of the mesh, or free the boundary by keep_boundary=False"
+            f"no mesh near the given one has {name} = {asked:g}: S was tilted until it has, but with respect to a "
+            f"Gauss image of M alone face {face} has {found[face]:.3g}, off by {off:.2g} of the curvature, allowed "
+            f"{FRESH}; ask for a curvature nearer to that of the mesh, or free the boundary by keep_boundary=False"
         ),
         elements=faces,
     )

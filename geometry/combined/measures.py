@@ -23,10 +23,10 @@ INNER = (0.025, 0.5, 0.975)
 
 @dataclass(frozen=True)
 class PairMeasures:
-    """edge_spread, vertex_spread, face_spread: what lies between 2.5 % and 97.5 % of the distances from the origin, over
-    their median; of edges, that is of beam heights. lean: of node axes from the normals of Phi, of M without one, in
-    radians: the median, 95 % and the largest. surface_distance: of vertices from Phi, in mean edge lengths of M as given,
-    95 % and the largest; zero without Phi. planarity, parallelity: the largest, in mean edge lengths and in S.
+    """edge_spread, vertex_spread, face_spread: what lies between 2.5 % and 97.5 % of the distances from the origin,
+    over their median; of edges, that is of beam heights. lean: of node axes from the normals of Phi, of M without one,
+    in radians: the median, 95 % and the largest. surface_distance: of vertices from Phi, in mean edge lengths of M as
+    given, 95 % and the largest; zero without Phi. planarity, parallelity: the largest, in mean edge lengths and in S.
     """
 
     edge_spread: float

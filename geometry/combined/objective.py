@@ -1,7 +1,8 @@
 """What is minimised, and under which constraints, where M and S are optimised together [Pottmann2007, 4.4].
 
-The unknown x (6N,): M from its centroid in mean edge lengths l, then S. A term is (error / tolerated)^2, so its weight is
-one over the square of what is tolerated. All weights are without a unit, and none depends on the fineness of the mesh.
+The unknown x (6N,): M from its centroid in mean edge lengths l, then S. A term is (error / tolerated)^2, so its weight
+is one over the square of what is tolerated. All weights are without a unit, and none depends on the fineness of the
+mesh.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from scipy.sparse import block_diag, csr_array, eye_array
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.combined.aims import Aims
 from geometry.functionals import (
-    CloseToNormals,
     Circularity,
+    CloseToNormals,
     Conicality,
     ConstantCurvature,
     Convexity,
@@ -31,6 +32,7 @@ from geometry.functionals import (
     Parallelity,
     Planarity,
     VertexDistances,
+    coordinates,
     strain,
 )
 from geometry.mesh import Mesh
@@ -79,8 +81,8 @@ IMAGE = 0.01
 """Of the moves of S: enough to say where it is where nothing else does."""
 
 FACE_AXES, CURVED_STRAIN = 100.0, 0.05
-"""Of how faces lean in S, and of strain, where a curvature is asked for: otherwise S tilts until it has any curvature at
-all, and means nothing."""
+"""Of how faces lean in S, and of strain, where a curvature is asked for: otherwise S tilts until it has any curvature
+at all, and means nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,23 +167,30 @@ class Objective:
 
     @property
     def _near(self) -> list[tuple[float, Functional]]:
-        n, of, found = self.mesh.n_vertices, self.blocks.of, []
+        found: list[tuple[float, Functional]] = []
         if self.surface is not None:
             used = integers(np.flatnonzero(self.mesh.combinatorics.is_used))
-            distances = At(OnSurface(self.surface, used, n), self.world)
-            found.append((ON_SURFACE / self.mesh.mean_edge_length**2, of(distances, "M")))
+            distances = At(OnSurface(self.surface, used, self.mesh.n_vertices), self.world)
+            found.append((ON_SURFACE / self.mesh.mean_edge_length**2, self.blocks.of(distances, "M")))
         if self.keep_boundary:
-            guides = MeshGuides.of(self.mesh, Guides(keep_boundary=True))
-            for curve, vertices in guides.curves:
-                if len(vertices):
-                    found.append((ON_CURVES, of(OnCurve(curve, vertices, n), "M")))
-            found.append((ON_CURVES, self._stays(np.flatnonzero(guides.is_fixed))))
+            found += [(ON_CURVES, functional) for functional in self._on_boundary]
         return found
 
-    def _stays(self, vertices: IntArray) -> Functional:
-        columns = (3 * vertices[:, None] + np.arange(3)).ravel()
+    @cached_property
+    def _on_boundary(self) -> list[Functional]:
+        """Distances from the curves through the boundary loops as they were; its corners from where they were."""
+        guides = MeshGuides.of(self.mesh, Guides(keep_boundary=True))
+        curves = [OnCurve(curve, sliding, self.mesh.n_vertices) for curve, sliding in guides.curves if len(sliding)]
+        columns = coordinates(np.flatnonzero(guides.is_fixed)).ravel()
         rows = csr_array(csr_array(eye_array(len(self.start)))[columns])
-        return LinearFunctional(rows, self.start[columns])
+        return [*(self.blocks.of(curve, "M") for curve in curves), LinearFunctional(rows, self.start[columns])]
+
+    def boundary_distances(self, x: FloatArray) -> FloatArray:
+        """(b,) of the vertices on the boundary from where it was, in l."""
+        residuals = [on.residual(x) for on in self._on_boundary]
+        sizes = [2] * (len(residuals) - 1) + [3]
+        parts = [np.linalg.norm(r.reshape(-1, k), axis=1) for r, k in zip(residuals, sizes, strict=True)]
+        return np.concatenate(parts)
 
     @property
     def _upright(self) -> list[tuple[float, Functional]]:

@@ -33,9 +33,10 @@ TRADE = (0.1, 0.03, 0.01, 0.003)
 class OptimisedPair:
     """M and S as they came out, and what it took.
 
-    moves (N,): how far each vertex of M moved, in mean edge lengths of M as given. shortest_edge: the least length of an
-    edge over what it was. turned: the most that a face turned, in radians. no_longer_convex: faces that were convex and
-    are not. newton_steps: on the constraints, at the end.
+    moves (N,): how far each vertex of M moved, in mean edge lengths of M as given. boundary_distance: of boundary
+    vertices from where the boundary was, in the same unit, the median and the largest; zero of closed meshes.
+    shortest_edge: the least length of an edge over what it was. turned: the most that a face turned, in radians.
+    no_longer_convex: faces that were convex and are not. newton_steps: on the constraints, at the end.
     """
 
     mesh: Mesh
@@ -44,6 +45,7 @@ class OptimisedPair:
     before: PairMeasures
     after: PairMeasures
     moves: FloatArray
+    boundary_distance: tuple[float, float]
     shortest_edge: float
     turned: float
     no_longer_convex: IntArray
@@ -65,9 +67,9 @@ def optimise_pair(
     `optimise.penalty`; the constraints are met to rounding at its end, without regard to the terms, from 1e-3 before.
 
     Raises MeshError where the faces of M and S differ or an edge has no length, GeometryError where all faces are
-    triangles, for a surface that is not that of M, and for axes that look to the other side; ConvergenceError where M and
-    S do not become parallel and planar, or as the aims ask; FoldedError where an edge collapsed or a face turned over;
-    and GeometryError where axes came to lean, distances gained nothing, or a curvature is one of S but not of M.
+    triangles, for a surface that is not that of M, and for axes that look to the other side; ConvergenceError where M
+    and S do not become parallel and planar, or as the aims ask; FoldedError where an edge collapsed or a face turned
+    over; and GeometryError where axes came to lean, distances gained nothing, or a curvature is one of S but not of M.
     """
     check_given(mesh, gauss_image, surface)
     if surface is None and not aims.curved:
@@ -92,13 +94,18 @@ def optimise_pair(
         before=PairMeasures.of(mesh, gauss_image, surface, length),
         after=PairMeasures.of(moved, image, surface, length),
         moves=floats(np.linalg.norm(moved.vertices - mesh.vertices, axis=1) / length),
+        boundary_distance=_median_and_largest(objective.boundary_distances(solution.x)),
         shortest_edge=float((moved.edge_lengths / mesh.edge_lengths).min()),
         turned=float(np.arccos(np.clip(np.einsum("fi,fi->f", mesh.face_normals, moved.face_normals).min(), -1, 1))),
         no_longer_convex=objective.no_longer_convex(solution.x),
         newton_steps=solution.steps,
     )
-    check_outcome(objective, moved, aims, found.before, found.after)
+    check_outcome(moved, aims, found.before, found.after)
     return found
+
+
+def _median_and_largest(values: FloatArray) -> tuple[float, float]:
+    return (float(np.median(values)), float(values.max())) if len(values) else (0.0, 0.0)
 
 
 def trade_of_heights(

@@ -1,8 +1,8 @@
 """Distances of the vertices, edges and faces of S from the origin where M moves with S [Pottmann2007, 4.4].
 
-x (6N,): the vertices of M, then those of S. While S is not quite parallel to M, an edge has the direction that it has in
-M and goes through the middle of its two ends in S, and a face has the normal that it has in M and goes through the mean
-of its corners in S.
+x (6N,): the vertices of M, then those of S. While S is not quite parallel to M, an edge has the direction that it has
+in M and goes through the middle of its two ends in S, and a face has the normal that it has in M and goes through the
+mean of its corners in S.
 """
 
 from __future__ import annotations
@@ -86,9 +86,7 @@ class FaceDistances:
         heights = np.einsum("fi,fi->f", normals, centres)
         by_area = (centres - heights[:, None] * normals) / areas[:, None]
         by_corner = (normals / self.combinatorics.face_sizes[:, None])[self.combinatorics.corner_face]
-        return face_rows(
-            self.combinatorics, by_area_of(self.combinatorics, x, by_area[:, None]), by_corner[:, None]
-        )
+        return face_rows(self.combinatorics, by_area_of(self.combinatorics, x, by_area[:, None]), by_corner[:, None])
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,9 @@
 """Minimising under constraints through points that do not fulfil them: a penalty that grows [Pottmann2007, 4.4].
 
-Steps that stay near the constraints must follow the curved set on which these hold, and crawl where it bends. With a low
-penalty they pass beside it, and a growing one draws them back. With each penalty a few Gauss-Newton steps are made. Last
-come Newton steps on the constraints alone, each as short as can be. All have equations of one pattern, factored in single
-precision; conjugate gradients mend what that rounds.
+Steps that stay near the constraints must follow the curved set on which these hold, and crawl where it bends. With a
+low penalty they pass beside it, and a growing one draws them back. With each penalty a few Gauss-Newton steps are made.
+Last come Newton steps on the constraints alone, each as short as can be. All have equations of one pattern, factored in
+single precision; conjugate gradients mend what that rounds.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ ACCURACY = 1e-6
 """Of a step: what is left of its equations, over their right-hand side."""
 
 ITERATIONS = 100
-"""Of conjugate gradients for a step, at most. One to ten do, and more for Newton steps on constraints that nearly depend
-on each other."""
+"""Of conjugate gradients for a step, at most. One to ten do, and more for Newton steps on constraints that nearly
+depend on each other."""
 
 
 def minimise_by_penalty(
