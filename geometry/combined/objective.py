@@ -28,7 +28,7 @@ from geometry.functionals import (
     FaceTurns,
     InsideCones,
     OnCurve,
-    OnSurface,
+    OnSmoothSurface,
     Parallelity,
     Planarity,
     VertexDistances,
@@ -169,8 +169,7 @@ class Objective:
     def _near(self) -> list[tuple[float, Functional]]:
         found: list[tuple[float, Functional]] = []
         if self.surface is not None:
-            used = integers(np.flatnonzero(self.mesh.combinatorics.is_used))
-            distances = At(OnSurface(self.surface, used, self.mesh.n_vertices), self.world)
+            distances = At(OnSmoothSurface(self.surface, self.mesh.combinatorics), self.world)
             found.append((ON_SURFACE / self.mesh.mean_edge_length**2, self.blocks.of(distances, "M")))
         if self.keep_boundary:
             found += [(ON_CURVES, functional) for functional in self._on_boundary]

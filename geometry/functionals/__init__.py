@@ -1,7 +1,7 @@
 """What may be asked of a mesh, one objective a file."""
 
 from geometry.functionals.circularity import Circularity
-from geometry.functionals.closeness import OnCurve, OnSurface, close_to
+from geometry.functionals.closeness import OnCurve, OnSmoothSurface, OnSurface, close_to
 from geometry.functionals.conicality import Conicality, closed_fans
 from geometry.functionals.convexity import Convexity
 from geometry.functionals.fairness import laplacian, strain
@@ -33,6 +33,7 @@ __all__ = [
     "FaceTurns",
     "InsideCones",
     "OnCurve",
+    "OnSmoothSurface",
     "OnSurface",
     "Parallelity",
     "Planarity",
