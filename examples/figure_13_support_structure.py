@@ -14,7 +14,7 @@ import numpy as np
 from drawing import CLAY, GLASS, GOLD, STEEL, Note, Panel, Shapes, View, bars, draw_page, faces, tubes
 from matplotlib.colors import to_rgb
 
-from geometry import Mesh, SupportStructure, gauss_image, planarise
+from geometry import Mesh, SupportStructure, approximate_pair, planarise
 from geometry.arrays import FloatArray
 from geometry.mesh import shapes
 from geometry.mesh.polygons import face_sums
@@ -62,7 +62,7 @@ def conical() -> Mesh:
 
 @cache
 def support() -> SupportStructure:
-    return SupportStructure(planar(), gauss_image(planar()), DISTANCE)
+    return SupportStructure(approximate_pair(planar()), DISTANCE)
 
 
 def moved(mesh: Mesh) -> FloatArray:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
+
+from fabkit.production import Fact
 
 __all__ = ["MANIFEST", "not_ours", "write_manifest"]
 
@@ -19,8 +21,8 @@ _LITTER = {".DS_Store", ".localized", ".directory", "Thumbs.db", "ehthumbs.db", 
 _UNSIGNED = "0" * 64
 
 
-def write_manifest(folder: Path, told: dict[str, Any]) -> None:
-    """Write manifest.json: what is told, then everything in the folder.
+def write_manifest(folder: Path, told: dict[str, Any], facts: Iterable[Fact] = ()) -> None:
+    """Write manifest.json: what is told, the facts by their keys, then everything in the folder.
 
     `folders` are those within it; `files` gives the sha256 of every file by its path, parts of which are joined by /.
     `sha256` is that of the manifest itself, written with 64 zeros in its place.
@@ -32,11 +34,23 @@ def write_manifest(folder: Path, told: dict[str, Any]) -> None:
             folders.append(name)
         else:
             files[name] = _sha256(path)
-    listed = {**told, "folders": folders, "files": files, "sha256": _UNSIGNED}
+    listed = {**told, **_by_keys(facts), "folders": folders, "files": files, "sha256": _UNSIGNED}
     text = json.dumps(listed, indent=1) + "\n"
     signature = hashlib.sha256(text.encode("ascii")).hexdigest()
     head, _, tail = text.rpartition(_UNSIGNED)
     (folder / MANIFEST).write_text(head + signature + tail, encoding="ascii", newline="\n")
+
+
+def _by_keys(facts: Iterable[Fact]) -> dict[str, Any]:
+    tree: dict[str, Any] = {}
+    for fact in facts:
+        for key, value in zip(fact.keys, fact.values if fact.keys else (), strict=True):
+            *outer, last = key.split(".")
+            branch = tree
+            for name in outer:
+                branch = branch.setdefault(name, {})
+            branch[last] = value
+    return tree
 
 
 def not_ours(folder: Path) -> Iterator[str]:

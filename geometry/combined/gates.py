@@ -7,8 +7,8 @@ import numpy as np
 from geometry.combined.aims import Aims
 from geometry.combined.measures import PairMeasures, faces_off_the_rim, fresh_curvatures
 from geometry.combined.objective import MOST_LEAN, Objective
-from geometry.errors import FoldedError, GeometryError, MeshError, raise_worst
-from geometry.gauss import refuse_triangle_mesh
+from geometry.errors import FoldedError, GeometryError, raise_worst
+from geometry.gauss import Pair, refuse_triangle_mesh
 from geometry.mesh import Mesh
 from geometry.optimise import ConvergenceError, Reason, Solution
 from geometry.surface import Surface
@@ -40,10 +40,9 @@ def _advice(aims: Aims) -> str:
     return f"{less}, or lay the mesh along principal directions"
 
 
-def check_given(mesh: Mesh, image: Mesh, surface: Surface | None) -> None:
-    """Raise MeshError or GeometryError for what cannot be optimised."""
-    if not mesh.combinatorics.same_as(image.combinatorics):
-        raise MeshError("the Gauss image does not have the faces of the mesh, so the two cannot be a pair")
+def check_given(pair: Pair, surface: Surface | None) -> None:
+    """Raise GeometryError for what cannot be optimised."""
+    mesh, image = pair.mesh, pair.gauss_image
     refuse_triangle_mesh(mesh)
     used = mesh.combinatorics.is_used
     normals = mesh.vertex_normals[used]
@@ -59,7 +58,11 @@ def check_given(mesh: Mesh, image: Mesh, surface: Surface | None) -> None:
                 bound=NEAR,
             )
         _check_side(normals, mesh.vertex_normals[used], "the surface looks to the other side than the mesh: reverse it")
-    _check_side(image.vertices[used], normals, "the Gauss image looks to the other side than the mesh: take -S")
+    _check_side(
+        image.vertices[used],
+        normals,
+        "the Gauss image looks to the other side than the mesh: take the pair of M and -S",
+    )
 
 
 def _check_side(vectors: np.ndarray, others: np.ndarray, message: str) -> None:
@@ -73,7 +76,7 @@ def check_solution(objective: Objective, solution: Solution, tolerance: float) -
     constraints are not met."""
     mesh = objective.mesh
     if np.isfinite(solution.x).all():
-        after = objective.pair_at(solution.x)[0]
+        after = objective.mesh_at(solution.x)
         raise_worst(
             after.edge_lengths / mesh.edge_lengths,
             ">=",

@@ -9,7 +9,7 @@ import numpy as np
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.curvature import face_curvatures
 from geometry.functionals import face_deviations
-from geometry.gauss import axis_lean, edge_distances, face_distances, gauss_image, vertex_distances
+from geometry.gauss import Pair, approximate_pair
 from geometry.gauss.edge_cones import angles_between
 from geometry.mesh import Combinatorics, Mesh
 from geometry.parallel import parallelity
@@ -38,19 +38,20 @@ class PairMeasures:
     parallelity: float
 
     @classmethod
-    def of(cls, mesh: Mesh, image: Mesh, surface: Surface | None, length: float) -> PairMeasures:
+    def of(cls, pair: Pair, surface: Surface | None, length: float) -> PairMeasures:
         """length: the mean edge length of M as given."""
+        mesh, image = pair.mesh, pair.gauss_image
         used = mesh.combinatorics.is_used
-        lean, away = axis_lean(mesh, image)[used], np.zeros(int(used.sum()))
+        lean, away = pair.leans[used], np.zeros(int(used.sum()))
         if surface is not None:
             points = mesh.vertices[used]
             feet, normals = surface.closest(points)
             lean, away = angles_between(image.vertices[used], normals), np.linalg.norm(points - feet, axis=1) / length
         median, most, largest = np.nanquantile(lean, [0.5, 0.95, 1.0]).tolist()
         return cls(
-            edge_spread=_spread(edge_distances(mesh, image)),
-            vertex_spread=_spread(vertex_distances(image)[used]),
-            face_spread=_spread(face_distances(mesh, image)),
+            edge_spread=_spread(pair.edge_distances),
+            vertex_spread=_spread(pair.vertex_distances[used]),
+            face_spread=_spread(pair.face_distances),
             lean=(median, most, largest),
             surface_distance=(float(np.quantile(away, 0.95)), float(away.max())),
             planarity=float(face_deviations(mesh).max()),
@@ -69,7 +70,7 @@ def fresh_curvatures(mesh: Mesh, *, gaussian: bool) -> tuple[FloatArray, float]:
 
     A Gauss image that was optimised with M can be tilted until it has any curvature; this one cannot.
     """
-    curvatures = face_curvatures(mesh, gauss_image(mesh))
+    curvatures = face_curvatures(approximate_pair(mesh))
     if gaussian:
         return curvatures.gaussian, float(np.median(curvatures.mean**2))
     return curvatures.mean, float(np.sqrt(np.median(np.abs(curvatures.gaussian))))

@@ -35,6 +35,7 @@ from geometry.functionals import (
     coordinates,
     strain,
 )
+from geometry.gauss import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import vector_areas
 from geometry.meshing import Guides
@@ -89,11 +90,14 @@ at all, and means nothing."""
 class Objective:
     """Terms and constraints of one pair M, S under aims; Phi = surface."""
 
-    mesh: Mesh
-    image: Mesh
+    pair: Pair
     aims: Aims
     surface: Surface | None
     keep_boundary: bool
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.pair.mesh
 
     @cached_property
     def blocks(self) -> Blocks:
@@ -101,7 +105,7 @@ class Objective:
 
     @cached_property
     def start(self) -> FloatArray:
-        return self.blocks.join(M=in_edge_lengths(self.mesh), S=self.image.vertices)
+        return self.blocks.join(M=in_edge_lengths(self.mesh), S=self.pair.gauss_image.vertices)
 
     @cached_property
     def world(self) -> AffineMap:
@@ -110,10 +114,12 @@ class Objective:
             self.mesh.mean_edge_length, np.tile(self.mesh.vertices.mean(axis=0), self.mesh.n_vertices)
         )
 
-    def pair_at(self, x: FloatArray) -> tuple[Mesh, Mesh]:
-        parts = self.blocks.split(x)
-        moved = self.world(parts["M"].ravel()).reshape(-1, 3)
-        return self.mesh.with_vertices(moved), self.image.with_vertices(parts["S"])
+    def mesh_at(self, x: FloatArray) -> Mesh:
+        return self.mesh.with_vertices(self.world(self.blocks.split(x)["M"].ravel()).reshape(-1, 3))
+
+    def pair_at(self, x: FloatArray) -> Pair:
+        """Raises ParallelityError where S is not parallel to M."""
+        return Pair(self.mesh_at(x), self.mesh.with_vertices(self.blocks.split(x)["S"]))
 
     # --- constraints
 
@@ -144,7 +150,7 @@ class Objective:
     def _bending(self) -> float:
         """A curvature of M as given, over 1 / l: what zero is to be compared with."""
         c = self.mesh.combinatorics
-        images = np.einsum("fi,fi->f", vector_areas(self.image.vertices, c), self.mesh.face_normals)
+        images = np.einsum("fi,fi->f", vector_areas(self.pair.gauss_image.vertices, c), self.mesh.face_normals)
         return float(np.sqrt(np.median(np.abs(images) / self._areas))) or 1.0
 
     # --- terms

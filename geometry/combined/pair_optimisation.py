@@ -13,7 +13,7 @@ from geometry.combined.gates import check_given, check_outcome, check_solution
 from geometry.combined.measures import PairMeasures
 from geometry.combined.objective import Objective
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh
+from geometry.gauss import Pair
 from geometry.optimise import minimise_by_penalty
 from geometry.surface import Surface
 
@@ -31,7 +31,7 @@ TRADE = (0.1, 0.03, 0.01, 0.003)
 
 @dataclass(frozen=True, eq=False)
 class OptimisedPair:
-    """M and S as they came out, and what it took.
+    """A pair M, S as it came out, and what it took.
 
     moves (N,): how far each vertex of M moved, in mean edge lengths of M as given. boundary_distance: of boundary
     vertices from where the boundary was, in the same unit, the median and the largest; zero of closed meshes.
@@ -39,8 +39,7 @@ class OptimisedPair:
     no_longer_convex: faces that were convex and are not. newton_steps: on the constraints, at the end.
     """
 
-    mesh: Mesh
-    gauss_image: Mesh
+    pair: Pair
     aims: Aims
     before: PairMeasures
     after: PairMeasures
@@ -53,28 +52,28 @@ class OptimisedPair:
 
 
 def optimise_pair(
-    mesh: Mesh, gauss_image: Mesh, aims: Aims, *, surface: Surface | None = None, keep_boundary: bool = True
+    pair: Pair, aims: Aims, *, surface: Surface | None = None, keep_boundary: bool = True
 ) -> OptimisedPair:
     """Move M on Phi and S with it, so that they are parallel, M is planar and they are as the aims ask.
 
     surface: Phi, on which the vertices of M glide; left out, the surface of M itself, but for a curvature, with which M
     may leave where it is. A mesh that is laid along the right lines glides by a fifth of an edge or so. keep_boundary:
     boundaries glide along themselves, nearly; without, they are free.
-    Edges keep most of their lengths, faces that are convex stay so, and strains are small. M and S need not be quite
-    planar and parallel at the start; S is to be near the normals. M is near zero, see `Mesh.near_zero`.
+    Edges keep most of their lengths, faces that are convex stay so, and strains are small. S is to be near the normals,
+    and M near zero, see `Mesh.near_zero`.
 
     The result is parallel and planar to 1e-12. It is a local minimum of a sum of terms, found by a penalty method, see
     `optimise.penalty`; the constraints are met to rounding at its end, without regard to the terms, from 1e-3 before.
 
-    Raises MeshError where the faces of M and S differ or an edge has no length, GeometryError where all faces are
-    triangles, for a surface that is not that of M, and for axes that look to the other side; ConvergenceError where M
-    and S do not become parallel and planar, or as the aims ask; FoldedError where an edge collapsed or a face turned
-    over; and GeometryError where axes came to lean, distances gained nothing, or a curvature is one of S but not of M.
+    Raises GeometryError where all faces are triangles, for a surface that is not that of M, and for axes that look to
+    the other side; ConvergenceError where M and S do not become parallel and planar, or as the aims ask; FoldedError
+    where an edge collapsed or a face turned over; and GeometryError where axes came to lean, distances gained nothing,
+    or a curvature is one of S but not of M.
     """
-    check_given(mesh, gauss_image, surface)
+    check_given(pair, surface)
     if surface is None and not aims.curved:
-        surface = Surface(mesh)
-    objective = Objective(mesh, gauss_image, aims, surface, keep_boundary)
+        surface = Surface(pair.mesh)
+    objective = Objective(pair, aims, surface, keep_boundary)
     solution = minimise_by_penalty(
         objective.terms,
         objective.metric,
@@ -85,14 +84,14 @@ def optimise_pair(
         max_newton_steps=MAX_NEWTON_STEPS,
     )
     check_solution(objective, solution, TOLERANCE)
-    moved, image = objective.pair_at(solution.x)
+    found = objective.pair_at(solution.x)
+    mesh, moved = pair.mesh, found.mesh
     length = mesh.mean_edge_length
-    found = OptimisedPair(
-        mesh=moved,
-        gauss_image=image,
+    optimised = OptimisedPair(
+        pair=found,
         aims=aims,
-        before=PairMeasures.of(mesh, gauss_image, surface, length),
-        after=PairMeasures.of(moved, image, surface, length),
+        before=PairMeasures.of(pair, surface, length),
+        after=PairMeasures.of(found, surface, length),
         moves=floats(np.linalg.norm(moved.vertices - mesh.vertices, axis=1) / length),
         boundary_distance=_median_and_largest(objective.boundary_distances(solution.x)),
         shortest_edge=float((moved.edge_lengths / mesh.edge_lengths).min()),
@@ -100,8 +99,8 @@ def optimise_pair(
         no_longer_convex=objective.no_longer_convex(solution.x),
         newton_steps=solution.steps,
     )
-    check_outcome(moved, aims, found.before, found.after)
-    return found
+    check_outcome(moved, aims, optimised.before, optimised.after)
+    return optimised
 
 
 def _median_and_largest(values: FloatArray) -> tuple[float, float]:
@@ -109,8 +108,7 @@ def _median_and_largest(values: FloatArray) -> tuple[float, float]:
 
 
 def trade_of_heights(
-    mesh: Mesh,
-    gauss_image: Mesh,
+    pair: Pair,
     aims: Aims,
     *,
     height_errors: Sequence[float] = TRADE,
@@ -126,7 +124,7 @@ def trade_of_heights(
     for error in sorted(height_errors, reverse=True):
         try:
             asked = replace(aims, height_error=error)
-            found.append(optimise_pair(mesh, gauss_image, asked, surface=surface, keep_boundary=keep_boundary))
+            found.append(optimise_pair(pair, asked, surface=surface, keep_boundary=keep_boundary))
         except GeometryError:
             if not found:
                 raise

@@ -22,6 +22,7 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 from geometry.arrays import FloatArray
 from geometry.curvature.fairness import fairness_of_lengths
 from geometry.errors import GeometryError, MeshError, RankError, raise_worst
+from geometry.gauss import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids, face_sums
 from geometry.optimise import ConstrainedQuadratic, ConvergenceError, Reason, Solution, SparseMatrix, apply
@@ -227,13 +228,13 @@ class ChristoffelDuals:
         )
 
 
-def christoffel_dual(gauss_image: Mesh, *, near: Mesh | None = None) -> Mesh:
-    """A mesh M with H = 0 in all faces with respect to S: `ChristoffelDuals.fairest`, or the nearest to a mesh.
+def christoffel_dual(gauss_image: Mesh, *, near: Mesh | None = None) -> Pair:
+    """S with an M that has H = 0 in all faces with respect to it: `ChristoffelDuals.fairest`, or the nearest to a mesh.
 
     Koenigs nets of quads have one dual up to size and place. Raises GeometryError where there is none.
     """
     duals = ChristoffelDuals(gauss_image)
-    return duals.fairest() if near is None else duals.nearest(near)
+    return Pair(duals.fairest() if near is None else duals.nearest(near), gauss_image)
 
 
 def with_edges(gauss_image: Mesh, vertices: FloatArray) -> Mesh:

@@ -213,7 +213,7 @@ class Rings:
             UPRIGHT,
             lambda row, _: (
                 f"the meridian edges of row {row} of the mesh would be infinitely long: its inflection is there, while "
-                "the image does not come nearer to the axis; take another radius, or more rows"
+                "the Gauss image does not come nearer to the axis; take another radius, or more rows"
             ),
         )
         use_radius = by_radius >= by_face

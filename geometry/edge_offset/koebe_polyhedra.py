@@ -18,9 +18,9 @@ from geometry.circle_patterns import PlanePattern, closed_pattern, open_pattern
 from geometry.circle_patterns.planar_graphs import refuse_other_than_polyhedra
 from geometry.edge_offset.centring import centring_similarity, centring_transformation
 from geometry.errors import GeometryError
-from geometry.gauss.distances import edge_distances, edge_feet, face_distances
+from geometry.gauss import edge_distances, edge_feet, face_distances
 from geometry.mesh import Combinatorics, Mesh
-from geometry.spheres import VertexCones
+from geometry.spheres import MoebiusTransformation, VertexCones
 from geometry.spheres.stereographic import ComplexArray, circle_planes, line_planes, pairs, poles
 
 __all__ = ["KoebePolyhedron", "SphereCircles", "koebe", "lifted"]
@@ -74,7 +74,7 @@ class KoebePolyhedron:
 
     def __post_init__(self) -> None:
         S = self.mesh
-        misses = np.abs(edge_distances(S, S) - 1)
+        misses = np.abs(edge_distances(S) - 1)
         deviations = np.where(S.combinatorics.face_sizes > 3, S.planarity, 0.0)  # rounding of long thin triangles
         edge, face = int(misses.argmax()), int(deviations.argmax())
         if misses[edge] > self.tolerance:
@@ -97,12 +97,12 @@ class KoebePolyhedron:
     @cached_property
     def tangency_points(self) -> FloatArray:
         """(E, 3) where the edge lines touch the sphere."""
-        return floats(edge_feet(self.mesh, self.mesh))
+        return floats(edge_feet(self.mesh))
 
     @cached_property
     def face_circles(self) -> SphereCircles:
         """The circles in which the planes of the faces meet the sphere; normals point outwards."""
-        return SphereCircles(self.mesh.face_normals, face_distances(self.mesh, self.mesh))
+        return SphereCircles(self.mesh.face_normals, face_distances(self.mesh))
 
     @cached_property
     def vertex_circles(self) -> SphereCircles:
@@ -125,7 +125,13 @@ class KoebePolyhedron:
         half of the points of tangency or more are nearly in one place, and for an open polyhedron with a vertex that
         has to go through infinity.
         """
-        transformation = centring_transformation(self.tangency_points)
+        return self.mapped(centring_transformation(self.tangency_points))
+
+    def mapped(self, transformation: MoebiusTransformation) -> KoebePolyhedron:
+        """The Moebius image, a Koebe polyhedron of the same combinatorics [Pottmann2007, 3.2].
+
+        Raises GeometryError, naming the vertex, where one goes to infinity or through it.
+        """
         return KoebePolyhedron(transformation.map_mesh(self.mesh), self.tolerance)
 
 

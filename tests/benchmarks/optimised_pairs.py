@@ -3,6 +3,7 @@
 Height spread (2.5 to 97.5 %) and lean before and after, what it costs in moves, and processor seconds. Then the curve
 of height errors against spread and moves; how seconds grow, on a mesh that is refined and made planar again; and meshes
 of constant mean curvature. `quick` leaves out what takes minutes. Set OPENBLAS_NUM_THREADS=1 where cores are shared.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +20,7 @@ from geometry.combined.measures import faces_off_the_rim
 from geometry.curvature import face_curvatures
 from geometry.errors import GeometryError
 from geometry.files import read_mesh
-from geometry.gauss import gauss_image
+from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import Guides, planarise
 from geometry.surface import Surface
@@ -63,9 +64,11 @@ def subdivided(mesh: Mesh) -> Mesh:
     return Mesh.from_faces(points, quads.tolist())
 
 
-def timed(mesh: Mesh, image: Mesh, aims: Aims, **more: object) -> tuple[OptimisedPair, float]:
+def timed(mesh: Mesh, aims: Aims) -> tuple[OptimisedPair, float]:
+    """The pair of its approximate Gauss image, optimised."""
+    given = approximate_pair(mesh)
     started = time.process_time()
-    pair = optimise_pair(mesh, image, aims, **more)  # type: ignore[arg-type]
+    pair = optimise_pair(given, aims)
     return pair, time.process_time() - started
 
 
@@ -87,9 +90,8 @@ def heights(console: Console) -> None:
     )
     for name, (_, asked) in MESHES.items():
         mesh = planar(name)
-        image = gauss_image(mesh)
         for upright in (False, True):
-            pair, seconds = timed(mesh, image, Aims(edges=True, upright=upright))
+            pair, seconds = timed(mesh, Aims(edges=True, upright=upright))
             found.add_row(
                 f"{name}{', upright' if upright else ''}",
                 f"{mesh.n_faces}",
@@ -112,7 +114,7 @@ def trades(console: Console) -> None:
     found = table("Height error: spread, median move", "mesh", ".1", ".03", ".01", ".003")
     for name in MESHES:
         mesh = planar(name)
-        pairs = trade_of_heights(mesh, gauss_image(mesh), Aims(edges=True))
+        pairs = trade_of_heights(approximate_pair(mesh), Aims(edges=True))
         found.add_row(name, *(f"{pair.after.edge_spread:.4f}, {np.median(pair.moves):.2f}" for pair in pairs))
     console.print(found)
 
@@ -121,7 +123,7 @@ def growth(console: Console) -> None:
     found = table("How processor seconds grow: six-armed, refined", "faces", "spread", "after", "s", "exponent")
     mesh, last = planar("six-armed"), None
     for _ in range(3):
-        pair, seconds = timed(mesh, gauss_image(mesh), Aims(edges=True))
+        pair, seconds = timed(mesh, Aims(edges=True))
         exponent = "" if last is None else f"{np.log(seconds / last) / np.log(4):.2f}"
         spreads = (f"{pair.before.edge_spread:.4f}", f"{pair.after.edge_spread:.4f}")
         found.add_row(f"{mesh.n_faces}", *spreads, f"{seconds:.1f}", exponent)
@@ -139,26 +141,26 @@ def curvatures(console: Console) -> None:
     found = table("Hyperboloid to H = 0", "faces", "off the catenoid", "after", "H", "fresh H", "lean", "s")
     for n in (24, 48, 72):
         mesh = hyperboloid(n, n // 2)
-        pair, seconds = timed(mesh, gauss_image(mesh), Aims(mean=0.0))
+        pair, seconds = timed(mesh, Aims(mean=0.0))
         off = [
-            float(np.abs(np.hypot(*m.vertices[:, :2].T) - np.cosh(m.vertices[:, 2])).max()) for m in (mesh, pair.mesh)
+            float(np.abs(np.hypot(*m.vertices[:, :2].T) - np.cosh(m.vertices[:, 2])).max())
+            for m in (mesh, pair.pair.mesh)
         ]
-        fresh = face_curvatures(pair.mesh, gauss_image(pair.mesh)).mean[faces_off_the_rim(mesh.combinatorics, 2)]
+        fresh = face_curvatures(approximate_pair(pair.pair.mesh)).mean[faces_off_the_rim(mesh.combinatorics, 2)]
         found.add_row(
             f"{mesh.n_faces}",
             *(f"{each:.1e}" for each in off),
-            f"{np.abs(face_curvatures(pair.mesh, pair.gauss_image).mean).max():.0e}",
+            f"{np.abs(face_curvatures(pair.pair).mean).max():.0e}",
             f"{fresh.min():.4f} .. {fresh.max():.4f}",
             degrees(pair.after.lean),
             f"{seconds:.1f}",
         )
     console.print(found)
     for name in ("YasIsland", "botanic-garden"):
-        mesh = planar(name)
-        image = gauss_image(mesh)
-        mean = float(np.median(face_curvatures(mesh, image).mean))
+        pair = approximate_pair(planar(name))
+        mean = float(np.median(face_curvatures(pair).mean))
         try:
-            optimise_pair(mesh, image, Aims(mean=mean))
+            optimise_pair(pair, Aims(mean=mean))
             console.print(f"{name}: H = {mean:.3g} reached")
         except GeometryError as error:
             console.print(f"{name}, H = {mean:.3g}: refused: {error}")

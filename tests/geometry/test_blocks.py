@@ -10,7 +10,7 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.errors import GeometryError
 from geometry.functionals import Parallelity, Planarity
-from geometry.gauss import gauss_image
+from geometry.gauss import approximate_pair
 from geometry.mesh import shapes
 from geometry.optimise import Blocks, LinearFunctional, Reason, Stack, nearest_feasible
 
@@ -72,7 +72,7 @@ def test_the_longest_point_is_a_row_of_a_block(shapes_of_blocks: list[tuple[int,
 
 def test_meshes_that_stand_in_any_order_with_others_between_are_as_parallel() -> None:
     mesh = shapes.dome(6, 3)
-    image, c = gauss_image(mesh), mesh.combinatorics
+    image, c = approximate_pair(mesh).gauss_image, mesh.combinatorics
     blocks = Blocks({"S": (mesh.n_vertices, 3), "shift": (3,), "M": (mesh.n_vertices, 3)})
     rng = np.random.default_rng(0)
     bent = mesh.vertices + 0.1 * rng.standard_normal(mesh.vertices.shape)
@@ -90,7 +90,7 @@ def test_meshes_that_stand_in_any_order_with_others_between_are_as_parallel() ->
 def test_two_meshes_and_a_number_are_found_together() -> None:
     """M and S planar and parallel, and the height of S on average the unknown number."""
     mesh = shapes.dome(8, 3)
-    image, n = gauss_image(mesh), mesh.n_vertices
+    image, n = approximate_pair(mesh).gauss_image, mesh.n_vertices
     blocks = Blocks({"height": (), "M": (n, 3), "S": (n, 3)})
     rng = np.random.default_rng(1)
     moved = [each.vertices + 1e-3 * rng.standard_normal((n, 3)) for each in (mesh, image)]

@@ -181,7 +181,8 @@ def test_a_pair_of_meshes_with_large_faces_becomes_exact() -> None:
     mesh = shapes.regular_prism(200)
     image = mesh.with_vertices(mesh.vertices / np.linalg.norm(mesh.vertices, axis=1).mean())
     rounded = mesh.with_vertices(mesh.vertices.round(6)), image.with_vertices(image.vertices.round(8))
-    exact, parallel = nearest_parallel_pair(*rounded)
+    found = nearest_parallel_pair(*rounded)
+    exact, parallel = found.mesh, found.gauss_image
     assert exact.plane_deviations.max() < 1e-12 * exact.mean_edge_length * 200  # that is how large the faces are
     assert np.linalg.norm(exact.vertices - mesh.vertices, axis=1).max() < 1e-4
     assert parallel.n_faces == mesh.n_faces

@@ -22,7 +22,7 @@ from geometry.functionals import (
     InsideCones,
     VertexDistances,
 )
-from geometry.gauss import edge_distances, face_distances, gauss_image
+from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.mesh.polygons import vector_areas
 from geometry.optimise import Blocks, Functional, Hinge
@@ -85,12 +85,12 @@ def test_jacobians_are_derivatives_everywhere(mesh: Mesh, functional: Callable[[
 
 
 def test_distances_are_those_of_the_pair() -> None:
-    mesh = vault()
-    image = gauss_image(mesh)
+    pair = approximate_pair(vault())
+    mesh, image = pair.mesh, pair.gauss_image
     x = np.concatenate([mesh.vertices, image.vertices]).ravel()
     c = mesh.combinatorics
-    np.testing.assert_allclose(EdgeDistances(c).residual(x), edge_distances(mesh, image) - 1, atol=1e-12)
-    np.testing.assert_allclose(FaceDistances(c).residual(x), face_distances(mesh, image) - 1, atol=1e-12)
+    np.testing.assert_allclose(EdgeDistances(c).residual(x), pair.edge_distances - 1, atol=1e-12)
+    np.testing.assert_allclose(FaceDistances(c).residual(x), pair.face_distances - 1, atol=1e-12)
 
 
 def test_an_exact_pair_has_zeros() -> None:
@@ -115,11 +115,11 @@ def test_spheres_have_the_curvatures_of_spheres(radius: float) -> None:
 
 
 def test_curvature_residuals_are_those_of_faces() -> None:
-    mesh = vault()
-    image = gauss_image(mesh)
+    pair = approximate_pair(vault())
+    mesh, image = pair.mesh, pair.gauss_image
     x = np.concatenate([mesh.vertices, image.vertices]).ravel()
     areas = np.linalg.norm(vector_areas(mesh.vertices, mesh.combinatorics), axis=1)
-    known = face_curvatures(mesh, image)
+    known = face_curvatures(pair)
     found = ConstantCurvature(mesh.combinatorics, 0.3, areas).residual(x)
     np.testing.assert_allclose(found, 0.3 - known.mean, atol=1e-12)
     found = ConstantCurvature(mesh.combinatorics, -0.3, areas, mixed=False).residual(x)
