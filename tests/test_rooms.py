@@ -60,7 +60,6 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.circle_patterns": {"geometry.spheres", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.curvature": {"geometry.gauss", "geometry.parallel", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.combined": {
-        "geometry.curvature",
         "geometry.gauss",
         "geometry.parallel",
         "geometry.meshing",

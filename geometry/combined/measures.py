@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, integers
-from geometry.curvature import face_curvatures
-from geometry.functionals import face_deviations
-from geometry.gauss import Pair, approximate_pair
+from geometry.functionals import close_to_vertex_normals, face_deviations, parallel_to, unit_face_distances
+from geometry.gauss import Pair
 from geometry.gauss.edge_cones import angles_between
 from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh.polygons import mixed_areas
+from geometry.optimise import minimise_quadratic, normal_equations
 from geometry.parallel import parallelity
 from geometry.surface import Surface
 
@@ -19,6 +20,10 @@ __all__ = ["PairMeasures", "faces_off_the_rim", "fresh_curvatures"]
 
 INNER = (0.025, 0.5, 0.975)
 """Parts of the values between which nearly all are, and their middle."""
+
+
+FRESH_VERTICES, FRESH_PARALLEL = 0.1, 1e-7
+"""Weight of vertices over that of faces in a fresh Gauss image, and how far off the edges of M its own may be."""
 
 
 @dataclass(frozen=True)
@@ -68,12 +73,22 @@ def fresh_curvatures(mesh: Mesh, *, gaussian: bool) -> tuple[FloatArray, float]:
     """H or K (F,) of the faces of M with respect to a Gauss image that is computed from M alone, and a size of it: the
     curvature that zero is to be compared with.
 
-    A Gauss image that was optimised with M can be tilted until it has any curvature; this one cannot.
+    A Gauss image that was optimised with M can be tilted until it has any curvature; this one cannot. It is that of
+    `gauss.approximate_pair`, but parallel to `FRESH_PARALLEL` only, so that it is found too where conditions of P(M)
+    nearly depend on each other, as on meshes of constant curvature.
     """
-    curvatures = face_curvatures(approximate_pair(mesh))
+    c = mesh.combinatorics
+    terms = [(FRESH_VERTICES, close_to_vertex_normals(mesh)), (1.0, unit_face_distances(mesh))]
+    conditions = parallel_to(mesh)
+    found = minimise_quadratic(
+        *normal_equations(terms), conditions.matrix, conditions.target, tolerance=FRESH_PARALLEL
+    ).x.reshape(-1, 3)
+    areas, normals = np.linalg.norm(mesh.vector_areas, axis=1), mesh.face_normals
+    mean = -mixed_areas(mesh.vertices, found, c, normals) / areas
+    curvature = mixed_areas(found, found, c, normals) / areas
     if gaussian:
-        return curvatures.gaussian, float(np.median(curvatures.mean**2))
-    return curvatures.mean, float(np.sqrt(np.median(np.abs(curvatures.gaussian))))
+        return curvature, float(np.median(mean**2))
+    return mean, float(np.sqrt(np.median(np.abs(curvature))))
 
 
 def faces_off_the_rim(combinatorics: Combinatorics, rows: int) -> IntArray:

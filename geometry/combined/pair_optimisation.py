@@ -19,7 +19,7 @@ from geometry.surface import Surface
 
 __all__ = ["OptimisedPair", "optimise_pair", "trade_of_heights"]
 
-TOLERANCE = 2e-13
+TOLERANCE = 5e-13
 """Of parallelity, planarity and curvature, in mean edge lengths and in S."""
 
 MAX_NEWTON_STEPS = 6

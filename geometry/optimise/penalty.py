@@ -34,7 +34,7 @@ HALVINGS = 8
 DAMPING = 1e-7
 """Of the factor, over the mean of its diagonal: about what single precision rounds."""
 
-SHORT = 1e-11
+SHORT = 1e-12
 """Weight of the length of a Newton step over that of the constraints, as means of diagonals: it decides where they do
 not, and leaves a part of them that the next step finds."""
 

@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 
 from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heights
-from geometry.combined.measures import faces_off_the_rim
+from geometry.combined.measures import faces_off_the_rim, fresh_curvatures
 from geometry.curvature import face_curvatures
 from geometry.errors import GeometryError
 from geometry.files import read_mesh
@@ -24,6 +24,9 @@ from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import Guides, planarise
 from geometry.surface import Surface
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from tests.geometry.junctions import three_tubes
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
 MESHES = {
@@ -146,13 +149,29 @@ def curvatures(console: Console) -> None:
             float(np.abs(np.hypot(*m.vertices[:, :2].T) - np.cosh(m.vertices[:, 2])).max())
             for m in (mesh, pair.pair.mesh)
         ]
-        fresh = face_curvatures(approximate_pair(pair.pair.mesh)).mean[faces_off_the_rim(mesh.combinatorics, 2)]
+        fresh = fresh_curvatures(pair.pair.mesh, gaussian=False)[0][faces_off_the_rim(mesh.combinatorics, 2)]
         found.add_row(
             f"{mesh.n_faces}",
             *(f"{each:.1e}" for each in off),
             f"{np.abs(face_curvatures(pair.pair).mean).max():.0e}",
             f"{fresh.min():.4f} .. {fresh.max():.4f}",
             degrees(pair.after.lean),
+            f"{seconds:.1f}",
+        )
+    console.print(found)
+    found = table("Three tubes to H = -.49", "faces", "H - H", "fresh H", "lean", "|s|", "rim", "s")
+    for n in (12, 24, 48):
+        pair, seconds = timed(three_tubes(n, 2 * n // 3), Aims(mean=-0.49))
+        c = pair.pair.mesh.combinatorics
+        fresh = fresh_curvatures(pair.pair.mesh, gaussian=False)[0][faces_off_the_rim(c, 2)]
+        distances = pair.pair.vertex_distances
+        found.add_row(
+            f"{c.n_faces}",
+            f"{np.abs(face_curvatures(pair.pair).mean + 0.49).max():.0e}",
+            f"{fresh.min():.4f} .. {fresh.max():.4f}",
+            degrees(pair.after.lean),
+            f"{distances.min():.3f} .. {distances.max():.3f}",
+            f"{pair.boundary_distance[1]:.3f}",
             f"{seconds:.1f}",
         )
     console.print(found)

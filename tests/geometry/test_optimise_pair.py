@@ -10,7 +10,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heights
-from geometry.combined.measures import faces_off_the_rim
+from geometry.combined.measures import faces_off_the_rim, fresh_curvatures
 from geometry.curvature import face_curvatures, steiner_area
 from geometry.errors import FoldedError, GeometryError
 from geometry.functionals import face_deviations
@@ -21,6 +21,7 @@ from geometry.optimise import ConvergenceError
 from geometry.parallel import parallelity
 from geometry.surface import Surface
 from tests.geometry.bent_meshes import rotation
+from tests.geometry.junctions import three_tubes
 from tests.real_data.meshes import YAS, needs_data, read
 
 HEIGHTS = Aims(edges=True)
@@ -116,9 +117,9 @@ def test_it_does_not_matter_how_a_pair_lies_in_space_nor_how_large_it_is(seed: i
     known = optimised(HEIGHTS)
     moved = mesh.with_vertices(size * mesh.vertices @ turn.T + shift)
     found = optimise_pair(Pair(moved, moved.with_vertices(image.vertices @ turn.T)), HEIGHTS)
-    back = (found.mesh.vertices - shift) @ turn / size
+    back = (found.pair.mesh.vertices - shift) @ turn / size
     assert np.abs(back - known.pair.mesh.vertices).max() < 1e-3 * mesh.mean_edge_length
-    assert np.abs(found.gauss_image.vertices @ turn - known.pair.gauss_image.vertices).max() < 1e-3
+    assert np.abs(found.pair.gauss_image.vertices @ turn - known.pair.gauss_image.vertices).max() < 1e-3
     assert found.after.edge_spread == pytest.approx(known.after.edge_spread, rel=1e-2)
 
 
@@ -181,6 +182,30 @@ def test_a_spheroid_gets_constant_gaussian_curvature() -> None:
     np.testing.assert_allclose(face_curvatures(found.pair).gaussian, 1.0, atol=1e-11)
     fresh = face_curvatures(approximate_pair(found.pair.mesh)).gaussian
     assert np.abs(fresh[faces_off_the_rim(mesh.combinatorics, 2)] - 1).max() < 0.05
+
+
+@pytest.mark.parametrize(("n", "rings", "off", "lean"), [(12, 8, 0.03, 3.0), (24, 16, 0.015, 1.0)])
+def test_three_tubes_meet_with_constant_mean_curvature(n: int, rings: int, off: float, lean: float) -> None:
+    """Fig. 19 of the paper, which finds 5 %: with respect to S exactly, and to a fresh Gauss image nearly."""
+    pair = approximate_pair(three_tubes(n, rings))
+    given = fresh_curvatures(pair.mesh, gaussian=False)[0]
+    found = optimise_pair(pair, Aims(mean=-0.49))
+    assert_exact(found)
+    np.testing.assert_allclose(face_curvatures(found.pair).mean, -0.49, rtol=1e-11)
+    inner = faces_off_the_rim(pair.mesh.combinatorics, 2)
+    fresh = fresh_curvatures(found.pair.mesh, gaussian=False)[0]
+    assert np.abs(fresh[inner] / -0.49 - 1).max() < off
+    assert np.abs(given[inner] / -0.49 - 1).max() > 0.5
+    assert found.after.lean[1] < np.radians(lean)
+    assert np.abs(found.pair.vertex_distances - 1).max() < 0.055
+    assert found.boundary_distance[1] < 0.05
+
+
+def test_fresh_curvatures_are_those_of_the_approximate_pair() -> None:
+    pair = approximate_pair(skew(10, 9))
+    known = face_curvatures(pair)
+    np.testing.assert_allclose(fresh_curvatures(pair.mesh, gaussian=False)[0], known.mean, rtol=1e-4)
+    np.testing.assert_allclose(fresh_curvatures(pair.mesh, gaussian=True)[0], known.gaussian, rtol=1e-4)
 
 
 @pytest.mark.parametrize("aims", [Aims(mean=0.0), Aims(mean=-2.0), Aims(gaussian=3.0)])
