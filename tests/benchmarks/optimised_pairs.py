@@ -1,4 +1,4 @@
-"""M and S optimised together, on real meshes: `python tests/benchmarks/optimised_pairs.py [quick]`.
+"""M and S optimised together, on real meshes: `python -m tests.benchmarks.optimised_pairs [quick]`.
 
 Height spread (2.5 to 97.5 %) and lean before and after, what it costs in moves, and processor seconds. Then the curve
 of height errors against spread and moves; how seconds grow, on a mesh that is refined and made planar again; and meshes
@@ -24,8 +24,6 @@ from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import Guides, planarise
 from geometry.surface import Surface
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.geometry.junctions import three_tubes
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
@@ -44,7 +42,7 @@ def planar(name: str) -> Mesh:
 
 
 def subdivided(mesh: Mesh) -> Mesh:
-    """[CatmullClark1978]; corners of the boundary stay."""
+    """By the rule of Catmull and Clark; corners of the boundary stay."""
     c, v = mesh.combinatorics, mesh.vertices
     rim, degrees = c.is_boundary_edge, np.maximum(np.bincount(c.corners, minlength=c.n_vertices), 1)[:, None]
     centres = np.add.reduceat(v[c.corners], c.face_starts[:-1]) / c.face_sizes[:, None]
