@@ -5,6 +5,7 @@ of a mesh in `geometry.functionals`, measures of offsets in `geometry.parallel`,
 polyhedra and the meshes parallel to them in `geometry.edge_offset`.
 """
 
+from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heights
 from geometry.curvature import (
     FaceCurvatures,
     christoffel_dual,
@@ -47,6 +48,7 @@ from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Surface
 
 __all__ = [
+    "Aims",
     "Combinatorics",
     "ConvergenceError",
     "Effort",
@@ -62,6 +64,7 @@ __all__ = [
     "MeshFileError",
     "MoebiusTransformation",
     "OptimisedMesh",
+    "OptimisedPair",
     "Pair",
     "ParallelSpace",
     "ParallelityError",
@@ -86,6 +89,7 @@ __all__ = [
     "minimal_of_revolution",
     "nearest_parallel_pair",
     "node_axes",
+    "optimise_pair",
     "parallel_from_axes",
     "parallelity",
     "planarise",
@@ -95,6 +99,7 @@ __all__ = [
     "steiner_area",
     "steiner_areas",
     "tangent_mesh",
+    "trade_of_heights",
     "vertex_distances",
     "vertex_offset_pair",
     "write_mesh",

@@ -25,6 +25,7 @@ GROUND = {"geometry.arrays", "geometry.errors"}
 
 MAY_IMPORT: dict[str, set[str]] = {
     "geometry": {
+        "geometry.combined",
         "geometry.curvature",
         "geometry.edge_offset",
         "geometry.errors",
@@ -58,6 +59,16 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "geometry.circle_patterns": {"geometry.spheres", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.curvature": {"geometry.gauss", "geometry.parallel", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.combined": {
+        "geometry.gauss",
+        "geometry.parallel",
+        "geometry.meshing",
+        "geometry.functionals",
+        "geometry.surface",
+        "geometry.optimise",
+        "geometry.mesh",
+        *GROUND,
+    },
     "geometry.edge_offset": {
         "geometry.circle_patterns",
         "geometry.spheres",
@@ -207,8 +218,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "geometry.optimise": (
         "functional solution",
-        "affine blocks saddle_point",
-        "constrained_quadratic semidefinite_quadratic grounded_laplacian",
+        "affine blocks hinge saddle_point",
+        "constrained_quadratic semidefinite_quadratic grounded_laplacian penalty",
         "bounded_quadratic",
         "newton",
     ),
@@ -223,7 +234,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.functionals": (
         "unknowns rim_normals",
         "closeness convexity fairness face_frames parallelity reference_planes",
-        "circularity conicality normals planarity",
+        "circularity conicality normals planarity pair_distances",
+        "pair_curvature uprightness",
     ),
     "geometry.parallel": (
         "edge_parallelity constraints homology face_unknowns",

@@ -14,7 +14,9 @@ from geometry.optimise.functional import (
     normal_equations,
 )
 from geometry.optimise.grounded_laplacian import GroundedLaplacian
+from geometry.optimise.hinge import Hinge
 from geometry.optimise.newton import nearest_feasible
+from geometry.optimise.penalty import minimise_by_penalty
 from geometry.optimise.saddle_point import Factor, factorise
 from geometry.optimise.semidefinite_quadratic import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
@@ -28,6 +30,7 @@ __all__ = [
     "Factor",
     "Functional",
     "GroundedLaplacian",
+    "Hinge",
     "LinearFunctional",
     "Reason",
     "Solution",
@@ -38,6 +41,7 @@ __all__ = [
     "factorise",
     "largest",
     "minimise_bounded",
+    "minimise_by_penalty",
     "minimise_quadratic",
     "minimise_semidefinite",
     "nearest_feasible",
