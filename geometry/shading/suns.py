@@ -1,0 +1,144 @@
+"""Where the sun stands: given as vectors, or from a place and times."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from geometry.arrays import FloatArray, floats
+from geometry.errors import GeometryError
+
+__all__ = ["Suns", "suns_at"]
+
+SEA_LEVEL_MILLIBAR = 1013.25
+"""Pressure of the air that refracts; without air, 0."""
+
+SQUARE = 1e-9
+"""How far north and up may be off a right angle, as the cosine between them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Suns:
+    """Parallel light from some directions, each with a weight.
+
+    directions (k, 3): towards the sun, of any length, made unit; weights (k,): hours or irradiance that each sun stands
+    for, above 0; 1 each where not given. up (3,): the vertical, by default z.
+
+    Raises GeometryError where shapes do not fit, a number is not finite or a weight not above 0, and for a sun that
+    does not stand above the horizon.
+
+    >>> Suns([[1, 0, 1], [0, 0, 2]], weights=[1, 3]).directions.round(3)
+    array([[0.707, 0.   , 0.707],
+           [0.   , 0.   , 1.   ]])
+    """
+
+    directions: FloatArray
+    weights: FloatArray = None  # type: ignore[assignment]
+    up: FloatArray = (0.0, 0.0, 1.0)  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        directions = floats(self.directions)
+        if directions.ndim != 2 or directions.shape[1] != 3 or not len(directions):
+            raise GeometryError(f"directions to the sun have shape {directions.shape}, they must be (k, 3), k at least 1")
+        weights = floats(np.ones(len(directions)) if self.weights is None else self.weights)
+        if weights.shape != (len(directions),):
+            raise GeometryError(f"{len(directions)} suns need as many weights, not an array of shape {weights.shape}")
+        object.__setattr__(self, "directions", _unit(directions, "the direction of sun"))
+        object.__setattr__(self, "up", _unit(floats(self.up)[None], "upright vector")[0])
+        object.__setattr__(self, "weights", weights)
+        self._check_weights()
+        self._check_horizon()
+
+    def _check_weights(self) -> None:
+        wrong = np.flatnonzero(~(np.isfinite(self.weights) & (self.weights > 0)))
+        if len(wrong):
+            raise GeometryError(
+                f"sun {wrong[0]} has the weight {self.weights[wrong[0]]:g}: weights must be above 0; leave the sun out",
+                elements=wrong.tolist(),
+                value=float(self.weights[wrong[0]]),
+                bound=0.0,
+            )
+
+    def _check_horizon(self) -> None:
+        heights = np.arcsin(np.clip(self.directions @ self.up, -1, 1))
+        low = np.flatnonzero(heights <= 0)
+        if len(low):
+            raise GeometryError(
+                f"sun {low[0]} stands {np.degrees(heights[low[0]]):.1f} degrees above the horizon, it must be above 0: "
+                "leave it out, as it does not shine"
+                + (f"; so do {len(low) - 1} more" if len(low) > 1 else ""),
+                elements=low.tolist(),
+                value=float(heights[low[0]]),
+                bound=0.0,
+            )
+
+
+def suns_at(
+    latitude: float,
+    longitude: float,
+    times: Sequence[datetime],
+    *,
+    weights: Any = None,
+    north: Any = (0.0, 1.0, 0.0),
+    up: Any = (0.0, 0.0, 1.0),
+    refraction: bool = False,
+) -> Suns:
+    """The suns seen from a place at some times, which must bear their time zone.
+
+    latitude and longitude in radians, north and east positive; north and up (3,): how the mesh lies. Positions by
+    [Reda2004], good to 5e-6 radians; refraction of the air lifts a sun at the horizon by .01 radians.
+
+    Needs the extra `sun`: `pip install fabkit[sun]`. Raises GeometryError for a place that is none, a time without zone,
+    north and up that are not at right angles, and a sun below the horizon.
+    """
+    from sunposition import sunposition  # an extra
+
+    for name, value, bound in (("latitude", latitude, np.pi / 2), ("longitude", longitude, np.pi)):
+        if not abs(value) <= bound:
+            raise GeometryError(
+                f"the {name} is {value:g}, it must be within {bound:.4f} either way: give it in radians",
+                value=float(value),
+                bound=float(bound),
+            )
+    for number, time in enumerate(times):
+        if time.utcoffset() is None:
+            raise GeometryError(
+                f"time {number}, {time.isoformat()}, bears no time zone: add one, as in tzinfo=timezone.utc",
+                elements=[number],
+            )
+    azimuths, zeniths, *_ = sunposition(
+        [time.astimezone(UTC) for time in times],
+        np.degrees(latitude),
+        np.degrees(longitude),
+        0.0,
+        pressure=SEA_LEVEL_MILLIBAR if refraction else 0.0,
+        radians=True,
+        jit=False,
+    )
+    n, u = _unit(np.stack([floats(north), floats(up)]), "north and up: vector")
+    if not abs(n @ u) <= SQUARE:
+        raise GeometryError(
+            f"north is {np.degrees(np.arccos(n @ u)):.6f} degrees off the vertical, it must be level: give a north that "
+            "is perpendicular to up",
+            value=float(n @ u),
+            bound=SQUARE,
+        )
+    level = np.sin(zeniths)
+    east_north_up = np.stack([level * np.sin(azimuths), level * np.cos(azimuths), np.cos(zeniths)], axis=1)
+    return Suns(east_north_up @ np.stack([np.cross(n, u), n, u]), weights, u)
+
+
+def _unit(vectors: FloatArray, what: str) -> FloatArray:
+    """Vectors (k, 3) made unit. Raises GeometryError, calling vector j `what` j, where one is zero or not finite."""
+    with np.errstate(over="ignore"):
+        lengths = np.linalg.norm(vectors, axis=1)
+    wrong = np.flatnonzero(~(np.isfinite(lengths) & (lengths > 0)))
+    if len(wrong):
+        raise GeometryError(
+            f"{what} {wrong[0]} is {vectors[wrong[0]].tolist()}, it must be finite and not zero", elements=wrong.tolist()
+        )
+    return floats(vectors / lengths[:, None])
