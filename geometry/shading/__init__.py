@@ -3,5 +3,6 @@
 from geometry.shading.fins import Fins
 from geometry.shading.panel_shadows import Shading, cast_shadows
 from geometry.shading.suns import Suns, suns_at
+from geometry.shading.translations import MostShade, most_shade
 
-__all__ = ["Fins", "Shading", "Suns", "cast_shadows", "suns_at"]
+__all__ = ["Fins", "MostShade", "Shading", "Suns", "cast_shadows", "most_shade", "suns_at"]

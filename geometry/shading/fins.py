@@ -10,13 +10,11 @@ import numpy as np
 
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError, MeshError
+from geometry.gauss.support_structure import PARALLEL_TOLERANCE
 from geometry.mesh import Mesh
 from geometry.parallel.edge_parallelity import check_parallel, edge_factors
 
 __all__ = ["Fins"]
-
-PARALLEL_TOLERANCE = 1e-9
-"""Largest distance that an end of an edge of S may lie off the direction of its edge of M; S has unit size."""
 
 PLANE_TOLERANCE = 1e-6
 """How far a corner of a panel may be off its plane, over the mean edge length of the panel."""
@@ -29,8 +27,8 @@ REVERSED = -1e-9
 class Fins:
     """The planar quads between M + d1 S and M + d2 S over the edges of M [Pottmann2007, Figs 1, 15].
 
-    mesh M, whose faces are the panels, and gauss_image S are parallel and share their combinatorics; S may be translated
-    off the unit sphere, but points outwards at every corner of every panel. d1 = lower < d2 = upper, d2 > 0.
+    mesh M, whose faces are the panels, and gauss_image S are parallel and share their combinatorics; S may be
+    translated off the unit sphere, but points outwards at every corner of every panel. d1 = lower < d2 = upper, d2 > 0.
 
     Raises GeometryError for such distances, MeshError where a panel is not planar, a fin does not rise from a panel or
     crosses itself, ParallelityError where M and S are not parallel.
@@ -101,8 +99,8 @@ class Fins:
         if not value > 0:
             raise MeshError(
                 f"at vertex {c.corners[corner]} the Gauss image rises {value:.2e} above the plane of face "
-                f"{c.corner_face[corner]}, it must be above 0, or fins stand behind their panel: take a Gauss image that "
-                "points outwards there, or one translated less",
+                f"{c.corner_face[corner]}, it must be above 0, or fins stand behind their panel: take a Gauss image "
+                "that points outwards there, or one translated less",
                 elements=[int(c.corner_face[corner])],
                 value=value,
                 bound=0.0,
@@ -115,8 +113,8 @@ class Fins:
             value = float(1 + d * factors[edge])
             if value < REVERSED:
                 raise MeshError(
-                    f"the fin at {self.mesh.combinatorics.edge_name(edge)} crosses itself: at distance {d:g} its edge is "
-                    f"{value:.3g} of that of the mesh, at least 0 is needed; keep distances within "
+                    f"the fin at {self.mesh.combinatorics.edge_name(edge)} crosses itself: at distance {d:g} its edge "
+                    f"is {value:.3g} of that of the mesh, at least 0 is needed; keep distances within "
                     f"{abs(1 / factors[edge]):.4g} of 0 on that side",
                     elements=[edge],
                     value=value,

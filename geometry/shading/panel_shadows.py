@@ -21,10 +21,13 @@ from geometry.shading.covered_areas import covered_areas
 from geometry.shading.fins import Fins
 from geometry.shading.suns import Suns
 
-__all__ = ["GRAZING", "Shading", "cast_shadows", "face_suns", "shadow_areas"]
+__all__ = ["GRAZING", "Shading", "cast_shadows", "check_some_sun", "face_suns", "shadow_areas"]
 
 GRAZING = 1e-4
 """Least cosine between the normal of a panel and a sun that it faces: less light than this is none."""
+
+AT_ONCE = 2**14
+"""Panels or fins, each under each sun, looked at together: memory is bounded by them."""
 
 IN_PLANE = 1e-9
 """How far corners of fins may be off the plane of a panel and count as in it, over the mean edge length."""
@@ -113,28 +116,45 @@ def face_suns(mesh: Mesh, directions: FloatArray) -> BoolArray:
 
 def shadow_areas(mesh: Mesh, faces: IntArray, quads: FloatArray, directions: FloatArray) -> FloatArray:
     """(k, f) areas of shadow on faces (f,) of a mesh, from convex quads (m, 4, 3), for suns in directions (k, 3)."""
+    pieces = min(len(directions), 1 + len(directions) * max(len(faces), len(quads)) // AT_ONCE)
+    parts = [_areas_under(mesh, faces, quads, some) for some in np.array_split(directions, pieces)]
+    return np.concatenate(parts)
+
+
+def _areas_under(mesh: Mesh, faces: IntArray, quads: FloatArray, directions: FloatArray) -> FloatArray:
+    """The same, for all suns at once."""
     areas = np.zeros((len(directions), len(faces)))
-    facing = face_suns(mesh, directions)[:, faces]
-    for sun, direction in enumerate(directions):  # suns are few; each sees all panels and fins at once
-        seen = np.flatnonzero(facing[sun])
-        if len(seen):
-            areas[sun, seen] = _areas_under(mesh, faces[seen], quads, direction)
+    sun, face = np.nonzero(face_suns(mesh, directions)[:, faces])
+    across = two_across(directions).swapaxes(1, 2)
+    panels = np.einsum("skc,sci->ski", _corners(mesh, faces)[face], across[sun])
+    outlines = quads @ across[:, None]
+    panel, fin_sun, fin = _boxes_that_meet(panels, sun, outlines)
+    normals = mesh.face_normals[faces]
+    levels = np.einsum("fk,fk->f", normals, face_centroids(mesh.vertices, mesh.combinatorics)[faces])
+    own = face[panel]
+    heights = np.einsum("pk,pqk->pq", normals[own], quads[fin]) - levels[own][:, None]
+    heights[np.abs(heights) < IN_PLANE * mesh.mean_edge_length] = 0.0
+    some = (heights > 0).any(axis=1)
+    parts = _parts_above(outlines[fin_sun[some], fin[some]], heights[some])
+    cosines = np.einsum("sk,sk->s", normals[face], directions[sun])
+    areas[sun, face] = covered_areas(panels, parts, panel[some]) / cosines
     return areas
 
 
-def _areas_under(mesh: Mesh, faces: IntArray, quads: FloatArray, direction: FloatArray) -> FloatArray:
-    """(f,) areas of shadow on faces (f,), all of which face the sun in this direction."""
-    across = two_across(direction[None])[0].T
-    panels, outlines = _corners(mesh, faces) @ across, quads @ across
-    boxes = (shapely.box(*seen.min(axis=1).T, *seen.max(axis=1).T) for seen in (panels, outlines))
-    panel, fin = shapely.STRtree(next(boxes)).query(next(boxes))[::-1]
-    normals = mesh.face_normals[faces]
-    levels = np.einsum("fk,fk->f", normals, face_centroids(mesh.vertices, mesh.combinatorics)[faces])
-    heights = np.einsum("pk,pqk->pq", normals[panel], quads[fin]) - levels[panel][:, None]
-    heights[np.abs(heights) < IN_PLANE * mesh.mean_edge_length] = 0.0
-    some = (heights > 0).any(axis=1)
-    parts = _parts_above(outlines[fin[some]], heights[some])
-    return covered_areas(panels, parts, panel[some]) / (normals @ direction)
+def _boxes_that_meet(panels: FloatArray, sun: IntArray, outlines: FloatArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Panels (p,), and suns and fins (p,), whose boxes along the axes meet under the same sun.
+
+    panels (s, c, 2), seen from the suns (s,); outlines of fins (k, m, 4, 2) from all suns.
+    """
+    k, m = outlines.shape[:2]
+    low = min(panels[..., 0].min(initial=0.0), outlines[..., 0].min())
+    width = max(panels[..., 0].max(initial=0.0), outlines[..., 0].max()) - low
+    beside = np.stack([2 * width * np.arange(k), np.zeros(k)], axis=1)  # one sun beside the other, in one tree
+    found = []
+    for corners, own in ((panels, sun), (outlines.reshape(-1, 4, 2), np.repeat(np.arange(k), m))):
+        found.append(shapely.box(*(corners.min(axis=1) + beside[own]).T, *(corners.max(axis=1) + beside[own]).T))
+    fin, panel = shapely.STRtree(found[0]).query(found[1])
+    return panel, fin // m, fin % m
 
 
 def _corners(mesh: Mesh, faces: IntArray) -> FloatArray:

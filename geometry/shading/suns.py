@@ -43,7 +43,9 @@ class Suns:
     def __post_init__(self) -> None:
         directions = floats(self.directions)
         if directions.ndim != 2 or directions.shape[1] != 3 or not len(directions):
-            raise GeometryError(f"directions to the sun have shape {directions.shape}, they must be (k, 3), k at least 1")
+            raise GeometryError(
+                f"directions to the sun have shape {directions.shape}, they must be (k, 3), k at least 1"
+            )
         weights = floats(np.ones(len(directions)) if self.weights is None else self.weights)
         if weights.shape != (len(directions),):
             raise GeometryError(f"{len(directions)} suns need as many weights, not an array of shape {weights.shape}")
@@ -68,9 +70,8 @@ class Suns:
         low = np.flatnonzero(heights <= 0)
         if len(low):
             raise GeometryError(
-                f"sun {low[0]} stands {np.degrees(heights[low[0]]):.1f} degrees above the horizon, it must be above 0: "
-                "leave it out, as it does not shine"
-                + (f"; so do {len(low) - 1} more" if len(low) > 1 else ""),
+                f"sun {low[0]} stands {np.degrees(-heights[low[0]]):.1f} degrees below the horizon and does not shine: "
+                "leave it out" + (f"; so do {len(low) - 1} more" if len(low) > 1 else ""),
                 elements=low.tolist(),
                 value=float(heights[low[0]]),
                 bound=0.0,
@@ -92,24 +93,15 @@ def suns_at(
     latitude and longitude in radians, north and east positive; north and up (3,): how the mesh lies. Positions by
     [Reda2004], good to 5e-6 radians; refraction of the air lifts a sun at the horizon by .01 radians.
 
-    Needs the extra `sun`: `pip install fabkit[sun]`. Raises GeometryError for a place that is none, a time without zone,
-    north and up that are not at right angles, and a sun below the horizon.
+    Needs the extra `sun`: `pip install fabkit[sun]`. Raises GeometryError without it, for a place that is none, no
+    times or a time without zone, north and up that are not at right angles, and a sun below the horizon.
     """
-    from sunposition import sunposition  # an extra
-
-    for name, value, bound in (("latitude", latitude, np.pi / 2), ("longitude", longitude, np.pi)):
-        if not abs(value) <= bound:
-            raise GeometryError(
-                f"the {name} is {value:g}, it must be within {bound:.4f} either way: give it in radians",
-                value=float(value),
-                bound=float(bound),
-            )
-    for number, time in enumerate(times):
-        if time.utcoffset() is None:
-            raise GeometryError(
-                f"time {number}, {time.isoformat()}, bears no time zone: add one, as in tzinfo=timezone.utc",
-                elements=[number],
-            )
+    try:
+        from sunposition import sunposition
+    except ImportError as error:
+        raise GeometryError("sun positions need the package sunposition: pip install 'fabkit[sun]'") from error
+    _check_place(latitude, longitude)
+    _check_times(times)
     azimuths, zeniths, *_ = sunposition(
         [time.astimezone(UTC) for time in times],
         np.degrees(latitude),
@@ -122,14 +114,37 @@ def suns_at(
     n, u = _unit(np.stack([floats(north), floats(up)]), "north and up: vector")
     if not abs(n @ u) <= SQUARE:
         raise GeometryError(
-            f"north is {np.degrees(np.arccos(n @ u)):.6f} degrees off the vertical, it must be level: give a north that "
-            "is perpendicular to up",
+            f"north is {np.degrees(np.arccos(n @ u)):.6f} degrees off the vertical, it must be level: give a north "
+            "that is perpendicular to up",
             value=float(n @ u),
             bound=SQUARE,
         )
     level = np.sin(zeniths)
     east_north_up = np.stack([level * np.sin(azimuths), level * np.cos(azimuths), np.cos(zeniths)], axis=1)
     return Suns(east_north_up @ np.stack([np.cross(n, u), n, u]), weights, u)
+
+
+def _check_place(latitude: float, longitude: float) -> None:
+    """Raise GeometryError for a place that is none."""
+    for name, value, bound in (("latitude", latitude, np.pi / 2), ("longitude", longitude, np.pi)):
+        if not abs(value) <= bound:
+            raise GeometryError(
+                f"the {name} is {value:g}, it must be within {bound:.4f} either way: give it in radians",
+                value=float(value),
+                bound=float(bound),
+            )
+
+
+def _check_times(times: Sequence[datetime]) -> None:
+    """Raise GeometryError for no times, and for one that does not bear its zone."""
+    if not len(times):
+        raise GeometryError("no times are given, so there are no suns: give at least one")
+    for number, time in enumerate(times):
+        if time.utcoffset() is None:
+            raise GeometryError(
+                f"time {number}, {time.isoformat()}, bears no time zone: add one, as in tzinfo=timezone.utc",
+                elements=[number],
+            )
 
 
 def _unit(vectors: FloatArray, what: str) -> FloatArray:
@@ -139,6 +154,7 @@ def _unit(vectors: FloatArray, what: str) -> FloatArray:
     wrong = np.flatnonzero(~(np.isfinite(lengths) & (lengths > 0)))
     if len(wrong):
         raise GeometryError(
-            f"{what} {wrong[0]} is {vectors[wrong[0]].tolist()}, it must be finite and not zero", elements=wrong.tolist()
+            f"{what} {wrong[0]} is {vectors[wrong[0]].tolist()}, it must be finite and not zero",
+            elements=wrong.tolist(),
         )
     return floats(vectors / lengths[:, None])
