@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize
+from scipy.optimize import LinearConstraint, NonlinearConstraint, approx_fprime, minimize
 
 from geometry.arrays import FloatArray, IntArray, floats
 from geometry.errors import GeometryError
@@ -16,9 +16,11 @@ from geometry.shading.suns import Suns
 
 __all__ = ["MostShade", "most_shade"]
 
-WORTH = 1e-4
-"""Share of shade that a translation by 1 must gain to be worth it, and one by |x| its square times as much: of many
-translations with equal shade, as where all panels are in the shade, the shortest is found."""
+SATURATED = 0.999
+"""Share of shade from which on all counts as in the shade: of translations that reach it, the shortest is sought."""
+
+NEARLY, DIFFERENCE = 1e-5, 1e-4
+"""By how much the shortest one may miss that, and the step of differences by which it is sought."""
 
 LEAST_RISE = 1e-3
 """Of S + x above the plane of a panel at its corners, unless S itself rises less."""
@@ -52,9 +54,9 @@ class MostShade:
 def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
     """The x, |x| <= bound, with the largest area of shadow of fins over S + x, by the weights of the suns.
 
-    Where the shade is the same for many x, as where all panels are in it, the shortest x; S + x stays above all panels.
-    The maximum is sought without derivatives from the best of many translations; it is the largest one seen, with no
-    proof that there is no larger one.
+    Where all panels can be wholly in the shade (a share of .999), a shortest x that does it. S + x stays above all
+    panels. The maximum is sought without derivatives from the best of many translations; it is the largest one seen,
+    with no proof that there is no larger one.
 
     Raises GeometryError where the bound is not above 0 and below 1 or no panel faces any sun.
     """
@@ -73,19 +75,21 @@ def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
     starts = [x for x in bound * _spread(STARTS) if _least_rise(fins, x) >= 0]
     starts = sorted([np.zeros(3), *starts], key=coarse)[:BEST]
     best = min((_best_near(coarse, start, fins, bound, COARSE_STEPS) for start in starts), key=coarse)
-    shift = min(_best_near(fine, best, fins, bound, FINE_STEPS), np.zeros(3), key=fine)
+    if -fine(best) < SATURATED:
+        best = min(np.zeros(3), _best_near(fine, best, fins, bound, FINE_STEPS), key=fine)
+    shift = _shortest(fine, best, fins) if -fine(best) >= SATURATED else best
     return MostShade(floats(shift), before, cast_shadows(fins.translated(shift), suns))
 
 
 def _cost(fins: Fins, suns: Suns, faces: IntArray) -> Callable[[FloatArray], float]:
-    """Minus the share of shade on faces (f,) for a translation x (3,), and what x must be worth."""
+    """Minus the share of shade on faces (f,), for a translation x (3,)."""
     levels = np.array([fins.lower, fins.lower, fins.upper, fins.upper])
     facing = face_suns(fins.mesh, suns.directions)[:, faces]
     whole = suns.weights @ facing @ np.linalg.norm(fins.mesh.vector_areas[faces], axis=1)
 
     def cost(x: FloatArray) -> float:
         areas = shadow_areas(fins.mesh, faces, fins.quads + levels[:, None] * x, suns.directions)
-        return float(WORTH * x @ x - suns.weights @ areas.sum(axis=1) / whole)
+        return -float(suns.weights @ areas.sum(axis=1) / whole)
 
     return cost
 
@@ -111,6 +115,24 @@ def _best_near(
         options={"initial_tr_radius": steps[0], "final_tr_radius": steps[1], "maxfev": MOST_LOOKED_AT},
     )
     return np.asarray(found.x * min(1.0, bound / max(float(np.linalg.norm(found.x)), 1e-300)))
+
+
+def _shortest(cost: Callable[[FloatArray], float], start: FloatArray, fins: Fins) -> FloatArray:
+    """(3,) a shortest translation near a start with all in the shade."""
+
+    def slope(x: FloatArray) -> FloatArray:
+        return np.asarray(approx_fprime(x, cost, DIFFERENCE))
+
+    found = minimize(
+        lambda x: float(x @ x),
+        start,
+        jac=lambda x: 2 * x,
+        method="SLSQP",
+        constraints=[NonlinearConstraint(cost, -np.inf, -SATURATED, jac=slope)],
+        options={"maxiter": 12, "ftol": 1e-6},
+    )
+    usable = [x for x in (np.zeros(3), found.x) if cost(x) < NEARLY - SATURATED and _least_rise(fins, x) >= 0]
+    return min([*usable, start], key=np.linalg.norm)
 
 
 def _least_rise(fins: Fins, x: FloatArray) -> float:
