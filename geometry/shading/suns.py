@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
 
@@ -29,7 +29,7 @@ class Suns:
     """Parallel light from some directions, each with a weight.
 
     directions (k, 3): towards the sun, of any length, made unit; weights (k,): hours or irradiance that each sun stands
-    for, above 0; 1 each where not given. up (3,): the vertical, by default z.
+    for, above 0; one number for all, by default 1. up (3,): the vertical, by default z.
 
     Raises GeometryError where shapes do not fit, a number is not finite or a weight not above 0, and for a sun that
     does not stand above the horizon.
@@ -40,8 +40,8 @@ class Suns:
     """
 
     directions: FloatArray
-    weights: FloatArray = None  # type: ignore[assignment]
-    up: FloatArray = (0.0, 0.0, 1.0)  # type: ignore[assignment]
+    weights: FloatArray = field(default_factory=lambda: floats(1.0))
+    up: FloatArray = field(default_factory=lambda: floats([0.0, 0.0, 1.0]))
 
     def __post_init__(self) -> None:
         directions = floats(self.directions)
@@ -49,12 +49,12 @@ class Suns:
             raise GeometryError(
                 f"directions to the sun have shape {directions.shape}, they must be (k, 3), k at least 1"
             )
-        weights = floats(np.ones(len(directions)) if self.weights is None else self.weights)
-        if weights.shape != (len(directions),):
+        weights = floats(self.weights)
+        if weights.shape not in ((), (len(directions),)):
             raise GeometryError(f"{len(directions)} suns need as many weights, not an array of shape {weights.shape}")
         object.__setattr__(self, "directions", _unit(directions, "the direction of sun"))
         object.__setattr__(self, "up", _unit(floats(self.up)[None], "upright vector")[0])
-        object.__setattr__(self, "weights", weights)
+        object.__setattr__(self, "weights", floats(np.broadcast_to(weights, len(directions))))
         self._check_weights()
         self._check_horizon()
 
@@ -86,7 +86,7 @@ def suns_at(
     longitude: float,
     times: Sequence[datetime],
     *,
-    weights: Any = None,
+    weights: Any = 1.0,
     north: Any = (0.0, 1.0, 0.0),
     up: Any = (0.0, 0.0, 1.0),
     refraction: bool = False,

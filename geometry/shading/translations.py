@@ -120,15 +120,17 @@ def _best_near(
 def _shortest(cost: Callable[[FloatArray], float], start: FloatArray, fins: Fins) -> FloatArray:
     """(3,) a shortest translation near a start with all in the shade."""
 
+    def squared_length(x: FloatArray) -> float:
+        return float(x @ x)
+
     def slope(x: FloatArray) -> FloatArray:
         return np.asarray(approx_fprime(x, cost, DIFFERENCE))
 
     found = minimize(
-        lambda x: float(x @ x),
+        squared_length,
         start,
-        jac=lambda x: 2 * x,
         method="SLSQP",
-        constraints=[NonlinearConstraint(cost, -np.inf, -SATURATED, jac=slope)],
+        constraints=[NonlinearConstraint(lambda x: np.array([cost(x)]), -np.inf, -SATURATED, jac=slope)],
         options={"maxiter": 12, "ftol": 1e-6},
     )
     usable = [x for x in (np.zeros(3), found.x) if cost(x) < NEARLY - SATURATED and _least_rise(fins, x) >= 0]

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import doctest
+import importlib
+import re
 import sys
 from datetime import UTC, datetime, timedelta, timezone
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +26,7 @@ from geometry.shading.covered_areas import covered_areas
 from .bent_meshes import rotation, vault
 from .shadow_rays import shaded_shares
 
-ROOT_HALF = np.sqrt(0.5)
+HOW_TO = Path(__file__).parents[2] / "docs" / "howto" / "shading.md"
 
 
 def upright(mesh: Mesh, lower: float, upper: float) -> Fins:
@@ -264,11 +269,11 @@ def test_north_must_be_level() -> None:
 @pytest.mark.parametrize(
     ("directions", "weights", "said"),
     [
-        ([[0, 0, 1], [1, 0, -1], [0, 1, 0]], None, r"sun 1 stands 45\.0 degrees below the horizon.*1 more"),
-        ([[0, 0, 1], [0, 0, 0]], None, "direction of sun 1 is .* not zero"),
-        ([[0, 0, np.nan]], None, "direction of sun 0 is .* finite"),
-        ([0, 0, 1], None, r"shape \(3,\)"),
-        (np.zeros((0, 3)), None, "at least 1"),
+        ([[0, 0, 1], [1, 0, -1], [0, 1, 0]], 1.0, r"sun 1 stands 45\.0 degrees below the horizon.*1 more"),
+        ([[0, 0, 1], [0, 0, 0]], 1.0, "direction of sun 1 is .* not zero"),
+        ([[0, 0, np.nan]], 1.0, "direction of sun 0 is .* finite"),
+        ([0, 0, 1], 1.0, r"shape \(3,\)"),
+        (np.zeros((0, 3)), 1.0, "at least 1"),
         ([[0, 0, 1]], [1, 2], r"1 suns need as many weights.*\(2,\)"),
         ([[0, 0, 1], [1, 0, 1]], [1, 0], "sun 1 has the weight 0"),
         ([[0, 0, 1]], [np.inf], "sun 0 has the weight inf"),
@@ -316,3 +321,21 @@ def test_meshes_that_bear_no_fins() -> None:
     inside_out = dome.with_vertices(-dome.vertices).reversed()
     with pytest.raises(MeshError, match=r"crosses itself: at distance 1\.2 its edge is -0\.2 .* within 1 of 0"):
         Fins(dome.reversed(), inside_out.with_vertices(-dome.vertices), 0, 1.2)
+
+
+# --- what the documents show
+
+
+@pytest.mark.parametrize("name", ["suns", "fins", "panel_shadows"])
+def test_examples_in_docstrings_are_right(name: str) -> None:
+    found = doctest.testmod(importlib.import_module(f"geometry.shading.{name}"))
+    assert found.attempted > 0
+    assert found.failed == 0
+
+
+def test_the_how_to_on_shading_runs() -> None:
+    pytest.importorskip("sunposition")
+    names: dict[str, Any] = {}
+    for block in re.findall(r"```python\n(.*?)```", HOW_TO.read_text(encoding="utf-8"), re.DOTALL):
+        exec(block, names)
+    assert names["found"].after.share > names["before"].share
