@@ -34,7 +34,7 @@ STARTS, BEST = 48, 2
 MOST_LOOKED_AT = 60
 """Translations looked at from one start."""
 
-COARSE_STEPS, FINE_STEPS = (0.15, 0.01), (0.02, 0.0005)
+COARSE_STEPS, FINE_STEPS = (0.15, 0.01), (0.05, 0.0005)
 """First and last ones of a translation, on the sample and on all panels."""
 
 

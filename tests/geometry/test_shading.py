@@ -177,7 +177,8 @@ def test_rigid_motions_of_everything_change_nothing(seed: int) -> None:
 # --- most shade
 
 
-def test_no_translation_of_a_grid_gives_more_shade() -> None:
+def test_no_translation_of_a_grid_gives_more_shade(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("geometry.shading.translations.SAMPLE", 1)  # that one says little of all
     mesh = vault(4, 3)
     fins, suns = Fins(mesh, gauss_image(mesh), 0.05, 0.35), some_suns(3)
     found = most_shade(fins, suns)
@@ -188,6 +189,9 @@ def test_no_translation_of_a_grid_gives_more_shade() -> None:
     shares = [cast_shadows(moved, suns).share for x in grid if (moved := risen(fins, x))]
     assert len(shares) > 200
     assert found.after.share > max(shares) - 1e-4
+    steps = 0.005 * np.random.default_rng(1).normal(size=(40, 3))
+    near = [x * min(1, 0.99 / np.linalg.norm(x)) for x in found.shift + steps]
+    assert found.after.share > max(cast_shadows(fins.translated(x), suns).share for x in near) - 1e-4
     assert found.after.share > found.before.share + 0.1
     assert np.linalg.norm(found.shift) <= 0.99
     assert found.after.fins.gauss_image.vertices == pytest.approx(fins.gauss_image.vertices + found.shift)
@@ -209,13 +213,11 @@ def test_where_all_is_in_the_shade_the_shortest_translation_is_taken() -> None:
 
 
 def test_fins_stay_above_all_panels() -> None:
-    box = Mesh.from_faces(
-        [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [0, 0, 1]], [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
-    )
-    fins = Fins(box, box.with_vertices(box.vertices * 0.5 + [0, 0, 0.3]), 0, 0.3)
-    assert fins.rises.min() < 0.6  # so that |x| <= .99 is not enough
-    found = most_shade(fins, Suns([[1, 0.2, 0.4]]))
-    assert found.after.fins.rises.min() > 0
+    base = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+    steep = Mesh.from_faces([*base, [0, 0, 3]], [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    fins = Fins(steep, steep.with_vertices(steep.vertices * 0.1 + [0, 0, 0.3]), 0, 0.3)
+    found = most_shade(fins, Suns([[0.1, 0.05, 1]]))  # with |x| <= .99 alone fins would lie down for the high sun
+    assert 0 < found.after.fins.rises.min() < 0.02
     assert found.after.share > found.before.share
 
 
