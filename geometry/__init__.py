@@ -25,21 +25,22 @@ from geometry.edge_offset import (
 from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
 from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
 from geometry.gauss import (
+    Pair,
     SupportStructure,
+    approximate_pair,
     edge_distances,
-    edge_gauss_image,
-    exact_gauss_images,
+    edge_offset_pair,
+    exact_pairs,
     face_distances,
-    face_gauss_image,
-    gauss_image,
+    face_offset_pair,
     nearest_parallel_pair,
     node_axes,
     parallel_from_axes,
     vertex_distances,
-    vertex_gauss_image,
+    vertex_offset_pair,
 )
 from geometry.mesh import Combinatorics, Mesh
-from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
+from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
@@ -48,9 +49,11 @@ from geometry.surface import Surface
 __all__ = [
     "Combinatorics",
     "ConvergenceError",
+    "Effort",
     "FaceCurvatures",
     "FoldedError",
     "GeometryError",
+    "Guides",
     "KoebePolyhedron",
     "LaguerreTransformation",
     "Mesh",
@@ -59,23 +62,24 @@ __all__ = [
     "MeshFileError",
     "MoebiusTransformation",
     "OptimisedMesh",
+    "Pair",
     "ParallelSpace",
     "ParallelityError",
     "RankError",
     "SupportStructure",
     "Surface",
+    "approximate_pair",
     "christoffel_dual",
     "constant_mean",
     "constant_mean_of_revolution",
     "edge_distances",
     "edge_factors",
-    "edge_gauss_image",
     "edge_offset_mesh",
-    "exact_gauss_images",
+    "edge_offset_pair",
+    "exact_pairs",
     "face_curvatures",
     "face_distances",
-    "face_gauss_image",
-    "gauss_image",
+    "face_offset_pair",
     "koebe",
     "make_circular",
     "make_conical",
@@ -92,6 +96,6 @@ __all__ = [
     "steiner_areas",
     "tangent_mesh",
     "vertex_distances",
-    "vertex_gauss_image",
+    "vertex_offset_pair",
     "write_mesh",
 ]

@@ -14,7 +14,7 @@ from geometry.functionals.normals import (
 )
 from geometry.functionals.parallelity import Parallelity, parallel_to
 from geometry.functionals.planarity import Planarity, face_deviations
-from geometry.functionals.rim import extrapolated_normals
+from geometry.functionals.rim_normals import extrapolated_normals
 from geometry.functionals.unknowns import coordinates
 
 __all__ = [

@@ -10,9 +10,8 @@ import numpy as np
 
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError, MeshError
-from geometry.gauss.support_structure import PARALLEL_TOLERANCE
+from geometry.gauss import Pair
 from geometry.mesh import Mesh
-from geometry.parallel.edge_parallelity import check_parallel, edge_factors
 
 __all__ = ["Fins"]
 
@@ -27,20 +26,19 @@ REVERSED = -1e-9
 class Fins:
     """The planar quads between M + d1 S and M + d2 S over the edges of M [Pottmann2007, Figs 1, 15].
 
-    mesh M, whose faces are the panels, and gauss_image S are parallel and share their combinatorics; S may be
-    translated off the unit sphere, but points outwards at every corner of every panel. d1 = lower < d2 = upper, d2 > 0.
+    pair: M, whose faces are the panels, and S, which may be translated off the unit sphere, but points outwards at
+    every corner of every panel. d1 = lower < d2 = upper, d2 > 0.
 
-    Raises GeometryError for such distances, MeshError where a panel is not planar, a fin does not rise from a panel or
-    crosses itself, ParallelityError where M and S are not parallel.
+    Raises GeometryError for other distances, MeshError where a panel is not planar, a fin does not rise from a panel or
+    crosses itself.
 
     >>> from geometry.mesh.shapes import dome
-    >>> fins = Fins(dome(12, 3), dome(12, 3), 0.0, 0.1)
+    >>> fins = Fins(Pair(dome(12, 3), dome(12, 3)), 0.0, 0.1)
     >>> fins.quads.shape
     (84, 4, 3)
     """
 
-    mesh: Mesh
-    gauss_image: Mesh
+    pair: Pair
     lower: float
     upper: float
 
@@ -52,20 +50,23 @@ class Fins:
                 value=float(self.upper),
                 bound=max(float(self.lower), 0.0),
             )
-        check_parallel(self.mesh, self.gauss_image, PARALLEL_TOLERANCE, what="the Gauss image")
         self._check_planes()
         self._check_rises()
         self._check_lengths()
 
-    def translated(self, shift: Any) -> Fins:
+    @property
+    def mesh(self) -> Mesh:
+        return self.pair.mesh
+
+    def tilted(self, shift: Any) -> Fins:
         """The fins over the Gauss image S + x, with the vector x = shift (3,)."""
-        return replace(self, gauss_image=self.gauss_image.translated(shift))
+        return replace(self, pair=self.pair.tilted(shift))
 
     @cached_property
     def quads(self) -> FloatArray:
         """(E, 4, 3) corners: along the lower edge, back along the upper one."""
         i, j = self.mesh.combinatorics.edges.T
-        low, high = ((self.mesh + self.gauss_image * d).vertices for d in (self.lower, self.upper))
+        low, high = (self.pair.offset_mesh(d).vertices for d in (self.lower, self.upper))
         return floats(np.stack([low[i], low[j], high[j], high[i]], axis=1))
 
     @cached_property
@@ -79,7 +80,7 @@ class Fins:
         """(C,) n_F . s at each corner of each panel: how far S rises above its plane."""
         c = self.mesh.combinatorics
         normals = self.mesh.face_normals[c.corner_face]
-        return floats(np.einsum("ck,ck->c", normals, self.gauss_image.vertices[c.corners]))
+        return floats(np.einsum("ck,ck->c", normals, self.pair.gauss_image.vertices[c.corners]))
 
     def _check_planes(self) -> None:
         face = int(self.mesh.planarity.argmax())
@@ -107,7 +108,7 @@ class Fins:
             )
 
     def _check_lengths(self) -> None:
-        factors = edge_factors(self.mesh, self.gauss_image)
+        factors = self.pair.edge_factors
         for d in (self.lower, self.upper):
             edge = int((1 + d * factors).argmin())
             value = float(1 + d * factors[edge])

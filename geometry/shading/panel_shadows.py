@@ -85,10 +85,11 @@ class Shading:
 def cast_shadows(fins: Fins, suns: Suns) -> Shading:
     """The shade that fins cast on their panels. Raises GeometryError where no panel faces any sun.
 
+    >>> from geometry.gauss import Pair
     >>> from geometry.mesh.shapes import grid
     >>> flat = grid(1, 1)
-    >>> upright = flat.with_vertices(0 * flat.vertices + [0, 0, 1])
-    >>> round(cast_shadows(Fins(flat, upright, 0.0, 0.5), Suns([[1, 0, 1]])).total, 6)
+    >>> upright = Pair(flat, flat.with_vertices(0 * flat.vertices + [0, 0, 1]))
+    >>> round(cast_shadows(Fins(upright, 0.0, 0.5), Suns([[1, 0, 1]])).total, 6)
     0.5
     """
     check_some_sun(fins.mesh, suns)

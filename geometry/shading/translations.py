@@ -42,7 +42,7 @@ COARSE_STEPS, FINE_STEPS = (0.15, 0.01), (0.05, 0.0005)
 class MostShade:
     """The translation x = shift (3,) with most shade, and the shade with S (before) and with S + x (after).
 
-    What fins are made from is `after.fins.gauss_image`. Translated fins are larger: `shadow_per_fin_area` and the
+    What fins are made from is `after.fins.pair.gauss_image`. Translated fins are larger: `shadow_per_fin_area` and the
     areas of the fins, before and after, say how much of the gain is only that.
     """
 
@@ -78,7 +78,7 @@ def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
     if -fine(best) < SATURATED:
         best = min(np.zeros(3), _best_near(fine, best, fins, bound, FINE_STEPS), key=fine)
     shift = _shortest(fine, best, fins) if -fine(best) >= SATURATED else best
-    return MostShade(floats(shift), before, cast_shadows(fins.translated(shift), suns))
+    return MostShade(floats(shift), before, cast_shadows(fins.tilted(shift), suns))
 
 
 def _cost(fins: Fins, suns: Suns, faces: IntArray) -> Callable[[FloatArray], float]:

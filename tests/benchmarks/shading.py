@@ -16,7 +16,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from geometry.gauss import gauss_image
+from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.shading import Fins, Suns, cast_shadows, most_shade
 from geometry.shading.panel_shadows import shadow_areas
@@ -55,9 +55,9 @@ def against_rays(rays: int) -> Table:
     for column in ("d1", "d2", "x", "total per sun off by", "a panel off by", "a panel off by, mean"):
         table.add_column(column)
     mesh, suns = roof(20, 15), day(20)
-    image = gauss_image(mesh)
+    pair = approximate_pair(mesh)
     for lower, upper, shift in ((0.0, 0.4, (0.0, 0.0, 0.0)), (0.15, 0.6, SHIFT)):
-        shading = cast_shadows(Fins(mesh, image.translated(shift), lower, upper), suns)
+        shading = cast_shadows(Fins(pair.tilted(shift), lower, upper), suns)
         shares = shaded_shares(mesh, shading.fins.quads, suns.directions, rays)
         totals = np.nansum(shares * shading.panel_areas, axis=1)
         off = np.abs(shares - shading.shares)
@@ -74,9 +74,9 @@ def evaluations() -> Table:
     for n_faces in (289, *SIZES):
         n = round(n_faces**0.5)
         mesh = roof(n, n)
-        image = gauss_image(mesh)
+        pair = approximate_pair(mesh)
         for height in HEIGHTS if n_faces == 289 else HEIGHTS[1:2]:
-            shading, seconds = timed(lambda m=mesh, i=image, h=height: cast_shadows(Fins(m, i, 0.0, h), suns))
+            shading, seconds = timed(lambda p=pair, h=height: cast_shadows(Fins(p, 0.0, h), suns))
             table.add_row(
                 f"{n_faces}",
                 f"{height}",
@@ -93,15 +93,15 @@ def most() -> Table:
     for column in (*columns, "sample", "best of a grid there"):
         table.add_column(column)
     mesh, suns = roof(17, 17), day(20)
-    image, sample = gauss_image(mesh), np.arange(0, 289, 12)
+    pair, sample = approximate_pair(mesh), np.arange(0, 289, 12)
     for lower, upper in ((0.0, 0.3), (0.1, 0.4), (0.0, 1.2)):
-        fins = Fins(mesh, image, lower, upper)
+        fins = Fins(pair, lower, upper)
         found, seconds = timed(lambda fins=fins: most_shade(fins, suns))
         areas = np.linalg.norm(mesh.vector_areas[sample], axis=1)
         whole = (found.before.facing[:, sample] * areas).sum()
 
         def share(x: np.ndarray, fins: Fins = fins, whole: float = whole) -> float:
-            return float(shadow_areas(mesh, sample, fins.translated(x).quads, suns.directions).sum() / whole)
+            return float(shadow_areas(mesh, sample, fins.tilted(x).quads, suns.directions).sum() / whole)
 
         grid = [x for x in translations() if risen(fins, x)]
         before, after = found.before, found.after

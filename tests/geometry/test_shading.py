@@ -17,8 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.errors import GeometryError, MeshError, ParallelityError
-from geometry.gauss import gauss_image
+from geometry.errors import GeometryError, MeshError
+from geometry.gauss import Pair, approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.shading import Fins, Suns, cast_shadows, most_shade, suns_at
 from geometry.shading.covered_areas import covered_areas
@@ -31,7 +31,7 @@ HOW_TO = Path(__file__).parents[2] / "docs" / "howto" / "shading.md"
 
 def upright(mesh: Mesh, lower: float, upper: float) -> Fins:
     """Fins perpendicular to a mesh in the plane z = 0."""
-    return Fins(mesh, mesh.with_vertices(0 * mesh.vertices + [0, 0, 1]), lower, upper)
+    return Fins(Pair(mesh, mesh.with_vertices(0 * mesh.vertices + [0, 0, 1])), lower, upper)
 
 
 def l_shaped() -> Mesh:
@@ -93,7 +93,7 @@ def test_totals_are_means_by_weight() -> None:
 
 def test_panels_that_face_away_are_not_counted() -> None:
     dome = shapes.dome(12, 3)
-    shading = cast_shadows(Fins(dome, dome, 0, 0.2), Suns([[1, 0, 0.1]]))
+    shading = cast_shadows(Fins(Pair(dome, dome), 0, 0.2), Suns([[1, 0, 0.1]]))
     away = dome.face_normals @ shading.suns.directions[0] < 0
     assert 0 < away.sum() < dome.n_faces
     assert (np.isnan(shading.shares[0]) == away).all()
@@ -108,7 +108,7 @@ def test_panels_that_face_away_are_not_counted() -> None:
 @pytest.mark.parametrize("shift", [(0.0, 0.0, 0.0), (0.3, -0.5, 0.4)])
 @pytest.mark.parametrize("mesh", [vault(), shapes.hexagonal_paraboloid(3, 3)], ids=["quads", "hexagons"])
 def test_shadows_are_those_of_rays(mesh: Mesh, shift: tuple[float, float, float], lower: float) -> None:
-    fins = Fins(mesh, gauss_image(mesh).translated(shift), lower, 0.5)
+    fins = Fins(approximate_pair(mesh).tilted(shift), lower, 0.5)
     shading = cast_shadows(fins, some_suns(4))
     rays = shaded_shares(mesh, fins.quads, shading.suns.directions, 500)
     counted = ~np.isnan(rays)
@@ -147,7 +147,7 @@ def box_or_triangle(rng: np.random.Generator, size: int) -> FloatArray:
 
 def test_whole_steps_of_many_suns_are_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh, suns = vault(), some_suns(7)
-    fins = Fins(mesh, gauss_image(mesh), 0, 0.4)
+    fins = Fins(approximate_pair(mesh), 0, 0.4)
     together = cast_shadows(fins, suns).shadow_areas
     monkeypatch.setattr("geometry.shading.panel_shadows.AT_ONCE", 1)
     monkeypatch.setattr("geometry.shading.covered_areas.AT_ONCE", 1)
@@ -160,17 +160,19 @@ def test_whole_steps_of_many_suns_are_one_by_one(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_rigid_motions_of_everything_change_nothing(seed: int) -> None:
     mesh, suns, turn = vault(), some_suns(5), rotation(seed).T
-    fins = Fins(mesh, gauss_image(mesh).translated([0.2, 0.1, -0.3]), 0.0, 0.4)
+    fins = Fins(approximate_pair(mesh).tilted([0.2, 0.1, -0.3]), 0.0, 0.4)
     moved = Fins(
-        mesh.with_vertices(mesh.vertices @ turn + [100, -300, 20]),
-        mesh.with_vertices(fins.gauss_image.vertices @ turn),
+        Pair(
+            mesh.with_vertices(mesh.vertices @ turn + [100, -300, 20]),
+            mesh.with_vertices(fins.pair.gauss_image.vertices @ turn),
+        ),
         0.0,
         0.4,
     )
     turned = Suns(suns.directions @ turn, suns.weights, np.array([0, 0, 1]) @ turn)
     one, other = cast_shadows(fins, suns), cast_shadows(moved, turned)
     assert other.shadow_areas == pytest.approx(one.shadow_areas, abs=1e-9)
-    larger = cast_shadows(Fins(mesh * 50, fins.gauss_image, 0.0, 20.0), suns)
+    larger = cast_shadows(Fins(Pair(mesh * 50, fins.pair.gauss_image), 0.0, 20.0), suns)
     assert larger.shares == pytest.approx(one.shares, abs=1e-9, nan_ok=True)
 
 
@@ -180,7 +182,7 @@ def test_rigid_motions_of_everything_change_nothing(seed: int) -> None:
 def test_no_translation_of_a_grid_gives_more_shade(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("geometry.shading.translations.SAMPLE", 1)  # that one says little of all
     mesh = vault(4, 3)
-    fins, suns = Fins(mesh, gauss_image(mesh), 0.05, 0.35), some_suns(3)
+    fins, suns = Fins(approximate_pair(mesh), 0.05, 0.35), some_suns(3)
     found = most_shade(fins, suns)
     places = np.linspace(-0.99, 0.99, 7)
     grid = np.stack(np.meshgrid(places, places, places), axis=3).reshape(-1, 3)
@@ -191,16 +193,16 @@ def test_no_translation_of_a_grid_gives_more_shade(monkeypatch: pytest.MonkeyPat
     assert found.after.share > max(shares) - 1e-4
     steps = 0.005 * np.random.default_rng(1).normal(size=(40, 3))
     near = [x * min(1, 0.99 / np.linalg.norm(x)) for x in found.shift + steps]
-    assert found.after.share > max(cast_shadows(fins.translated(x), suns).share for x in near) - 1e-4
+    assert found.after.share > max(cast_shadows(fins.tilted(x), suns).share for x in near) - 1e-4
     assert found.after.share > found.before.share + 0.1
     assert np.linalg.norm(found.shift) <= 0.99
-    assert found.after.fins.gauss_image.vertices == pytest.approx(fins.gauss_image.vertices + found.shift)
-    assert found.after.share == pytest.approx(cast_shadows(fins.translated(found.shift), suns).share)
+    assert found.after.fins.pair.gauss_image.vertices == pytest.approx(fins.pair.gauss_image.vertices + found.shift)
+    assert found.after.share == pytest.approx(cast_shadows(fins.tilted(found.shift), suns).share)
 
 
 def risen(fins: Fins, x: FloatArray) -> Fins | None:
     normals = fins.mesh.face_normals[fins.mesh.combinatorics.corner_face]
-    return fins.translated(x) if (fins.rises + normals @ x).min() > 0 else None
+    return fins.tilted(x) if (fins.rises + normals @ x).min() > 0 else None
 
 
 def test_where_all_is_in_the_shade_the_shortest_translation_is_taken() -> None:
@@ -215,7 +217,7 @@ def test_where_all_is_in_the_shade_the_shortest_translation_is_taken() -> None:
 def test_fins_stay_above_all_panels() -> None:
     base = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
     steep = Mesh.from_faces([*base, [0, 0, 3]], [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
-    fins = Fins(steep, steep.with_vertices(steep.vertices * 0.1 + [0, 0, 0.3]), 0, 0.3)
+    fins = Fins(Pair(steep, steep.with_vertices(steep.vertices * 0.1 + [0, 0, 0.3])), 0, 0.3)
     found = most_shade(fins, Suns([[0.1, 0.05, 1]]))  # with |x| <= .99 alone fins would lie down for the high sun
     assert 0 < found.after.fins.rises.min() < 0.02
     assert found.after.share > found.before.share
@@ -314,15 +316,13 @@ def test_meshes_that_bear_no_fins() -> None:
     with pytest.raises(MeshError, match=r"at vertex \d+ the Gauss image rises -1\.00e\+00 above the plane of face 0"):
         upright(grid.reversed(), 0, 0.3)
     with pytest.raises(MeshError, match=r"rises -3.*translated less"):
-        Fins(dome, dome, 0, 0.1).translated([0, 0, -1.5])
-    with pytest.raises(ParallelityError, match="not parallel"):
-        Fins(dome, dome.with_vertices(dome.vertices * [1, 1, 1.1]), 0, 0.1)
+        Fins(Pair(dome, dome), 0, 0.1).tilted([0, 0, -1.5])
     bent = grid.with_vertices(grid.vertices + 0.01 * np.eye(6, 3)[:, [1, 2, 0]])
     with pytest.raises(MeshError, match="face 0 leaves its plane"):
-        Fins(bent, bent * 0.3 + upright(grid, 0, 1).gauss_image, 0, 0.1)
+        Fins(Pair(bent, bent * 0.3 + upright(grid, 0, 1).pair.gauss_image), 0, 0.1)
     inside_out = dome.with_vertices(-dome.vertices).reversed()
     with pytest.raises(MeshError, match=r"crosses itself: at distance 1\.2 its edge is -0\.2 .* within 1 of 0"):
-        Fins(dome.reversed(), inside_out.with_vertices(-dome.vertices), 0, 1.2)
+        Fins(Pair(dome.reversed(), inside_out.with_vertices(-dome.vertices)), 0, 1.2)
 
 
 # --- what the documents show
