@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from drawing import BLUE, CLAY, STEEL, Label, Note, Panel, Shapes, View, bars, draw_page, polygons, tubes
 
-from geometry import SupportStructure, gauss_image
+from geometry import SupportStructure, approximate_pair
 from geometry.arrays import FloatArray
 from geometry.mesh import shapes
 
@@ -28,7 +28,7 @@ def support() -> SupportStructure:
     across = np.stack([0.15 * y, y, -0.16 * y**2 + 0.04 * y**3], axis=1)
     plain = shapes.translation_surface(along, across)
     mesh = plain.with_vertices(plain.vertices / (1 + 0.07 * plain.vertices[:, :1]))
-    return SupportStructure(mesh, gauss_image(mesh, normals=mesh.vertex_normals), HEIGHT)
+    return SupportStructure(approximate_pair(mesh, normals=mesh.vertex_normals), HEIGHT)
 
 
 def node_with_axis() -> tuple[FloatArray, FloatArray]:

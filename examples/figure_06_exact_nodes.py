@@ -8,6 +8,7 @@ points, and so do the inner ones. All parts go to a STEP file.
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
@@ -19,10 +20,10 @@ from drawing import CLAY, GLASS, GOLD, STEEL, Panel, Shapes, View, balls, draw_p
 
 from fabkit.detailing.assembling import detail
 from fabkit.formats.step.files import write_step
-from fabkit.parts import Assembly, Beam, Node, Part, Solid
+from fabkit.parts import Assembly, Part, Solid
 from fabkit.production.marks import share_equal_parts
 from fabkit.rules import BeamRules, DetailingRules, NodeRules
-from geometry import SupportStructure
+from geometry import Pair, SupportStructure
 from geometry.arrays import FloatArray
 
 WIDTH, HEIGHT, MEAN_EDGE, SHOWN_MM = 120.0, 260.0, 1800.0, 480.0
@@ -35,8 +36,9 @@ VIEW = View(-75, 22)
 def support() -> SupportStructure:
     """Over the rows of M' below the fold, without the two uppermost, which have short edges."""
     below = np.arange(figure_10.AROUND * (figure_10.ROWS - 2))
-    mesh, image = (each.part(below) for each in figure_10.transformed())
-    return SupportStructure(mesh * (MEAN_EDGE / mesh.mean_edge_length), image, HEIGHT)
+    pair = figure_10.transformed().part(below)
+    scaled = pair.mesh * (MEAN_EDGE / pair.mesh.mean_edge_length)
+    return SupportStructure(Pair(scaled, pair.gauss_image), HEIGHT)
 
 
 @cache
@@ -50,7 +52,7 @@ def write(path: Path) -> None:
     write_step(path, assembly())
 
 
-def long_edges(beam: Beam) -> FloatArray:
+def long_edges(beam: Part) -> FloatArray:
     """(2, 2, 2, 3) of the solid of a beam: right and left side, inner and outer level, from its tail to its head."""
     placed = beam.placement.to_world(beam.solid.vertices).reshape(2, 4, 3)
     return placed[:, [[0, 3], [1, 2]]]
@@ -67,17 +69,17 @@ def nearest_points(first: FloatArray, second: FloatArray) -> FloatArray:
 def meetings() -> tuple[FloatArray, FloatArray]:
     """(E, 2, 2, 2, 3) long edges as in `long_edges`, prolonged to where those of neighbours are nearest; and by how
     much they miss each other, (k, 2) for each two neighbours, at the inner and the outer level."""
-    beams = {beam.element: beam for beam in assembly().beams}
-    edges = np.array([long_edges(beam) for beam in assembly().beams])
+    beams = {beam.element: beam for beam in assembly()["beams"]}
+    edges = np.array([long_edges(beam) for beam in assembly()["beams"]])
     place = {edge: n for n, edge in enumerate(beams)}
     ends, missed = edges.copy(), []
-    for node in assembly().nodes:
-        around = [*node.beams, node.beams[0]]
-        azimuths = [*node.azimuths_deg, 360.0]
+    for node in assembly()["nodes"]:
+        around = [*node.details.beams, node.details.beams[0]]
+        azimuths = [*node.details.azimuths_deg, 360.0]
         for (one, other), (start, end) in zip(pairwise(around), pairwise(azimuths), strict=True):
             if end - start >= 180:  # no neighbours: the outside of a boundary is between them
                 continue
-            at_one, at_other = (beams[edge].nodes.index(node.element) for edge in (one, other))
+            at_one, at_other = (beams[edge].details.nodes.tolist().index(node.element) for edge in (one, other))
             left, right = (place[one], 1 - at_one), (place[other], at_other)
             gaps = []
             for level in range(2):
@@ -89,27 +91,27 @@ def meetings() -> tuple[FloatArray, FloatArray]:
 
 
 def main() -> dict[str, float]:
-    parts = list(assembly().parts())
+    parts, beams, nodes = list(assembly().parts()), assembly()["beams"], assembly()["nodes"]
     with tempfile.TemporaryDirectory() as folder:
         write(Path(folder) / "dome.step")
         size = (Path(folder) / "dome.step").stat().st_size
     return {
-        "beams": len(assembly().beams),
-        "nodes": len(assembly().nodes),
-        "panels": len(assembly().panels),
+        "beams": len(beams),
+        "nodes": len(nodes),
+        "panels": len(assembly()["panels"]),
         "neighbouring beams": len(meetings()[1]),
         "by how much their outer edges miss each other, over the height": float(meetings()[1][:, 1].max() / HEIGHT),
         "by how much their inner edges miss each other, over the height": float(meetings()[1][:, 0].max() / HEIGHT),
-        "misalignment of beams on node axes, over the height": max(n.axis_spread_mm for n in assembly().nodes) / HEIGHT,
-        "largest twist in degrees": max(beam.twist_deg for beam in assembly().beams),
-        "least angle over an edge in degrees": float(np.nanmin([beam.dihedral_deg for beam in assembly().beams])),
+        "misalignment of beams on node axes, over the height": float(nodes.details.axis_spread_mm.max() / HEIGHT),
+        "largest twist in degrees": float(beams.details.twist_deg.max()),
+        "least angle over an edge in degrees": float(np.nanmin(beams.details.dihedral_deg)),
         "parts in the STEP file": len(parts),
         "different parts": len({each.mark for each in parts}),
         "bytes of the STEP file": size,
     }
 
 
-def solids(parts: tuple[Part, ...], colour: str, *, width: float = 0.8) -> Shapes:
+def solids(parts: Iterable[Part], colour: str, *, width: float = 0.8) -> Shapes:
     """The faces of solids without holes, each in its place."""
     by_size: dict[int, list[FloatArray]] = {}
     for each in parts:
@@ -124,13 +126,14 @@ def towards_viewer(points: FloatArray) -> FloatArray:
     return np.asarray(points @ VIEW.axes[2])
 
 
-def close_up(node: Node) -> tuple[Shapes, View]:
+def close_up(node: Part) -> tuple[Shapes, View]:
     """A node block and its beams, cut off at a distance, as seen nearly along the axis."""
-    beams, ends, shapes, spots = {beam.element: beam for beam in assembly().beams}, meetings()[0], [], []
-    place = {beam.element: n for n, beam in enumerate(assembly().beams)}
-    for edge in node.beams:
-        beam, end = beams[edge], beams[edge].nodes.index(node.element)
-        vertices, length = beam.solid.vertices.copy(), beam.long_point_mm
+    beams, ends, shapes, spots = {beam.element: beam for beam in assembly()["beams"]}, meetings()[0], [], []
+    place = {beam.element: n for n, beam in enumerate(assembly()["beams"])}
+    for edge in node.details.beams:
+        beam = beams[edge]
+        end = beam.details.nodes.tolist().index(node.element)
+        vertices, length = beam.solid.vertices.copy(), beam.details.long_point_mm
         low, high = (-np.inf, SHOWN_MM) if end == 0 else (length - SHOWN_MM, np.inf)
         vertices[:, 0] = vertices[:, 0].clip(low, high)
         shapes += solids((replace(beam, solid=Solid(vertices, beam.solid.topology)),), STEEL, width=1.2)
@@ -146,9 +149,9 @@ def close_up(node: Node) -> tuple[Shapes, View]:
 
 def draw(path: Path) -> None:
     a, red = assembly(), meetings()[0][:, :, 1].reshape(-1, 2, 3)
-    behind = tuple(panel for panel in a.panels if towards_viewer(panel.placement.axes[2]) < 0)
-    whole = [*solids(a.beams, STEEL), *solids(a.nodes, STEEL), *solids(behind, GLASS)]
-    inner = [node for node in a.nodes if not support().mesh.combinatorics.is_boundary_vertex[node.element]]
+    behind = tuple(panel for panel in a["panels"] if towards_viewer(panel.placement.axes[2]) < 0)
+    whole = [*solids(a["beams"], STEEL), *solids(a["nodes"], STEEL), *solids(behind, GLASS)]
+    inner = [node for node in a["nodes"] if not support().mesh.combinatorics.is_boundary_vertex[node.element]]
     node = max(inner, key=lambda each: float(towards_viewer(each.placement.axes[2])))
     shapes, view = close_up(node)
     panels = [

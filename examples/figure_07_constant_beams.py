@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from drawing import BLUE, CLAY, GLASS, GOLD, STEEL, Note, Panel, View, bars, draw_page, polygons, tubes
 
-from geometry import SupportStructure, gauss_image
+from geometry import SupportStructure, approximate_pair
 from geometry.arrays import FloatArray
 from geometry.mesh import shapes
 
@@ -27,7 +27,7 @@ def support() -> SupportStructure:
     across = np.stack([0.7 * y, 0.85 * y, -0.3 * y**2], axis=1)
     plain = shapes.translation_surface(along, across)
     mesh = plain.with_vertices(plain.vertices / (1 + 0.05 * plain.vertices[:, :1]))
-    return SupportStructure(mesh, gauss_image(mesh, normals=mesh.vertex_normals), HEIGHT)
+    return SupportStructure(approximate_pair(mesh, normals=mesh.vertex_normals), HEIGHT)
 
 
 def inner_ends() -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 from drawing import CLAY, GOLD, INK, LINEN, Note, Panel, Shapes, View, bars, draw_page, faces, sphere, tubes
 
 from geometry import Mesh, ParallelSpace, SupportStructure
-from geometry.gauss import edge_distances, face_distances
+from geometry.gauss import Pair, edge_distances, face_distances
 from geometry.mesh import shapes, solids
 from geometry.parallel import parallelity
 
@@ -23,7 +23,7 @@ DISTANCE = 0.22
 @cache
 def koebe() -> Mesh:
     solid = solids.truncated_icosidodecahedron()
-    return shapes.cap(solid * (1 / edge_distances(solid, solid).mean()), 0.05)
+    return shapes.cap(solid * (1 / edge_distances(solid).mean()), 0.05)
 
 
 @cache
@@ -31,13 +31,14 @@ def support() -> SupportStructure:
     s = koebe()
     x, y, z = s.vertices.T
     shell = np.stack([2.1 * x + 0.25 * x**2, 1.25 * y * (1 + 0.2 * x), 1.1 * z + 0.15 * x], axis=1)
-    return SupportStructure(ParallelSpace(s).project(s.with_vertices(shell)), s, DISTANCE)
+    return SupportStructure(Pair(ParallelSpace(s).project(s.with_vertices(shell)), s), DISTANCE)
 
 
 def main() -> dict[str, float]:
     structure = support()
-    apart = edge_distances(structure.mesh, structure.offset_mesh - structure.mesh) / DISTANCE
-    depths = face_distances(koebe(), koebe())
+    between = structure.offset_mesh - structure.mesh
+    apart = edge_distances(between, structure.mesh.edge_directions) / DISTANCE
+    depths = face_distances(koebe())
     return {
         "faces": structure.mesh.n_faces,
         "largest deviation of an edge of S from distance 1": float(np.abs(structure.heights - 1).max()),
@@ -53,7 +54,7 @@ def main() -> dict[str, float]:
 def circles() -> Shapes:
     """Where the faces of S cut the unit sphere."""
     s = koebe()
-    n, distance = s.face_normals, face_distances(s, s)
+    n, distance = s.face_normals, face_distances(s)
     x = np.cross(n, [0.3, 0.5, 0.8])
     x /= np.linalg.norm(x, axis=1, keepdims=True)
     angles = np.linspace(0, 2 * np.pi, 49)[:, None, None]

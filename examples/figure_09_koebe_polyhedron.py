@@ -29,7 +29,7 @@ NEAR = 0.42
 @cache
 def polyhedron() -> KoebePolyhedron:
     even = koebe(dual(solids.snub_cube().combinatorics)).mesh
-    return KoebePolyhedron(MoebiusTransformation.boost((-0.16, 0.22, -0.12)).map_mesh(even))
+    return KoebePolyhedron(even).mapped(MoebiusTransformation.boost((-0.16, 0.22, -0.12)))
 
 
 def tangents(circles: SphereCircles, members: IntArray) -> FloatArray:
@@ -54,7 +54,7 @@ def main() -> dict[str, float]:
         "vertices": k.mesh.n_vertices,
         "edges": k.mesh.n_edges,
         "faces": k.mesh.n_faces,
-        "largest deviation of an edge from distance 1": float(np.abs(edge_distances(k.mesh, k.mesh) - 1).max()),
+        "largest deviation of an edge from distance 1": float(np.abs(edge_distances(k.mesh) - 1).max()),
         "largest distance of points of tangency from the circles of faces": off_circles(k.face_circles, c.edge_faces),
         "largest distance of points of tangency from the circles of vertices": off_circles(k.vertex_circles, c.edges),
         "largest sine between circles of neighbouring faces": float(touching[0]),

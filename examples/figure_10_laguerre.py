@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from drawing import CLAY, GOLD, Note, Panel, Shapes, View, draw_page, faces, mixed
 
-from geometry import Mesh, edge_distances, face_curvatures, parallelity
+from geometry import Mesh, Pair, edge_distances, face_curvatures, parallelity
 from geometry.curvature import constant_mean_of_revolution
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
@@ -29,35 +29,36 @@ TRANSFORMATION = LaguerreTransformation.boost((0.35, 0.0, -0.2)) @ LaguerreTrans
 
 
 @cache
-def original() -> tuple[Mesh, Mesh]:
+def original() -> Pair:
     """M, S."""
     s = rotational_koebe(Pattern.LYING_HEXAGONS, AROUND, ROWS, latitude=LATITUDE, folds=1)
-    return constant_mean_of_revolution(s, MEAN), s
+    return constant_mean_of_revolution(s, MEAN)
 
 
 @cache
-def transformed() -> tuple[Mesh, Mesh]:
+def transformed() -> Pair:
     """M', S'."""
-    return TRANSFORMATION.map_mesh(*original())
+    return original().laguerre(TRANSFORMATION)
 
 
-def apart(mesh: Mesh, gauss_image: Mesh) -> float:
+def apart(pair: Pair) -> float:
     """How far edges of M and M + d S are from the distance d, over d: the largest of all."""
-    offset = mesh + gauss_image * DISTANCE
-    return float(np.abs(edge_distances(mesh, offset - mesh) / DISTANCE - 1).max())
+    between = pair.offset_mesh(DISTANCE) - pair.mesh
+    return float(np.abs(edge_distances(between, pair.mesh.edge_directions) / DISTANCE - 1).max())
 
 
 def main() -> dict[str, float]:
-    (m, s), (m1, s1) = original(), transformed()
-    curvatures = face_curvatures(m, s)
+    pair, moved = original(), transformed()
+    m1, s1 = moved.mesh, moved.gauss_image
+    curvatures = face_curvatures(pair)
     return {
-        "faces": m.n_faces,
+        "faces": pair.mesh.n_faces,
         "largest deviation of the mean curvature of M from -1": float(np.abs(curvatures.mean - MEAN).max()),
         "faces of M with negative Gaussian curvature": int((curvatures.gaussian < -FLAT).sum()),
-        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s, s) - 1).max()),
-        "largest deviation of an edge of S' from distance 1": float(np.abs(edge_distances(s1, s1) - 1).max()),
-        "largest deviation of edges of M and M + d S from distance d, over d": apart(m, s),
-        "largest deviation of edges of M' and M' + d S' from distance d, over d": apart(m1, s1),
+        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(pair.gauss_image) - 1).max()),
+        "largest deviation of an edge of S' from distance 1": float(np.abs(edge_distances(s1) - 1).max()),
+        "largest deviation of edges of M and M + d S from distance d, over d": apart(pair),
+        "largest deviation of edges of M' and M' + d S' from distance d, over d": apart(moved),
         "largest sine between edges of M' and S'": float((parallelity(m1, s1) / s1.edge_lengths).max()),
         "faces of M' that cross themselves or others": float(
             len(self_crossing_faces(m1)) + len(intersecting_faces(m1))
@@ -67,7 +68,7 @@ def main() -> dict[str, float]:
 
 def rows() -> dict[str, range]:
     """Faces with a colour of their own: the fold, and what lies beyond it."""
-    fold, end = AROUND * ROWS, original()[0].n_faces
+    fold, end = AROUND * ROWS, original().mesh.n_faces
     return {GOLD: range(fold, fold + AROUND), mixed([CLAY], np.ones(1)): range(fold + AROUND, end)}
 
 
@@ -81,13 +82,13 @@ def first_cover(mesh: Mesh) -> Shapes:
 
 
 def draw(path: Path) -> None:
-    (m, s), (m1, s1) = original(), transformed()
+    pair, moved = original(), transformed()
     view = View(-75, 22)
     panels = [
-        Panel(first_cover(s), view, (20, 130, 270, 300)),
-        Panel(coloured(m), view, (330, 40, 300, 430)),
-        Panel(coloured(m1), view, (690, 20, 390, 460)),
-        Panel(first_cover(s1), view, (1120, 130, 260, 300)),
+        Panel(first_cover(pair.gauss_image), view, (20, 130, 270, 300)),
+        Panel(coloured(pair.mesh), view, (330, 40, 300, 430)),
+        Panel(coloured(moved.mesh), view, (690, 20, 390, 460)),
+        Panel(first_cover(moved.gauss_image), view, (1120, 130, 260, 300)),
     ]
     names = [(155, r"$\mathcal{S}$"), (480, r"$\mathcal{M}$"), (885, r"$\mathcal{M}'$"), (1250, r"$\mathcal{S}'$")]
     draw_page(path, 1400, 540, panels, [Note(x, 510, name, 30) for x, name in names])

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from drawing import CLAY, GLASS, INK, LINEN, Note, Panel, Shapes, View, draw_page, faces, tubes
 
-from geometry import Mesh, edge_distances, edge_factors, face_curvatures, parallelity
+from geometry import Mesh, Pair, edge_distances, edge_factors, face_curvatures, parallelity
 from geometry.arrays import BoolArray, IntArray
 from geometry.edge_offset.koebe_polyhedra import koebe
 from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs
@@ -31,24 +31,22 @@ def signs(s: Mesh) -> IntArray:
 
 
 @cache
-def pair() -> tuple[Mesh, Mesh]:
+def pair() -> Pair:
     """M, S."""
     s = koebe(pentagon_patch(COUNT, COUNT), coverage=COVERAGE).mesh
     m = edge_offset_mesh(s, signs=signs(s), lengths=(s.edge_lengths, np.inf))
-    kept = s.combinatorics.inner_faces
-    return m.part(kept), s.part(kept)
+    return Pair(m, s).part(s.combinatorics.inner_faces)
 
 
 def main() -> dict[str, float]:
-    m, s = pair()
-    offset = m + s * DISTANCE
-    apart = edge_distances(m, offset - m) / DISTANCE
+    m, s = pair().mesh, pair().gauss_image
+    apart = edge_distances(pair().offset_mesh(DISTANCE) - m, m.edge_directions) / DISTANCE
     return {
         "faces": m.n_faces,
         "edges": m.n_edges,
-        "reversed edges": int((edge_factors(s, m) < 0).sum()),
-        "largest Gaussian curvature": float(face_curvatures(m, s).gaussian.max()),
-        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s, s) - 1).max()),
+        "reversed edges": int(pair().reversed_edges.sum()),
+        "largest Gaussian curvature": float(face_curvatures(pair()).gaussian.max()),
+        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s) - 1).max()),
         "largest deviation of edges of M and M + d S from distance d, over d": float(np.abs(apart - 1).max()),
         "largest sine between corresponding edges": float((parallelity(m, s) / s.edge_lengths).max()),
         "least edge factor, without its sign": float(np.abs(edge_factors(s, m)).min()),
@@ -71,8 +69,7 @@ def diagram() -> Shapes:
 
 
 def draw(path: Path) -> None:
-    m, s = pair()
-    against = np.asarray(edge_factors(s, m) < 0)
+    m, s, against = pair().mesh, pair().gauss_image, pair().reversed_edges
     size = float(np.abs(m.vertices).max())
     panels = [
         Panel(

@@ -12,10 +12,9 @@ from pathlib import Path
 import numpy as np
 from drawing import BLUE, CLAY, LINEN, Note, Panel, View, bars, draw_page, faces, mixed, sphere
 
-from geometry import SupportStructure, gauss_image
+from geometry import SupportStructure, approximate_pair
 from geometry.arrays import IntArray
 from geometry.curvature import face_curvatures
-from geometry.gauss import face_distances, vertex_distances
 from geometry.mesh import shapes
 
 DISTANCE = 0.16
@@ -32,24 +31,22 @@ def support() -> SupportStructure:
     plain = shapes.rotational_mesh(profile, 44)
     places = plain.vertices * [1.25, 1, 1]
     mesh = plain.with_vertices(places / (1 + 0.07 * places[:, :1]))
-    return SupportStructure(mesh, gauss_image(mesh, normals=mesh.vertex_normals), DISTANCE)
+    return SupportStructure(approximate_pair(mesh, normals=mesh.vertex_normals), DISTANCE)
 
 
 @cache
 def saddles() -> IntArray:
     """Faces of negative Gaussian curvature with respect to S."""
-    structure = support()
-    return np.flatnonzero(face_curvatures(structure.mesh, structure.gauss_image).gaussian < 0)
+    return np.flatnonzero(face_curvatures(support().pair).gaussian < 0)
 
 
 def main() -> dict[str, float]:
-    structure = support()
-    mesh, s = structure.mesh, structure.gauss_image
+    structure, pair = support(), support().pair
     return {
-        "faces": mesh.n_faces,
+        "faces": pair.mesh.n_faces,
         "faces of negative curvature": len(saddles()),
-        "innermost radius of S": float(face_distances(mesh, s).min()),
-        "outermost radius of S": float(vertex_distances(s).max()),
+        "innermost radius of S": float(pair.face_distances.min()),
+        "outermost radius of S": float(pair.vertex_distances.max()),
         "least height over d": float(structure.heights.min()),
         "largest height over d": float(structure.heights.max()),
     }

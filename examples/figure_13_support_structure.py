@@ -14,11 +14,11 @@ import numpy as np
 from drawing import CLAY, GLASS, GOLD, STEEL, Note, Panel, Shapes, View, bars, draw_page, faces, tubes
 from matplotlib.colors import to_rgb
 
-from geometry import Mesh, SupportStructure, gauss_image, planarise
+from geometry import Mesh, SupportStructure, approximate_pair, planarise
 from geometry.arrays import FloatArray
 from geometry.mesh import shapes
 from geometry.mesh.polygons import face_sums
-from geometry.meshing import make_conical
+from geometry.meshing import Guides, make_conical
 
 DISTANCE = 0.2
 
@@ -52,17 +52,17 @@ def subdivided() -> Mesh:
 
 @cache
 def planar() -> Mesh:
-    return planarise(subdivided(), fairness=FAIRNESS).mesh
+    return planarise(subdivided(), Guides(fairness=FAIRNESS)).mesh
 
 
 @cache
 def conical() -> Mesh:
-    return make_conical(subdivided(), fairness=FAIRNESS).mesh
+    return make_conical(subdivided(), Guides(fairness=FAIRNESS)).mesh
 
 
 @cache
 def support() -> SupportStructure:
-    return SupportStructure(planar(), gauss_image(planar()), DISTANCE)
+    return SupportStructure(approximate_pair(planar()), DISTANCE)
 
 
 def moved(mesh: Mesh) -> FloatArray:

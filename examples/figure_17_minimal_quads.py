@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from drawing import BLUE, CLAY, GOLD, Label, Note, Panel, Shapes, View, draw_page, faces, polygons, tubes
 
-from geometry import Mesh, edge_factors, face_curvatures, parallelity
+from geometry import Mesh, Pair, face_curvatures, parallelity
 from geometry.arrays import FloatArray
 from geometry.curvature import minimal_of_revolution
 from geometry.mesh import shapes
@@ -35,7 +35,7 @@ def gauss_image() -> Mesh:
 
 
 @cache
-def minimal() -> Mesh:
+def minimal() -> Pair:
     return minimal_of_revolution(gauss_image())
 
 
@@ -47,13 +47,13 @@ def diagonals(mesh: Mesh) -> FloatArray:
 
 
 def main() -> dict[str, float]:
-    m, s = minimal(), gauss_image()
+    m, s = minimal().mesh, gauss_image()
     sines = np.linalg.norm(np.cross(diagonals(m), diagonals(s)[:, ::-1]), axis=2)
-    curvatures = face_curvatures(m, s)
+    curvatures = face_curvatures(minimal())
     radii = np.linalg.norm(s.vertices, axis=1)
     return {
         "faces": m.n_faces,
-        "reversed edges": int((edge_factors(s, m) < 0).sum()),
+        "reversed edges": int(minimal().reversed_edges.sum()),
         "largest mean curvature, over one over the waist": float(np.abs(curvatures.mean).max()),
         "largest Gaussian curvature, over its square": float(curvatures.gaussian.max()),
         "largest sine between 13 and 2*4*": float(sines[:, 0].max()),
@@ -80,7 +80,7 @@ def pair() -> tuple[Shapes, list[Label]]:
     right = np.cross([0.0, 0.0, 1.0], normal)
     right /= np.linalg.norm(right)
     up = np.cross(normal, right)
-    for mesh, height, star in ((minimal(), 0.85, ""), (gauss_image(), -0.85, "*")):
+    for mesh, height, star in ((minimal().mesh, 0.85, ""), (gauss_image(), -0.85, "*")):
         corners = mesh.vertices[mesh.combinatorics.face(shown())]
         corners = (corners - corners.mean(axis=0)) @ np.stack([right, up, normal], axis=1)
         corners *= 1.0 / np.linalg.norm(corners, axis=1).max()
@@ -99,7 +99,7 @@ def draw(path: Path) -> None:
     special = {GOLD: [shown()]}
     drawn, labels = pair()
     panels = [
-        Panel(faces(minimal(), width=1.0, special=special), VIEW, (20, 20, 560, 460)),
+        Panel(faces(minimal().mesh, width=1.0, special=special), VIEW, (20, 20, 560, 460)),
         Panel(drawn, View(-90, 90), (640, 40, 250, 420), labels),
         Panel(faces(gauss_image(), width=1.0, special=special), VIEW, (960, 60, 420, 380)),
     ]

@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 from drawing import CLAY, INK, Note, Panel, Shapes, View, draw_page, faces, tubes
 
-from geometry import Mesh, edge_distances, edge_factors, face_curvatures, parallelity
-from geometry.arrays import BoolArray
+from geometry import Mesh, Pair, edge_distances, face_curvatures, parallelity
 from geometry.curvature import minimal_of_revolution
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
@@ -28,24 +27,20 @@ def koebe() -> Mesh:
 
 
 @cache
-def minimal() -> Mesh:
+def minimal() -> Pair:
     return minimal_of_revolution(koebe())
 
 
-def reversed_edges() -> BoolArray:
-    return np.asarray(edge_factors(koebe(), minimal()) < 0)
-
-
 def main() -> dict[str, float]:
-    m, s = minimal(), koebe()
-    curvatures = face_curvatures(m, s)
+    m, s = minimal().mesh, koebe()
+    curvatures = face_curvatures(minimal())
     return {
         "faces": m.n_faces,
         "edges": m.n_edges,
-        "reversed edges": int(reversed_edges().sum()),
+        "reversed edges": int(minimal().reversed_edges.sum()),
         "largest mean curvature, over one over the waist": float(np.abs(curvatures.mean).max()),
         "largest Gaussian curvature, over its square": float(curvatures.gaussian.max()),
-        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s, s) - 1).max()),
+        "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s) - 1).max()),
         "largest sine between corresponding edges": float((parallelity(m, s) / s.edge_lengths).max()),
         "faces of M that cross themselves or others": len(self_crossing_faces(m)) + len(intersecting_faces(m)),
     }
@@ -53,7 +48,7 @@ def main() -> dict[str, float]:
 
 def signed(mesh: Mesh, radius: float) -> Shapes:
     """The edges of a mesh: red where M and S run against each other."""
-    ends, against = mesh.vertices[mesh.combinatorics.edges], reversed_edges()
+    ends, against = mesh.vertices[mesh.combinatorics.edges], minimal().reversed_edges
     return [*tubes(ends[~against], radius * 0.6, INK, sides=8), *tubes(ends[against], radius, CLAY, sides=8)]
 
 
@@ -68,12 +63,12 @@ def diagram() -> Shapes:
     shown = np.flatnonzero((centres < 3.6 * np.pi / AROUND) & (rows < 0.75))
     edges = np.unique(c.corner_edge[np.isin(c.corner_face, shown)])
     flat = np.stack([longitude, height, 0 * height], axis=1)
-    ends, against = flat[c.edges[edges]], reversed_edges()[edges]
+    ends, against = flat[c.edges[edges]], minimal().reversed_edges[edges]
     return [*tubes(ends[~against], 0.012, INK), *tubes(ends[against], 0.02, CLAY)]
 
 
 def draw(path: Path) -> None:
-    m, s = minimal(), koebe()
+    m, s = minimal().mesh, koebe()
     size = float(np.abs(m.vertices).max())
     view = View(-85, 24)
     panels = [

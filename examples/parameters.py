@@ -25,9 +25,9 @@ from parameters_study import Parameter, Study
 
 from geometry.arrays import BoolArray, FloatArray
 from geometry.curvature import FaceCurvatures, face_curvatures
-from geometry.gauss import edge_distances
+from geometry.gauss import Pair, edge_distances
 from geometry.mesh import Combinatorics, Mesh
-from geometry.parallel import edge_factors, parallelity
+from geometry.parallel import parallelity
 
 __all__ = ["State", "main", "page", "states"]
 
@@ -53,30 +53,28 @@ ROWS = (
 class State:
     """M and S of one combination of values."""
 
-    mesh: Mesh
-    gauss_image: Mesh
+    pair: Pair
     curvatures: FaceCurvatures
-    is_reversed: BoolArray
 
     @classmethod
-    def of(cls, mesh: Mesh, gauss_image: Mesh) -> State:
-        reversed_edges = edge_factors(gauss_image, mesh) < 0
-        return cls(mesh, gauss_image, face_curvatures(mesh, gauss_image), reversed_edges)
+    def of(cls, pair: Pair) -> State:
+        return cls(pair, face_curvatures(pair))
 
     @property
     def numbers(self) -> list[float]:
         """Two for each of `ROWS`."""
-        wide, _, high = np.ptp(self.mesh.vertices, axis=0)
-        pairs = [
-            (self.mesh.n_faces, self.mesh.n_faces),
-            (int(self.is_reversed.sum()), self.mesh.n_edges),
-            _ends(self.mesh.edge_lengths),
-            _ends(edge_distances(self.mesh, self.gauss_image)),
+        pair, mesh = self.pair, self.pair.mesh
+        wide, _, high = np.ptp(mesh.vertices, axis=0)
+        twos = [
+            (mesh.n_faces, mesh.n_faces),
+            (int(pair.reversed_edges.sum()), mesh.n_edges),
+            _ends(mesh.edge_lengths),
+            _ends(pair.edge_distances),
             _ends(self.curvatures.mean),
-            _ends(np.linalg.norm(self.gauss_image.vertices, axis=1)),
+            _ends(pair.vertex_distances),
             (_short(wide), _short(high)),
         ]
-        return [number for pair in pairs for number in pair]
+        return [number for two in twos for number in two]
 
 
 def _ends(values: FloatArray) -> tuple[float, float]:
@@ -95,7 +93,7 @@ def _short(value: float) -> float:
 def states() -> list[tuple[Study, list[State]]]:
     """Of each study the meshes for all combinations of its values; the last parameter runs fastest."""
     return [
-        (study, [State.of(*study.make(*values)) for values in product(*(p.values for p in study.parameters))])
+        (study, [State.of(study.make(*values)) for values in product(*(p.values for p in study.parameters))])
         for study in (*KOEBE, *MINIMAL, *CONSTANT_MEAN, *LAGUERRE, *SIGNS)
     ]
 
@@ -106,10 +104,11 @@ def main() -> dict[str, float]:
     return {
         **{f"meshes, {family}": count for family, count in families.items()},
         "largest deviation of an edge of S from distance 1": max(
-            float(np.abs(edge_distances(s.gauss_image, s.gauss_image) - 1).max()) for _, s in everything
+            float(np.abs(edge_distances(s.pair.gauss_image) - 1).max()) for _, s in everything
         ),
         "largest sine between corresponding edges": max(
-            float((parallelity(s.mesh, s.gauss_image) / s.gauss_image.edge_lengths).max()) for _, s in everything
+            float((parallelity(s.pair.mesh, s.pair.gauss_image) / s.pair.gauss_image.edge_lengths).max())
+            for _, s in everything
         ),
         "largest deviation of H from what it should be": max(
             float(np.abs(state.curvatures.mean - study.mean).max())
@@ -126,7 +125,7 @@ def page() -> str:
     """Its text. It asks the network for nothing, and says nothing of when or where it was written."""
     found = main()
     tangency, parallelity_, curvature = list(found.values())[-3:]
-    shared = [files("fabkit.formats").joinpath(name) for name in ("report_camera.js", "report_program.js")]
+    shared = [files("fabkit.formats.report").joinpath(name) for name in ("camera.js", "program.js")]
     own = [EXAMPLES / name for name in ("parameters_view.js", "parameters_page.js")]
     scripts = [script.read_text(encoding="utf-8") for script in (*shared, *own)]
     return Template((EXAMPLES / "parameters.html").read_text(encoding="utf-8")).substitute(
@@ -159,10 +158,10 @@ def _data() -> dict[str, Any]:
 
     def written(state: State) -> dict[str, Any]:
         return {
-            "topology": topologies.place(json.dumps(_topology(state.mesh.combinatorics))),
-            "mesh": arrays.place(json.dumps(_packed(_centred(state.mesh)))),
-            "image": arrays.place(json.dumps(_packed(state.gauss_image.vertices))),
-            "reversed": _bits(state.is_reversed),
+            "topology": topologies.place(json.dumps(_topology(state.pair.mesh.combinatorics))),
+            "mesh": arrays.place(json.dumps(_packed(_centred(state.pair.mesh)))),
+            "image": arrays.place(json.dumps(_packed(state.pair.gauss_image.vertices))),
+            "reversed": _bits(state.pair.reversed_edges),
             "turned": _bits(state.curvatures.gaussian < 0),
             "numbers": state.numbers,
         }

@@ -8,8 +8,9 @@ import numpy as np
 from parameters_study import Parameter, Study
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.edge_offset.koebe_polyhedra import koebe
+from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
 from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs
+from geometry.gauss import Pair
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.patterns import hexagon_patch, pentagon_patch, quad_patch
 from geometry.spheres.moebius import MoebiusTransformation
@@ -25,8 +26,9 @@ BEAM = 0.35
 """Height of beams where edges are at least 1 long."""
 
 
-def _with_fairest(image: Mesh) -> tuple[Mesh, Mesh]:
-    return edge_offset_mesh(image, signs=1, lengths=AT_LEAST_1), image
+def _with_fairest(polyhedron: KoebePolyhedron) -> Pair:
+    S = polyhedron.mesh
+    return Pair(edge_offset_mesh(S, signs=1, lengths=AT_LEAST_1), S)
 
 
 @cache
@@ -34,30 +36,30 @@ def _patch(faces: str) -> Combinatorics:
     return {"quads": quad_patch(8, 8), "hexagons": hexagon_patch(7, 8), "pentagons": pentagon_patch(6, 6)}[faces]
 
 
-def _by_coverage(faces: str, percent: float) -> tuple[Mesh, Mesh]:
-    return _with_fairest(koebe(_patch(faces), coverage=percent / 100).mesh)
+def _by_coverage(faces: str, percent: float) -> Pair:
+    return _with_fairest(koebe(_patch(faces), coverage=percent / 100))
 
 
-def _by_corner_angle(angle_deg: float) -> tuple[Mesh, Mesh]:
+def _by_corner_angle(angle_deg: float) -> Pair:
     """Of two opposite corners of a patch of quads; the others have what is left to a half turn."""
     c = _patch("quads")
     angles = np.where(c.is_boundary_vertex, np.pi, np.nan)
     angles[[0, 8, 80, 72]] = np.radians([angle_deg, 180 - angle_deg] * 2)
-    return _with_fairest(koebe(c, angles=angles, coverage=0.4).mesh)
+    return _with_fairest(koebe(c, angles=angles, coverage=0.4))
 
 
-def _by_boundary_radii(faces: str, ratio: float) -> tuple[Mesh, Mesh]:
+def _by_boundary_radii(faces: str, ratio: float) -> Pair:
     """Radii grow evenly along y, from one end of the boundary to the other."""
     c = _patch(faces)
     y = koebe(c).mesh.vertices[:, 1]
     along = (y - y.min()) / (y.max() - y.min()) - 0.5
     radii = np.where(c.is_boundary_vertex, ratio**along, np.nan)
-    return _with_fairest(koebe(c, radii=radii, coverage=0.4).mesh)
+    return _with_fairest(koebe(c, radii=radii, coverage=0.4))
 
 
-def _by_moebius(direction: str, speed: float) -> tuple[Mesh, Mesh]:
+def _by_moebius(direction: str, speed: float) -> Pair:
     boost = MoebiusTransformation.boost(speed * unit(direction))
-    return _with_fairest(boost.map_mesh(koebe(_patch("quads"), coverage=0.4).mesh))
+    return _with_fairest(koebe(_patch("quads"), coverage=0.4).mapped(boost))
 
 
 def unit(direction: str) -> FloatArray:
@@ -148,15 +150,15 @@ KOEBE = (
 @cache
 def _pentagons() -> tuple[Mesh, IntArray]:
     """S, and the signs of a saddle: which edges run along the direction that keeps them."""
-    image = koebe(pentagon_patch(6, 6), coverage=0.35).mesh
-    return image, saddle_signs(image, [1.0, 1.0, 0.0], pole=SOUTH)
+    S = koebe(pentagon_patch(6, 6), coverage=0.35).mesh
+    return S, saddle_signs(S, [1.0, 1.0, 0.0], pole=SOUTH)
 
 
-def _by_signs(choice: str, length: float) -> tuple[Mesh, Mesh]:
-    image, signs = _pentagons()
+def _by_signs(choice: str, length: float) -> Pair:
+    S, signs = _pentagons()
     least = np.where(signs < 0, length, 1.0)
     wanted = signs if choice == "reversed" else np.abs(signs)
-    return edge_offset_mesh(image, signs=wanted, lengths=(least, np.inf)), image
+    return Pair(edge_offset_mesh(S, signs=wanted, lengths=(least, np.inf)), S)
 
 
 SIGNS = (

@@ -11,7 +11,7 @@ from parameters_study import Parameter, Study
 from geometry.curvature import christoffel_dual, constant_mean_of_revolution, minimal_of_revolution
 from geometry.edge_offset.enneper import enneper_koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
-from geometry.mesh import Mesh
+from geometry.gauss import Pair
 from geometry.spheres.laguerre import LaguerreTransformation
 
 __all__ = ["CONSTANT_MEAN", "LAGUERRE", "MINIMAL"]
@@ -20,14 +20,14 @@ KINDS = tuple(pattern.value for pattern in Pattern)
 
 
 @cache
-def _catenoid(pattern: str, around: int, rows: int, latitude_deg: float = 0.0) -> tuple[Mesh, Mesh]:
-    image = rotational_koebe(Pattern(pattern), around, rows, latitude=float(np.radians(latitude_deg)))
-    return minimal_of_revolution(image), image
+def _catenoid(pattern: str, around: int, rows: int, latitude_deg: float = 0.0) -> Pair:
+    return minimal_of_revolution(
+        rotational_koebe(Pattern(pattern), around, rows, latitude=float(np.radians(latitude_deg)))
+    )
 
 
-def _enneper(turn_deg: float) -> tuple[Mesh, Mesh]:
-    image = enneper_koebe(10, reach=float(np.tan(np.radians(turn_deg) / 2)))
-    return christoffel_dual(image), image
+def _enneper(turn_deg: float) -> Pair:
+    return christoffel_dual(enneper_koebe(10, reach=float(np.tan(np.radians(turn_deg) / 2))))
 
 
 CATENOID = "M is a catenoid with waist 1: its mean curvature is zero in every face, and S is given in closed form."
@@ -96,16 +96,15 @@ MINIMAL = (
 
 
 @cache
-def _unduloid(rows: int, folds: int) -> tuple[Mesh, Mesh]:
-    image = rotational_koebe(Pattern.QUADS, 16, rows, folds=folds)
-    return constant_mean_of_revolution(image, -1.0), image
+def _unduloid(rows: int, folds: int) -> Pair:
+    return constant_mean_of_revolution(rotational_koebe(Pattern.QUADS, 16, rows, folds=folds), -1.0)
 
 
-def _nodoid(pattern: str, radius: float) -> tuple[Mesh, Mesh]:
+def _nodoid(pattern: str, radius: float) -> Pair:
     """radius: over that of S, which is the sphere with the mean curvature -1."""
-    image = rotational_koebe(Pattern(pattern), 16, 3)
-    largest = float(np.linalg.norm(image.vertices[:, :2], axis=1).max())
-    return constant_mean_of_revolution(image, -1.0, radius=radius * largest), image
+    S = rotational_koebe(Pattern(pattern), 16, 3)
+    largest = float(np.linalg.norm(S.vertices[:, :2], axis=1).max())
+    return constant_mean_of_revolution(S, -1.0, radius=radius * largest)
 
 
 CONSTANT_MEAN = (
@@ -152,16 +151,16 @@ CONSTANT_MEAN = (
 BODIES = ("catenoid", "unduloid")
 
 
-def _body(name: str) -> tuple[Mesh, Mesh]:
+def _body(name: str) -> Pair:
     return _catenoid("standing hexagons", 12, 4) if name == "catenoid" else _unduloid(4, 2)
 
 
-def _by_boost(body: str, direction: str, speed: float) -> tuple[Mesh, Mesh]:
-    return LaguerreTransformation.boost(speed * unit(direction)).map_mesh(*_body(body))
+def _by_boost(body: str, direction: str, speed: float) -> Pair:
+    return _body(body).laguerre(LaguerreTransformation.boost(speed * unit(direction)))
 
 
-def _by_offset(body: str, distance: float) -> tuple[Mesh, Mesh]:
-    return LaguerreTransformation.offset(distance).map_mesh(*_body(body))
+def _by_offset(body: str, distance: float) -> Pair:
+    return _body(body).laguerre(LaguerreTransformation.offset(distance))
 
 
 BODY = Parameter("Mesh", "What is transformed: a minimal mesh or one with H = -1.", BODIES)

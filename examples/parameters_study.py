@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from geometry.mesh import Mesh
+from geometry.gauss import Pair
 
 __all__ = ["Parameter", "Study"]
 
@@ -34,7 +34,7 @@ class Study:
     title: str
     sentence: str
     parameters: tuple[Parameter, ...]
-    make: Callable[..., tuple[Mesh, Mesh]]
+    make: Callable[..., Pair]
     beam: float
     mean: float | None = None
     view: tuple[float, float] = (-1.0, 0.45)

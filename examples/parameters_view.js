@@ -1,7 +1,7 @@
 "use strict";
 
 // The picture of one mesh: faces, edges as ribbons of constant width, beams and the unit sphere, seen by a Camera of the
-// report (report_camera.js). Meshes come as they are to be drawn; nothing is computed but what is on the screen.
+// report (formats/report/camera.js). Meshes come as they are to be drawn; nothing is computed but what is on the screen.
 
 const FACE_SHADER = [
   `#version 300 es

@@ -15,14 +15,17 @@ from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
 from fabkit.fitness.parts import blocks, lift, mitres_of, sheets
 from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
 from fabkit.formats import whole_folder, write_documents, write_manifest
-from fabkit.gauss_image import GivenPair, computed_image, exact_pair, read_given_pair
+from fabkit.gauss_image import GivenPair, read_given_pair
+from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
+    BuildFacts,
     ExactGaussImage,
     GivenGaussImage,
     Nest,
     Sheet,
     Summary,
+    build_facts,
     nest_panels,
     share_equal_parts,
     too_large,
@@ -33,9 +36,9 @@ from fabkit.units import MM_PER_UNIT
 from fabkit.wording import readable
 from geometry.errors import FoldedError
 from geometry.files import MeshFile, read_mesh
-from geometry.gauss import SupportStructure, axis_lean
+from geometry.gauss import SupportStructure, nearest_parallel_pair, pair_to_build
 from geometry.mesh import Mesh
-from geometry.meshing import planarise
+from geometry.meshing import Guides, planarise
 
 __all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm"]
 
@@ -56,6 +59,11 @@ class Built:
     seconds: dict[str, float]
     sha256: str
 
+    @property
+    def facts(self) -> BuildFacts:
+        """What there is to say of it."""
+        return build_facts(self.summary, self.assembly, self.nest)
+
 
 def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
     """Design the structure and write it to the folder `project.out`, which appears whole or not at all.
@@ -70,7 +78,7 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
     with whole_folder(project.out, force=force, inputs=inputs) as folder:
         built = design(project, stages)
         write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
-        write_manifest(folder, _manifest(project, built))
+        write_manifest(folder, _manifest(project, built), built.facts.all)
     return built
 
 
@@ -89,7 +97,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         assembly = share_equal_parts(detailed.assembly, within_mm=within)
         assembly = replace(assembly, origin_mm=file.origin * scale)
     with stages("Nest"):
-        reasons = too_large(assembly.panels, _sheet(project), border_mm=project.sheets.border_mm)
+        reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
         found = _judged(project, found, _unusual_parts(project, detailed, assembly, reasons))
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(assembly, reasons)
@@ -143,8 +151,8 @@ def judged_image(
     """
     with stages("Gauss image"):
         moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
-        found, image, offset = computed_image(planar, project.gauss_image.weights, moved=moved, rounding=rounding_mm)
-        structure = SupportStructure(found, image, project.beams.height_mm)
+        pair, offset = pair_to_build(planar, moved=moved, rounding=rounding_mm, **project.gauss_image.weights)
+        structure = SupportStructure(pair, project.beams.height_mm)
         told = None if offset is None else ExactGaussImage(offset)
         return structure, told, _judged(project, before, of_gauss_image(structure, project.fitness))
 
@@ -154,16 +162,17 @@ def judged_pair(
 ) -> tuple[SupportStructure, GivenGaussImage, tuple[Finding, ...]]:
     """The same with a Gauss image that is given. Raises FitnessError as above."""
     with stages("Planar and parallel"):
-        pair = exact_pair(mesh, given.image, tolerance=project.gauss_image.tolerance)
-        told = GivenGaussImage(given.name, given.sha256, pair.largest_move, pair.mean_move)
+        pair = nearest_parallel_pair(mesh, given.gauss_image, tolerance=project.gauss_image.tolerance)
+        _, moves = pair.moves_from(mesh, given.gauss_image)
+        told = GivenGaussImage(given.name, given.sha256, float(moves.max()), float(moves.mean()))
         found = _judged(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
-        structure = SupportStructure(pair.mesh, pair.image, project.beams.height_mm)
+        structure = SupportStructure(pair, project.beams.height_mm)
         return structure, told, _judged(project, found, of_gauss_image(structure, project.fitness))
 
 
 def _planar(project: Project, mesh: Mesh) -> Mesh:
     try:
-        return planarise(mesh, **project.planarise.model_dump(exclude_none=True)).mesh
+        return planarise(mesh, Guides(**project.planarise.model_dump(exclude_none=True))).mesh
     except FoldedError as error:
         raise FitnessError([folded(error)]) from None
 
@@ -179,15 +188,16 @@ def _unusual_parts(
     project: Project, detailed: Detailed, assembly: Assembly, reasons: dict[int, str]
 ) -> tuple[Finding, ...]:
     rules, height = project.fitness, project.beams.height_mm
-    marks = {node.element: node.mark for node in assembly.nodes}
-    faces = {assembly.panels[k].element: reason for k, reason in reasons.items()}
-    panels = {panel.element: panel.mark for panel in assembly.panels}
+    nodes, panels = assembly.of(NODE), assembly.of(PANEL)
+    marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
+    faces = {int(panels.elements[k]): reason for k, reason in reasons.items()}
+    of_panels = dict(zip(panels.elements.tolist(), panels.marks, strict=True))
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
     found = (
-        mitres_of(assembly.beams, rules),
-        blocks(assembly.nodes, height, rules),
+        mitres_of(assembly.of(BEAM), rules),
+        blocks(nodes, height, rules),
         lift(detailed.asked_mm, marks, height, rules) if project.panels.lift_mm is None else None,
-        sheets(faces, panels, "refused" if is_refused else "told"),
+        sheets(faces, of_panels, "refused" if is_refused else "told"),
     )
     return tuple(finding for finding in found if finding)
 
@@ -206,22 +216,27 @@ def _sheet(project: Project) -> Sheet:
 
 def _without_too_large(assembly: Assembly, reasons: dict[int, str]) -> Assembly:
     """Without the panels that fit on no sheet, for these reasons by index."""
-    if len(reasons) == len(assembly.panels) > 0:
+    panels = assembly.of(PANEL)
+    if len(reasons) == len(panels) > 0:
         raise NestingError(
             f"with what fits on no sheet left out, no panel remains of {len(reasons)}: {next(iter(reasons.values()))}; "
             "take larger sheets (--sheet), or turn nesting off (--nest off)"
         )
-    left_out = tuple(LeftOut("panel", assembly.panels[k].element, reason) for k, reason in reasons.items())
-    panels = tuple(panel for k, panel in enumerate(assembly.panels) if k not in reasons)
-    return replace(assembly, panels=panels, left_out=assembly.left_out + left_out)
+    if not reasons:
+        return assembly
+    left_out = tuple(LeftOut(PANEL.name, int(panels.elements[k]), reason) for k, reason in reasons.items())
+    fitting = np.ones(len(panels), dtype=bool)
+    fitting[list(reasons)] = False
+    return replace(assembly.with_group(panels.take(fitting)), left_out=assembly.left_out + left_out)
 
 
 def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest | None:
-    if project.nesting.mode == "off" or not assembly.panels:
+    panels = assembly.of(PANEL)
+    if project.nesting.mode == "off" or not len(panels):
         return None
     rules = project.sheets
     return nest_panels(
-        assembly.panels,
+        panels,
         _sheet(project),
         gap_mm=rules.gap_mm,
         border_mm=rules.border_mm,
@@ -257,7 +272,7 @@ def _summary(
         farthest_vertex=int(moves.argmax()),
         edge_lengths_mm=mesh.edge_lengths,
         heights=structure.heights,
-        leans_deg=np.degrees(axis_lean(mesh, structure.gauss_image)),
+        leans_deg=np.degrees(structure.pair.leans),
         twists_deg=np.degrees(structure.twists),
         lift_mm=detailed.lift_mm,
         lift_reason=detailed.lift_reason,
@@ -277,27 +292,7 @@ def _manifest(project: Project, built: Built) -> dict[str, Any]:
             **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely")},
         },
         "origin": {"unit": summary.origin.tolist(), "mm": assembly.origin_mm.tolist()},
-        "counts": {
-            "vertices": summary.n_vertices,
-            "edges": summary.n_edges,
-            "faces": summary.n_faces,
-            **{name: len(group) for name, group in assembly.groups().items()},
-            "marks": {name: len({part.mark for part in group}) for name, group in assembly.groups().items()},
-            "sheets": built.nest.n_sheets if built.nest else 0,
-            "left_out": len(assembly.left_out),
-        },
-        "largest_twist_deg": float(summary.twists_deg.max()),
-        "heights": summary.height_shares,
-        "lean_deg": summary.lean_shares_deg,
         "fitness": [vars(finding) for finding in summary.fitness],
-        "planarity": {"before": summary.planarity_before, "after": summary.planarity_after},
-        "equal_within_mm": summary.equal_within_mm,
-        "moved_mm": {
-            "largest": summary.largest_move_mm,
-            "vertex": summary.farthest_vertex,
-            "mean": summary.mean_move_mm,
-        },
-        "lift": {"mm": summary.lift_mm, "reason": summary.lift_reason},
         "mended": list(summary.mended),
         "left_out": [vars(part) for part in assembly.left_out],
     }

@@ -157,22 +157,26 @@ class Project(BaseModel):
                 "the Gauss image is given by gauss_image.file, so the mesh is made planar together with it and "
                 "[planarise] says nothing: take one of the two out"
             )
-        self.rules  # noqa: B018  (the rules check each other)
+        _rules_of(self)  # they check each other
         return self
 
     @property
     def rules(self) -> DetailingRules:
-        return DetailingRules(
-            beams=self.beams,
-            nodes=self.nodes,
-            panels=self.panels,
-            sheets=self.sheets,
-            densities_kg_m3=self.densities_kg_m3,
-        )
+        return _rules_of(self)
 
     @property
     def title(self) -> str:
         return readable(self.name or self.mesh.stem)
+
+
+def _rules_of(project: Project) -> DetailingRules:
+    return DetailingRules(
+        beams=project.beams,
+        nodes=project.nodes,
+        panels=project.panels,
+        sheets=project.sheets,
+        densities_kg_m3=project.densities_kg_m3,
+    )
 
 
 def load_project(path: Path, overrides: dict[str, Any]) -> Project:

@@ -93,9 +93,9 @@ class DetailingRules:
 
     @model_validator(mode="after")
     def _densities_known(self) -> DetailingRules:
-        for kind in ("beams", "nodes", "panels"):
-            material = getattr(self, kind).material
-            if material not in self.densities_kg_m3:
+        for kind, rules in vars(self).items():
+            material = getattr(rules, "material", None)
+            if material is not None and material not in self.densities_kg_m3:
                 known = ", ".join(echo(name) for name in sorted(self.densities_kg_m3))
                 raise ValueError(f"{kind}.material is {echo(material)}, but densities_kg_m3 has only {known}")
         return self

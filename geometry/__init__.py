@@ -5,6 +5,7 @@ of a mesh in `geometry.functionals`, measures of offsets in `geometry.parallel`,
 polyhedra and the meshes parallel to them in `geometry.edge_offset`.
 """
 
+from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heights
 from geometry.curvature import (
     FaceCurvatures,
     christoffel_dual,
@@ -25,32 +26,36 @@ from geometry.edge_offset import (
 from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
 from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
 from geometry.gauss import (
+    Pair,
     SupportStructure,
+    approximate_pair,
     edge_distances,
-    edge_gauss_image,
-    exact_gauss_images,
+    edge_offset_pair,
+    exact_pairs,
     face_distances,
-    face_gauss_image,
-    gauss_image,
+    face_offset_pair,
     nearest_parallel_pair,
     node_axes,
     parallel_from_axes,
     vertex_distances,
-    vertex_gauss_image,
+    vertex_offset_pair,
 )
 from geometry.mesh import Combinatorics, Mesh
-from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
+from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Surface
 
 __all__ = [
+    "Aims",
     "Combinatorics",
     "ConvergenceError",
+    "Effort",
     "FaceCurvatures",
     "FoldedError",
     "GeometryError",
+    "Guides",
     "KoebePolyhedron",
     "LaguerreTransformation",
     "Mesh",
@@ -59,29 +64,32 @@ __all__ = [
     "MeshFileError",
     "MoebiusTransformation",
     "OptimisedMesh",
+    "OptimisedPair",
+    "Pair",
     "ParallelSpace",
     "ParallelityError",
     "RankError",
     "SupportStructure",
     "Surface",
+    "approximate_pair",
     "christoffel_dual",
     "constant_mean",
     "constant_mean_of_revolution",
     "edge_distances",
     "edge_factors",
-    "edge_gauss_image",
     "edge_offset_mesh",
-    "exact_gauss_images",
+    "edge_offset_pair",
+    "exact_pairs",
     "face_curvatures",
     "face_distances",
-    "face_gauss_image",
-    "gauss_image",
+    "face_offset_pair",
     "koebe",
     "make_circular",
     "make_conical",
     "minimal_of_revolution",
     "nearest_parallel_pair",
     "node_axes",
+    "optimise_pair",
     "parallel_from_axes",
     "parallelity",
     "planarise",
@@ -91,7 +99,8 @@ __all__ = [
     "steiner_area",
     "steiner_areas",
     "tangent_mesh",
+    "trade_of_heights",
     "vertex_distances",
-    "vertex_gauss_image",
+    "vertex_offset_pair",
     "write_mesh",
 ]

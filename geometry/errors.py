@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import operator
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Literal
+
+from geometry.arrays import FloatArray, IntArray
 
 __all__ = [
     "FoldedError",
@@ -12,6 +16,7 @@ __all__ = [
     "ParallelityError",
     "RankError",
     "listed",
+    "raise_worst",
     "shown",
 ]
 
@@ -66,6 +71,40 @@ class ParallelityError(GeometryError):
 
 class RankError(GeometryError):
     """The singular values have no gap, so that the dimension of a space cannot be told."""
+
+
+HOLDS = {"<=": operator.le, ">=": operator.ge, ">": operator.gt}
+"""What may be demanded of values; NaN is nothing of it."""
+
+
+def raise_worst(
+    values: FloatArray,
+    demand: Literal["<=", ">=", ">"],
+    bound: float,
+    say: Callable[[int, float], str],
+    *,
+    elements: IntArray | None = None,
+    error: Callable[..., GeometryError] = GeometryError,
+    **more: Any,
+) -> None:
+    """Raise an error that names the worst element, where not all values (m,) are as demanded of them.
+
+    The worst is the largest for "<=", else the least, the first one of several; NaN is worse than any number.
+    say: the sentence, from the element and its value. elements (m,): what the values belong to; their numbers without.
+    error: the class, called with the sentence, `elements`, `value`, `bound` and what `more` it asks for.
+
+    >>> raise_worst(np.array([0.1, 0.4]), "<=", 0.2, lambda face, value: f"face {face} is off by {value}, allowed 0.2")
+    Traceback (most recent call last):
+    geometry.errors.GeometryError: face 1 is off by 0.4, allowed 0.2
+    """
+    if not len(values):
+        return
+    worst = int(values.argmax() if demand == "<=" else values.argmin())  # either is the first NaN, if there is one
+    value = float(values[worst])
+    if HOLDS[demand](value, bound):
+        return
+    element = worst if elements is None else int(elements[worst])
+    raise error(say(element, value), elements=[element], value=value, bound=bound, **more)
 
 
 def listed(names: Iterable[object], count: int) -> str:

@@ -67,7 +67,7 @@ def test_the_how_to_on_designing_edge_offset_meshes_runs() -> None:
     names: dict[str, Any] = {}
     for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
         exec(block, names)
-    assert abs(geometry.edge_distances(names["image"], names["image"]) - 1).max() < 1e-12
+    assert abs(names["leaning"].edge_distances - 1).max() < 1e-12
     assert (geometry.edge_factors(names["square"], names["saddle"]) < 0).any()
 
 

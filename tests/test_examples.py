@@ -63,7 +63,7 @@ def test_the_project_file_that_ships_is_one() -> None:
     project = load_project(EXAMPLES / "roof.toml", {"nesting": {"mode": "off"}})
     built = design(project)
     assert built.assembly.name == "Freeform roof"
-    assert {beam.section.name for beam in built.assembly.beams} == {"flat 40x140"}
+    assert {beam.details.section.name for beam in built.assembly["beams"]} == {"flat 40x140"}
 
 
 # --- what the figures say, in numbers
@@ -149,7 +149,7 @@ def test_figure_10_shows_edge_offsets_before_and_after() -> None:
     assert found["largest sine between edges of M' and S'"] < 1e-9
     assert found["faces of M' that cross themselves or others"] == 0
     pictured = example("figure_10_laguerre")
-    (m, _), (moved, _) = pictured.original(), pictured.transformed()
+    m, moved = pictured.original().mesh, pictured.transformed().mesh
     turned = m.vertices @ _turn(2 * np.pi / pictured.AROUND).T  # M has an axis, M' has lost it
     assert _farthest(turned, m.vertices) < 1e-9
     turned = moved.vertices @ _turn(2 * np.pi / pictured.AROUND).T

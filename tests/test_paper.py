@@ -18,15 +18,14 @@ from geometry.curvature import face_curvatures, steiner_area
 from geometry.errors import GeometryError, ParallelityError
 from geometry.functionals.fairness import laplacian
 from geometry.gauss import (
+    Pair,
     circularity,
     conicality,
     edge_cone_deviation,
-    edge_distances,
-    face_distances,
     vertex_distances,
 )
 from geometry.gauss.axes import node_axes, parallel_from_axes
-from geometry.gauss.exact_gauss_image import edge_gauss_image, face_gauss_image, vertex_gauss_image
+from geometry.gauss.exact_gauss_image import edge_offset_pair, face_offset_pair, vertex_offset_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.mesh.polygons import mixed_areas
 from geometry.parallel import ParallelSpace
@@ -239,13 +238,13 @@ def test_proposition_2_quad_meshes_with_vertex_offsets_are_circular(name: str, s
         a, b, c, d = mesh.vertices[face]
         assert angle(a, d, b) + angle(c, b, d) == pytest.approx(np.pi, abs=ROUNDING)
     assert circularity(mesh).max() <= ROUNDING
-    image = vertex_gauss_image(mesh)
+    image = vertex_offset_pair(mesh).gauss_image
     assert parallelity(mesh, image).max() <= ROUNDING
     for vertex in image.vertices:
         assert np.linalg.norm(vertex) == pytest.approx(1, abs=ROUNDING)
     assert circularity(SKEW).max() > 1e-2
     with pytest.raises(GeometryError):
-        vertex_gauss_image(SKEW)
+        vertex_offset_pair(SKEW)
 
 
 def angle(at: FloatArray, first: FloatArray, second: FloatArray) -> float:
@@ -263,40 +262,40 @@ def test_proposition_2_edge_offsets(name: str, seed: int, d: float) -> None:
         )
         along = mesh.vertices[j] - mesh.vertices[i]
         assert distance_of_line(offset.vertices[i] - mesh.vertices[i], along) == pytest.approx(d, rel=ROUNDING)
-    np.testing.assert_allclose(edge_distances(mesh, image), 1, rtol=ROUNDING)
+    np.testing.assert_allclose(Pair(mesh, image).edge_distances, 1, rtol=ROUNDING)
     other = element(name, seed)
     lines = [(other.vertices[i], mesh.vertices[j] - mesh.vertices[i]) for i, j in edges(mesh)]
     expected = [distance_of_line(point, along) for point, along in lines]
-    np.testing.assert_allclose(edge_distances(mesh, other), expected, rtol=0, atol=ROUNDING)
-    found = edge_gauss_image(mesh)
+    np.testing.assert_allclose(Pair(mesh, other).edge_distances, expected, rtol=0, atol=ROUNDING)
+    found = edge_offset_pair(mesh).gauss_image
     np.testing.assert_allclose(found.vertices, image.vertices, rtol=0, atol=1000 * ROUNDING)
     with pytest.raises(GeometryError):
-        edge_gauss_image(SKEW)
+        edge_offset_pair(SKEW)
 
 
 @given(st.sampled_from(["dome", "double ring", "hexagons", "truncated_icosahedron"]), seeds, distances)
 def test_proposition_2_face_offsets(name: str, seed: int, d: float) -> None:
     """Prop. 2.3: M + dS is a face offset of M if and only if the faces of S are tangent to the unit sphere."""
     mesh = shaped(name, seed)
-    image = face_gauss_image(mesh)
+    image = face_offset_pair(mesh).gauss_image
     assert parallelity(mesh, image).max() <= ROUNDING
     offset = mesh + d * image
     for face, normal in zip(mesh.combinatorics.faces(), mesh.face_normals, strict=True):
         for i in face:
             assert np.dot(normal, image.vertices[i]) == pytest.approx(1, abs=ROUNDING)
             assert np.dot(normal, offset.vertices[i] - mesh.vertices[i]) == pytest.approx(d, abs=ROUNDING)
-    np.testing.assert_allclose(face_distances(mesh, image), 1, rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(Pair(mesh, image).face_distances, 1, rtol=0, atol=ROUNDING)
     other = element(name, seed)
     first = other.vertices[[face[0] for face in mesh.combinatorics.faces()]]
     expected = [np.dot(*pair) for pair in zip(mesh.face_normals, first, strict=True)]
-    np.testing.assert_allclose(face_distances(mesh, other), expected, rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(Pair(mesh, other).face_distances, expected, rtol=0, atol=ROUNDING)
 
 
 @given(st.sampled_from(["dome", "double ring", "hexagons", "truncated_icosahedron"]), seeds)
 def test_proposition_2_meshes_with_face_offsets_are_conical(name: str, seed: int) -> None:
     """Prop. 2.3: a mesh has a face offset if and only if the faces at a vertex are tangent to a cone of revolution."""
     mesh = shaped(name, seed)
-    image = face_gauss_image(mesh)
+    image = face_offset_pair(mesh).gauss_image
     c = mesh.combinatorics
     for vertex in np.flatnonzero(~c.is_boundary_vertex):  # the cone's axis is that of the vertex
         faces = [face for face, corners in enumerate(c.faces()) if vertex in corners]
@@ -305,25 +304,26 @@ def test_proposition_2_meshes_with_face_offsets_are_conical(name: str, seed: int
     assert np.nanmax(conicality(mesh), initial=0) <= ROUNDING
     assert np.nanmax(conicality(SKEW)) > 1e-2
     with pytest.raises(GeometryError):
-        face_gauss_image(SKEW)
+        face_offset_pair(SKEW)
 
 
-KINDS: list[tuple[Callable[[Mesh], Mesh], str]] = [
-    (vertex_gauss_image, "dome"),
-    (edge_gauss_image, "rhombicuboctahedron"),
-    (face_gauss_image, "double ring"),
+KINDS: list[tuple[Callable[[Mesh], Pair], str]] = [
+    (vertex_offset_pair, "dome"),
+    (edge_offset_pair, "rhombicuboctahedron"),
+    (face_offset_pair, "double ring"),
 ]
 
 
 @given(st.sampled_from(KINDS), seeds)
-def test_after_proposition_2_offsets_of_parallel_meshes(kind: tuple[Callable[[Mesh], Mesh], str], seed: int) -> None:
+def test_after_proposition_2_offsets_of_parallel_meshes(kind: tuple[Callable[[Mesh], Pair], str], seed: int) -> None:
     """After Prop. 2: if M has an offset at constant distance, every mesh parallel to M has one, with the same S.
 
     Where M leaves a choice of S, angles and normals decide, which are the same where no edge is reversed.
     """
-    gauss, name = kind
-    image = gauss(MESHES[name])
-    np.testing.assert_allclose(gauss(shaped(name, seed)).vertices, image.vertices, rtol=0, atol=1000 * ROUNDING)
+    found, name = kind
+    image = found(MESHES[name]).gauss_image
+    of_other = found(shaped(name, seed)).gauss_image
+    np.testing.assert_allclose(of_other.vertices, image.vertices, rtol=0, atol=1000 * ROUNDING)
 
 
 # --- 3.2 Edge offsets
@@ -358,12 +358,12 @@ def test_proposition_4_laguerre_transformations(name: str, seed: int) -> None:
     for i, (m, s) in enumerate(zip(mesh.vertices, image.vertices, strict=True)):
         first, second = A @ [*(m - s), 1] + a, A @ [*(m + s), -1] + a
         vertices[i] = ((first[3] * second - second[3] * first) / (first[3] - second[3]))[:3]
-    found, its_image = LaguerreTransformation(A, a).map_mesh(mesh, image)
-    np.testing.assert_allclose(found.vertices, vertices, rtol=0, atol=ROUNDING)
+    found = Pair(mesh, image).laguerre(LaguerreTransformation(A, a))
+    np.testing.assert_allclose(found.mesh.vertices, vertices, rtol=0, atol=ROUNDING)
     moved = mesh.with_vertices(vertices)
     assert moved.plane_deviations.max() <= ROUNDING  # planar faces again
     for edge, (i, j) in enumerate(edges(moved)):
-        s, t = its_image.vertices[i], unit(vertices[j] - vertices[i])
+        s, t = found.gauss_image.vertices[i], unit(vertices[j] - vertices[i])
         assert distance_of_line(s, t) == pytest.approx(1, abs=1e-7), edge  # short edges keep fewer digits
 
 
@@ -414,7 +414,7 @@ def test_equation_5_areas_of_smooth_offsets(d: float) -> None:
     """
     zone = 2 * np.pi * (np.sin(np.radians(80)) - np.sin(np.radians(10)))
     spheres = [shapes.dome(8 * n, 4 * n) for n in (1, 2, 4)]
-    errors = [steiner_area(mesh, mesh, d) - zone * (1 + d) ** 2 for mesh in spheres]
+    errors = [steiner_area(Pair(mesh, mesh), d) - zone * (1 + d) ** 2 for mesh in spheres]
     assert abs(errors[2]) < 0.01 * zone
     np.testing.assert_allclose(np.divide(errors[:2], errors[1:]), 4, rtol=0.05)  # error of second order
 
@@ -426,7 +426,7 @@ def test_equation_5_areas_of_smooth_offsets(d: float) -> None:
         core = mesh.vertices * [1, 1, 0]
         core *= R / np.linalg.norm(core, axis=1, keepdims=True)
         image = mesh.with_vertices((mesh.vertices - core) / r)
-        errors.append(steiner_area(mesh, image, d) - (4 * np.pi**2 * R * r - 2 * d * (-2 * np.pi**2 * R) + 0))
+        errors.append(steiner_area(Pair(mesh, image), d) - (4 * np.pi**2 * R * r - 2 * d * (-2 * np.pi**2 * R) + 0))
         assert 4 * np.pi**2 * R * (r + d) == pytest.approx(4 * np.pi**2 * R * r + 4 * np.pi**2 * R * d)
     assert abs(errors[2]) < 0.02 * 4 * np.pi**2 * R * r
     np.testing.assert_allclose(np.divide(errors[:2], errors[1:]), 4, rtol=0.05)
@@ -436,7 +436,7 @@ def test_equation_5_areas_of_smooth_offsets(d: float) -> None:
 def test_equation_6_proposition_5_steiner(name: str, seed: int, d: float) -> None:
     """Prop. 5, (6): area(M^d) is the sum over the faces of (1 - 2 d H_F + d^2 K_F) area(F), where area(F) > 0."""
     mesh, image = MESHES[name], element(name, seed)
-    curvatures = face_curvatures(mesh, image)
+    curvatures = face_curvatures(Pair(mesh, image))
     assert (curvatures.areas > 0).all()
     total = 0.0
     for face, n in enumerate(mesh.face_normals):
@@ -445,7 +445,7 @@ def test_equation_6_proposition_5_steiner(name: str, seed: int, d: float) -> Non
         total += literal_area((mesh + d * image).vertices[corners], n)
     terms = (1 - 2 * d * curvatures.mean + d**2 * curvatures.gaussian) * curvatures.areas
     assert terms.sum() == pytest.approx(total, abs=mesh.n_faces * ROUNDING)
-    assert steiner_area(mesh, image, d) == pytest.approx(total, abs=mesh.n_faces * ROUNDING)
+    assert steiner_area(Pair(mesh, image), d) == pytest.approx(total, abs=mesh.n_faces * ROUNDING)
 
 
 @given(names, seeds)
@@ -455,7 +455,7 @@ def test_equation_7_curvatures_of_faces(name: str, seed: int) -> None:
     They exist if and only if H^2 - K >= 0, which holds where F is strictly convex, as all faces are here.
     """
     mesh, image = MESHES[name], element(name, seed)
-    curvatures = face_curvatures(mesh, image)
+    curvatures = face_curvatures(Pair(mesh, image))
     for face, n in enumerate(mesh.face_normals):
         corners = mesh.combinatorics.face(face)
         p, q = mesh.vertices[corners], image.vertices[corners]
@@ -492,5 +492,5 @@ def test_equation_8_vanishing_mixed_area_of_quads(seed: int) -> None:
         crossed = [np.cross(q[2] - q[0], image[3] - image[1]), np.cross(q[3] - q[1], image[2] - image[0])]
         assert (abs(area) < ROUNDING) == vanishes
         assert (np.abs(crossed).max() < ROUNDING) == vanishes
-        (H,) = face_curvatures(mesh, mesh.with_vertices(image)).mean
+        (H,) = face_curvatures(Pair(mesh, mesh.with_vertices(image))).mean
         assert pytest.approx(-area / literal_area(q, n), abs=ROUNDING) == H

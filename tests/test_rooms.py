@@ -25,6 +25,7 @@ GROUND = {"geometry.arrays", "geometry.errors"}
 
 MAY_IMPORT: dict[str, set[str]] = {
     "geometry": {
+        "geometry.combined",
         "geometry.curvature",
         "geometry.edge_offset",
         "geometry.errors",
@@ -38,7 +39,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.surface",
     },
     "geometry.arrays": set(),
-    "geometry.errors": set(),
+    "geometry.errors": {"geometry.arrays"},
     "geometry.mesh": GROUND,
     "geometry.mesh.intersections": {"geometry.mesh", "geometry.arrays"},
     "geometry.optimise": GROUND,
@@ -48,10 +49,27 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.meshing": {"geometry.functionals", "geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.layout": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.parallel": {"geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
-    "geometry.gauss": {"geometry.parallel", "geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
-    "geometry.spheres": {"geometry.gauss", "geometry.parallel", "geometry.mesh", *GROUND},
+    "geometry.spheres": {"geometry.mesh", *GROUND},
+    "geometry.gauss": {
+        "geometry.parallel",
+        "geometry.spheres",
+        "geometry.functionals",
+        "geometry.optimise",
+        "geometry.mesh",
+        *GROUND,
+    },
     "geometry.circle_patterns": {"geometry.spheres", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.curvature": {"geometry.gauss", "geometry.parallel", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.combined": {
+        "geometry.gauss",
+        "geometry.parallel",
+        "geometry.meshing",
+        "geometry.functionals",
+        "geometry.surface",
+        "geometry.optimise",
+        "geometry.mesh",
+        *GROUND,
+    },
     "geometry.edge_offset": {
         "geometry.circle_patterns",
         "geometry.spheres",
@@ -64,6 +82,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh.intersections",
         *GROUND,
     },
+    "geometry.shading": {"geometry.gauss", "geometry.mesh", *GROUND},
     "fabkit": {"fabkit.pipeline", "fabkit.project", "fabkit.errors", "fabkit.signals"},
     "fabkit.__main__": {"fabkit.commands", "fabkit.signals"},
     "fabkit.signals": set(),
@@ -71,9 +90,11 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.units": set(),
     "fabkit.stages": set(),
     "fabkit.wording": set(),
-    "fabkit.parts": {"geometry.mesh", "geometry.arrays"},
+    "fabkit.parts": {"fabkit.errors", "geometry.mesh", "geometry.arrays"},
+    "fabkit.kinds": {"fabkit.parts", "geometry.arrays"},
     "fabkit.rules": {"fabkit.wording"},
     "fabkit.fitness": {
+        "fabkit.kinds",
         "fabkit.parts",
         "fabkit.errors",
         "geometry.gauss",
@@ -81,10 +102,11 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh.intersections",
         *GROUND,
     },
-    "fabkit.checking": {"fabkit.parts", "fabkit.errors", "geometry.gauss", "geometry.arrays"},
+    "fabkit.checking": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", "geometry.gauss", "geometry.arrays"},
     "fabkit.detailing": {
         "fabkit.checking",
         "fabkit.fitness",
+        "fabkit.kinds",
         "fabkit.parts",
         "fabkit.rules",
         "fabkit.errors",
@@ -92,15 +114,16 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh",
         "geometry.arrays",
     },
-    "fabkit.production": {"fabkit.fitness", "fabkit.parts", "fabkit.errors", "geometry.arrays"},
+    "fabkit.production": {"fabkit.fitness", "fabkit.kinds", "fabkit.parts", "fabkit.errors", "geometry.arrays"},
     "fabkit.formats.step": {"fabkit.parts", "fabkit.errors", "geometry.arrays"},
     "fabkit.formats.drawings": {"fabkit.production", "geometry.mesh", "geometry.arrays"},
-    "fabkit.formats.report": {"fabkit.production", "fabkit.fitness", "fabkit.parts", "geometry.arrays"},
+    "fabkit.formats.report": {"fabkit.production", "fabkit.fitness", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
     "fabkit.formats": {
         "fabkit.formats.step",
         "fabkit.formats.drawings",
         "fabkit.formats.report",
         "fabkit.production",
+        "fabkit.kinds",
         "fabkit.parts",
         "fabkit.signals",
         "fabkit.stages",
@@ -114,7 +137,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.gauss",
         "geometry.parallel",
         "geometry.mesh",
-        *GROUND,
+        "geometry.errors",
     },
     "fabkit.project": {
         "fabkit.gauss_image",
@@ -130,6 +153,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.production",
         "fabkit.detailing",
         "fabkit.fitness",
+        "fabkit.kinds",
         "fabkit.parts",
         "fabkit.project",
         "fabkit.gauss_image",
@@ -146,7 +170,6 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.designs": {
         "fabkit.formats",
         "fabkit.formats.drawings",
-        "fabkit.gauss_image",
         "fabkit.wording",
         "fabkit.errors",
         "geometry.edge_offset",
@@ -165,6 +188,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.pipeline",
         "fabkit.project",
         "fabkit.formats",
+        "fabkit.production",
         "fabkit.detailing",
         "fabkit.fitness",
         "fabkit.rules",
@@ -196,23 +220,24 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "geometry.optimise": (
         "functional solution",
-        "affine saddle_point",
-        "constrained semidefinite grounded_laplacian",
-        "bounded",
+        "affine blocks hinge saddle_point",
+        "constrained_quadratic semidefinite_quadratic grounded_laplacian penalty",
+        "bounded_quadratic",
         "newton",
     ),
     "geometry.files": (
         "encoding number_rows clusters face_rings meeting_outlines polygon_soup",
         "obj off ply orientation overlaid_faces",
-        "checks",
+        "face_checks",
         "mending",
         "mesh_files",
         "mesh_pairs",
     ),
     "geometry.functionals": (
-        "unknowns rim",
-        "closeness convexity fairness frames parallelity reference_planes",
-        "circularity conicality normals planarity",
+        "unknowns rim_normals",
+        "closeness convexity fairness face_frames parallelity reference_planes",
+        "circularity conicality normals planarity pair_distances",
+        "pair_curvature uprightness",
     ),
     "geometry.layout": (
         "arrays integer_lattices mesh_polylines",
@@ -235,9 +260,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.gauss": (
         "axes edge_cones inscribed",
         "distances lean midscribed",
-        "circumscribed refinement support_structure",
-        "approximate_gauss_image exact_gauss_image nearest_pair",
+        "pair circumscribed refinement",
+        "support_structure approximate_gauss_image exact_gauss_image nearest_pair",
         "offset_kinds rounded_mesh",
+        "best_pair",
     ),
     "geometry.curvature": (
         "faces fairness levels rings",
@@ -248,13 +274,16 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.edge_offset": (
         "centring enneper rotational points_of_contact contradictory_signs buildability",
         "koebe_polyhedra tangent_hexagons",
-        "signed_meshes",
+        "signed_meshes covering",
     ),
+    "fabkit.parts": ("frame material section ragged solid symmetry", "solids kind", "parts", "assembly"),
     "fabkit.production": (
-        "nests neighbours equal_shapes rectangles_left strokes part_measures",
-        "turns cut_lists drawing guillotine",
-        "marks irregular",
+        "curves nests equal_shapes rectangles_left",
+        "strokes",
+        "marks cut_lists drawing guillotine",
+        "irregular",
         "sheet_nesting summary",
+        "facts",
     ),
     "fabkit.formats": ("manifest renaming tables triangles", "folder gltf kernels", "documents"),
     "fabkit.commands": ("terminal options facts", "inspection design", "command_line"),
@@ -382,7 +411,7 @@ def test_every_room_says_what_is_public_and_no_name_hides_a_file(room: str) -> N
 
 
 def test_imports_of_kernels_are_lazy() -> None:
-    kernels = {"OCP", "build123d", "cadquery", "packingsolver", "spyrrow"}
+    kernels = {"OCP", "build123d", "cadquery", "packingsolver", "spyrrow", "sunposition"}
     for path in modules():
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []

@@ -8,9 +8,9 @@ import numpy as np
 import shapely
 
 from fabkit.checking.convex import Pieces, convex_pieces, depths, is_splittable
+from fabkit.checking.positions import Positions
 from fabkit.errors import DetailingError
-from fabkit.parts import Assembly, Part
-from fabkit.parts.stacks import Stack, stacks
+from fabkit.parts import Assembly, Part, Stack
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["clashes", "clashing_pairs"]
@@ -26,16 +26,17 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
     its convex pieces. The solids must be sound (`check.violations` says which are not). In the order of
     `assembly.parts()`. Raises DetailingError where a solid is neither convex nor a prism over a simple polygon.
     """
-    parts = list(assembly.parts())
-    all_stacks = stacks(parts)
-    for stack in all_stacks:
+    positions = Positions(assembly)
+    stacks = positions.placed()
+    for stack in stacks:
         for position in stack.parts[~is_splittable(stack)].tolist():
+            part = positions[position]
             raise DetailingError(
-                f"{parts[position].kind} {parts[position].mark}, element {parts[position].element}, is neither convex "
-                "nor a prism over a simple polygon, so what it shares with others cannot be found; build it as a prism"
+                f"{part.kind.name} {part.mark}, element {part.element}, is neither convex nor a prism over a simple "
+                "polygon, so what it shares with others cannot be found; build it as a prism"
             )
-    pairs, found = clashing_pairs(all_stacks, depth_mm=depth_mm)
-    return [(parts[i], parts[j], d) for (i, j), d in zip(pairs.tolist(), found.tolist(), strict=True)]
+    pairs, found = clashing_pairs(stacks, depth_mm=depth_mm)
+    return [(positions[i], positions[j], d) for (i, j), d in zip(pairs.tolist(), found.tolist(), strict=True)]
 
 
 def clashing_pairs(stacks: Sequence[Stack], *, depth_mm: float = TOUCHING_MM) -> tuple[IntArray, FloatArray]:

@@ -12,8 +12,7 @@ import numpy as np
 import shapely
 
 from fabkit.checking.convex_pieces import MOST_CORNERS, triangles
-from fabkit.parts import Topology, face_normals, prism_topology
-from fabkit.parts.stacks import Stack
+from fabkit.parts import Stack, Topology, prism_topology
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["Pieces", "convex_pieces", "depths", "is_splittable"]
@@ -66,11 +65,14 @@ def _is_convex(stack: Stack) -> BoolArray:
     t = stack.topology
     if t.n_vertices > 2 * MOST_CORNERS and _is_prism(t):
         return np.zeros(len(stack.parts), dtype=bool)
-    normals = face_normals(stack.vertices, t)
-    anchors = stack.vertices[:, t.corners[t.loop_starts[t.face_starts[:-1]]]]
-    levels = np.einsum("pfk,pfk->pf", normals, anchors)
-    heights = normals @ stack.vertices.transpose(0, 2, 1) - levels[..., None]
-    flush: BoolArray = heights.max(axis=(1, 2)) <= FLUSH_MM
+    flush = np.empty(len(stack.parts), dtype=bool)
+    done = 0
+    for few in stack.a_few_at_a_time():
+        normals = few.normals
+        levels = np.einsum("pfk,pfk->pf", normals, few.vertices[:, t.corners[t.first_corner]])
+        heights = normals @ few.vertices.transpose(0, 2, 1) - levels[..., None]
+        flush[done : done + len(few.parts)] = heights.max(axis=(1, 2), initial=-np.inf) <= FLUSH_MM
+        done += len(few.parts)
     return flush
 
 
@@ -101,7 +103,7 @@ def _triangular_prisms(stack: Stack) -> Stack:
     outlines, axes, plane = _seen_along(stack.vertices)
     corners, owner = triangles(outlines)
     points = np.einsum("tck,tjk->tcj", corners, plane[owner])
-    normals = face_normals(stack.vertices, stack.topology)
+    normals = stack.normals
     ends = []
     for face, first in ((0, 0), (1, stack.topology.n_vertices // 2)):  # both ends are plane, but may lean
         slope = normals[:, face] / np.einsum("pk,pk->p", normals[:, face], axes)[:, None]
@@ -114,8 +116,7 @@ def _pieces(stack: Stack) -> Pieces:
     tail, head = stack.topology.edges.T
     edges = stack.vertices[:, head] - stack.vertices[:, tail]
     directions = edges / np.linalg.norm(edges, axis=-1, keepdims=True)
-    normals = face_normals(stack.vertices, stack.topology)
-    return Pieces(stack.parts, stack.vertices, _distinct(normals), _distinct(directions))
+    return Pieces(stack.parts, stack.vertices, _distinct(stack.normals), _distinct(directions))
 
 
 def _distinct(directions: FloatArray) -> FloatArray:

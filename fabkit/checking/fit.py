@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from fabkit.parts import Beam, Node, Topology, face_normals
-from fabkit.parts.stacks import Stack, stacks
-from geometry.arrays import FloatArray, IntArray, integers
+from fabkit.kinds import BeamDetails, NodeDetails
+from fabkit.parts import Parts, Stack, Topology
+from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["Seats", "seats"]
 
@@ -21,7 +20,7 @@ NUMBERS_AT_ONCE = 4_000_000
 class Seats:
     """Ends of beams and the facets they meet, one row an end whose node is there.
 
-    beams, nodes (K,): positions in the sequences given; ends (K,): 0 for end A, 1 for end B.
+    beams, nodes (K,): positions in the groups given; ends (K,): 0 for end A, 1 for end B.
     off_mm (K,): largest distance of the end face from the plane of the facet. over_mm (K,): how far it sticks out
     of the facet's outline, negative inside. Both infinite where no facet looks towards the end face.
     """
@@ -33,19 +32,18 @@ class Seats:
     over_mm: FloatArray
 
 
-def seats(beams: Sequence[Beam], nodes: Sequence[Node]) -> Seats:
+def seats(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> Seats:
     """Each end face against that facet of its node's block which it fits best among those that look towards it."""
-    position = {node.element: k for k, node in enumerate(nodes)}
-    at = integers([[position.get(vertex, -1) for vertex in beam.nodes] for beam in beams]).reshape(-1, 2)
+    at = nodes.find(beams.details.nodes)
     beam, end = np.nonzero(at >= 0)
     node = at[beam, end]
     off, over = np.empty(len(node)), np.empty(len(node))
-    node_stacks = stacks(nodes)
+    node_stacks = nodes.placed()
     which, row = np.empty(len(nodes), dtype=np.int64), np.empty(len(nodes), dtype=np.int64)
     for k, blocks in enumerate(node_stacks):
         which[blocks.parts], row[blocks.parts] = k, np.arange(len(blocks.parts))
-    for bars in stacks(beams):
-        corners, normals = _end_faces(bars, np.array([beams[k].placement.axes[0] for k in bars.parts]))
+    for bars in beams.placed():
+        corners, normals = _end_faces(bars, beams.axes[bars.parts, 0])
         bar = np.full(len(beams), -1)
         bar[bars.parts] = np.arange(len(bars.parts))
         for k, blocks in enumerate(node_stacks):
@@ -65,7 +63,7 @@ def _a_few_at_a_time(rows: IntArray, topology: Topology) -> list[IntArray]:
 def _end_faces(bars: Stack, along: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Corners (P, 2, m, 3), some of them repeated, and outward normals (P, 2, 3) of the faces that look most against
     and most along the bars' x-axes (P, 3)."""
-    normals = face_normals(bars.vertices, bars.topology)
+    normals = bars.normals
     looks = np.einsum("pfk,pk->pf", normals, along)
     faces = np.stack([looks.argmin(axis=1), looks.argmax(axis=1)], axis=1)
     rows = np.arange(len(faces))[:, None]
@@ -75,7 +73,7 @@ def _end_faces(bars: Stack, along: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _face_corners(topology: Topology) -> IntArray:
     """(F, m) vertices of each face's outer loop, the last one repeated where a face has fewer than m."""
-    loops = topology.loop_starts[topology.face_starts[:-1]]
+    loops = topology.first_corner
     sizes = np.diff(topology.loop_starts)[topology.face_starts[:-1]]
     corners: IntArray = topology.corners[loops[:, None] + np.minimum(np.arange(sizes.max()), sizes[:, None] - 1)]
     return corners
@@ -84,8 +82,7 @@ def _face_corners(topology: Topology) -> IntArray:
 def _misfits(corners: FloatArray, normals: FloatArray, blocks: Stack) -> tuple[FloatArray, FloatArray]:
     """off_mm and over_mm of end faces with corners (K, m, 3) and normals (K, 3), each on its own block (K)."""
     t = blocks.topology
-    starts = t.loop_starts[t.face_starts[:-1]]
-    facing = face_normals(blocks.vertices, t)
+    starts, facing = t.first_corner, blocks.normals
     here, following = blocks.vertices[:, t.corners], blocks.vertices[:, t.corners[t.next_corner]]
     off = np.abs(_levels(facing, here[:, starts], corners)).max(axis=-1)
     outward = np.cross(following - here, facing[:, t.corner_face])

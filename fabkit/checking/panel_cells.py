@@ -2,40 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from fabkit.checking.placed_parts import FIT_MM
-from fabkit.parts import Panel
+from fabkit.kinds import PanelDetails, panel_outlines
+from fabkit.parts import Parts
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
 __all__ = ["panels_outside_cells"]
 
 
-def panels_outside_cells(structure: SupportStructure, panels: Sequence[Panel]) -> IntArray:
-    """Indices of the panels that leave their cells by more than FIT_MM.
+def panels_outside_cells(structure: SupportStructure, panels: Parts[PanelDetails]) -> IntArray:
+    """Positions of the panels that leave their cells by more than FIT_MM.
 
     At each level the cell is the polygon in which the node axes at the corners of the face meet the plane of the panel.
     """
     outside = np.zeros(len(panels), dtype=bool)
-    if not panels:
+    if not len(panels):
         return np.flatnonzero(outside)
-    outlines = shapely.polygons([shapely.linearrings(panel.outline) for panel in panels])
-    for above in (False, True):
-        cells = [_cell(structure, panel, panel.thickness_mm if above else 0.0) for panel in panels]
-        polygons = shapely.polygons([shapely.linearrings(cell) for cell in cells])
-        outside |= ~shapely.covers(shapely.buffer(polygons, FIT_MM, join_style="mitre"), outlines)
+    shapes = panel_outlines(panels)
+    outlines = _polygons(shapes.values, shapes.row)
+    corners, panel = structure.mesh.combinatorics.corners_of(panels.elements)
+    vertices = structure.mesh.combinatorics.corners[corners]
+    to_own = panels.axes[panel]
+    points = np.einsum("ckj,cj->ck", to_own, structure.mesh.vertices[vertices] - panels.origins[panel])
+    axes = np.einsum("ckj,cj->ck", to_own, structure.axes[vertices])
+    for level in (np.zeros(len(panels)), panels.details.thickness_mm):
+        rise = (level[panel] - points[:, 2]) / axes[:, 2]
+        cells = shapely.buffer(_polygons((points + rise[:, None] * axes)[:, :2], panel), FIT_MM, join_style="mitre")
+        outside |= ~shapely.covers(cells, outlines)
     return np.flatnonzero(outside)
 
 
-def _cell(structure: SupportStructure, panel: Panel, level: float) -> FloatArray:
-    """(k, 2) in the frame of the panel, `level` mm above its lower side."""
-    vertices = structure.mesh.combinatorics.face(panel.element)
-    points = panel.placement.to_local(structure.mesh.vertices[vertices])
-    axes = structure.axes[vertices] @ panel.placement.axes.T
-    rise = (level - points[:, 2]) / axes[:, 2]
-    cell: FloatArray = points[:, :2] + rise[:, None] * axes[:, :2]
-    return cell
+def _polygons(points: FloatArray, polygon: IntArray) -> npt.NDArray[np.object_]:
+    """Polygons with corners (c, 2), each of the polygon of this number (c,)."""
+    found: npt.NDArray[np.object_] = shapely.polygons(shapely.linearrings(points, indices=polygon))
+    return found

@@ -6,8 +6,7 @@ made them.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +14,11 @@ import numpy as np
 from fabkit.checking.clash import clashing_pairs
 from fabkit.checking.convex import is_splittable
 from fabkit.checking.fit import seats
+from fabkit.checking.links import ElementVertices, unlinked_ends, unlinked_facets
+from fabkit.checking.positions import Positions
 from fabkit.errors import DetailingError
-from fabkit.parts import Assembly, Beam, Panel, Part, face_normals, volumes
-from fabkit.parts.stacks import Stack, stacks
+from fabkit.kinds import BEAM, NODE
+from fabkit.parts import Assembly, Measures, Part, Stack
 from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["Violation", "check_fit", "in_one_sentence", "violations"]
@@ -29,8 +30,6 @@ SHORTEST_EDGE_MM = 1e-3
 TWIST_DEG = 1e-6
 RIGID = 1e-10
 """Largest entry of axes axes^T - 1: over 10 m that is the 1e-6 mm asked of everything else."""
-
-ELEMENTS = {"beam": "edge", "node": "vertex", "panel": "face"}
 
 
 @dataclass(frozen=True)
@@ -95,19 +94,19 @@ def violations(
     - No two parts reach into each other by more than `fit_mm`.
     """
     name = _by_mark if have_marks else _by_element
-    parts = list(assembly.parts())
-    every = stacks(parts)
-    unsound = list(_unsound(parts, every, fit_mm, shortest_edge_mm, name))
-    broken = {part for violation in unsound for part in violation.parts}
-    is_sound = np.array([(part.kind, part.element) not in broken for part in parts], dtype=bool)
+    positions = Positions(assembly)
+    every = positions.placed()
+    unsound = list(_unsound(positions, every, fit_mm, shortest_edge_mm, name))
+    is_sound = np.ones(len(positions), dtype=bool)
+    is_sound[[position for position, _ in unsound]] = False
     sound = [stack[is_sound[stack.parts]] for stack in every]
     return (
-        *_twice(parts),
-        *unsound,
+        *_twice(assembly),
+        *(violation for _, violation in unsound),
         *_twisted(assembly, twist_deg, name),
         *_unlinked(assembly, name),
-        *_unseated(assembly, broken, fit_mm, name),
-        *_clashing(assembly, parts, [stack for stack in sound if len(stack.parts)], fit_mm, name),
+        *_unseated(positions.where(is_sound), fit_mm, name),
+        *_clashing(positions, [stack for stack in sound if len(stack.parts)], fit_mm, name),
     )
 
 
@@ -116,23 +115,24 @@ Name = Callable[[Part], str]
 
 
 def _by_mark(part: Part) -> str:
-    return f"{part.kind} {part.mark} ({ELEMENTS[part.kind]} {part.element})"
+    return f"{part.kind.name} {part.mark} ({part.kind.element} {part.element})"
 
 
 def _by_element(part: Part) -> str:
-    return f"the {part.kind} {'at' if part.kind == 'node' else 'on'} {ELEMENTS[part.kind]} {part.element}"
+    kind = part.kind
+    return f"the {kind.name} {'at' if kind.element == 'vertex' else 'on'} {kind.element} {part.element}"
 
 
 def _concerned(*parts: Part) -> tuple[tuple[str, int], ...]:
-    return tuple((part.kind, part.element) for part in parts)
+    return tuple((part.kind.name, part.element) for part in parts)
 
 
-def _twice(parts: Iterable[Part]) -> Iterator[Violation]:
-    counts = Counter(_concerned(*parts))
-    for (kind, element), count in counts.items():
-        if count > 1:
-            finding = f"{ELEMENTS[kind]} {element} has {count} {kind}s, allowed 1"
-            yield Violation(finding, "make each part once", ((kind, element),))
+def _twice(assembly: Assembly) -> Iterator[Violation]:
+    for group in assembly.groups:
+        elements, counts = np.unique(group.elements, return_counts=True)
+        for element, count in zip(elements[counts > 1].tolist(), counts[counts > 1].tolist(), strict=True):
+            finding = f"{group.kind.element} {element} has {count} {group.kind.group}, allowed 1"
+            yield Violation(finding, "make each part once", ((group.kind.name, element),))
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,28 +146,34 @@ class _Rule:
 
 
 def _unsound(
-    parts: list[Part], every: list[Stack], fit_mm: float, shortest_edge_mm: float, name: Name
-) -> Iterator[Violation]:
-    """One violation at most for each part: the first rule it breaks."""
-    for stack in every:
+    positions: Positions,
+    every: list[Stack],
+    fit_mm: float,
+    shortest_edge_mm: float,
+    name: Name,
+) -> Iterator[tuple[int, Violation]]:
+    """One violation at most for each part, with its position: the first rule it breaks."""
+    axes = np.concatenate([np.zeros((0, 3, 3)), *(group.axes for group in positions.assembly.groups)])
+    for stack in (few for whole in every for few in whole.a_few_at_a_time()):
         passed = np.ones(len(stack.parts), dtype=bool)
         with np.errstate(invalid="ignore", divide="ignore"):  # what is not a number does not hold
-            rules = _solid_rules(parts, stack, fit_mm, shortest_edge_mm)
+            rules = _solid_rules(axes[stack.parts], stack, fit_mm, shortest_edge_mm)
         for rule in rules:
             for k in np.flatnonzero(passed & ~rule.holds).tolist():
-                part = parts[stack.parts[k]]
-                yield Violation(f"{name(part)} {rule.words.format(rule.values[k])}", rule.cure, _concerned(part))
+                position = int(stack.parts[k])
+                finding = f"{name(positions[position])} {rule.words.format(rule.values[k])}"
+                yield position, Violation(finding, rule.cure, _concerned(positions[position]))
             passed &= rule.holds
 
 
-def _solid_rules(parts: list[Part], stack: Stack, fit_mm: float, shortest_edge_mm: float) -> list[_Rule]:
+def _solid_rules(axes: FloatArray, stack: Stack, fit_mm: float, shortest_edge_mm: float) -> list[_Rule]:
     """A rule means something for those solids only for which the rules before it hold."""
-    axes = np.array([parts[k].placement.axes for k in stack.parts])
     skew = np.abs(axes @ axes.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-    volume = volumes(stack.vertices, stack.topology)
+    measures = Measures(stack.topology, stack.vertices)
+    volume = measures.volumes
     tail, head = stack.topology.edges.T
     shortest = np.linalg.norm(stack.vertices[:, head] - stack.vertices[:, tail], axis=-1).min(axis=1)
-    bulge = _bulges(stack)
+    bulge = _bulges(measures)
     measured = (skew <= RIGID) & (volume > 0) & (shortest >= shortest_edge_mm) & (bulge <= fit_mm)
     splittable = measured.copy()
     splittable[measured] = is_splittable(stack[measured])
@@ -205,51 +211,45 @@ def _solid_rules(parts: list[Part], stack: Stack, fit_mm: float, shortest_edge_m
     ]
 
 
-def _bulges(stack: Stack) -> FloatArray:
+def _bulges(of: Measures) -> FloatArray:
     """(P,) largest distance of a corner from the middle plane of its face."""
-    t = stack.topology
-    starts = t.loop_starts[t.face_starts[:-1]]
-    normals = face_normals(stack.vertices, t)[:, t.corner_face]
-    here = stack.vertices[:, t.corners]
-    levels = np.einsum("pck,pck->pc", normals, here - here[:, starts][:, t.corner_face])
+    t = of.topology
+    starts = t.first_corner
+    levels = np.einsum("pck,kpc->pc", of.normals[:, t.corner_face], of.from_apex)
     spread = np.maximum.reduceat(levels, starts, axis=1) - np.minimum.reduceat(levels, starts, axis=1)
     bulges: FloatArray = spread.max(axis=1) / 2
     return bulges
 
 
 def _twisted(assembly: Assembly, twist_deg: float, name: Name) -> Iterator[Violation]:
-    for beam in assembly.beams:
-        if not abs(beam.twist_deg) <= twist_deg:
-            finding = f"{name(beam)} is twisted by {beam.twist_deg:.3g} degrees, allowed {twist_deg:g}"
-            yield Violation(finding, "make mesh and Gauss image parallel first", _concerned(beam))
+    beams = assembly.of(BEAM)
+    twists = beams.details.twist_deg
+    for k in np.flatnonzero(~(np.abs(twists) <= twist_deg)).tolist():
+        finding = f"{name(beams[k])} is twisted by {twists[k]:.3g} degrees, allowed {twist_deg:g}"
+        yield Violation(finding, "make mesh and Gauss image parallel first", _concerned(beams[k]))
 
 
 def _unlinked(assembly: Assembly, name: Name) -> Iterator[Violation]:
     cure = "make both or leave out both"
-    beams = {beam.element: beam for beam in assembly.beams}
-    nodes = {node.element: node for node in assembly.nodes}
-    for beam in assembly.beams:
-        for end, vertex in zip("AB", beam.nodes, strict=True):
-            node = nodes.get(vertex)
-            if node is None:
-                finding = f"{name(beam)} ends (end {end}) at vertex {vertex}, which has no node"
-                yield Violation(finding, cure, (*_concerned(beam), ("node", vertex)))
-            elif beam.element not in node.beams:
-                finding = f"{name(beam)} ends (end {end}) at {name(node)}, which has no facet for it"
-                yield Violation(finding, cure, _concerned(beam, node))
-    for node in assembly.nodes:
-        for edge in node.beams:
-            if edge not in beams or node.element not in beams[edge].nodes:
-                finding = f"{name(node)} has a facet for edge {edge}, from which no beam comes"
-                yield Violation(finding, cure, (*_concerned(node), ("beam", edge)))
+    beams, nodes = assembly.of(BEAM), assembly.of(NODE)
+    for k, end, at in unlinked_ends(beams, nodes):
+        beam, vertex = beams[k], int(beams.details.nodes[k, end])
+        if at < 0:
+            finding = f"{name(beam)} ends (end {'AB'[end]}) at vertex {vertex}, which has no node"
+            yield Violation(finding, cure, (*_concerned(beam), (NODE.name, vertex)))
+        else:
+            finding = f"{name(beam)} ends (end {'AB'[end]}) at {name(nodes[at])}, which has no facet for it"
+            yield Violation(finding, cure, _concerned(beam, nodes[at]))
+    for k, edge in unlinked_facets(beams, nodes):
+        finding = f"{name(nodes[k])} has a facet for edge {edge}, from which no beam comes"
+        yield Violation(finding, cure, (*_concerned(nodes[k]), (BEAM.name, edge)))
 
 
-def _unseated(assembly: Assembly, broken: set[tuple[str, int]], fit_mm: float, name: Name) -> Iterator[Violation]:
-    beams = [beam for beam in assembly.beams if ("beam", beam.element) not in broken]
-    nodes = [node for node in assembly.nodes if ("node", node.element) not in broken]
+def _unseated(sound: Assembly, fit_mm: float, name: Name) -> Iterator[Violation]:
+    beams, nodes = sound.of(BEAM), sound.of(NODE)
     found = seats(beams, nodes)
     for k in np.flatnonzero(~(np.maximum(found.off_mm, found.over_mm) <= fit_mm)).tolist():
-        beam, node, end = beams[found.beams[k]], nodes[found.nodes[k]], "AB"[found.ends[k]]
+        beam, node, end = beams[int(found.beams[k])], nodes[int(found.nodes[k])], "AB"[found.ends[k]]
         off, over = found.off_mm[k], found.over_mm[k]
         if off > fit_mm:
             finding = f"{name(beam)} at its end {end} is {off:.3g} mm off the facet of {name(node)}"
@@ -260,17 +260,16 @@ def _unseated(assembly: Assembly, broken: set[tuple[str, int]], fit_mm: float, n
         yield Violation(f"{finding}, allowed {fit_mm:g} mm", cure, _concerned(beam, node))
 
 
-def _clashing(
-    assembly: Assembly, parts: list[Part], sound: list[Stack], fit_mm: float, name: Name
-) -> Iterator[Violation]:
+def _clashing(positions: Positions, sound: list[Stack], fit_mm: float, name: Name) -> Iterator[Violation]:
     pairs, depths = clashing_pairs(sound, depth_mm=fit_mm)
-    corners = _Corners.of(assembly) if len(pairs) else None
+    if not len(pairs):
+        return
+    vertices = ElementVertices(positions.assembly)
     for (i, j), depth in zip(pairs.tolist(), depths.tolist(), strict=True):
-        first, second = parts[i], parts[j]
+        first, second = positions[i], positions[j]
         finding = f"{name(first)} and {name(second)} share volume, {depth:.3g} mm deep, allowed {fit_mm:g} mm"
-        yield Violation(
-            finding, NEARBY if corners and corners.meet(first, second) else APART, _concerned(first, second)
-        )
+        near = not vertices.of(first).isdisjoint(vertices.of(second))
+        yield Violation(finding, NEARBY if near else APART, _concerned(first, second))
 
 
 NEARBY = "widen clearance, seat or joint, or leave one of them out with --skip-unbuildable"
@@ -278,27 +277,3 @@ APART = (
     "they share no corner of the mesh, which runs through itself or folds back there: move it apart, or leave one of "
     "them out with --skip-unbuildable"
 )
-
-
-@dataclass(frozen=True, eq=False)
-class _Corners:
-    """of_edge: the vertices at which a beam on an edge ends, as far as beams and nodes tell."""
-
-    of_edge: dict[int, set[int]]
-
-    @classmethod
-    def of(cls, assembly: Assembly) -> _Corners:
-        ends = {beam.element: set(beam.nodes) for beam in assembly.beams}
-        for node in assembly.nodes:
-            for edge in node.beams:
-                ends.setdefault(edge, set()).add(node.element)
-        return cls(ends)
-
-    def meet(self, first: Part, second: Part) -> bool:
-        """Whether the elements of two parts have a vertex in common."""
-        return not self._vertices(first).isdisjoint(self._vertices(second))
-
-    def _vertices(self, part: Part) -> set[int]:
-        if isinstance(part, Panel):
-            return set().union(*(self.of_edge.get(edge, set()) for edge in part.beams))
-        return set(part.nodes) if isinstance(part, Beam) else {part.element}

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
-import numpy as np
 import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
@@ -38,6 +37,7 @@ from fabkit.commands.options import (
 from fabkit.commands.terminal import ERR, OUT, Commands, facts_table, one_sentence, told
 from fabkit.fitness import TOLD_BY_NAME, Finding
 from fabkit.pipeline import Built, build
+from fabkit.production import TERMINAL
 from fabkit.project import Project
 
 __all__ = ["app"]
@@ -190,27 +190,15 @@ class _Display:
 
 
 def _print_result(project: Project, built: Built) -> None:
-    summary, assembly = built.summary, built.assembly
-    table = facts_table()
-    for kind, group in assembly.groups().items():
-        marks, mass = len({part.mark for part in group}), sum(part.mass_kg for part in group)
-        table.add_row(kind, f"{len(group)} of {marks} marks, {mass:,.0f} kg")
-    if built.nest:
-        table.add_row("sheets", f"{built.nest.n_sheets}, {built.nest.utilisation:.0%} used")
-    table.add_row("planarity", f"{summary.planarity_before:.1e} as read, {summary.planarity_after:.1e} as built")
-    farthest = f" (vertex {summary.farthest_vertex}, counted from 0)" if summary.largest_move_mm > 0 else ""
-    moved = f"{summary.mean_move_mm:.2f} mm in the mean, {summary.largest_move_mm:.2f} at most{farthest}"
-    table.add_row("vertices moved", moved)
-    table.add_row("largest twist", f"{summary.twists_deg.max():.1e} degrees")
-    if summary.gauss_image:
-        table.add_row("gauss image", told(summary.gauss_image_origin))
-    table.add_row("heights", f"{_spread(summary.heights)} of the nominal height")
-    table.add_row("panels lifted", f"{summary.lift_mm:.1f} mm: {summary.lift_reason}")
+    summary, table = built.summary, facts_table()
+    for fact in built.facts.all:
+        if TERMINAL in fact.shown:
+            table.add_row(fact.name, told(f"{fact.text} ({fact.note})" if fact.note else fact.text))
     for note in summary.mended:
         table.add_row("mended", told(note))
     _add_findings(table, summary.fitness)
     OUT.print(table)
-    reasons = [part.reason for part in assembly.left_out]
+    reasons = [part.reason for part in built.assembly.left_out]
     if len(reasons) > TOLD_BY_NAME:
         reasons[TOLD_BY_NAME:] = [f"{len(reasons) - TOLD_BY_NAME} more, which the report and the manifest name"]
     for reason in reasons:
@@ -229,8 +217,3 @@ def _print_inspection(found: Inspection) -> None:
 def _add_findings(table: Table, findings: tuple[Finding, ...]) -> None:
     for finding in findings:
         table.add_row(Text(finding.level, style=COLOURS[finding.level]), told(f"{finding.name}: {finding.sentence}"))
-
-
-def _spread(values: np.ndarray[Any, np.dtype[np.float64]]) -> str:
-    low, middle, high = np.percentile(values, [0, 50, 100])
-    return f"{low:.3f} to {high:.3f} (median {middle:.3f})"

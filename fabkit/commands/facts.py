@@ -7,24 +7,22 @@ from collections.abc import Iterator
 import numpy as np
 
 from fabkit.detailing import Ends, axis_spreads, beam_ends
-from fabkit.gauss_image import EXACT as EXACT_OFFSET
 from fabkit.gauss_image import TOLERANCE
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError
 from geometry.files import MeshFile
 from geometry.gauss import (
+    Pair,
     SupportStructure,
     circularity,
     conicality,
-    edge_distances,
-    face_distances,
     nearest_parallel_pair,
     offset_deviations,
-    vertex_distances,
 )
+from geometry.gauss.best_pair import EXACT as EXACT_OFFSET
 from geometry.mesh import Mesh
-from geometry.parallel import edge_factors, parallelity
+from geometry.parallel import parallelity
 
 __all__ = ["as_read", "beam_heights", "ends_of_all", "moves", "offset_kinds", "pair_fit"]
 
@@ -112,43 +110,39 @@ def beam_heights(heights: FloatArray) -> str:
 # --- pairs
 
 
-def pair_fit(mesh: Mesh, image: Mesh) -> Iterator[tuple[str, str]]:
+def pair_fit(mesh: Mesh, gauss_image: Mesh) -> Iterator[tuple[str, str]]:
     """How a mesh and a Gauss image fit, whatever a build would accept."""
-    sideways = parallelity(mesh, image)
+    sideways = parallelity(mesh, gauss_image)
     worst = mesh.combinatorics.edge_name(int(sideways.argmax()))
     yield "parallel", f"to {sideways.max():.1e} of the unit sphere's radius, at {worst}, counted from 0"
     try:
-        exact = nearest_parallel_pair(mesh, image)
-        structure = SupportStructure(*exact, 1.0)  # no node axis lies in an edge
+        pair = nearest_parallel_pair(mesh, gauss_image)
+        structure = SupportStructure(pair, 1.0)  # no node axis lies in an edge
     except GeometryError:
         return  # a build fails by the same reason, which is told
-    yield "made exact", _pair_moves((mesh, image), exact)
-    yield from _distances(*exact)
-    yield "reversed", _reversed(*exact)
+    yield "made exact", _pair_moves(*pair.moves_from(mesh, gauss_image))
+    yield from _distances(pair)
+    yield "reversed", _reversed(pair)
     yield "alignment", _alignment(structure)
 
 
-def _pair_moves(given: tuple[Mesh, Mesh], exact: tuple[Mesh, Mesh]) -> str:
-    of_mesh, of_image = (
-        float(np.linalg.norm(after.vertices - before.vertices, axis=1).max())
-        for before, after in zip(given, exact, strict=True)
-    )
-    of_mesh /= given[0].mean_edge_length
-    if of_mesh == of_image == 0:
+def _pair_moves(of_mesh: FloatArray, of_gauss_image: FloatArray) -> str:
+    largest = max(of_mesh.max(), of_gauss_image.max())
+    if largest == 0:
         return "nothing to do"
-    refused = f", more than {TOLERANCE:g}, so that a build refuses it" if max(of_mesh, of_image) > TOLERANCE else ""
+    refused = f", more than {TOLERANCE:g}, so that a build refuses it" if largest > TOLERANCE else ""
     return (
-        f"by moving vertices of the mesh by {of_mesh:.1e} of its mean edge length at most, of the Gauss image by "
-        f"{of_image:.1e} of the unit sphere's radius{refused}"
+        f"by moving vertices of the mesh by {of_mesh.max():.1e} of its mean edge length at most, of the Gauss image by "
+        f"{of_gauss_image.max():.1e} of the unit sphere's radius{refused}"
     )
 
 
-def _distances(mesh: Mesh, image: Mesh) -> Iterator[tuple[str, str]]:
+def _distances(pair: Pair) -> Iterator[tuple[str, str]]:
     """Of S from the origin: what is constant is an offset [Pottmann2007, Prop. 2]."""
     for name, offers, distances in (
-        ("vertices of S", "a vertex offset", vertex_distances(image)),
-        ("edges of S", "an edge offset: beams of one height", edge_distances(mesh, image)),
-        ("faces of S", "a face offset", face_distances(mesh, image)),
+        ("vertices of S", "a vertex offset", pair.vertex_distances),
+        ("edges of S", "an edge offset: beams of one height", pair.edge_distances),
+        ("faces of S", "a face offset", pair.face_distances),
     ):
         size = np.abs(distances)
         spread = float(np.ptp(size) / size.mean())
@@ -158,14 +152,12 @@ def _distances(mesh: Mesh, image: Mesh) -> Iterator[tuple[str, str]]:
         yield name, f"{size.min():.4g} to {size.max():.4g} from the origin, {verdict}"
 
 
-def _reversed(mesh: Mesh, image: Mesh) -> str:
-    factors = edge_factors(mesh, image)
-    around = np.zeros((2, mesh.n_vertices), dtype=bool)
-    for side, edges in enumerate((factors < 0, factors > 0)):
-        around[side, mesh.combinatorics.edges[edges]] = True
+def _reversed(pair: Pair) -> str:
+    mesh = pair.mesh
     return (
-        f"{(factors < 0).sum()} of {mesh.n_edges} edges run against those of S; around {around.all(axis=0).sum()} of "
-        f"{mesh.n_vertices} vertices some do and some do not, as on a saddle: beams end at two levels there"
+        f"{pair.reversed_edges.sum()} of {mesh.n_edges} edges run against those of S; around "
+        f"{len(pair.mixed_vertices)} of {mesh.n_vertices} vertices some do and some do not, as on a saddle: beams end "
+        "at two levels there"
     )
 
 

@@ -19,9 +19,7 @@ from fabkit.project import GaussImageRules, Project
 from fabkit.stages import Stages
 from geometry.errors import GeometryError
 from geometry.files import MeshFile, read_mesh, read_mesh_pair
-from geometry.gauss import (
-    SupportStructure,
-)
+from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh
 
 __all__ = ["UNSIZED", "Inspection", "inspect_mesh", "inspect_pair", "inspect_project"]
@@ -34,14 +32,14 @@ UNSIZED: dict[str, Any] = {"mean_edge_mm": 1000.0}
 class Inspection:
     """A mesh file, near zero, and what follows from it. Lengths are in the unit of the file.
 
-    image: the Gauss image as given, None where it is computed. moved: what making faces planar took, None for nothing.
+    gauss_image: as given, None where it is computed. moved: what making faces planar took, None for nothing.
     planar: the mesh after that; structure: it and its Gauss image; None where that failed. findings: what is unusual,
     told, allowed or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made, or
     only what depends on no size was judged.
     """
 
     file: MeshFile
-    image: Mesh | None
+    gauss_image: Mesh | None
     moved: str | None
     planar: Mesh | None
     structure: SupportStructure | None
@@ -57,8 +55,8 @@ class Inspection:
     def facts(self) -> Iterator[tuple[str, str]]:
         """Name and sentence of each fact, in the order in which one wants to read them."""
         yield from as_read(self.file)
-        if self.image is not None:
-            yield from pair_fit(self.file.mesh, self.image)
+        if self.gauss_image is not None:
+            yield from pair_fit(self.file.mesh, self.gauss_image)
         elif self.planar is not None:
             yield "planarised", self.moved or "nothing to do"
             yield from offset_kinds(self.planar)
@@ -92,9 +90,9 @@ def inspect_mesh(path: Path) -> Inspection:
     return inspect_project(Project(mesh=path, **UNSIZED), is_sized=False)
 
 
-def inspect_pair(mesh: Path, image: Path) -> Inspection:
+def inspect_pair(mesh: Path, gauss_image: Path) -> Inspection:
     """The same of a mesh and its Gauss image, and how the two fit."""
-    return inspect_project(Project(mesh=mesh, gauss_image=GaussImageRules(file=image), **UNSIZED), is_sized=False)
+    return inspect_project(Project(mesh=mesh, gauss_image=GaussImageRules(file=gauss_image), **UNSIZED), is_sized=False)
 
 
 def inspect_project(project: Project, *, is_sized: bool = True) -> Inspection:
@@ -104,17 +102,17 @@ def inspect_project(project: Project, *, is_sized: bool = True) -> Inspection:
     is_sized: whether the sizes in the project are meant; otherwise only what depends on none is judged. Raises
     GeometryError where a file cannot be read or does not hold a usable mesh, or the faces of the two files differ.
     """
-    image = None
+    gauss_image = None
     if project.gauss_image.file is None:
         file = read_mesh(project.mesh, flip=project.flip)
     else:
-        file, image = read_mesh_pair(project.mesh, project.gauss_image.file)
+        file, gauss_image = read_mesh_pair(project.mesh, project.gauss_image.file)
     file = file.near_zero()
     everything = tuple(name for name, reason in CRITERIA.items() if not reason)
     tried = _tried(project.model_copy(update={"allow": everything}), is_sized=is_sized)
     return Inspection(
         file,
-        image,
+        gauss_image,
         moves(tried.given, tried.planar) if tried.given and tried.planar else None,
         tried.planar,
         tried.structure,

@@ -7,9 +7,9 @@ from fabkit.designs.constant_curvature import (
     cmc_near_design,
     minimal_design,
 )
+from fabkit.designs.edge_offset_design import EdgeOffsetDesign, write_design
 from fabkit.designs.hexagons import hexagons_design
 from fabkit.designs.koebe import Bend, Tiles, koebe_design
-from fabkit.designs.pair import EdgeOffsetDesign, write_design
 
 __all__ = [
     "Bend",

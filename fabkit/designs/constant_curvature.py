@@ -8,21 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from fabkit.designs.pair import CLOSED, TOUCHING, EdgeOffsetDesign, check_count, check_touching
+from fabkit.designs.edge_offset_design import CLOSED, TOUCHING, EdgeOffsetDesign, check_count, check_touching
 from fabkit.errors import ProjectError, in_one_sentence
-from fabkit.gauss_image import exact_pair
 from geometry.curvature import (
     christoffel_dual,
     constant_mean,
     constant_mean_of_revolution,
     face_curvatures,
     minimal_of_revolution,
+    radii_at_inflections,
 )
-from geometry.curvature.rings import Rings
 from geometry.edge_offset import Pattern, enneper_koebe, rotational_koebe, rows_within
 from geometry.errors import GeometryError
 from geometry.files import read_mesh, read_mesh_pair
-from geometry.gauss import edge_distances
+from geometry.gauss import Pair, edge_distances, nearest_parallel_pair, nearest_planar_mesh
 from geometry.mesh import Mesh
 
 __all__ = ["Faces", "MinimalShape", "cmc_design", "cmc_near_design", "minimal_design"]
@@ -75,8 +74,8 @@ def minimal_design(
     """
     if gauss_image is not None:
         file = read_mesh(gauss_image)
-        image, mesh = _dual_of(file.mesh, gauss_image.name)
-        design = EdgeOffsetDesign.of("minimal", mesh, image, {"gauss_image": gauss_image.name})
+        pair = _dual_of(file.mesh, gauss_image.name)
+        design = EdgeOffsetDesign.of("minimal", pair, {"gauss_image": gauss_image.name})
         return replace(design, inputs={gauss_image: file.sha256})
     _check_turn(turn_deg)
     turn = float(np.radians(turn_deg))
@@ -85,23 +84,23 @@ def minimal_design(
     if shape is MinimalShape.CATENOID:
         rows = rows_within(faces.pattern, count, turn)
         check_count(count * rows, CLOSED)
-        image = rotational_koebe(faces.pattern, count, rows)
-        return EdgeOffsetDesign.of("minimal", minimal_of_revolution(image), image, told)
+        S = rotational_koebe(faces.pattern, count, rows)
+        return EdgeOffsetDesign.of("minimal", minimal_of_revolution(S), told)
     if faces is not Faces.QUADS:
         raise ProjectError("the surface of Enneper is made of quads; leave out the hexagons, or take the catenoid")
     check_count(max(count, 0) ** 2, CLOSED)
-    image = enneper_koebe(count, reach=float(np.tan(turn / 2)))
-    return EdgeOffsetDesign.of("minimal", christoffel_dual(image), image, told)
+    S = enneper_koebe(count, reach=float(np.tan(turn / 2)))
+    return EdgeOffsetDesign.of("minimal", christoffel_dual(S), told)
 
 
-def _dual_of(given: Mesh, name: str) -> tuple[Mesh, Mesh]:
+def _dual_of(given: Mesh, name: str) -> Pair:
     """The Koebe polyhedron read from a file, planar to the last digit, and its Christoffel dual."""
     check_touching(given)
-    image = exact_pair(given, given, tolerance=TOUCHING).image  # itself if it is planar
+    S = nearest_planar_mesh(given, tolerance=TOUCHING)
     try:
-        return image, christoffel_dual(image)
+        return christoffel_dual(S)
     except GeometryError as error:
-        off = float(np.abs(edge_distances(given, given) - 1).max())
+        off = float(np.abs(edge_distances(given) - 1).max())
         if off <= EXACT:
             raise
         raise ProjectError(
@@ -140,8 +139,8 @@ def cmc_design(
             f"a band of hexagons cannot fold over itself, and {folds} folds are asked for: take quads, or no folds"
         )
     check_count(max(count, 0) * max(rows, 0) * (max(folds, 0) + 1), CLOSED)
-    image = rotational_koebe(faces.pattern, count, rows, folds=folds)
-    low, high = _radii_at_inflections(image)
+    S = rotational_koebe(faces.pattern, count, rows, folds=folds)
+    low, high = radii_at_inflections(S)
     if bulge is not None and bulge > WIDEST:
         raise ProjectError(f"a bulge of {bulge:g} is asked for, and at most {WIDEST:g} is made; a sphere has 1")
     if bulge is None:
@@ -151,19 +150,9 @@ def cmc_design(
             f"a bulge of {bulge:g} has inflections before {rows} rows of {count} faces end: it has to be at least "
             f"{high:.4f}, or a neck of at most {low:.4f}; take fewer rows, or leave it out"
         )
-    mesh = constant_mean_of_revolution(image, -1.0, radius=bulge)
+    pair = constant_mean_of_revolution(S, -1.0, radius=bulge)
     told = {"faces": str(faces), "count": count, "rows": rows, "folds": folds, "bulge": bulge}
-    return EdgeOffsetDesign.of("cmc", mesh, image, told)
-
-
-def _radii_at_inflections(image: Mesh) -> tuple[float, float]:
-    """Radii that a mesh with H = -1 has where S is widest, if its inflections are where S is narrowest: of a neck, and
-    of a bulge. They add up to the radius of the sphere."""
-    rings = Rings(image)
-    relative = np.concatenate([[1.0], np.cumprod(rings.ratios)])
-    widest = int(rings.radii.argmax())
-    root = float(np.sqrt(1 - relative[rings.of_vertices[widest]] / relative.max()))
-    return float(rings.radii[widest]) * (1 - root) / 2, float(rings.radii[widest]) * (1 + root) / 2
+    return EdgeOffsetDesign.of("cmc", pair, told)
 
 
 def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None) -> EdgeOffsetDesign:
@@ -175,12 +164,12 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
 
     Raises GeometryError where the pair does not fit together, and either error where there is no such mesh near.
     """
-    file, image = read_mesh_pair(start, gauss_image)
+    file, S = read_mesh_pair(start, gauss_image)
     file = file.near_zero()
-    check_touching(image)
-    pair = exact_pair(file.mesh, image, tolerance=TOUCHING)
-    median = float(np.median(face_curvatures(pair.mesh, pair.image).mean))
-    image = exact_pair(image, image, tolerance=TOUCHING).image  # itself if it is planar, however coarse M is
+    check_touching(S)
+    pair = nearest_parallel_pair(file.mesh, S, tolerance=TOUCHING)
+    median = float(np.median(face_curvatures(pair).mean))
+    S = nearest_planar_mesh(S, tolerance=TOUCHING)  # itself if it is planar, however coarse M is
     wanted = median if mean is None else mean
     most = MOST_CURVED / pair.mesh.mean_edge_length
     if np.isfinite(wanted) and abs(wanted) > most:
@@ -188,17 +177,17 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
             f"a mean curvature of {wanted:g} is asked for, and of edges as long as those of {start.name} at most "
             f"{most:g} is made: that of {start.name} is {median:g} in the median"
         )
-    mesh = _where(pair.mesh, constant_mean(image, wanted, pair.mesh))
+    pair = _where(pair.mesh, constant_mean(S, wanted, pair.mesh))
     told = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
-    design = EdgeOffsetDesign.of("cmc", mesh, image, told)
+    design = EdgeOffsetDesign.of("cmc", pair, told)
     return replace(design, origin=file.origin, inputs={start: file.sha256, gauss_image: file.companion_sha256})
 
 
-def _where(start: Mesh, mesh: Mesh) -> Mesh:
-    """The mesh with the mean of its vertices, in each piece, at that of the start."""
-    c = mesh.combinatorics
+def _where(start: Mesh, pair: Pair) -> Pair:
+    """With the mean of the vertices of M, in each piece, at that of the start."""
+    mesh, c = pair.mesh, pair.mesh.combinatorics
     piece = np.zeros(c.n_vertices, dtype=np.int64)
     piece[c.corners] = c.face_components[c.corner_face]
     moves = start.vertices - mesh.vertices
     means = np.stack([np.bincount(piece, moves[:, axis]) for axis in range(3)], axis=1) / np.bincount(piece)[:, None]
-    return mesh.with_vertices(mesh.vertices + means[piece])
+    return Pair(mesh.with_vertices(mesh.vertices + means[piece]), pair.gauss_image)

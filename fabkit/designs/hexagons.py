@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from fabkit.designs.edge_offset_design import SOLVED, EdgeOffsetDesign, check_count, check_lengths
 from fabkit.designs.koebe import Tiles
-from fabkit.designs.pair import SOLVED, EdgeOffsetDesign, check_count
 from fabkit.errors import ProjectError
-from geometry.arrays import FloatArray, IntArray
-from geometry.edge_offset import TangentMesh, koebe, tangent_mesh
-from geometry.edge_offset.buildability import NARROWEST, largest_piece, sound_piece
+from geometry.arrays import IntArray
+from geometry.edge_offset import TangentMesh, koebe, mean_normal, surface_cover
+from geometry.edge_offset.buildability import NARROWEST
 from geometry.files import read_mesh
-from geometry.mesh import Mesh
+from geometry.gauss import Pair
 from geometry.surface import Surface
 
 __all__ = ["hexagons_design"]
@@ -36,23 +36,6 @@ TURNS_DEG = (0.0, 15.0, 30.0, 45.0)
 """Of the hexagons about the mean normal, of which the fittest is taken; by 60 degrees they come back to themselves."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Cover:
-    """S as it was turned, what touches with it, and which faces are kept. times: see `_times_over`."""
-
-    turn_deg: float
-    image: Mesh
-    found: TangentMesh
-    kept: IntArray
-    times: float
-
-    @property
-    def fitness(self) -> float:
-        """Shortest edge over the mean one, times the part of the faces that is kept."""
-        lengths = self.found.mesh.part(self.kept).edge_lengths
-        return float(lengths.min() / lengths.mean() * len(self.kept) / self.image.n_faces)
-
-
 def hexagons_design(
     surface: Path, *, count: int = 12, curvature: int = 0, turn_deg: float | None = None, flip: bool = False
 ) -> EdgeOffsetDesign:
@@ -71,39 +54,31 @@ def hexagons_design(
     _check_numbers(count, turn_deg)
     file = read_mesh(surface, flip=flip).near_zero()
     phi = Surface(file.mesh)
-    axis, widest = _mean_normal(phi.mesh)
+    widest = float(np.degrees(mean_normal(phi.mesh)[1]))
     if not widest < WIDEST_DEG:
         raise ProjectError(
             f"the normals of {surface.name} turn by {widest:.0f} degrees from their mean, and less than {WIDEST_DEG:g} "
             "is needed: cut the surface into parts"
         )
     coverage = min(1.0, ROOM * (1 - np.cos(np.radians(widest))) / 2)
-    image = koebe(Tiles.HEXAGONS.patch(count), coverage=coverage).mesh
     turns = TURNS_DEG if turn_deg is None else (turn_deg,)
-    covers = [_covered(phi, image, axis, turn, curvature) for turn in turns]
-    best = max(covers, key=lambda cover: cover.fitness)
+    polyhedron = koebe(Tiles.HEXAGONS.patch(count), coverage=coverage)
+    covers = {turn: surface_cover(phi, polyhedron.mesh, np.radians(turn), curvature=curvature) for turn in turns}
+    turn_deg, best = max(covers.items(), key=lambda cover: cover[1].fitness)
     kept, found = best.kept, best.found
-    _check_enough(len(kept), best.image.n_faces, surface.name, best.times)
+    _check_enough(len(kept), best.gauss_image.n_faces, surface.name, best.times)
     told = {
         "surface": surface.name,
         "count": count,
         "curvature": curvature,
-        "turn_deg": best.turn_deg,
+        "turn_deg": turn_deg,
         "flip": flip,
     }
-    design = EdgeOffsetDesign.of("hexagons", found.mesh.part(kept), best.image.part(kept), told)
+    mesh = found.mesh.part(kept)
+    check_lengths(mesh)  # planes may meet in edges of no length, to which nothing is parallel
+    design = EdgeOffsetDesign.of("hexagons", Pair(mesh, best.gauss_image.part(kept)), told)
     notes = _notes(found, kept, surface.name, best.times)
     return replace(design, notes=notes, has_unit=True, origin=file.origin, inputs={surface: file.sha256})
-
-
-def _covered(phi: Surface, image: Mesh, axis: FloatArray, turn_deg: float, curvature: int) -> _Cover:
-    image = image.with_vertices(image.vertices @ _turned_to(axis, np.radians(turn_deg)).T)
-    found = tangent_mesh(image, phi, curvature=curvature)
-    times = _times_over(phi.mesh, curvature, image, found)
-    image = image.part(largest_piece(image, np.setdiff1d(np.arange(image.n_faces), found.missing)))
-    found = tangent_mesh(image, phi, curvature=curvature)
-    kept = sound_piece(found.mesh, largest_piece(image, _running(found)))
-    return _Cover(turn_deg, image, found, kept, times)
 
 
 def _check_numbers(count: int, turn_deg: float | None) -> None:
@@ -139,37 +114,3 @@ def _covered_often(surface: str, times: float) -> str:
         "of these places: cut it into parts that only bulge or only are saddles, where all normals differ, and cover "
         "them one by one"
     )
-
-
-def _times_over(surface: Mesh, curvature: int, image: Mesh, found: TangentMesh) -> float:
-    """How often the normals of the surface cover the faces of S that touch it, where its curvature is as wanted."""
-    normals = surface.with_vertices(surface.vertex_normals)
-    covered = np.einsum("fk,fk->f", normals.vector_areas, surface.face_normals)
-    wanted = np.abs(covered[np.sign(covered) == curvature] if curvature else covered).sum()
-    touching = np.setdiff1d(np.arange(image.n_faces), found.missing)
-    return float(wanted / np.linalg.norm(image.vector_areas[touching], axis=1).sum())
-
-
-def _mean_normal(mesh: Mesh) -> tuple[FloatArray, float]:
-    """The unit mean of the vertex normals, and the largest angle of one with it in degrees."""
-    normals = mesh.vertex_normals[mesh.combinatorics.is_used]
-    mean = normals.mean(axis=0)
-    mean = mean / max(float(np.linalg.norm(mean)), np.finfo(float).tiny)
-    return mean, float(np.degrees(np.arccos(np.clip((normals @ mean).min(), -1.0, 1.0))))
-
-
-def _turned_to(axis: FloatArray, angle: float) -> FloatArray:
-    """(3, 3) the rotation by an angle about the z axis, then by the shortest way from there to a unit axis."""
-    c, s = np.cos(angle), np.sin(angle)
-    about = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    x, y, z = axis
-    if z <= -1 + 1e-12:
-        return np.asarray(np.diag([1.0, -1.0, -1.0]) @ about)
-    cross = np.array([[0.0, 0.0, x], [0.0, 0.0, y], [-x, -y, 0.0]])
-    return np.asarray((np.eye(3) + cross + cross @ cross / (1 + z)) @ about)
-
-
-def _running(found: TangentMesh) -> IntArray:
-    """The faces that run as most of them do."""
-    other = np.setdiff1d(np.arange(found.mesh.n_faces), found.reversed_faces)
-    return max(found.reversed_faces, other, key=len)

@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.designs.pair import SOLVED, EdgeOffsetDesign, check_count
+from fabkit.designs.edge_offset_design import SOLVED, EdgeOffsetDesign, check_count
 from fabkit.errors import ProjectError, in_one_sentence
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset import edge_offset_mesh, koebe, saddle_signs
 from geometry.edge_offset.buildability import without_unsound_rim
 from geometry.errors import GeometryError
 from geometry.files import read_mesh
+from geometry.gauss import Pair
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.patterns import dual, hexagon_patch, pentagon_patch, quad_patch
 
@@ -93,29 +94,30 @@ def koebe_design(
     is_open = bool(faces.is_boundary_edge.any())
     is_delicate = bend is Bend.SADDLE and combinatorics is None and tiles is Tiles.PENTAGONS
     share = (DELICATE if is_delicate else USUAL) if coverage is None and is_open else coverage
-    image = koebe(faces, coverage=share).mesh
+    S = koebe(faces, coverage=share).mesh
     told |= {"dual": take_dual, "coverage": share, "bend": str(bend), "direction_deg": direction_deg}
-    mesh = _bent(image, bend, direction_deg, is_open)
-    kept = without_unsound_rim(mesh) if bend is Bend.SADDLE else np.arange(mesh.n_faces)
-    design = EdgeOffsetDesign.of("koebe", mesh.part(kept), image.part(kept), told)
-    n_cut = mesh.n_faces - len(kept)
-    note = f"{n_cut} of {mesh.n_faces} faces at the rim were cut off, as some of them were too narrow, or crossed"
+    pair = Pair(_bent(S, bend, direction_deg, is_open), S)
+    n = pair.mesh.n_faces
+    kept = without_unsound_rim(pair.mesh) if bend is Bend.SADDLE else np.arange(n)
+    design = EdgeOffsetDesign.of("koebe", pair.part(kept), told)
+    n_cut = n - len(kept)
+    note = f"{n_cut} of {n} faces at the rim were cut off, as some of them were too narrow, or crossed"
     return replace(design, notes=(note,) if n_cut else (), inputs=inputs)
 
 
-def _bent(image: Mesh, bend: Bend, direction_deg: float, is_open: bool) -> Mesh:
+def _bent(gauss_image: Mesh, bend: Bend, direction_deg: float, is_open: bool) -> Mesh:
     if bend is Bend.SPHERE:
-        return image
+        return gauss_image
     if bend is Bend.DOME:
-        return edge_offset_mesh(image, signs=1, lengths=(1.0, np.inf))
+        return edge_offset_mesh(gauss_image, signs=1, lengths=(1.0, np.inf))
     if not is_open:
         raise ProjectError(
             "a closed polyhedron has no saddle parallel to it: take a mesh with boundary, or another bend"
         )
     angle = np.radians(direction_deg)
-    signs = saddle_signs(image, [np.cos(angle), np.sin(angle), 0.0], pole=SOUTH)
+    signs = saddle_signs(gauss_image, [np.cos(angle), np.sin(angle), 0.0], pole=SOUTH)
     try:
-        return edge_offset_mesh(image, signs=signs, lengths=(_least_lengths(image, signs), np.inf))
+        return edge_offset_mesh(gauss_image, signs=signs, lengths=(_least_lengths(gauss_image, signs), np.inf))
     except GeometryError as error:
         raise ProjectError(
             f"no saddle reverses the edges across the direction of {direction_deg:g} degrees "
@@ -123,9 +125,9 @@ def _bent(image: Mesh, bend: Bend, direction_deg: float, is_open: bool) -> Mesh:
         ) from error
 
 
-def _least_lengths(image: Mesh, signs: IntArray) -> FloatArray:
+def _least_lengths(gauss_image: Mesh, signs: IntArray) -> FloatArray:
     """(E,) 1, but `RARE_LENGTH` for edges of a sign that fewer than `RARE` have; where none is so rare, those of S."""
     is_rare = signs == (1 if 2 * (signs > 0).sum() < len(signs) else -1)
     if is_rare.mean() < RARE:
         return np.where(is_rare, RARE_LENGTH, 1.0)
-    return image.edge_lengths / image.mean_edge_length
+    return gauss_image.edge_lengths / gauss_image.mean_edge_length

@@ -16,6 +16,7 @@ from fabkit.detailing.panels import PanelShapes, make_panels, panel_shapes
 from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
 from fabkit.fitness.shape import outwards
+from fabkit.kinds import PANEL
 from fabkit.parts import Assembly, LeftOut, Material
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray
@@ -77,26 +78,13 @@ class _Plan:
         nodes = node_shapes(self.structure, ends, self.rules.beams)
         heights, panels = self._fit_panels(ends, nodes)
         with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
-        assembly = Assembly(
-            name,
-            make_beams(
-                self.structure,
-                ends,
-                beams,
-                np.flatnonzero(self.beams),
-                self.rules.beams,
-                self._material("beams"),
-            ),
+        edges, faces = np.flatnonzero(self.beams), np.flatnonzero(self.panels)
+        groups = (
+            make_beams(self.structure, ends, beams, edges, self.rules.beams, self._material("beams")),
             make_nodes(self.structure, ends, nodes, with_beams, self._material("nodes")),
-            make_panels(
-                self.structure,
-                panels,
-                np.flatnonzero(self.panels),
-                self.rules.panels,
-                self._material("panels"),
-            ),
-            tuple(self.left_out) + self._bare_nodes(ends),
+            make_panels(self.structure, panels, faces, self.rules.panels, self._material("panels")),
         )
+        assembly = Assembly(name, groups, tuple(self.left_out) + self._bare_nodes(ends))
         asked = np.zeros(self.structure.mesh.n_vertices)
         np.maximum.at(asked, self.structure.mesh.combinatorics.corners, heights)
         return Detailed(assembly, panels.lift, asked, self._lift_reason(heights, asked, panels.lift))
@@ -176,11 +164,11 @@ class _Plan:
     # --- what cannot be made
 
     def panels_outside_cells(self, assembly: Assembly) -> tuple[Violation, ...]:
-        panels = [assembly.panels[k] for k in panels_outside_cells(self.structure, assembly.panels)]
+        panels = assembly.of(PANEL)
+        faces = panels.elements[panels_outside_cells(self.structure, panels)]
         cure = "the outline crosses the support planes of its face: change the mesh there, or lower the panels"
         return tuple(
-            Violation(f"the panel on face {panel.element} leaves its cell", cure, (("panel", panel.element),))
-            for panel in panels
+            Violation(f"the panel on face {face} leaves its cell", cure, (("panel", face),)) for face in faces.tolist()
         )
 
     def leave_out_violating(self, found: tuple[Violation, ...]) -> None:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabkit.detailing.ends import Ends
-from fabkit.parts import Beam, Frame, Material, Section, Solid, prism_topology
+from fabkit.kinds import BEAM, BeamDetails
+from fabkit.parts import Material, Parts, Section, Solids, prism_topology
 from fabkit.rules import BeamRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
@@ -75,39 +76,32 @@ def make_beams(
     edges: IntArray,
     rules: BeamRules,
     material: Material,
-) -> tuple[Beam, ...]:
+) -> Parts[BeamDetails]:
     """Beams on these edges, in their order."""
-    start = shapes.corners[:, 1]
-    local = shapes.corners - start[:, None, :]
+    start = shapes.corners[edges, 1]
+    local = shapes.corners[edges] - start[:, None, :]
     half = np.full(local.shape[:2], rules.width_mm / 2)
     lower = np.stack([local[..., 0], -half, local[..., 1]], axis=-1)
     vertices = np.concatenate([lower, lower * [1, -1, 1]], axis=1)
-    t, u = structure.mesh.edge_directions, structure.height_directions
-    tails = structure.mesh.vertices[structure.mesh.combinatorics.edges[:, 0]]
-    origins = tails + start[:, :1] * t + start[:, 1:] * u
-    axes = np.stack([t, np.cross(u, t), u], axis=1)
-    cuts = -np.degrees(ends.inclination.reshape(-1, 2))
-    dihedrals = np.degrees(dihedral_angles(structure.mesh))
-    deviations = (structure.heights - 1) * structure.distance
-    twists = np.degrees(structure.twists)
-    nodes = structure.mesh.combinatorics.edges
-    long_point, short_point = shapes.long_point, shapes.short_point
-    section = Section(rules.width_mm, rules.height_mm)
-    return tuple(
-        Beam(
-            mark=f"B{edge}",
-            solid=Solid(vertices[edge], prism_topology(4)),
-            placement=Frame(origins[edge], axes[edge]),
-            material=material,
-            element=edge,
-            nodes=(int(nodes[edge, 0]), int(nodes[edge, 1])),
+    t, u = structure.mesh.edge_directions[edges], structure.height_directions[edges]
+    nodes = structure.mesh.combinatorics.edges[edges]
+    section = np.empty(len(edges), dtype=object)
+    section[:] = Section(rules.width_mm, rules.height_mm)
+    return Parts.each_its_own(
+        BEAM,
+        edges,
+        Solids.alike(vertices, prism_topology(4)),
+        origins=structure.mesh.vertices[nodes[:, 0]] + start[:, :1] * t + start[:, 1:] * u,
+        axes=np.stack([t, np.cross(u, t), u], axis=1),
+        material=material,
+        details=BeamDetails(
+            nodes=nodes,
             section=section,
-            cut_angles_deg=(float(cuts[edge, 0]), float(cuts[edge, 1])),
-            long_point_mm=float(long_point[edge]),
-            short_point_mm=float(short_point[edge]),
-            dihedral_deg=float(dihedrals[edge]),
-            height_deviation_mm=float(deviations[edge]),
-            twist_deg=float(twists[edge]),
-        )
-        for edge in edges.tolist()
+            cut_angles_deg=-np.degrees(ends.inclination.reshape(-1, 2)[edges]),
+            long_point_mm=shapes.long_point[edges],
+            short_point_mm=shapes.short_point[edges],
+            dihedral_deg=np.degrees(dihedral_angles(structure.mesh)[edges]),
+            height_deviation_mm=(structure.heights[edges] - 1) * structure.distance,
+            twist_deg=np.degrees(structure.twists[edges]),
+        ),
     )

@@ -8,7 +8,8 @@ import numpy as np
 
 from fabkit.detailing.beams import height_range
 from fabkit.detailing.ends import Ends
-from fabkit.parts import Frame, Material, Node, Solid, prism_topology, prism_vertices
+from fabkit.kinds import NODE, NodeDetails
+from fabkit.parts import Material, Parts, Ragged, Solids
 from fabkit.rules import BeamRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
@@ -28,7 +29,7 @@ class NodeShapes:
     corners (K, 2): sections in mm about the axis, x towards the first beam of the ring, node by node and
     counter-clockwise; corner_starts (N+1,): node i has corners[corner_starts[i]:corner_starts[i+1]].
     bottom, top (N,): levels in mm along the axis, NaN where there is no block. top_spread, axis_spread (N,): in mm, see
-    `Node`.
+    `NodeDetails`.
     """
 
     corners: FloatArray
@@ -90,41 +91,26 @@ def _sections(ends: Ends, half_width: float, n_vertices: int) -> tuple[FloatArra
 
 def make_nodes(
     structure: SupportStructure, ends: Ends, shapes: NodeShapes, vertices: IntArray, material: Material
-) -> tuple[Node, ...]:
+) -> Parts[NodeDetails]:
     """Node blocks at these vertices, which have at least one beam each, in their order."""
-    solids = _solids(shapes, vertices)
-    azimuths, inclinations = np.degrees(ends.azimuth), np.degrees(ends.inclination)
-    nodes = []
-    for vertex, solid in zip(vertices.tolist(), solids, strict=True):
-        ring = ends.ring[ends.ring_starts[vertex] : ends.ring_starts[vertex + 1]]
-        z, x = structure.axes[vertex], ends.radial[ring[0]]
-        nodes.append(
-            Node(
-                mark=f"N{vertex}",
-                solid=solid,
-                placement=Frame(structure.mesh.vertices[vertex], np.stack([x, np.cross(z, x), z])),
-                material=material,
-                element=vertex,
-                beams=tuple((ring // 2).tolist()),
-                azimuths_deg=tuple(azimuths[ring].tolist()),
-                inclinations_deg=tuple(inclinations[ring].tolist()),
-                setbacks_mm=tuple(ends.setback[ring].tolist()),
-                height_mm=float(shapes.top[vertex] - shapes.bottom[vertex]),
-                top_spread_mm=float(shapes.top_spread[vertex]),
-                axis_spread_mm=float(shapes.axis_spread[vertex]),
-            )
-        )
-    return tuple(nodes)
-
-
-def _solids(shapes: NodeShapes, vertices: IntArray) -> list[Solid]:
-    """The prisms, computed for all nodes with equally many corners at once."""
-    sizes = np.diff(shapes.corner_starts)[vertices]
-    solids: dict[int, Solid] = {}
-    for size in np.unique(sizes).tolist():
-        alike = vertices[sizes == size]
-        outlines = shapes.corners[shapes.corner_starts[alike][:, None] + np.arange(size)]
-        prisms = prism_vertices(outlines, shapes.bottom[alike], shapes.top[alike])
-        topology = prism_topology(size)
-        solids |= {int(v): Solid(prism, topology) for v, prism in zip(alike, prisms, strict=True)}
-    return [solids[vertex] for vertex in vertices.tolist()]
+    rings = Ragged(ends.ring, ends.ring_starts)[vertices]
+    sections = Ragged(shapes.corners, shapes.corner_starts)[vertices]
+    bottom, top = shapes.bottom[vertices], shapes.top[vertices]
+    z, x = structure.axes[vertices], ends.radial[rings.values[rings.starts[:-1]]]
+    return Parts.each_its_own(
+        NODE,
+        vertices,
+        Solids.prisms(sections, bottom, top),
+        origins=structure.mesh.vertices[vertices],
+        axes=np.stack([x, np.cross(z, x), z], axis=1),
+        material=material,
+        details=NodeDetails(
+            beams=rings.with_values(rings.values // 2),
+            azimuths_deg=rings.with_values(np.degrees(ends.azimuth[rings.values])),
+            inclinations_deg=rings.with_values(np.degrees(ends.inclination[rings.values])),
+            setbacks_mm=rings.with_values(ends.setback[rings.values]),
+            height_mm=top - bottom,
+            top_spread_mm=shapes.top_spread[vertices],
+            axis_spread_mm=shapes.axis_spread[vertices],
+        ),
+    )

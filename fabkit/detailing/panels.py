@@ -7,15 +7,17 @@ there, as in `Combinatorics`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 import numpy as np
 
 from fabkit.detailing.beams import dihedral_angles
-from fabkit.parts import Frame, Material, Panel, Solid, prism_topology, prism_vertices
+from fabkit.kinds import PANEL, PanelDetails
+from fabkit.parts import Material, Parts, Ragged, Solids
 from fabkit.rules import PanelRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
+from geometry.mesh.ragged_arrays import runs_by_size
 
 __all__ = ["PanelShapes", "make_panels", "panel_shapes"]
 
@@ -81,45 +83,61 @@ def panel_shapes(structure: SupportStructure, rules: PanelRules, lift: float) ->
 
 def make_panels(
     structure: SupportStructure, shapes: PanelShapes, faces: IntArray, rules: PanelRules, material: Material
-) -> tuple[Panel, ...]:
+) -> Parts[PanelDetails]:
     """Panels over these faces, in their order."""
-    panels: dict[int, Panel] = {}
     c = structure.mesh.combinatorics
-    dihedrals = np.degrees(dihedral_angles(structure.mesh))
-    left_right = c.edge_faces[c.corner_edge]
-    across = np.where(c.runs_along_edge, left_right[:, 1], left_right[:, 0])
-    for alike, corners in c.faces_by_size():
-        chosen = np.isin(alike, faces)
-        if not chosen.any():
-            continue
-        stack = _frames(structure, shapes, alike[chosen], corners[chosen])
-        prisms = prism_vertices(stack["outlines"], 0.0, rules.thickness_mm)
-        topology = prism_topology(corners.shape[1])
-        for k, face in enumerate(alike[chosen].tolist()):
-            order = stack["corners"][k]
-            panels[face] = Panel(
-                mark=f"P{face}",
-                solid=Solid(prisms[k], topology),
-                placement=Frame(stack["origins"][k], stack["axes"][k]),
-                material=material,
-                element=face,
-                outline=prisms[k, : len(order), :2],
-                thickness_mm=rules.thickness_mm,
-                lift_mm=shapes.lift,
-                area_mm2=float(stack["areas"][k]),
-                edge_lengths_mm=tuple(stack["lengths"][k].tolist()),
-                corner_angles_deg=tuple(stack["angles"][k].tolist()),
-                dihedrals_deg=tuple(dihedrals[c.corner_edge[order]].tolist()),
-                beams=tuple(c.corner_edge[order].tolist()),
-                neighbours=tuple(across[order].tolist()),
-            )
-    return tuple(panels[face] for face in faces.tolist())
+    every = c.corners_of(faces)[0]
+    starts = np.concatenate([[0], np.cumsum(c.face_sizes[faces])])
+    corner = np.empty(len(every), dtype=np.int64)
+    outlines = np.empty((len(every), 2))
+    lengths, angles = np.empty(len(every)), np.empty(len(every))
+    origins, axes, areas = np.empty((len(faces), 3)), np.empty((len(faces), 3, 3)), np.empty(len(faces))
+    for panels, places in runs_by_size(starts):
+        alike = _frames(structure, shapes, faces[panels], every[places])
+        corner[places], outlines[places] = alike.corners, alike.outlines
+        lengths[places], angles[places] = alike.lengths, alike.angles
+        origins[panels], axes[panels], areas[panels] = alike.origins, alike.axes, alike.areas
+    left_right = c.edge_faces[c.corner_edge[corner]]
+    across = np.where(c.runs_along_edge[corner], left_right[:, 1], left_right[:, 0])
+    around = partial(Ragged, starts=starts)
+    thickness = np.full(len(faces), rules.thickness_mm)
+    return Parts.each_its_own(
+        PANEL,
+        faces,
+        Solids.prisms(around(outlines), np.zeros(len(faces)), thickness),
+        origins=origins,
+        axes=axes,
+        material=material,
+        details=PanelDetails(
+            thickness_mm=thickness,
+            lift_mm=np.full(len(faces), shapes.lift),
+            area_mm2=areas,
+            edge_lengths_mm=around(lengths),
+            corner_angles_deg=around(angles),
+            dihedrals_deg=around(np.degrees(dihedral_angles(structure.mesh))[c.corner_edge[corner]]),
+            beams=around(c.corner_edge[corner]),
+            neighbours=around(across),
+        ),
+    )
 
 
-def _frames(
-    structure: SupportStructure, shapes: PanelShapes, faces: IntArray, corners: IntArray
-) -> dict[str, FloatArray | Any]:
-    """Outlines (n, k, 2) of faces with k corners in frames on their longest edges, with their measures."""
+@dataclass(frozen=True, eq=False)
+class _Frames:
+    """n panels with k corners in frames on their longest edges: corners (n, k), of the mesh, from the start of that
+    edge; origins (n, 3), axes (n, 3, 3); outlines (n, k, 2); lengths of edges and inner angles in degrees (n, k); areas
+    (n,)."""
+
+    corners: IntArray
+    origins: FloatArray
+    axes: FloatArray
+    outlines: FloatArray
+    lengths: FloatArray
+    angles: FloatArray
+    areas: FloatArray
+
+
+def _frames(structure: SupportStructure, shapes: PanelShapes, faces: IntArray, corners: IntArray) -> _Frames:
+    """Of faces with corners (n, k)."""
     rows = np.arange(len(faces))[:, None]
     longest = shapes.edge_lengths[corners].argmax(axis=1)
     size = corners.shape[1]
@@ -136,15 +154,15 @@ def _frames(
     back = -np.roll(sides, 1, axis=1)
     turned = np.arctan2(_cross(sides, back), np.einsum("ncj,ncj->nc", sides, back))
     following = np.roll(outlines, -1, axis=1)
-    return {
-        "corners": order,
-        "origins": origins,
-        "axes": axes,
-        "outlines": outlines,
-        "lengths": np.linalg.norm(sides, axis=-1),
-        "angles": np.degrees(np.mod(turned, 2 * np.pi)),
-        "areas": _cross(outlines, following).sum(axis=1) / 2,
-    }
+    return _Frames(
+        corners=order,
+        origins=origins,
+        axes=axes,
+        outlines=outlines,
+        lengths=np.linalg.norm(sides, axis=-1),
+        angles=np.degrees(np.mod(turned, 2 * np.pi)),
+        areas=_cross(outlines, following).sum(axis=1) / 2,
+    )
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

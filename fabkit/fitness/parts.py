@@ -9,7 +9,8 @@ import numpy as np
 from fabkit.fitness.finding import Finding, Level, named
 from fabkit.fitness.rules import FitnessRules
 from fabkit.fitness.shape import MOST
-from fabkit.parts import Beam, Node
+from fabkit.kinds import BeamDetails, NodeDetails
+from fabkit.parts import Parts
 from geometry.arrays import FloatArray
 
 __all__ = ["blocks", "lift", "mitres", "sheets"]
@@ -40,21 +41,19 @@ def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rul
     )
 
 
-def mitres_of(beams: Sequence[Beam], rules: FitnessRules) -> Finding | None:
-    cuts = np.array([beam.cut_angles_deg for beam in beams]).reshape(-1, 2)
-    return mitres(cuts, [beam.mark for beam in beams], [beam.element for beam in beams], rules)
+def mitres_of(beams: Parts[BeamDetails], rules: FitnessRules) -> Finding | None:
+    return mitres(beams.details.cut_angles_deg, beams.marks, beams.elements.tolist(), rules)
 
 
-def blocks(nodes: Sequence[Node], beam_height_mm: float, rules: FitnessRules) -> Finding | None:
+def blocks(nodes: Parts[NodeDetails], beam_height_mm: float, rules: FitnessRules) -> Finding | None:
     """How much higher than the beams the blocks that enclose their ends are."""
-    if not nodes:
-        return None
-    sizes = np.array([node.height_mm for node in nodes]) / beam_height_mm
+    heights = nodes.details.height_mm
+    sizes = heights / beam_height_mm
     high = np.flatnonzero(sizes >= rules.blocks_told)
     if not len(high):
         return None
     order = high[np.argsort(-sizes[high], kind="stable")]
-    worst = nodes[order[0]]
+    worst = nodes[int(order[0])]
     return Finding(
         "blocks",
         "told",
@@ -62,11 +61,11 @@ def blocks(nodes: Sequence[Node], beam_height_mm: float, rules: FitnessRules) ->
         rules.blocks_told,
         "beam heights",
         f"{len(high)} of {len(nodes)} node blocks are at least {rules.blocks_told:g} times as high as their beams of "
-        f"{beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) has {worst.height_mm:.0f} mm",
+        f"{beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) has {heights[order[0]]:.0f} mm",
         "take narrower beams (--beam) or less clearance (--clearance), so that beams end nearer to the axes, or open "
         "narrow angles between edges",
         "vertex",
-        tuple(nodes[k].element for k in order.tolist()),
+        tuple(nodes.elements[order].tolist()),
     )
 
 

@@ -8,7 +8,7 @@ from fabkit.fitness.finding import Finding, Level, named
 from fabkit.fitness.rules import FitnessRules
 from geometry.arrays import FloatArray
 from geometry.errors import FoldedError
-from geometry.gauss import SupportStructure, axis_lean
+from geometry.gauss import Pair, SupportStructure
 from geometry.mesh import Mesh
 from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 
@@ -44,7 +44,7 @@ def of_planar_mesh(before: Mesh, after: Mesh, rules: FitnessRules) -> tuple[Find
 
 def of_gauss_image(structure: SupportStructure, rules: FitnessRules) -> tuple[Finding, ...]:
     """What is unusual about a planar mesh and its Gauss image; the distance of the structure does not matter."""
-    found = (outwards(structure, rules), lean(structure.mesh, structure.gauss_image, rules), heights(structure, rules))
+    found = (outwards(structure, rules), lean(structure.pair, rules), heights(structure, rules))
     return tuple(finding for finding in found if finding)
 
 
@@ -185,9 +185,9 @@ def outwards(structure: SupportStructure, rules: FitnessRules) -> Finding | None
     )
 
 
-def lean(mesh: Mesh, image: Mesh, rules: FitnessRules) -> Finding | None:
+def lean(pair: Pair, rules: FitnessRules) -> Finding | None:
     """How far node axes lean from the normals."""
-    angles = np.degrees(axis_lean(mesh, image))
+    angles = np.degrees(pair.leans)
     median, most = np.nanpercentile(angles, [50, MOST]).tolist()
     is_refused = median >= rules.lean_refused_deg
     if most < rules.lean_told_deg and not is_refused:

@@ -11,8 +11,9 @@ from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.report import report_html
 from fabkit.formats.step import write_part_steps, write_step
 from fabkit.formats.tables import write_csv, write_xlsx
+from fabkit.kinds import BEAM, PANEL
 from fabkit.parts import Assembly
-from fabkit.production import Nest, Summary, cut_list, panel_drawings, sheet_drawings
+from fabkit.production import Nest, Summary, build_facts, cut_list, panel_drawings, sheet_drawings
 from fabkit.stages import Stages
 from geometry.arrays import FloatArray
 from geometry.mesh import Mesh
@@ -31,9 +32,9 @@ def write_documents(
         write_step(folder / "model.step", assembly)
     with stages("STEP parts"):
         (folder / "parts").mkdir()
-        write_part_steps(folder / "parts", {part.mark: part for part in assembly.parts()}.values())
+        write_part_steps(folder / "parts", assembly.groups)
     with stages("DXF"):
-        sheets = sheet_drawings(nest, assembly.panels) if nest else ()
+        sheets = sheet_drawings(nest, assembly.of(PANEL)) if nest else ()
         (folder / "sheets").mkdir()
         for sheet in sheets:
             write_dxf(folder / "sheets" / f"{sheet.name}.dxf", sheet)
@@ -44,17 +45,18 @@ def write_documents(
         lists = cut_list(assembly, nest)
         for table in lists.tables:
             write_csv(folder / f"{table.title}.csv", table)
-        write_xlsx(folder / "cutlist.xlsx", lists, summary, nest)
+        facts = build_facts(summary, assembly, nest)
+        write_xlsx(folder / "cutlist.xlsx", lists, summary, facts)
     with stages("GLB"):
         glb = glb_bytes(assembly, _left_out_lines(mesh, assembly))
         (folder / "model.glb").write_bytes(glb)
     with stages("Report"):
-        text = report_html(summary=summary, assembly=assembly, tables=lists.tables, sheets=sheets, glb=glb)
+        text = report_html(summary=summary, facts=facts, assembly=assembly, tables=lists.tables, sheets=sheets, glb=glb)
         (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
 
 
 def _left_out_lines(mesh: Mesh, assembly: Assembly) -> FloatArray:
     """(n, 2, 3) ends in mm of the edges whose beams are left out."""
-    edges = np.array([left.element for left in assembly.left_out if left.kind == "beam"], dtype=np.int64)
+    edges = np.array([left.element for left in assembly.left_out if left.kind == BEAM.name], dtype=np.int64)
     lines: FloatArray = mesh.vertices[mesh.combinatorics.edges[edges]]
     return lines

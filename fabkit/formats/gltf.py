@@ -3,7 +3,7 @@
 glTF wants metres and +Y up; millimetres become metres in the numbers, and the root node turns +Z up into +Y up, so that
 a reader which turns it back (Rhino, Blender) shows the coordinates of the project. The origin of the assembly is on the
 root node alone, in all its digits: everything below it is near zero, where single precision is fine. The tree is
-structure / beams, nodes, panels, left out / part, with marks as names; equal parts share one mesh, placed many times.
+structure / group / part, with a group "left out", with marks as names; equal parts share one mesh, placed many times.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fabkit.errors import OutputError
-from fabkit.formats.triangles import Facets, facets
-from fabkit.parts import Assembly, Part, Solid, prism_topology, prism_vertices
-from fabkit.parts.palette import LEFT_OUT_COLOUR, PALETTE
-from geometry.arrays import FloatArray
+from fabkit.formats.triangles import facets
+from fabkit.kinds import BEAM
+from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Parts, Solids, prism_topology, prism_vertices
+from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["glb_bytes"]
 
@@ -45,7 +45,7 @@ def glb_bytes(assembly: Assembly, left_out_lines: FloatArray | None = None) -> b
     Raises `OutputError` where the lines are not one for each beam left out, and where a face of a part is no
     polygon that can be triangulated.
     """
-    missing = [left for left in assembly.left_out if left.kind == "beam"]
+    missing = [left for left in assembly.left_out if left.kind == BEAM.name]
     lines = np.zeros((0, 2, 3)) if left_out_lines is None else np.asarray(left_out_lines, dtype=np.float64)
     if lines.shape != (len(missing), 2, 3):
         raise OutputError(
@@ -53,33 +53,47 @@ def glb_bytes(assembly: Assembly, left_out_lines: FloatArray | None = None) -> b
             f"found {lines.shape}; give the two end points of each of their edges"
         )
     scene = _Scene(assembly.name, assembly.origin_mm)
-    for name, parts in assembly.groups().items():
-        scene.add_group(name, _placed(parts))
+    for parts in assembly.groups:
+        scene.add_group(parts.kind.group, _placed(parts))
     scene.add_group("left out", _bars(lines, [f"left out: edge {left.element}" for left in missing]))
     return scene.glb()
 
 
+@dataclass(frozen=True)
+class _Surface:
+    """name: of a material. colour: sRGB."""
+
+    name: str
+    colour: tuple[float, float, float]
+
+
 @dataclass(frozen=True, eq=False)
 class _Placed:
-    """Things to show. translations (n, 3) in mm, rotations (n, 4) as quaternions x, y, z, w."""
+    """Things to show. shape, surface (n,): which of the solids, and of the surfaces, each has. translations (n, 3) in
+    mm, rotations (n, 4) as quaternions x, y, z, w."""
 
-    names: list[str]
-    extras: list[Json]
-    solids: list[Solid]
-    materials: list[str]
+    names: Sequence[str]
+    extras: Sequence[Json]
+    solids: Solids
+    shape: IntArray
+    surfaces: Sequence[_Surface]
+    surface: IntArray
     translations: FloatArray
     rotations: FloatArray
 
 
-def _placed(parts: Sequence[Part]) -> _Placed:
-    axes = np.array([part.placement.axes for part in parts]).reshape(-1, 3, 3)
-    turned = Rotation.from_matrix(axes.transpose(0, 2, 1)).as_quat(canonical=True) if len(parts) else np.zeros((0, 4))
+def _placed(parts: Parts[Any]) -> _Placed:
+    turned = np.zeros((0, 4))
+    if len(parts):
+        turned = Rotation.from_matrix(parts.axes.transpose(0, 2, 1)).as_quat(canonical=True)
     return _Placed(
-        names=[part.mark for part in parts],
-        extras=[{"element": part.element} for part in parts],
-        solids=[part.solid for part in parts],
-        materials=[f"{part.kind} {part.material.name}" for part in parts],
-        translations=np.array([part.placement.origin for part in parts]).reshape(-1, 3),
+        names=parts.marks,
+        extras=[{"element": element} for element in parts.elements.tolist()],
+        solids=parts.solids,
+        shape=parts.shape,
+        surfaces=[_Surface(f"{parts.kind.name} {each.name}", parts.kind.colour) for each in parts.materials],
+        surface=parts.material,
+        translations=parts.origins,
         rotations=turned,
     )
 
@@ -99,8 +113,10 @@ def _bars(lines: FloatArray, names: list[str]) -> _Placed:
     return _Placed(
         names=names,
         extras=[{} for _ in names],
-        solids=[Solid(each, prism_topology(4)) for each in vertices],
-        materials=["left out"] * len(names),
+        solids=Solids.alike(vertices, prism_topology(4)),
+        shape=np.arange(len(names)),
+        surfaces=[_Surface("left out", LEFT_OUT_COLOUR)],
+        surface=np.zeros(len(names), dtype=np.int64),
         translations=np.zeros((len(names), 3)),
         rotations=np.tile([0.0, 0.0, 0.0, 1.0], (len(names), 1)),
     )
@@ -112,10 +128,12 @@ class _Scene:
     def __init__(self, name: str, origin_mm: FloatArray) -> None:
         x, y, z = (origin_mm / 1000).tolist()
         place = {"translation": [x, z, 0.0 - y]} if origin_mm.any() else {}
-        self.nodes: list[Json] = [{"name": name, **place, "rotation": _Z_UP_TO_Y_UP, "children": []}]
-        self.meshes: list[Json] = []
-        self.accessors: list[Json] = []
-        self.materials: dict[str, int] = {}
+        self.root: Json = {"name": name, **place, "rotation": _Z_UP_TO_Y_UP}
+        self.groups: list[int] = []
+        self.nodes: list[str] = []  # in JSON, as are meshes and accessors: there may be hundreds of thousands
+        self.meshes: list[str] = []
+        self.accessors: list[str] = []
+        self.materials: dict[_Surface, int] = {}
         self.index_accessors: dict[bytes, int] = {}
         self.points: list[bytes] = []
         self.normals: list[bytes] = []
@@ -127,9 +145,9 @@ class _Scene:
         """A node for the group and one for each thing in it; nothing where it is empty."""
         if not placed.names:
             return
-        group = len(self.nodes)
-        self.nodes[0]["children"].append(group)
-        self.nodes.append({"name": name, "children": list(range(group + 1, group + 1 + len(placed.names)))})
+        group = len(self.nodes) + 1  # after the root
+        self.groups.append(group)
+        self.nodes.append(_json({"name": name, "children": list(range(group + 1, group + 1 + len(placed.names)))}))
         columns = zip(
             placed.names,
             self._add_meshes(placed),
@@ -140,52 +158,63 @@ class _Scene:
         )
         for mark, mesh, translation, rotation, extras in columns:
             node = {"name": mark, "mesh": mesh, "translation": translation, "rotation": rotation}
-            self.nodes.append({**node, "extras": extras} if extras else node)
+            self.nodes.append(_json({**node, "extras": extras} if extras else node))
 
     def _add_meshes(self, placed: _Placed) -> list[int]:
         """Mesh of each thing; one for each pair of solid and material, in the order of first use."""
-        keys = list(zip(map(id, placed.solids), placed.materials, strict=True))
-        first = {key: n for n, key in reversed(list(enumerate(keys)))}
-        distinct = sorted(first.values())
-        meshes: dict[tuple[int, str], int] = {}
-        shapes = facets([placed.solids[n] for n in distinct], [placed.names[n] for n in distinct])
-        for n, shape in zip(distinct, shapes, strict=True):
-            meshes[keys[n]] = len(self.meshes)
-            self.meshes.append(self._mesh(placed.names[n], shape, self._material(placed.materials[n])))
-        return [meshes[key] for key in keys]
+        pairs = placed.shape * len(placed.surfaces) + placed.surface
+        _, first, pair = np.unique(pairs, return_index=True, return_inverse=True)
+        order = np.argsort(first)
+        distinct = first[order].tolist()
+        meshes = np.empty(len(distinct), dtype=np.int64)
+        meshes[order] = len(self.meshes) + np.arange(len(distinct))
+        surfaces = [self.materials.setdefault(each, len(self.materials)) for each in placed.surfaces]
+        names = [placed.names[n] for n in distinct]
+        self._write_meshes(names, placed.solids.take(placed.shape[distinct]), placed.surface[distinct], surfaces)
+        return list(meshes[pair].tolist())
 
-    def _material(self, name: str) -> int:
-        return self.materials.setdefault(name, len(self.materials))
-
-    def _mesh(self, name: str, shape: Facets, material: int) -> Json:
-        points = (shape.points / 1000).astype("<f4")
-        offset, count = 12 * self.n_points, len(points)
-        self.n_points += count
+    def _write_meshes(self, names: Sequence[str], solids: Solids, surface: IntArray, surfaces: Sequence[int]) -> None:
+        """Meshes of solids with these names, each with one of the surfaces (materials in the document)."""
+        shapes = facets(solids, names)
+        counts, kind = np.empty(len(solids), dtype=np.int64), np.empty(len(solids), dtype=np.int64)
+        row = np.empty(len(solids), dtype=np.int64)
+        for k, shape in enumerate(shapes):
+            counts[shape.solids], kind[shape.solids] = shape.points.shape[1], k
+            row[shape.solids] = np.arange(len(shape.solids))
+        starts = np.concatenate([[0], np.cumsum(counts)])
+        points, normals = np.empty((starts[-1], 3), dtype="<f4"), np.empty((starts[-1], 3), dtype="<f4")
+        for shape in shapes:
+            places = starts[shape.solids][:, None] + np.arange(shape.points.shape[1])
+            points[places], normals[places] = shape.points / 1000, shape.normals
+        least, largest = (each.reduceat(points, starts[:-1]).tolist() for each in (np.minimum, np.maximum))
         self.points.append(points.tobytes())
-        self.normals.append(shape.normals.astype("<f4").tobytes())
-        vector = {"byteOffset": offset, "componentType": _FLOAT, "count": count, "type": "VEC3"}
-        extent = {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
-        position = len(self.accessors)
-        self.accessors += [{"bufferView": 0, **vector, **extent}, {"bufferView": 1, **vector}]
-        attributes = {"POSITION": position, "NORMAL": position + 1}
-        indices = self._indices(shape, count)
-        return {"name": name, "primitives": [{"attributes": attributes, "indices": indices, "material": material}]}
+        self.normals.append(normals.tobytes())
+        numbers = zip(names, (12 * (self.n_points + starts)).tolist(), counts.tolist(), least, largest, strict=False)
+        for n, (name, offset, count, low, high) in enumerate(numbers):
+            position = len(self.accessors)
+            vector = f'"byteOffset":{offset},"componentType":{_FLOAT},"count":{count},"type":"VEC3"'
+            extent = f'"min":{_json(low)},"max":{_json(high)}'
+            self.accessors += [f'{{"bufferView":0,{vector},{extent}}}', f'{{"bufferView":1,{vector}}}']
+            indices = self._indices(shapes[kind[n]].triangles[row[n]], count)
+            attributes = f'{{"POSITION":{position},"NORMAL":{position + 1}}}'
+            primitive = f'{{"attributes":{attributes},"indices":{indices},"material":{surfaces[surface[n]]}}}'
+            self.meshes.append(f'{{"name":{_json(name)},"primitives":[{primitive}]}}')
+        self.n_points += int(starts[-1])
 
-    def _indices(self, shape: Facets, n_points: int) -> int:
+    def _indices(self, triangles: IntArray, n_points: int) -> int:
         """Accessor of the triangles; meshes with the same ones share it."""
         narrow = n_points < 0xFFFF
-        data = shape.triangles.astype("<u2" if narrow else "<u4").tobytes()
+        data = triangles.astype("<u2" if narrow else "<u4").tobytes()
         if data not in self.index_accessors:
             self.index_accessors[data] = len(self.accessors)
-            self.accessors.append(
-                {
-                    "bufferView": 2,
-                    "byteOffset": self.index_offset,
-                    "componentType": _UINT16 if narrow else _UINT32,
-                    "count": shape.triangles.size,
-                    "type": "SCALAR",
-                }
-            )
+            accessor = {
+                "bufferView": 2,
+                "byteOffset": self.index_offset,
+                "componentType": _UINT16 if narrow else _UINT32,
+                "count": triangles.size,
+                "type": "SCALAR",
+            }
+            self.accessors.append(_json(accessor))
             self.indices.append(data + bytes(-len(data) % 4))
             self.index_offset += len(self.indices[-1])
         return self.index_accessors[data]
@@ -201,23 +230,25 @@ class _Scene:
         views.append(
             {"buffer": 0, "byteOffset": starts[2], "byteLength": len(blocks[2]), "target": _ELEMENT_ARRAY_BUFFER}
         )
-        document: Json = {
-            "asset": {"version": "2.0", "generator": "fabkit"},
-            "scene": 0,
-            "scenes": [{"nodes": [0]}],
-            "nodes": self.nodes,
-        }
+        root = _json({**self.root, "children": self.groups})
+        members = [
+            '"asset":{"version":"2.0","generator":"fabkit"},"scene":0,"scenes":[{"nodes":[0]}]',
+            f'"nodes":[{",".join([root, *self.nodes])}]',
+        ]
         if self.meshes:
-            document |= {
-                "meshes": self.meshes,
-                "materials": [_material(name) for name in self.materials],
-                "accessors": self.accessors,
-                "bufferViews": views,
-                "buffers": [{"byteLength": starts[3]}],
-            }
-        text = json.dumps(document, separators=(",", ":")).encode()
+            members += [
+                f'"meshes":[{",".join(self.meshes)}]',
+                f'"materials":{_json([_material(each) for each in self.materials])}',
+                f'"accessors":[{",".join(self.accessors)}]',
+                f'"bufferViews":{_json(views)}',
+                f'"buffers":[{{"byteLength":{starts[3]}}}]',
+            ]
+        text = f"{{{','.join(members)}}}".encode()
         body = _chunk(_CHUNK_JSON, text, b" ") + (_chunk(_CHUNK_BIN, b"".join(blocks), b"\0") if self.meshes else b"")
         return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+
+
+_json = json.JSONEncoder(separators=(",", ":")).encode
 
 
 def _chunk(kind: bytes, data: bytes, padding: bytes) -> bytes:
@@ -225,16 +256,14 @@ def _chunk(kind: bytes, data: bytes, padding: bytes) -> bytes:
     return struct.pack("<I4s", len(data), kind) + data
 
 
-def _material(name: str) -> Json:
-    """By its name: the kind of the part, a space, the material of the part; or "left out"."""
-    colour = LEFT_OUT_COLOUR if name == "left out" else PALETTE[name.split(" ", 1)[0]]
-    glass = "glass" in name.lower()
+def _material(of: _Surface) -> Json:
+    glass = "glass" in of.name.lower()
     surface: Json = {
-        "baseColorFactor": [*_linear(colour), GLASS_OPACITY if glass else 1.0],
+        "baseColorFactor": [*_linear(of.colour), GLASS_OPACITY if glass else 1.0],
         "metallicFactor": 0.0,
         "roughnessFactor": 0.6,
     }
-    material: Json = {"name": name, "pbrMetallicRoughness": surface}
+    material: Json = {"name": of.name, "pbrMetallicRoughness": surface}
     return {**material, "alphaMode": "BLEND", "doubleSided": True} if glass else material
 
 

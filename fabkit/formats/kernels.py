@@ -13,7 +13,6 @@ import numpy as np
 from fabkit.errors import FabkitError
 from fabkit.formats.step import instance_name
 from fabkit.parts import Assembly, Frame, Part, Solid
-from fabkit.parts.palette import PALETTE
 
 if TYPE_CHECKING:
     import build123d
@@ -25,7 +24,7 @@ __all__ = ["to_build123d", "to_cadquery"]
 
 
 def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
-    """A part in its own frame as a Solid, or an assembly as a Compound: structure / beams, nodes, panels / part.
+    """A part in its own frame as a Solid, or an assembly as a Compound: structure / group / part.
 
     The structure's location is the origin of the assembly, so that parts stand where the mesh file has them.
     The label of a part is its mark, within an assembly its instance name, as in STEP files; the colour that of its
@@ -37,7 +36,7 @@ def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
         raise _missing("build123d") from error
 
     def solid(part: Part) -> build123d.Solid:
-        return build123d.Solid(_occt_solid(part.solid), label=part.mark, color=build123d.Color(*PALETTE[part.kind]))
+        return build123d.Solid(_occt_solid(part.solid), label=part.mark, color=build123d.Color(*part.kind.colour))
 
     def placed(part: Part) -> build123d.Solid:
         if part.mark not in shapes:
@@ -49,15 +48,18 @@ def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
     if isinstance(item, Part):
         return solid(item)
     shapes: dict[str, build123d.Solid] = {}
-    groups = {name: [placed(part) for part in parts] for name, parts in item.groups().items() if parts}
-    children = [build123d.Compound(label=name, children=instances) for name, instances in groups.items()]
+    children = [
+        build123d.Compound(label=parts.kind.group, children=[placed(part) for part in parts])
+        for parts in item.groups
+        if len(parts)
+    ]
     structure = build123d.Compound(label=item.name, children=children)
     structure.location = build123d.Location(_occt_motion(Frame(item.origin_mm, np.eye(3))))
     return structure
 
 
 def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly:
-    """A part in its own frame as a Workplane, or an assembly as an Assembly: structure / beams, nodes, panels / part.
+    """A part in its own frame as a Workplane, or an assembly as an Assembly: structure / group / part.
 
     The structure's location is the origin of the assembly, so that parts stand where the mesh file has them.
     The name of a part within an assembly is its instance name, as in STEP files; its colour that of its kind; parts
@@ -73,8 +75,8 @@ def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly
     shapes: dict[str, cadquery.Solid] = {}
     place = cadquery.Location(_occt_motion(Frame(item.origin_mm, np.eye(3))))
     structure = cadquery.Assembly(name=item.name, loc=place)
-    for name, parts in item.groups().items():
-        group = cadquery.Assembly(name=name)
+    for parts in item.groups:
+        group = cadquery.Assembly(name=parts.kind.group)
         for part in parts:
             if part.mark not in shapes:
                 shapes[part.mark] = cadquery.Solid(_occt_solid(part.solid))
@@ -82,9 +84,9 @@ def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly
                 shapes[part.mark],
                 name=instance_name(part),
                 loc=cadquery.Location(_occt_motion(part.placement)),
-                color=cadquery.Color(*PALETTE[part.kind]),
+                color=cadquery.Color(*part.kind.colour),
             )
-        if parts:
+        if len(parts):
             structure.add(group)
     return structure
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
+
+from fabkit.production import Fact
 
 __all__ = ["MANIFEST", "not_ours", "write_manifest"]
 
@@ -17,26 +19,49 @@ _LITTER = {".DS_Store", ".localized", ".directory", "Thumbs.db", "ehthumbs.db", 
 """Files that systems put into folders that somebody looks at, and make again when they want them."""
 
 _UNSIGNED = "0" * 64
+_BLOCK = 1 << 16
 
 
-def write_manifest(folder: Path, told: dict[str, Any]) -> None:
-    """Write manifest.json: what is told, then everything in the folder.
+def write_manifest(folder: Path, told: dict[str, Any], facts: Iterable[Fact] = ()) -> None:
+    """Write manifest.json: what is told, the facts by their keys, then everything in the folder.
 
     `folders` are those within it; `files` gives the sha256 of every file by its path, parts of which are joined by /.
     `sha256` is that of the manifest itself, written with 64 zeros in its place.
     """
-    files, folders = {}, []
-    for path in sorted(folder.rglob("*")):
-        name = path.relative_to(folder).as_posix()
-        if path.is_dir():
+    files: dict[str, str] = {}
+    folders: list[str] = []
+    for name, entry in _entries(folder, ""):
+        if entry.is_dir(follow_symlinks=False):
             folders.append(name)
         else:
-            files[name] = _sha256(path)
-    listed = {**told, "folders": folders, "files": files, "sha256": _UNSIGNED}
+            files[name] = _sha256(entry.path)
+    listed = {**told, **_by_keys(facts), "folders": folders, "files": files, "sha256": _UNSIGNED}
     text = json.dumps(listed, indent=1) + "\n"
     signature = hashlib.sha256(text.encode("ascii")).hexdigest()
     head, _, tail = text.rpartition(_UNSIGNED)
     (folder / MANIFEST).write_text(head + signature + tail, encoding="ascii", newline="\n")
+
+
+def _entries(folder: str | Path, prefix: str) -> Iterator[tuple[str, os.DirEntry[str]]]:
+    """All there is in a folder, by its name from there, folder by folder."""
+    with os.scandir(folder) as found:
+        entries = sorted(found, key=lambda entry: entry.name)
+    for entry in entries:
+        yield prefix + entry.name, entry
+        if entry.is_dir(follow_symlinks=False):
+            yield from _entries(entry.path, f"{prefix}{entry.name}/")
+
+
+def _by_keys(facts: Iterable[Fact]) -> dict[str, Any]:
+    tree: dict[str, Any] = {}
+    for fact in facts:
+        for key, value in zip(fact.keys, fact.values if fact.keys else (), strict=True):
+            *outer, last = key.split(".")
+            branch = tree
+            for name in outer:
+                branch = branch.setdefault(name, {})
+            branch[last] = value
+    return tree
 
 
 def not_ours(folder: Path) -> Iterator[str]:
@@ -65,7 +90,7 @@ def _others(folder: Path, prefix: str, files: dict[str, str], folders: set[str])
         elif not entry.is_file(follow_symlinks=False):
             yield name
         elif name in files:
-            if files[name] != _sha256(Path(entry)):
+            if files[name] != _sha256(entry.path):
                 yield f"{name} (edited)"
         elif name == MANIFEST:
             yield f"{name} (edited, or of an earlier version: it does not say what fabkit wrote)"
@@ -97,6 +122,11 @@ def _is_litter(prefix: str, name: str, files: dict[str, str], folders: set[str])
     return name in _LITTER or (name.startswith("._") and (beside in files or beside in folders or name[2:] in _LITTER))
 
 
-def _sha256(path: Path) -> str:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+def _sha256(path: str | Path) -> str:
+    digest = hashlib.sha256()
+    with open(
+        path, "rb", buffering=0
+    ) as stream:  # most files are small: what buffers would cost is more than they take
+        while block := stream.read(_BLOCK):
+            digest.update(block)
+    return digest.hexdigest()

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from fabkit.errors import OutputError
-from fabkit.parts import Solid, Topology, face_normals
+from fabkit.parts import Solids, Topology
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["Facets", "facets"]
@@ -19,31 +19,29 @@ CONVEX_TOLERANCE = 1e-9  # sine of the turn at a corner: rounding of a straight 
 
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """A flat-shaded solid. points (C, 3) and normals (C, 3): one for each corner of each face; triangles (T, 3):
-    corners, counter-clockwise seen from outside."""
+    """Flat-shaded solids of one topology. solids (K,): their numbers. points and normals (K, C, 3): one for each corner
+    of each face; triangles (K, T, 3): corners, counter-clockwise seen from outside."""
 
+    solids: IntArray
     points: FloatArray
     normals: FloatArray
     triangles: IntArray
 
 
-def facets(solids: Sequence[Solid], names: Sequence[str]) -> list[Facets]:
-    """Triangulated solids, computed for all solids of one topology at once. No point is added.
+def facets(solids: Solids, names: Sequence[str]) -> list[Facets]:
+    """Triangulated solids, by topology. No point is added.
 
     Convex faces become fans, other ones and faces with inner loops constrained Delaunay triangulations.
     Raises `OutputError` with the solid's name where a face's outline crosses itself.
     """
-    members: dict[Topology, list[int]] = {}
-    for n, solid in enumerate(solids):
-        members.setdefault(solid.topology, []).append(n)
-    result: dict[int, Facets] = {}
-    for topology, indices in members.items():
-        vertices = np.array([solids[n].vertices for n in indices])
-        points = vertices[:, topology.corners]
-        normals = face_normals(vertices, topology)[:, topology.corner_face]
-        triangles = _triangles(points, normals, topology, [names[n] for n in indices])
-        result |= {n: Facets(*each) for n, *each in zip(indices, points, normals, triangles, strict=True)}
-    return [result[n] for n in range(len(solids))]
+    result = []
+    for stack in solids.stacks():
+        topology = stack.topology
+        points = stack.vertices[:, topology.corners]
+        normals = stack.normals[:, topology.corner_face]
+        triangles = _triangles(points, normals, topology, [names[n] for n in stack.parts.tolist()])
+        result.append(Facets(stack.parts, points, normals, triangles))
+    return result
 
 
 def _triangles(points: FloatArray, normals: FloatArray, topology: Topology, names: list[str]) -> IntArray:
@@ -51,7 +49,7 @@ def _triangles(points: FloatArray, normals: FloatArray, topology: Topology, name
 
     A face with n corners and h inner loops has n + 2h - 2 triangles however it is cut, so T is the topology's.
     """
-    first = topology.loop_starts[topology.face_starts[:-1]]
+    first = topology.first_corner
     counts = np.diff(topology.loop_starts[topology.face_starts]) + 2 * np.diff(topology.face_starts) - 4
     starts = np.concatenate([[0], np.cumsum(counts)])
     fan = np.arange(starts[-1]) - np.repeat(starts[:-1], counts) + 1
@@ -75,7 +73,7 @@ def _convex(points: FloatArray, normals: FloatArray, topology: Topology) -> Bool
     behind = np.empty_like(ahead)
     behind[:, topology.next_corner] = ahead
     turns = np.einsum("kci,kci->kc", np.cross(behind, ahead), normals)
-    first = topology.loop_starts[topology.face_starts[:-1]]
+    first = topology.first_corner
     inwards = np.minimum.reduceat(turns, first, axis=1) < -CONVEX_TOLERANCE
     convex: BoolArray = ~inwards & (np.diff(topology.face_starts) == 1)
     return convex

@@ -1,35 +1,43 @@
-"""Nouns of the workshop, frozen, without decisions: solids, frames, parts, assemblies. Millimetres and degrees."""
+"""Nouns of the workshop, frozen, without decisions: solids, frames, kinds of part, parts, assemblies. Millimetres and
+degrees."""
 
-from fabkit.parts.assembly import Assembly, LeftOut
+from fabkit.parts.assembly import LEFT_OUT_COLOUR, Assembly, LeftOut, Surroundings
 from fabkit.parts.frame import Frame
+from fabkit.parts.kind import Cell, Column, Details, Kind, Measure
 from fabkit.parts.material import Material
-from fabkit.parts.part import Beam, Node, Panel, Part
+from fabkit.parts.parts import Part, Parts
+from fabkit.parts.ragged import Ragged
 from fabkit.parts.section import Section
-from fabkit.parts.solid import (
-    Solid,
-    Topology,
-    centroids,
-    face_normals,
-    prism_topology,
-    prism_vertices,
-    volumes,
-)
+from fabkit.parts.solid import Measures, Solid, Stack, Topology, prism_topology, prism_vertices
+from fabkit.parts.solids import Solids
+from fabkit.parts.symmetry import Symmetry, Turns, moved, other_end, shifted
 
 __all__ = [
+    "LEFT_OUT_COLOUR",
     "Assembly",
-    "Beam",
+    "Cell",
+    "Column",
+    "Details",
     "Frame",
+    "Kind",
     "LeftOut",
     "Material",
-    "Node",
-    "Panel",
+    "Measure",
+    "Measures",
     "Part",
+    "Parts",
+    "Ragged",
     "Section",
     "Solid",
+    "Solids",
+    "Stack",
+    "Surroundings",
+    "Symmetry",
     "Topology",
-    "centroids",
-    "face_normals",
+    "Turns",
+    "moved",
+    "other_end",
     "prism_topology",
     "prism_vertices",
-    "volumes",
+    "shifted",
 ]

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+from typing import Any, TypeVar
 
 import numpy as np
 
-from fabkit.parts.part import Beam, Node, Panel, Part
-from geometry.arrays import FloatArray, floats
+from fabkit.errors import DetailingError
+from fabkit.parts.kind import Details, Kind
+from fabkit.parts.parts import Part, Parts
+from geometry.arrays import FloatArray, IntArray, floats
 
-__all__ = ["Assembly", "LeftOut"]
+__all__ = ["LEFT_OUT_COLOUR", "Assembly", "LeftOut", "Surroundings"]
+
+LEFT_OUT_COLOUR = (0.84, 0.10, 0.12)
+"""sRGB red, green and blue, 0 to 1, of what was not made."""
+
+D = TypeVar("D", bound=Details)
 
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A part that was not made. kind: beam, node or panel; element: mesh edge, vertex or face; reason: a sentence that
-    names it."""
+    """A part that was not made. kind: its name; element: mesh edge, vertex or face; reason: a sentence that says so."""
 
     kind: str
     element: int
@@ -25,26 +33,59 @@ class LeftOut:
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """The parts by kind, each kind in the order of its mesh elements, and what had to be left out.
+    """The parts, a group for each kind, and what had to be left out.
 
     The parts are placed near zero, since far from it coordinates are coarse. origin_mm (3,): where zero is in the
     coordinates of the mesh file, in mm: a point of a part stands at `part.placement.to_world(point) + origin_mm`.
+
+    Raises DetailingError where two kinds share the letter of their marks, their name or that of their group.
     """
 
     name: str
-    beams: tuple[Beam, ...]
-    nodes: tuple[Node, ...]
-    panels: tuple[Panel, ...]
+    groups: tuple[Parts[Any], ...]
     left_out: tuple[LeftOut, ...] = ()
     origin_mm: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin_mm", floats(self.origin_mm))
+        for one, other in combinations([group.kind for group in self.groups], 2):
+            for what, first, second in (
+                ("group", one.group, other.group),
+                ("name", one.name, other.name),
+                ("letter of marks", one.letter, other.letter),
+            ):
+                if first == second:
+                    raise DetailingError(
+                        f"{one.group} and {other.group} have the same {what}, {first!r}, so their parts could not be "
+                        "told apart; give each kind its own"
+                    )
 
-    def groups(self) -> dict[str, tuple[Part, ...]]:
-        """Parts by the name of their group: beams, nodes, panels."""
-        return {"beams": self.beams, "nodes": self.nodes, "panels": self.panels}
+    def __getitem__(self, group: str) -> Parts[Any]:
+        """The parts of a group by its name: beams, nodes, panels. Raises KeyError where there is none."""
+        return {each.kind.group: each for each in self.groups}[group]
+
+    def of(self, kind: Kind[Parts[D]]) -> Parts[D]:
+        """The parts of a kind, none where it has no group."""
+        for each in self.groups:
+            if each.kind is kind:
+                return each
+        return Parts.of(kind)
+
+    def with_group(self, parts: Parts[Any]) -> Assembly:
+        """With these parts in the place of those of their kind, or after the other groups."""
+        groups = {each.kind.group: each for each in self.groups} | {parts.kind.group: parts}
+        return replace(self, groups=tuple(groups.values()))
 
     def parts(self) -> Iterator[Part]:
-        for group in self.groups().values():
+        """All parts, group by group."""
+        for group in self.groups:
             yield from group
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What is told of parts that is not their own: the assembly, whose other parts they touch, and for groups that are
+    nested the number of each part's sheet (n,), from one, by the name of the group."""
+
+    assembly: Assembly
+    sheets: Mapping[str, IntArray] = field(default_factory=dict)

@@ -1,7 +1,7 @@
 """Exact solids with planar faces, as arrays.
 
 A *topology* says which vertices bound which faces; parts of one kind share it by reference, so that a writer keeps
-one template a topology. Measures work on stacks of solids with one topology: vertices (..., n, 3).
+one template a topology. A *stack* is solids of one topology as one array, and all that is measured on them.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.mesh.ragged_arrays import next_in_run, run_of_place
 
-__all__ = ["Solid", "Topology", "centroids", "face_normals", "prism_topology", "prism_vertices", "volumes"]
+__all__ = ["Measures", "Solid", "Stack", "Topology", "prism_topology", "prism_vertices"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +57,11 @@ class Topology:
         return run_of_place(self.loop_starts[self.face_starts])
 
     @cached_property
+    def first_corner(self) -> IntArray:
+        """(F,) the first corner of each face's outer loop."""
+        return integers(self.loop_starts[self.face_starts[:-1]])
+
+    @cached_property
     def edges(self) -> IntArray:
         """(E, 2) vertices of each edge, the lower first."""
         pairs = np.sort(np.stack([self.corners, self.corners[self.next_corner]], axis=1), axis=1)
@@ -90,46 +95,120 @@ def prism_vertices(outlines: FloatArray, bottom: FloatArray | float, top: FloatA
     return np.concatenate([at(bottom), at(top)], axis=-2)
 
 
-def _vector_areas(vertices: FloatArray, topology: Topology) -> FloatArray:
-    """(..., F, 3) area times outward unit normal of each face, holes taken off."""
-    here = vertices[..., topology.corners, :]
-    first = topology.loop_starts[topology.face_starts[:-1]]
-    here = here - here[..., first, :][..., topology.corner_face, :]
-    sums: FloatArray = np.add.reduceat(np.cross(here, here[..., topology.next_corner, :]), first, axis=-2)
-    return sums / 2
+CORNERS_AT_ONCE = 20_000
+"""Of solids that are measured together: what is worked out for them stays in the processor's cache."""
 
 
-def face_normals(vertices: FloatArray, topology: Topology) -> FloatArray:
-    """(..., F, 3) outward unit normals of solids with vertices (..., n, 3)."""
-    areas = _vector_areas(vertices, topology)
-    lengths: FloatArray = np.linalg.norm(areas, axis=-1, keepdims=True)
-    return areas / lengths
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Solids of one topology.
+
+    parts (P,): their positions in what they were taken from. vertices (P, n, 3) in mm.
+    """
+
+    topology: Topology
+    parts: IntArray
+    vertices: FloatArray
+
+    def __getitem__(self, chosen: BoolArray | IntArray | slice) -> Stack:
+        """The solids chosen by a mask, by indices or by a slice."""
+        return Stack(self.topology, self.parts[chosen], self.vertices[chosen])
+
+    def a_few_at_a_time(self) -> list[Stack]:
+        """The same solids in smaller stacks, one at least."""
+        size = max(1, CORNERS_AT_ONCE // len(self.topology.corners))
+        return [self[k : k + size] for k in range(0, max(1, len(self.parts)), size)]
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """(P, F, 3) outward unit normals."""
+        return np.concatenate([Measures(few.topology, few.vertices).normals for few in self.a_few_at_a_time()])
+
+    @cached_property
+    def volumes(self) -> FloatArray:
+        """(P,) in mm3; negative where a solid is inside out."""
+        return np.concatenate([Measures(few.topology, few.vertices).volumes for few in self.a_few_at_a_time()])
+
+    @cached_property
+    def centroids(self) -> FloatArray:
+        """(P, 3) in mm."""
+        return np.concatenate([Measures(few.topology, few.vertices).centroids for few in self.a_few_at_a_time()])
 
 
-def _cones(vertices: FloatArray, topology: Topology) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """An inner point (..., 1, 3), and for each triangle (its apex one corner of the face, its base an edge of the
-    face) the six-fold volume (..., C) and the sum of the three corners (..., C, 3) of its cone to that point."""
-    centre = vertices.mean(axis=-2, keepdims=True)
-    here = vertices[..., topology.corners, :] - centre
-    following = here[..., topology.next_corner, :]
-    first = topology.loop_starts[topology.face_starts[:-1]]
-    apex = here[..., first, :][..., topology.corner_face, :]
-    six_fold = np.einsum("...k,...k->...", apex, np.cross(here, following))
-    return centre, six_fold, apex + here + following
+@dataclass(frozen=True, eq=False)
+class Measures:
+    """What is measured on solids with vertices (P, n, 3) and one topology: worked out once, from corners about the
+    middle of each solid and with coordinates in the first axis, which is fastest."""
 
+    topology: Topology
+    vertices: FloatArray
 
-def volumes(vertices: FloatArray, topology: Topology) -> FloatArray:
-    """(...) volumes of solids with vertices (..., n, 3), by the divergence theorem."""
-    total: FloatArray = _cones(vertices, topology)[1].sum(axis=-1)
-    return total / 6
+    @cached_property
+    def middles(self) -> FloatArray:
+        """(P, 3) mean of the vertices of each solid."""
+        middles: FloatArray = self.vertices.mean(axis=1)
+        return middles
 
+    @cached_property
+    def points(self) -> FloatArray:
+        """(3, P, n) the vertices, from the middle of each solid."""
+        return np.ascontiguousarray(np.moveaxis(self.vertices - self.middles[:, None], 2, 0))
 
-def centroids(vertices: FloatArray, topology: Topology) -> FloatArray:
-    """(..., 3) centroids of solids with vertices (..., n, 3)."""
-    centre, six_fold, corner_sums = _cones(vertices, topology)
-    moments = np.einsum("...c,...ck->...k", six_fold, corner_sums) / 4
-    offset: FloatArray = moments / six_fold.sum(axis=-1)[..., None]
-    return centre[..., 0, :] + offset
+    @cached_property
+    def _apex(self) -> FloatArray:
+        """(3, P, C) the first corner of the face of each corner, from the middle of the solid."""
+        t = self.topology
+        return self.points[:, :, t.corners[t.first_corner[t.corner_face]]]
+
+    @cached_property
+    def from_apex(self) -> FloatArray:
+        """(3, P, C) each corner, from the first corner of its face."""
+        return self.points[:, :, self.topology.corners] - self._apex
+
+    @cached_property
+    def _doubles(self) -> FloatArray:
+        """(3, P, C) twice the area, times the normal, of the triangle of apex, corner and following corner."""
+        here = self.from_apex
+        following = here[:, :, self.topology.next_corner]
+        return np.stack([here[i - 2] * following[i - 1] - here[i - 1] * following[i - 2] for i in range(3)])
+
+    @cached_property
+    def _face_doubles(self) -> FloatArray:
+        """(3, P, F) the same of each face, holes taken off."""
+        sums: FloatArray = np.add.reduceat(self._doubles, self.topology.first_corner, axis=2)
+        return sums
+
+    @cached_property
+    def areas(self) -> FloatArray:
+        """(P, F) in mm2, of each face."""
+        areas: FloatArray = np.sqrt((self._face_doubles * self._face_doubles).sum(axis=0)) / 2
+        return areas
+
+    @cached_property
+    def normals(self) -> FloatArray:
+        """(P, F, 3) outward unit normals."""
+        return np.moveaxis(self._face_doubles / (2 * self.areas), 0, 2)
+
+    @cached_property
+    def _cones(self) -> FloatArray:
+        """(P, C) six-fold volume of the cone from the middle of the solid over each of the triangles."""
+        cones: FloatArray = (self._apex * self._doubles).sum(axis=0)
+        return cones
+
+    @cached_property
+    def volumes(self) -> FloatArray:
+        """(P,) in mm3, by the divergence theorem; negative where a solid is inside out."""
+        volumes: FloatArray = self._cones.sum(axis=1) / 6
+        return volumes
+
+    @cached_property
+    def centroids(self) -> FloatArray:
+        """(P, 3) in mm."""
+        here = self.from_apex
+        corner_sums = 3 * self._apex + here + here[:, :, self.topology.next_corner]
+        moments = np.einsum("pc,xpc->px", self._cones, corner_sums) / 24
+        centroids: FloatArray = self.middles + moments / self.volumes[:, None]
+        return centroids
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,15 +224,19 @@ class Solid:
             raise ValueError(f"vertices have shape {self.vertices.shape}, need ({self.topology.n_vertices}, 3)")
 
     @cached_property
-    def volume_mm3(self) -> float:
-        return float(volumes(self.vertices, self.topology))
+    def _measures(self) -> Measures:
+        return Measures(self.topology, self.vertices[None])
 
-    @cached_property
+    @property
+    def volume_mm3(self) -> float:
+        return float(self._measures.volumes[0])
+
+    @property
     def centroid(self) -> FloatArray:
         """(3,) in mm."""
-        return floats(centroids(self.vertices, self.topology))
+        return floats(self._measures.centroids[0])
 
-    @cached_property
+    @property
     def normals(self) -> FloatArray:
         """(F, 3) outward unit normals."""
-        return floats(face_normals(self.vertices, self.topology))
+        return floats(self._measures.normals[0])

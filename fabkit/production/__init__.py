@@ -1,10 +1,11 @@
 """From parts to shop documents, still as data: marks, nests, cut lists, drawings, the facts of a build."""
 
-from fabkit.production.cut_lists import Cell, CutList, Table, cut_list
+from fabkit.production.curves import Curves
+from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
+from fabkit.production.facts import REPORT, TERMINAL, WORKBOOK, BuildFacts, Fact, build_facts
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
 from fabkit.production.nests import Nest, Sheet
-from fabkit.production.part_measures import Measure, measures
 from fabkit.production.sheet_nesting import nest_panels, too_large
 from fabkit.production.summary import ExactGaussImage, GivenGaussImage, Summary
 
@@ -12,19 +13,23 @@ __all__ = [
     "CUT",
     "EQUAL_WITHIN_MM",
     "MARK",
+    "REPORT",
     "SHEET",
-    "Cell",
+    "TERMINAL",
+    "WORKBOOK",
+    "BuildFacts",
+    "Curves",
     "CutList",
     "Drawing",
     "ExactGaussImage",
+    "Fact",
     "GivenGaussImage",
-    "Measure",
     "Nest",
     "Sheet",
     "Summary",
     "Table",
+    "build_facts",
     "cut_list",
-    "measures",
     "nest_panels",
     "panel_drawings",
     "share_equal_parts",

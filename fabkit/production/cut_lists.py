@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from fabkit.parts import Assembly, Beam, Node, Panel, Part
-from fabkit.production.neighbours import NOTHING, marks_by_element, neighbour_marks, panel_neighbours
+from fabkit.kinds import PANEL
+from fabkit.kinds.columns import texts
+from fabkit.parts import Assembly, Cell, Parts, Surroundings
 from fabkit.production.nests import Nest
 
-__all__ = ["Cell", "CutList", "Table", "cut_list", "ends_glyph"]
-
-Cell = str | int | float | None
-
-#: An end whose angle rounds to zero in the list is cut square.
-ANGLE_DECIMALS = 2
+__all__ = ["CutList", "Table", "cut_list"]
 
 
 @dataclass(frozen=True)
@@ -36,166 +32,48 @@ class Table:
     totals: tuple[Cell, ...]
     left_out: tuple[str, ...]
 
-    def text(self, row: Sequence[Cell]) -> list[str]:
-        """The cells of a row, numbers with the decimals of their column, empty where there is none."""
-        return [_text(cell, decimals) for cell, decimals in zip(row, self.decimals, strict=True)]
+    @cached_property
+    def texts(self) -> tuple[tuple[str, ...], ...]:
+        """The rows as text: numbers with the decimals of their column, nothing where there is none."""
+        columns = zip(*self.rows, strict=True)
+        return tuple(zip(*map(texts, columns, self.decimals), strict=True))
+
+    @cached_property
+    def total_texts(self) -> tuple[str, ...]:
+        """The totals as text."""
+        return tuple(texts([cell], decimals)[0] for cell, decimals in zip(self.totals, self.decimals, strict=True))
 
 
 @dataclass(frozen=True)
 class CutList:
     """One table for each kind of part; together their counts are the number of parts."""
 
-    beams: Table
-    nodes: Table
-    panels: Table
+    tables: tuple[Table, ...]
 
-    @property
-    def tables(self) -> tuple[Table, ...]:
-        return self.beams, self.nodes, self.panels
-
-
-P = TypeVar("P", bound=Part)
-
-#: A column: its name, the decimals of its numbers (None for text), and its cell for the equal parts of one mark.
-Column = tuple[str, int | None, Callable[[Sequence[P]], Cell]]
+    def __getitem__(self, title: str) -> Table:
+        """The table of a group by its name. Raises KeyError where there is none."""
+        return {table.title: table for table in self.tables}[title]
 
 
 def cut_list(assembly: Assembly, nest: Nest | None) -> CutList:
-    """Beams, nodes and panels in the order of their marks' first parts.
+    """A table for each group, a row for each mark in the order of the marks' first parts.
 
     Equal parts share a row. What depends on where a part stands (its neighbours, its dihedral angles) is then given
     for all of them: a range of numbers, or one text for each place. The files named are those of the mark: its STEP,
     for panels its DXF.
     """
-    beams = _table("beams", assembly, assembly.beams, _beam_columns(assembly))
-    nodes = _table("nodes", assembly, assembly.nodes, _node_columns(assembly))
-    panels = _table("panels", assembly, assembly.panels, _panel_columns(assembly, nest))
-    return CutList(beams, nodes, panels)
+    sheets = {PANEL.group: np.array([at.sheet + 1 for at in nest.placements], dtype=np.int64)} if nest else {}
+    around = Surroundings(assembly, sheets)
+    return CutList(tuple(_table(group, around) for group in assembly.groups))
 
 
-def ends_glyph(cut_angles_deg: tuple[float, float]) -> str:
-    r"""The beam seen from the side, its outer side up and end A on the left: \_/ is longest outside, |_| square."""
-    first, second = (0.0 if abs(angle) < 0.5 * 10**-ANGLE_DECIMALS else angle for angle in cut_angles_deg)
-    return "/|\\"[int(np.sign(first)) + 1] + "_" + "\\|/"[int(np.sign(second)) + 1]
-
-
-def _table(title: str, assembly: Assembly, parts: Sequence[P], columns: Sequence[Column[P]]) -> Table:
-    groups: dict[str, list[P]] = {}
-    for part in parts:
-        groups.setdefault(part.mark, []).append(part)
-    names, decimals, cells = zip(*columns, strict=True)
-    rows = tuple(tuple(cell(group) for cell in cells) for group in groups.values())
-    totals: dict[str, Cell] = {"Mark": "Total", "Count": len(parts)}
-    for name in ("Mass (kg)", "Area (m2)"):
-        if name in names:
-            totals[name] = float(sum(row[names.index(name)] for row in rows))
-    left_out = tuple(f"left out: {part.reason}" for part in assembly.left_out if part.kind == title.removesuffix("s"))
-    return Table(title, names, decimals, rows, tuple(totals.get(name) for name in names), left_out)
-
-
-def _beam_columns(assembly: Assembly) -> list[Column[Beam]]:
-    nodes = marks_by_element(assembly.nodes)
-    return [
-        ("Mark", None, _mark),
-        ("Count", 0, len),
-        ("Section", None, lambda beams: beams[0].section.name),
-        ("Material", None, lambda beams: beams[0].material.name),
-        ("Long point (mm)", 2, lambda beams: beams[0].long_point_mm),
-        ("Short point (mm)", 2, lambda beams: beams[0].short_point_mm),
-        ("End A (deg)", ANGLE_DECIMALS, lambda beams: beams[0].cut_angles_deg[0]),
-        ("End B (deg)", ANGLE_DECIMALS, lambda beams: beams[0].cut_angles_deg[1]),
-        ("Ends", None, lambda beams: ends_glyph(beams[0].cut_angles_deg)),
-        ("Nodes A B", None, lambda beams: _places(" ".join(neighbour_marks(b.nodes, nodes)) for b in beams)),
-        ("Dihedral (deg)", 2, lambda beams: _range([beam.dihedral_deg for beam in beams], 2)),
-        ("Height deviation (mm)", 3, lambda beams: _range([beam.height_deviation_mm for beam in beams], 3)),
-        ("Mass each (kg)", 3, lambda beams: beams[0].mass_kg),
-        ("Mass (kg)", 3, lambda beams: len(beams) * beams[0].mass_kg),
-        ("File", None, _step_file),
-    ]
-
-
-def _node_columns(assembly: Assembly) -> list[Column[Node]]:
-    beams = marks_by_element(assembly.beams)
-    return [
-        ("Mark", None, _mark),
-        ("Count", 0, len),
-        ("Valence", 0, lambda nodes: len(nodes[0].beams)),
-        ("Material", None, lambda nodes: nodes[0].material.name),
-        ("Beams", None, lambda nodes: _places(" / ".join(neighbour_marks(node.beams, beams)) for node in nodes)),
-        ("Azimuths (deg)", None, lambda nodes: _each(nodes[0].azimuths_deg, 2)),
-        ("Inclinations (deg)", None, lambda nodes: _each(nodes[0].inclinations_deg, 2)),
-        ("Setbacks (mm)", None, lambda nodes: _each(nodes[0].setbacks_mm, 2)),
-        ("Height (mm)", 2, lambda nodes: nodes[0].height_mm),
-        ("Top spread (mm)", 2, lambda nodes: _range([node.top_spread_mm for node in nodes], 2)),
-        ("Axis spread (mm)", 2, lambda nodes: _range([node.axis_spread_mm for node in nodes], 2)),
-        ("Mass each (kg)", 3, lambda nodes: nodes[0].mass_kg),
-        ("Mass (kg)", 3, lambda nodes: len(nodes) * nodes[0].mass_kg),
-        ("File", None, _step_file),
-    ]
-
-
-def _panel_columns(assembly: Assembly, nest: Nest | None) -> list[Column[Panel]]:
-    across = dict(zip(map(id, assembly.panels), panel_neighbours(assembly), strict=True))
-    sheets = {id(assembly.panels[at.panel]): at.sheet + 1 for at in nest.placements} if nest else {}
-
-    def dihedrals(panels: Sequence[Panel]) -> str:
-        by_edge = zip(*(panel.dihedrals_deg for panel in panels), strict=True)
-        return " / ".join(_text(_range(angles, 2), 2) or NOTHING for angles in by_edge)
-
-    return [
-        ("Mark", None, _mark),
-        ("Count", 0, len),
-        ("Material", None, lambda panels: panels[0].material.name),
-        ("Thickness (mm)", 1, lambda panels: panels[0].thickness_mm),
-        ("Area each (m2)", 4, lambda panels: panels[0].area_mm2 * 1e-6),
-        ("Area (m2)", 4, lambda panels: len(panels) * panels[0].area_mm2 * 1e-6),
-        ("Edges (mm)", None, lambda panels: _each(panels[0].edge_lengths_mm, 2)),
-        ("Corners (deg)", None, lambda panels: _each(panels[0].corner_angles_deg, 2)),
-        ("Dihedrals (deg)", None, dihedrals),
-        ("Neighbours", None, lambda panels: _places(" / ".join(across[id(panel)]) for panel in panels)),
-        ("Mass each (kg)", 3, lambda panels: panels[0].mass_kg),
-        ("Mass (kg)", 3, lambda panels: len(panels) * panels[0].mass_kg),
-        ("Sheets", None, lambda panels: _sheets(sheets[id(panel)] for panel in panels) if nest else ""),
-        ("File", None, lambda panels: f"panels/{panels[0].mark}.dxf"),
-    ]
-
-
-def _mark(parts: Sequence[Part]) -> str:
-    return parts[0].mark
-
-
-def _step_file(parts: Sequence[Part]) -> str:
-    return f"parts/{parts[0].mark}.step"
-
-
-def _sheets(numbers: Iterable[int]) -> str:
-    return ", ".join(map(str, sorted(set(numbers))))
-
-
-def _places(texts: Iterable[str]) -> str:
-    """Each text once, with how often it occurs where that is more than once."""
-    counts: dict[str, int] = {}
-    for text in texts:
-        counts[text] = counts.get(text, 0) + 1
-    return "; ".join(text if count == 1 else f"{text} (x{count})" for text, count in counts.items())
-
-
-def _range(values: Sequence[float], decimals: int) -> Cell:
-    """The value, if all are the same to these decimals; else from the least to the largest. None for NaN."""
-    known = [value for value in values if not np.isnan(value)]
-    if not known:
-        return None
-    least, largest = (_text(value, decimals) for value in (min(known), max(known)))
-    return known[0] if least == largest else f"{least} to {largest}"
-
-
-def _each(values: Sequence[float], decimals: int) -> str:
-    return " / ".join(_text(value, decimals) for value in values)
-
-
-def _text(cell: Cell, decimals: int | None) -> str:
-    if cell is None:
-        return ""
-    if isinstance(cell, str) or decimals is None:
-        return str(cell)
-    return f"{round(cell, decimals) + 0.0:.{decimals}f}"
+def _table(parts: Parts[Any], around: Surroundings) -> Table:
+    columns = parts.kind.columns(parts, around)
+    return Table(
+        parts.kind.group,
+        tuple(column.title for column in columns),
+        tuple(column.decimals for column in columns),
+        tuple(zip(*(column.cells for column in columns), strict=True)),
+        tuple(column.total for column in columns),
+        tuple(f"left out: {left.reason}" for left in around.assembly.left_out if left.kind == parts.kind.name),
+    )

@@ -7,7 +7,7 @@ the section leaves two smaller ones. Sections are never merged, so that the cuts
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from math import fsum
@@ -15,6 +15,7 @@ from math import fsum
 import numpy as np
 import shapely
 
+from fabkit.parts import Ragged
 from fabkit.production.nests import Placement, Stock, polygons, turned
 from fabkit.production.rectangles_left import RectanglesLeft
 from geometry.arrays import FloatArray, IntArray
@@ -38,10 +39,10 @@ SPLITS: tuple[Callable[[float, float, float, float], bool], ...] = (
 WAYS = ((True, True), (True, False), (False, True))
 
 
-def smallest_rectangles(outlines: Sequence[FloatArray], inside: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
-    """Angles (m,) in degrees that turn outlines (k, 2) so that their smallest enclosing rectangle is along the axes,
-    and its sizes (m, 2), the longer side first. Rectangles that fit into the sheet's `inside` come before smaller
-    ones that do not. One side of the smallest rectangle lies along an edge of the convex hull (Freeman and
+def smallest_rectangles(outlines: Ragged, inside: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
+    """Angles (m,) in degrees that turn outlines, rows of (k, 2), so that their smallest enclosing rectangle is along
+    the axes, and its sizes (m, 2), the longer side first. Rectangles that fit into the sheet's `inside` come before
+    smaller ones that do not. One side of the smallest rectangle lies along an edge of the convex hull (Freeman and
     Shapira 1975), so those are tried."""
     hulls = shapely.orient_polygons(shapely.convex_hull(polygons(outlines)), exterior_cw=True)
     corners, owner = shapely.get_coordinates(hulls, return_index=True)
@@ -87,15 +88,16 @@ def _extents(ends: FloatArray, along: FloatArray, owner: IntArray, starts: IntAr
 
 @dataclass(frozen=True, eq=False)
 class Guillotine:
-    """The packer for outlines (k, 2) on some stock: angles (m,) and sizes (m, 2) of their smallest rectangles."""
+    """The packer for outlines, rows of (k, 2), on some stock: angles (m,) and sizes (m, 2) of their smallest
+    rectangles."""
 
-    outlines: Sequence[FloatArray]
+    outlines: Ragged
     stock: Stock
     angles: FloatArray
     sizes: FloatArray
 
     @classmethod
-    def of(cls, outlines: Sequence[FloatArray], stock: Stock) -> Guillotine:
+    def of(cls, outlines: Ragged, stock: Stock) -> Guillotine:
         return cls(outlines, stock, *smallest_rectangles(outlines, stock.inside))
 
     def fill(self, pool: IntArray) -> list[Placement]:

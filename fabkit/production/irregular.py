@@ -7,7 +7,6 @@ the sheets before.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from importlib.util import find_spec
 from typing import Protocol
 
@@ -15,6 +14,7 @@ import numpy as np
 import shapely
 
 from fabkit.errors import NestingError
+from fabkit.parts import Ragged
 from fabkit.production.guillotine import smallest_rectangles
 from fabkit.production.nests import Placement, Stock, outline_areas, polygons, turned
 from geometry.arrays import BoolArray, FloatArray
@@ -28,7 +28,7 @@ __all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine", "sturdy"]
 LEAST_ROUNDNESS, LEAST_EDGE_MM, LARGEST_TURN_DEG = 0.01, 1.0, 175.0
 
 
-def sturdy(outlines: Sequence[FloatArray]) -> BoolArray:
+def sturdy(outlines: Ragged) -> BoolArray:
     """(m,) whether outlines (k, 2) may be given to an engine."""
     shapes = polygons(outlines)
     radii = shapely.length(shapely.maximum_inscribed_circle(shapes))
@@ -53,7 +53,7 @@ class Engine(Protocol):
     name: str
     least_seconds: float
 
-    def fill(self, outlines: Sequence[FloatArray], stock: Stock, seconds: float) -> list[Placement]:
+    def fill(self, outlines: Ragged, stock: Stock, seconds: float) -> list[Placement]:
         """One sheet filled with some of the outlines (k, 2), of which there are some, all sturdy, and each fits onto
         a sheet. The placements count the outlines given, and the sheet as number zero."""
 
@@ -76,7 +76,7 @@ class PackingSolver:
     name = "packingsolver"
     least_seconds = 0.3
 
-    def fill(self, outlines: Sequence[FloatArray], stock: Stock, seconds: float) -> list[Placement]:
+    def fill(self, outlines: Ragged, stock: Stock, seconds: float) -> list[Placement]:
         import packingsolver.irregular as irregular
 
         builder = irregular.InstanceBuilder()
@@ -113,7 +113,7 @@ class Spyrrow:
     def __init__(self) -> None:
         self.density = 0.85
 
-    def fill(self, outlines: Sequence[FloatArray], stock: Stock, seconds: float) -> list[Placement]:
+    def fill(self, outlines: Ragged, stock: Stock, seconds: float) -> list[Placement]:
         import spyrrow
 
         length, width = stock.inside
@@ -145,7 +145,7 @@ class Spyrrow:
                 filling.append(Placement(index, 0, item.rotation, (float(offset[0]), float(offset[1]))))
         return filling
 
-    def _choose(self, outlines: Sequence[FloatArray], stock: Stock) -> list[int]:
+    def _choose(self, outlines: Ragged, stock: Stock) -> list[int]:
         """Large panels first, as long as they keep to the density."""
         length, width = stock.inside
         room = self.density * length * width

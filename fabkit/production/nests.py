@@ -14,7 +14,8 @@ import numpy.typing as npt
 import shapely
 
 from fabkit.errors import NestingError
-from fabkit.parts import Panel
+from fabkit.kinds import PanelDetails, panel_outlines
+from fabkit.parts import Parts, Ragged
 from geometry.arrays import FloatArray
 
 __all__ = [
@@ -111,55 +112,59 @@ def moved(points: FloatArray, placement: Placement) -> FloatArray:
     return result
 
 
-def polygons(outlines: Sequence[FloatArray]) -> npt.NDArray[np.object_]:
-    """(m,) array of shapely polygons with these outlines (k, 2)."""
-    counts = [len(outline) for outline in outlines]
-    rings = shapely.linearrings(np.concatenate(outlines), indices=np.repeat(np.arange(len(counts)), counts))
-    shapes: npt.NDArray[np.object_] = shapely.polygons(rings)
+def polygons(outlines: Ragged) -> npt.NDArray[np.object_]:
+    """(m,) array of shapely polygons with these outlines, rows of (k, 2)."""
+    shapes: npt.NDArray[np.object_] = shapely.polygons(shapely.linearrings(outlines.values, indices=outlines.row))
     return shapes
 
 
-def outline_areas(outlines: Sequence[FloatArray]) -> FloatArray:
-    """(m,) areas of outlines (k, 2)."""
+def outline_areas(outlines: Ragged) -> FloatArray:
+    """(m,) areas of outlines, rows of (k, 2)."""
     areas: FloatArray = shapely.area(polygons(outlines))
     return areas
 
 
-def check_nest(nest: Nest, panels: Sequence[Panel]) -> None:
+def check_nest(nest: Nest, panels: Parts[PanelDetails]) -> None:
     """Raise a NestingError, with marks and values, unless each panel lies once, inside its sheet less the border,
     and apart from its neighbours by the gap; all to TOLERANCE_MM."""
     if [placement.panel for placement in nest.placements] != list(range(len(panels))):
         raise NestingError(f"the nest places {len(nest.placements)} panels in a wrong order or number, "
                            f"there are {len(panels)}; each panel must be placed once")  # fmt: skip
-    if not panels:
+    if not len(panels):
         return
-    outlines = [moved(panels[at.panel].outline, at) for at in nest.placements]
-    _check_inside(nest, panels, outlines)
-    _check_apart(nest, panels, outlines)
+    outlines = panel_outlines(panels)
+    angles = np.deg2rad([at.angle_deg for at in nest.placements])[outlines.row]
+    ahead, aside = np.cos(angles), np.sin(angles)
+    x, y = outlines.values.T
+    offsets = np.array([at.offset_mm for at in nest.placements])[outlines.row]
+    placed = outlines.with_values(np.stack([x * ahead - y * aside, x * aside + y * ahead], axis=1) + offsets)
+    _check_inside(nest, panels.marks, placed)
+    _check_apart(nest, panels.marks, placed)
 
 
-def _check_inside(nest: Nest, panels: Sequence[Panel], outlines: Sequence[FloatArray]) -> None:
-    low = np.array([outline.min(axis=0) for outline in outlines]).min(axis=1)
+def _check_inside(nest: Nest, marks: Sequence[str], outlines: Ragged) -> None:
+    low = outlines.reduced(np.minimum).min(axis=1)
     size = np.array([nest.sheet.length_mm, nest.sheet.width_mm])
-    high = np.array([size - outline.max(axis=0) for outline in outlines]).min(axis=1)
+    high = (size - outlines.reduced(np.maximum)).min(axis=1)
     room = np.minimum(low, high)
     wrong = np.flatnonzero(~(room >= nest.border_mm - TOLERANCE_MM))
     if len(wrong):
         first = int(room.argmin())
-        marks = ", ".join(panels[panel].mark for panel in wrong[:10])
+        named = ", ".join(marks[panel] for panel in wrong[:10])
         raise NestingError(
-            f"{len(wrong)} panels lie outside their sheets less the border of {nest.border_mm:g} mm: {marks}; "
-            f"panel {panels[first].mark} is {room[first]:.6f} mm from an edge of sheet "
+            f"{len(wrong)} panels lie outside their sheets less the border of {nest.border_mm:g} mm: {named}; "
+            f"panel {marks[first]} is {room[first]:.6f} mm from an edge of sheet "
             f"{nest.placements[first].sheet + 1}"
         )
 
 
-def _check_apart(nest: Nest, panels: Sequence[Panel], outlines: Sequence[FloatArray]) -> None:
+def _check_apart(nest: Nest, marks: Sequence[str], outlines: Ragged) -> None:
     """Sheets are laid out in a row, further apart than the gap, so that one tree finds the near pairs of all."""
     pitch = nest.sheet.length_mm + nest.gap_mm + 1000.0
     shapes = polygons(outlines)
     sheets = np.array([placement.sheet for placement in nest.placements])
-    in_a_row = polygons([outline + np.array([pitch * k, 0.0]) for outline, k in zip(outlines, sheets, strict=True)])
+    shift = np.stack([pitch * sheets, np.zeros(len(sheets))], axis=1)
+    in_a_row = polygons(outlines.with_values(outlines.values + shift[outlines.row]))
     first, second = shapely.STRtree(in_a_row).query(in_a_row, predicate="dwithin", distance=nest.gap_mm)
     first, second = np.unique(np.stack([first, second], axis=1)[first < second], axis=0).T
     distances = shapely.distance(shapes[first], shapes[second])
@@ -168,9 +173,9 @@ def _check_apart(nest: Nest, panels: Sequence[Panel], outlines: Sequence[FloatAr
     wrong = np.flatnonzero(~(distances >= nest.gap_mm - TOLERANCE_MM))
     if len(wrong):
         worst = wrong[distances[wrong].argmin()]
-        pairs = [f"{panels[first[pair]].mark} and {panels[second[pair]].mark}" for pair in wrong[:10]]
+        pairs = [f"{marks[first[pair]]} and {marks[second[pair]]}" for pair in wrong[:10]]
         raise NestingError(
             f"{len(wrong)} pairs of panels are nearer than the gap of {nest.gap_mm:g} mm: {'; '.join(pairs)}; "
-            f"{panels[first[worst]].mark} and {panels[second[worst]].mark} are {distances[worst]:.6f} mm apart "
+            f"{marks[first[worst]]} and {marks[second[worst]]} are {distances[worst]:.6f} mm apart "
             f"(negative: mean depth of overlap) on sheet {sheets[first[worst]] + 1}"
         )

@@ -11,7 +11,8 @@ import numpy as np
 import shapely
 
 from fabkit.errors import NestingError
-from fabkit.parts import Panel
+from fabkit.kinds import PanelDetails, panel_outlines
+from fabkit.parts import Parts, Ragged
 from fabkit.production.guillotine import ROUNDING_MM, Guillotine
 from fabkit.production.irregular import Engine, installed_engine, sturdy
 from fabkit.production.nests import Nest, Placement, Sheet, Stock, check_nest, moved, outline_areas, polygons
@@ -24,7 +25,7 @@ POOL_SHEETS = 3
 
 
 def nest_panels(
-    panels: Sequence[Panel],
+    panels: Parts[PanelDetails],
     sheet: Sheet,
     *,
     gap_mm: float,
@@ -46,10 +47,10 @@ def nest_panels(
     stock = Stock(sheet, gap_mm, border_mm)
     _check_stock(stock)
     engine = installed_engine() if mode == "best" else None
-    if not panels:
+    if not len(panels):
         return Nest(sheet, gap_mm, border_mm, (), "none", 0.0)
-    _check_panels(panels)
-    outlines = [panel.outline for panel in panels]
+    outlines = panel_outlines(panels)
+    _check_panels(panels, outlines)
     guillotine = Guillotine.of(outlines, stock)
     _check_sizes(panels, guillotine)
     areas = outline_areas(outlines)
@@ -94,7 +95,7 @@ def _closer(
             sheets_left = len(waiting) + areas[pool].sum() / inside
             share = max(engine.least_seconds, left / sheets_left)
             chosen = pool[bearable[pool]].tolist()
-            some = [guillotine.outlines[panel] for panel in chosen]
+            some = guillotine.outlines[np.array(chosen, dtype=np.int64)]
             found = engine.fill(some, guillotine.stock, share) if chosen else []
             found = [replace(place, panel=chosen[place.panel]) for place in found]
             filling = max(filling, found, key=lambda candidate: _area(candidate, areas))
@@ -132,41 +133,42 @@ def _check_stock(stock: Stock) -> None:
         )
 
 
-def _check_panels(panels: Sequence[Panel]) -> None:
+def _check_panels(panels: Parts[PanelDetails], outlines: Ragged) -> None:
     """What the engines cannot bear, and what no one sheet can be."""
-    kinds = sorted({(panel.thickness_mm, panel.material.name) for panel in panels})
+    kinds = np.unique(np.stack([panels.details.thickness_mm, panels.material], axis=1), axis=0)
     if len(kinds) > 1:
-        names = ", ".join(f"{thickness:g} mm {material}" for thickness, material in kinds)
+        of_stock = sorted((thickness, panels.materials[int(material)].name) for thickness, material in kinds.tolist())
+        names = ", ".join(f"{thickness:g} mm {material}" for thickness, material in of_stock)
         raise NestingError(f"panels of {names} cannot share sheets; nest each kind for itself")
-    shapes = polygons([panel.outline for panel in panels])
-    finite = np.array([bool(np.isfinite(panel.outline).all()) for panel in panels])
+    shapes = polygons(outlines)
+    finite = np.isfinite(outlines.with_values(outlines.values.sum(axis=1)).reduced(np.add))
     sound = finite & shapely.is_valid(shapes) & (shapely.area(shapes) > 0)
     if not sound.all():
-        marks = ", ".join(panels[panel].mark for panel in np.flatnonzero(~sound)[:10])
+        marks = ", ".join(panels.marks[panel] for panel in np.flatnonzero(~sound)[:10])
         raise NestingError(f"outlines that cross themselves or have no area cannot be nested: panels {marks}")
 
 
-def too_large(panels: Sequence[Panel], sheet: Sheet, *, border_mm: float) -> dict[int, str]:
+def too_large(panels: Parts[PanelDetails], sheet: Sheet, *, border_mm: float) -> dict[int, str]:
     """Panels whose smallest rectangle fits on no sheet: a sentence for each, by index."""
-    return _too_large(panels, Guillotine.of([panel.outline for panel in panels], Stock(sheet, 0.0, border_mm)))
+    return _too_large(panels, Guillotine.of(panel_outlines(panels), Stock(sheet, 0.0, border_mm)))
 
 
-def _too_large(panels: Sequence[Panel], guillotine: Guillotine) -> dict[int, str]:
+def _too_large(panels: Parts[PanelDetails], guillotine: Guillotine) -> dict[int, str]:
     inside = np.sort(guillotine.stock.inside)[::-1]
     return {
-        panel: f"panel {panels[panel].mark} on face {panels[panel].element} is larger than a sheet less its borders "
+        panel: f"panel {panels[panel].mark} on face {panels.elements[panel]} is larger than a sheet less its borders "
         f"(face counted from 0): its smallest rectangle is {guillotine.sizes[panel, 0]:.1f} x "
         f"{guillotine.sizes[panel, 1]:.1f} mm, and {inside[0]:g} x {inside[1]:g} mm are at hand"
         for panel in np.flatnonzero((guillotine.sizes > inside + ROUNDING_MM).any(axis=1)).tolist()
     }
 
 
-def _check_sizes(panels: Sequence[Panel], guillotine: Guillotine) -> None:
+def _check_sizes(panels: Parts[PanelDetails], guillotine: Guillotine) -> None:
     found = _too_large(panels, guillotine)
     if found:
         named = list(found.values())[:3]
         if len(found) > len(named):
-            faces = ", ".join(str(panels[panel].element) for panel in list(found)[len(named) :])
+            faces = ", ".join(str(panels.elements[panel]) for panel in list(found)[len(named) :])
             named.append(f"and so are those on faces {faces}")
         raise NestingError(
             f"{'; '.join(named)}. Use larger sheets, a smaller border or a mesh with smaller faces, leave these panels "

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Sequence
 
 import numpy as np
 
 from fabkit.errors import OutputError
+from fabkit.production.curves import Curves
 from geometry.arrays import FloatArray, IntArray, floats, integers
 
-__all__ = ["ARROW", "text_strokes", "text_width"]
+__all__ = ["ARROW", "text_strokes", "text_widths"]
 
 #: Stands for an arrow to the right in a text.
 ARROW = ">"
@@ -59,35 +60,54 @@ GLYPHS = {
 HEIGHT, SPACE = 6, 2
 
 
-def _width(character: str) -> int:
-    return 9 if character == ARROW else 4
+_STROKES = Curves.of(
+    [
+        floats([[int(point[0]), int(point[1])] for point in stroke.split(",")])
+        for strokes in GLYPHS.values()
+        for stroke in strokes.split()
+    ]
+)
+"""Of all glyphs, one after the other."""
+_FIRST_STROKE = np.cumsum([0, *(len(strokes.split()) for strokes in GLYPHS.values())])
+_ADVANCE = np.array([(9 if character == ARROW else 4) + SPACE for character in GLYPHS])
+_GLYPH = {character: number for number, character in enumerate(GLYPHS)}
 
 
-def text_width(text: str) -> float:
-    """Width over height of a text."""
-    return (sum(_width(character) + SPACE for character in text) - SPACE) / HEIGHT
+def text_widths(texts: Sequence[str]) -> FloatArray:
+    """(m,) widths over height of texts."""
+    glyph, starts = _glyphs(texts)
+    ends = np.concatenate([[0], np.cumsum(_ADVANCE[glyph])])[starts]
+    widths: FloatArray = (np.diff(ends) - SPACE) / HEIGHT
+    return widths
 
 
-@lru_cache(maxsize=4096)
-def text_strokes(text: str) -> tuple[FloatArray, ...]:
-    """Open polylines (k, 2) of a text of height one; its box starts at the origin, x along the line.
+def text_strokes(texts: Sequence[str]) -> tuple[Curves, IntArray]:
+    """Open polylines of texts of height one, and (k,) the text of each; the box of a text starts at the origin, x along
+    the line.
 
     Raises OutputError for a character that is not a capital letter, a digit, a hyphen or ARROW.
     """
-    unknown = sorted(set(text) - set(GLYPHS))
-    if unknown:
+    glyph, starts = _glyphs(texts)
+    text = np.repeat(np.arange(len(texts)), np.diff(starts))
+    x = np.concatenate([[0], np.cumsum(_ADVANCE[glyph])])
+    x = x[:-1] - x[starts][text]
+    counts = np.diff(_FIRST_STROKE)[glyph]
+    character = np.repeat(np.arange(len(glyph)), counts)
+    firsts = np.cumsum(counts) - counts
+    curves = _STROKES.take(np.arange(len(character)) + (_FIRST_STROKE[glyph] - firsts)[character])
+    right = np.stack([x[character[curves.curve_of_point]], np.zeros(len(curves.points))], axis=1)
+    return Curves((curves.points + right) / HEIGHT, curves.starts), integers(text[character])
+
+
+def _glyphs(texts: Sequence[str]) -> tuple[IntArray, IntArray]:
+    """The glyph of each character, text after text, and where each text starts, and the last one ends."""
+    try:
+        glyph = integers([_GLYPH[character] for text in texts for character in text])
+    except KeyError:
+        text = next(text for text in texts if not set(text) <= set(GLYPHS))
+        unknown = sorted(set(text) - set(GLYPHS))
         raise OutputError(
             f"the mark {text!r} cannot be drawn: the alphabet has no {' or '.join(map(repr, unknown))}; "
             "use capital letters, digits and hyphens"
-        )
-    strokes, x = [], 0
-    for character in text:
-        strokes += [floats((points + np.array([x, 0])) / HEIGHT) for points in _glyph(character)]
-        x += _width(character) + SPACE
-    return tuple(strokes)
-
-
-@lru_cache(maxsize=len(GLYPHS))
-def _glyph(character: str) -> tuple[IntArray, ...]:
-    strokes = GLYPHS[character].split()
-    return tuple(integers([[int(point[0]), int(point[1])] for point in stroke.split(",")]) for stroke in strokes)
+        ) from None
+    return glyph, integers(np.cumsum([0, *map(len, texts)]))

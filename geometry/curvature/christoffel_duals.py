@@ -21,7 +21,8 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from geometry.arrays import FloatArray
 from geometry.curvature.fairness import fairness_of_lengths
-from geometry.errors import GeometryError, MeshError, RankError
+from geometry.errors import GeometryError, MeshError, RankError, raise_worst
+from geometry.gauss import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids, face_sums
 from geometry.optimise import ConstrainedQuadratic, ConvergenceError, Reason, Solution, SparseMatrix, apply
@@ -160,16 +161,16 @@ class ChristoffelDuals:
         )
         relative = self._relative(best)
         turn = int(relative.min(axis=0).argmax())
-        edge = int(relative[:, turn].argmin())
-        if relative[edge, turn] < VANISHING:
-            raise GeometryError(
+        raise_worst(
+            relative[:, turn],
+            ">=",
+            VANISHING,
+            lambda edge, value: (
                 f"{self.gauss_image.combinatorics.edge_name(edge)} vanishes in the fairest dual, and in all between it "
-                f"and the next fairest some edge does: the best leaves it {relative[edge, turn]:.1e} of the mean edge "
-                f"of its faces, at least {VANISHING:g} is needed; ask for the nearest to a mesh, or take other faces",
-                elements=[edge],
-                value=float(relative[edge, turn]),
-                bound=VANISHING,
-            )
+                f"and the next fairest some edge does: the best leaves it {value:.1e} of the mean edge "
+                f"of its faces, at least {VANISHING:g} is needed; ask for the nearest to a mesh, or take other faces"
+            ),
+        )
         return np.asarray(best[:, turn])
 
     def _relative(self, lengths: FloatArray) -> FloatArray:
@@ -227,29 +228,28 @@ class ChristoffelDuals:
         )
 
 
-def christoffel_dual(gauss_image: Mesh, *, near: Mesh | None = None) -> Mesh:
-    """A mesh M with H = 0 in all faces with respect to S: `ChristoffelDuals.fairest`, or the nearest to a mesh.
+def christoffel_dual(gauss_image: Mesh, *, near: Mesh | None = None) -> Pair:
+    """S with an M that has H = 0 in all faces with respect to it: `ChristoffelDuals.fairest`, or the nearest to a mesh.
 
     Koenigs nets of quads have one dual up to size and place. Raises GeometryError where there is none.
     """
     duals = ChristoffelDuals(gauss_image)
-    return duals.fairest() if near is None else duals.nearest(near)
+    return Pair(duals.fairest() if near is None else duals.nearest(near), gauss_image)
 
 
 def with_edges(gauss_image: Mesh, vertices: FloatArray) -> Mesh:
     """The mesh over the faces of S; raises GeometryError, naming the edge, where one has lost its length."""
     mesh = gauss_image.with_vertices(vertices)
-    edge = int(mesh.edge_lengths.argmin())
-    value = float(mesh.edge_lengths[edge]) / (mesh.mean_edge_length or 1.0)
-    if not value > COLLAPSED:
-        raise GeometryError(
+    raise_worst(
+        mesh.edge_lengths / (mesh.mean_edge_length or 1.0),
+        ">",
+        COLLAPSED,
+        lambda edge, value: (
             f"{mesh.combinatorics.edge_name(edge)} of the parallel mesh has a length of {value:.1e} of the mean edge "
             f"length, more than {COLLAPSED:.0e} is needed: triangles may become points; where there are none, ask for "
-            "the nearest to another mesh",
-            elements=[edge],
-            value=value,
-            bound=COLLAPSED,
-        )
+            "the nearest to another mesh"
+        ),
+    )
     return mesh
 
 

@@ -17,6 +17,7 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.curvature.christoffel_duals import with_edges
 from geometry.curvature.fairness import fairness_of_lengths
 from geometry.errors import GeometryError, MeshError
+from geometry.gauss import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_mean_edge_lengths
 from geometry.optimise import ConvergenceError, LinearFunctional, Solution, SparseMatrix, Stack, apply, nearest_feasible
@@ -41,8 +42,8 @@ HELD_STEPS, MAX_STEPS = 8, 100
 
 def constant_mean(
     gauss_image: Mesh, mean: float, start: Mesh, *, fairness: float = 1.0, tolerance: float = TOLERANCE
-) -> Mesh:
-    """The mesh M in P(S) with H_F = mean in every face with respect to S, near to a mesh with the same faces.
+) -> Pair:
+    """S with the M in P(S) that has H_F = mean in every face with respect to it, near to a mesh with the same faces.
 
     mean: H, one over the unit of M; negative where M bulges to the side to which S points, as a sphere does. start: of
     its edges, only the components along those of S count. Near: the changes of edge lengths are small, and `fairness`
@@ -85,7 +86,8 @@ def constant_mean(
         raise _not_reached(functional, solution, tolerance)
     lengths = apply(closing.lengths, solution.x)
     _check_size(float(np.abs(lengths).mean()), mean)
-    return with_edges(gauss_image, Members(closing, np.zeros((n, 0))).positions(size * lengths[:, None])[0])
+    vertices = Members(closing, np.zeros((n, 0))).positions(size * lengths[:, None])[0]
+    return Pair(with_edges(gauss_image, vertices), gauss_image)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +105,8 @@ class ConstantMean:
         lengths = apply(self.closing.lengths, x)
         found = np.empty(self.closing.mesh.n_faces)
         for faces, edges, forms in self._forms:
-            here, image = lengths[edges], self.closing.mesh.edge_lengths[edges]
-            found[faces] = np.einsum("fi,fij,fj->f", self.mean * here + image, forms, here) / 2
+            of_mesh, of_gauss_image = lengths[edges], self.closing.mesh.edge_lengths[edges]
+            found[faces] = np.einsum("fi,fij,fj->f", self.mean * of_mesh + of_gauss_image, forms, of_mesh) / 2
         return found
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:

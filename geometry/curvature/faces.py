@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
-from geometry.errors import MeshError
-from geometry.gauss.support_structure import PARALLEL_TOLERANCE
-from geometry.mesh import Mesh
+from geometry.errors import MeshError, raise_worst
+from geometry.gauss import Pair
 from geometry.mesh.polygons import face_mean_edge_lengths, mixed_areas
-from geometry.parallel.edge_parallelity import check_parallel, check_planar
+from geometry.parallel.edge_parallelity import check_planar
 
 __all__ = ["LEAST_AREA", "NEGATIVE", "FaceCurvatures", "face_curvatures", "steiner_area", "steiner_areas"]
 
@@ -47,19 +46,17 @@ class FaceCurvatures:
         return integers(np.flatnonzero(np.isnan(self.principal[:, 0])))
 
 
-def face_curvatures(mesh: Mesh, gauss_image: Mesh, *, negative: float = NEGATIVE) -> FaceCurvatures:
-    """The curvatures of the faces of M with respect to a mesh S parallel to it [Pottmann2007, (7)].
+def face_curvatures(pair: Pair, *, negative: float = NEGATIVE) -> FaceCurvatures:
+    """The curvatures of the faces of M with respect to S [Pottmann2007, (7)].
 
     S may be any Gauss image, exact or not; it is understood to have unit size. They do not change when M or
     S is moved, nor when both are turned; M twice as large has half the H and a quarter of the K.
 
     `negative`: how far below zero rounding may take H^2 - K where both principal curvatures are equal; see `NEGATIVE`.
 
-    Raises MeshError where the combinatorics differ, an edge of M has no length or a face no area, GeometryError where a
-    face of M is not planar, and ParallelityError where M and S are not parallel.
+    Raises MeshError where a face of M has no area, GeometryError where one is not planar.
     """
-    c = mesh.combinatorics
-    check_parallel(mesh, gauss_image, PARALLEL_TOLERANCE, what="the Gauss image")
+    mesh, gauss_image, c = pair.mesh, pair.gauss_image, pair.mesh.combinatorics
     check_planar(mesh)
     areas = np.linalg.norm(mesh.vector_areas, axis=1)
     lengths = face_mean_edge_lengths(mesh.vertices, c)
@@ -71,19 +68,19 @@ def face_curvatures(mesh: Mesh, gauss_image: Mesh, *, negative: float = NEGATIVE
     return FaceCurvatures(floats(areas), floats(mean), floats(gaussian), _principal(mean, gaussian, negative * scale))
 
 
-def steiner_areas(mesh: Mesh, gauss_image: Mesh, d: float) -> FloatArray:
+def steiner_areas(pair: Pair, d: float) -> FloatArray:
     """(F,) areas (1 - 2 d H + d^2 K) area(F) of the faces of the offset M + d S [Pottmann2007, (6)].
 
     Exact for every d, also negative ones; a face that has turned over in the offset counts negative. Raises as
     `face_curvatures` does.
     """
-    curvatures = face_curvatures(mesh, gauss_image)
+    curvatures = face_curvatures(pair)
     return (1 - 2 * d * curvatures.mean + d * d * curvatures.gaussian) * curvatures.areas
 
 
-def steiner_area(mesh: Mesh, gauss_image: Mesh, d: float) -> float:
+def steiner_area(pair: Pair, d: float) -> float:
     """The area of the offset M + d S, as the sum of `steiner_areas` [Pottmann2007, Prop. 5]."""
-    return float(steiner_areas(mesh, gauss_image, d).sum())
+    return float(steiner_areas(pair, d).sum())
 
 
 def _principal(mean: FloatArray, gaussian: FloatArray, rounding: FloatArray) -> FloatArray:
@@ -96,12 +93,13 @@ def _principal(mean: FloatArray, gaussian: FloatArray, rounding: FloatArray) -> 
 
 def _check_areas(relative: FloatArray) -> None:
     """relative (F,): areas over the squares of the mean edge lengths."""
-    face = int(relative.argmin())
-    if not relative[face] >= LEAST_AREA:
-        raise MeshError(
-            f"face {face} has an area of {relative[face]:.1e} of its mean edge length squared, at least "
-            f"{LEAST_AREA:.0e} is needed: it has no curvature; remove the face, or list its corners in their order",
-            elements=[face],
-            value=float(relative[face]),
-            bound=LEAST_AREA,
-        )
+    raise_worst(
+        relative,
+        ">=",
+        LEAST_AREA,
+        lambda face, value: (
+            f"face {face} has an area of {value:.1e} of its mean edge length squared, at least "
+            f"{LEAST_AREA:.0e} is needed: it has no curvature; remove the face, or list its corners in their order"
+        ),
+        error=MeshError,
+    )

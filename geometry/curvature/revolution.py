@@ -17,10 +17,11 @@ from geometry.curvature.christoffel_duals import christoffel_dual
 from geometry.curvature.constant_mean_curvature import constant_mean
 from geometry.curvature.levels import levels_of_lying_hexagons
 from geometry.curvature.rings import Rings
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, raise_worst
+from geometry.gauss import Pair
 from geometry.mesh import Mesh, shapes
 
-__all__ = ["constant_mean_of_revolution", "minimal_of_revolution"]
+__all__ = ["constant_mean_of_revolution", "minimal_of_revolution", "radii_at_inflections"]
 
 AROUND = 8
 """Quads around the axis that stand for a smooth band: their first integral is the smooth one for any number."""
@@ -29,8 +30,8 @@ ROUNDING = 1e-12
 """How far 1 + 4 H G may be below zero at an inflection, where it should be zero: G is a product of many ratios."""
 
 
-def minimal_of_revolution(gauss_image: Mesh, *, waist: float = 1.0) -> Mesh:
-    """M with H = 0 in every face with respect to S: a discrete catenoid, when S goes round [Pottmann2007, Figs 17, 18].
+def minimal_of_revolution(gauss_image: Mesh, *, waist: float = 1.0) -> Pair:
+    """S with an M that has H = 0 in every face: a discrete catenoid, when S goes round [Pottmann2007, Figs 17, 18].
 
     waist: the least distance of a vertex from the axis. Edges in rings keep their orientation, meridian edges are
     reversed; of lying hexagons the horizontal edges keep it. M is centred in height.
@@ -40,14 +41,18 @@ def minimal_of_revolution(gauss_image: Mesh, *, waist: float = 1.0) -> Mesh:
     """
     _check_length("waist", waist)
     rings = Rings(gauss_image)
-    if not rings.is_meridian.any():
-        return _minimal_of_lying_hexagons(gauss_image, waist)
+    is_ringed = rings.is_meridian.any()
+    mesh = _minimal(rings, waist) if is_ringed else _minimal_of_lying_hexagons(gauss_image, waist)
+    return Pair(mesh, gauss_image)
+
+
+def _minimal(rings: Rings, waist: float) -> Mesh:
     factors = np.concatenate([[1.0], np.cumprod(rings.ratios)])
     return rings.parallel_mesh(factors * (waist / (factors[rings.of_vertices] * rings.radii).min()), 0.0)
 
 
-def constant_mean_of_revolution(gauss_image: Mesh, mean: float, *, radius: float | None = None) -> Mesh:
-    """M with H_F = mean in every face with respect to S: a discrete surface of Delaunay [Pottmann2007, Figs 10, 19].
+def constant_mean_of_revolution(gauss_image: Mesh, mean: float, *, radius: float | None = None) -> Pair:
+    """S with an M that has H_F = mean in every face: a discrete surface of Delaunay [Pottmann2007, Figs 10, 19].
 
     mean: H, not zero; negative where M bulges as a sphere does. radius: distance from the axis of the vertices of M
     whose images are the furthest from it. With H < 0 and a = -r / (2 H), r the distance of those images (about 1),
@@ -68,6 +73,10 @@ def constant_mean_of_revolution(gauss_image: Mesh, mean: float, *, radius: float
         )
     if not rings.is_meridian.any():
         return _constant_mean_of_lying_hexagons(gauss_image, mean, radius)
+    return Pair(_constant_mean(rings, mean, radius), gauss_image)
+
+
+def _constant_mean(rings: Rings, mean: float, radius: float | None) -> Mesh:
     relative = np.concatenate([[1.0], np.cumprod(rings.ratios)])  # G over that of the first ring
     if radius is None:
         integral, branch = _integral_at_folds(rings, relative, mean), -1.0
@@ -92,22 +101,34 @@ def _integral_at_folds(rings: Rings, relative: FloatArray, mean: float) -> float
 def _factors(rings: Rings, integrals: FloatArray, mean: float, branch: float) -> FloatArray:
     """nu of each ring with H nu^2 + nu = G; branch: which solution on the largest ring of S, the sign of 2 H nu + 1."""
     squares = 1 + 4 * mean * integrals
-    ring = int(squares.argmin())
-    if squares[ring] < -ROUNDING:
+
+    def say(ring: int, square: float) -> str:
         reached = float(np.abs(rings.profiles).min(axis=1)[min(ring, rings.n_rings - 2), 0])
-        raise GeometryError(
+        return (
             f"the Gauss image reaches beyond the inflection of the mesh, most in ring {ring}, at a distance of "
-            f"{reached:.3f} from the axis: inflections are at {reached * np.sqrt(1 - squares[ring]):.3f}; take fewer "
-            "rings, let them fold there, or take a radius further from that of the cylinder",
-            elements=[ring],
-            value=float(squares[ring]),
-            bound=0.0,
+            f"{reached:.3f} from the axis: inflections are at {reached * np.sqrt(1 - square):.3f}; take fewer "
+            "rings, let them fold there, or take a radius further from that of the cylinder"
         )
+
+    raise_worst(squares, ">=", -ROUNDING, say)
     start = rings.of_vertices[rings.radii.argmax()]
     turns = np.searchsorted(rings.folds, np.arange(rings.n_rings))  # folds before each ring
     signs = branch * (-1.0) ** (turns - turns[start])
     sums = 1 + np.sqrt(np.maximum(squares, 0.0))  # which the smaller root is divided by, so that nothing cancels
     return np.asarray(np.where(signs > 0, 2 * integrals / sums, -sums / (2 * mean)))
+
+
+def radii_at_inflections(gauss_image: Mesh) -> tuple[float, float]:
+    """Radii that M with H = -1 has where S is widest, if its inflections are where S is narrowest: of a neck, and of a
+    bulge. They add up to the radius of the sphere.
+
+    Raises MeshError where S does not consist of rings about the z axis.
+    """
+    rings = Rings(gauss_image)
+    relative = np.concatenate([[1.0], np.cumprod(rings.ratios)])
+    widest = int(rings.radii.argmax())
+    root = float(np.sqrt(1 - relative[rings.of_vertices[widest]] / relative.max()))
+    return float(rings.radii[widest]) * (1 - root) / 2, float(rings.radii[widest]) * (1 + root) / 2
 
 
 def _check_length(name: str, value: float) -> None:
@@ -119,20 +140,20 @@ def _check_length(name: str, value: float) -> None:
 
 
 def _minimal_of_lying_hexagons(gauss_image: Mesh, waist: float) -> Mesh:
-    start = _lifted(gauss_image, minimal_of_revolution(_smooth_band(gauss_image)))
-    mesh = christoffel_dual(gauss_image, near=start)
+    start = _lifted(gauss_image, _minimal(Rings(_smooth_band(gauss_image)), 1.0))
+    mesh = christoffel_dual(gauss_image, near=start).mesh
     return mesh * (waist / float(np.linalg.norm(mesh.vertices[:, :2], axis=1).min()))
 
 
-def _constant_mean_of_lying_hexagons(gauss_image: Mesh, mean: float, radius: float | None) -> Mesh:
-    band = _smooth_band(gauss_image)
-    if radius is not None and len(Rings(band).folds):
+def _constant_mean_of_lying_hexagons(gauss_image: Mesh, mean: float, radius: float | None) -> Pair:
+    rings = Rings(_smooth_band(gauss_image))
+    if radius is not None and len(rings.folds):
         raise GeometryError(
             f"the radius is {radius}, but where lying hexagons fold over, the folds say the radius: leave it out",
             value=radius,
         )
-    smooth = constant_mean_of_revolution(band, mean, radius=radius)
-    return constant_mean(gauss_image, mean, _lifted(gauss_image, smooth))
+    start = _lifted(gauss_image, _constant_mean(rings, mean, radius))
+    return constant_mean(gauss_image, mean, start)
 
 
 def _smooth_band(gauss_image: Mesh) -> Mesh:

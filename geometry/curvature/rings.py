@@ -25,7 +25,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
-from geometry.errors import GeometryError, MeshError
+from geometry.errors import MeshError, raise_worst
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
 
@@ -66,13 +66,15 @@ class Rings:
     def radii(self) -> FloatArray:
         """(N,) distances of the vertices from the axis."""
         radii = np.linalg.norm(self.mesh.vertices[:, :2], axis=1)
-        vertex = int(radii.argmin())
-        if not radii[vertex] > MERIDIAN * self.mesh.mean_edge_length:
-            raise MeshError(
-                f"vertex {vertex} is on the z axis, about which the mesh is to be symmetric: open it there",
-                elements=[vertex],
-                value=float(radii[vertex]),
-            )
+        raise_worst(
+            radii,
+            ">",
+            MERIDIAN * self.mesh.mean_edge_length,
+            lambda vertex, _: (
+                f"vertex {vertex} is on the z axis, about which the mesh is to be symmetric: open it there"
+            ),
+            error=MeshError,
+        )
         return np.asarray(radii)
 
     @cached_property
@@ -149,17 +151,17 @@ class Rings:
         lower, upper = (face_sums(c, np.where(self._side == side, fans, 0.0)) for side in (0, 1))
         ratios = -lower / upper
         expected = ratios[self.first_faces][self.rows]
-        off = np.abs(ratios / expected - 1)
-        face = int(off.argmax())
-        if not off[face] <= ALIKE:
-            raise MeshError(
+        raise_worst(
+            np.abs(ratios / expected - 1),
+            "<=",
+            ALIKE,
+            lambda face, off: (
                 f"face {face} differs from others of its row: the areas it spans with the z axis, over its "
-                f"two rings, are in a ratio that differs by {off[face]:.1e}, allowed {ALIKE:.0e}; the rings must be "
-                "symmetric, or horizontal polylines that are scaled copies of each other",
-                elements=[face],
-                value=float(off[face]),
-                bound=ALIKE,
-            )
+                f"two rings, are in a ratio that differs by {off:.1e}, allowed {ALIKE:.0e}; the rings must be "
+                "symmetric, or horizontal polylines that are scaled copies of each other"
+            ),
+            error=MeshError,
+        )
         return np.asarray(ratios[self.first_faces])
 
     @cached_property
@@ -205,13 +207,15 @@ class Rings:
         above = mean * (nu**2 * p + after**2 * q) + nu * p + after * q + wide / 4
         by_radius = np.abs(s - r) / (np.abs(s) + np.abs(r))  # how many digits a quotient keeps
         by_face = np.abs(below) / np.abs(terms).sum(axis=0)
-        row = int(np.maximum(by_radius, by_face).argmin())
-        if not max(by_radius[row], by_face[row]) > UPRIGHT:
-            raise GeometryError(
+        raise_worst(
+            np.maximum(by_radius, by_face),
+            ">",
+            UPRIGHT,
+            lambda row, _: (
                 f"the meridian edges of row {row} of the mesh would be infinitely long: its inflection is there, while "
-                "the image does not come nearer to the axis; take another radius, or more rows",
-                elements=[row],
-            )
+                "the Gauss image does not come nearer to the axis; take another radius, or more rows"
+            ),
+        )
         use_radius = by_radius >= by_face
         numerator = np.where(use_radius, after * s - nu * r, -above)
         return np.asarray(numerator / np.where(use_radius, s - r, below))

@@ -1,6 +1,7 @@
 """Edge offset meshes [Pottmann2007, 3.2, 3.3]: Koebe polyhedra, and meshes parallel to them by signs or by contact."""
 
 from geometry.edge_offset.contradictory_signs import conflicting_edges
+from geometry.edge_offset.covering import SurfaceCover, mean_normal, surface_cover
 from geometry.edge_offset.enneper import enneper_koebe
 from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, SphereCircles, koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe, rows_within
@@ -11,6 +12,7 @@ __all__ = [
     "KoebePolyhedron",
     "Pattern",
     "SphereCircles",
+    "SurfaceCover",
     "TangentMesh",
     "alternating_signs",
     "conflicting_edges",
@@ -18,9 +20,11 @@ __all__ = [
     "enneper_koebe",
     "guided_signs",
     "koebe",
+    "mean_normal",
     "mesh_with_planes",
     "rotational_koebe",
     "rows_within",
     "saddle_signs",
+    "surface_cover",
     "tangent_mesh",
 ]

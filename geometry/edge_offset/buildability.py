@@ -8,7 +8,7 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.mesh import Mesh
 from geometry.mesh.intersections import intersecting_faces, is_embedded, self_crossing_faces
 
-__all__ = ["NARROWEST", "face_necks", "largest_piece", "sound_piece", "without_unsound_rim"]
+__all__ = ["NARROWEST", "face_necks", "face_widths", "largest_piece", "sound_piece", "without_unsound_rim"]
 
 NARROWEST = 0.05
 """Neck of a face over the mean edge length: at a mean edge of 1500 mm, room for two beams of 50 mm side by side, less
@@ -38,6 +38,20 @@ def face_necks(mesh: Mesh) -> FloatArray:
         distances[:, own | np.roll(own, -1, axis=1)] = np.inf
         necks[faces] = distances.min(axis=(1, 2))
     return necks
+
+
+def face_widths(mesh: Mesh) -> FloatArray:
+    """(F, 2) least extent of each face across one of its edges, and largest distance of two of its corners."""
+    c = mesh.combinatorics
+    widths = np.empty((c.n_faces, 2))
+    for faces, corners in c.faces_by_size():
+        p = mesh.vertices[c.corners[corners]]
+        apart = p[:, None] - p[:, :, None]  # face, from, to
+        along = np.roll(p, -1, axis=1) - p
+        along /= np.linalg.norm(along, axis=2, keepdims=True)
+        across = np.linalg.norm(np.cross(apart, along[:, :, None]), axis=3).max(axis=2)
+        widths[faces] = np.stack([across.min(axis=1), np.linalg.norm(apart, axis=3).max(axis=(1, 2))], axis=1)
+    return widths
 
 
 def without_unsound_rim(mesh: Mesh) -> IntArray:

@@ -12,7 +12,7 @@ from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.polygons import face_sums
 from geometry.mesh.ragged_arrays import next_in_run
-from geometry.optimise import ConvergenceError, Reason, SparseMatrix, apply, minimise_bounded
+from geometry.optimise import Blocks, ConvergenceError, Reason, apply, minimise_bounded
 from geometry.parallel import ParallelSpace
 from geometry.parallel.constraints import FactorBounds
 
@@ -25,26 +25,27 @@ FEASIBLE = 1e-6
 """Length of an edge in a linear programme, below which it has none, where 1 is asked; its solver stops at 1e-8."""
 
 
-def checked_signs(koebe: Mesh, signs: Any) -> IntArray:
+def checked_signs(gauss_image: Mesh, signs: Any) -> IntArray:
     values = np.asarray(signs)
-    if values.shape not in ((), (koebe.n_edges,)):
-        raise GeometryError(f"the signs have shape {values.shape}, there are {koebe.n_edges} edges")
-    values = np.broadcast_to(values, koebe.n_edges)
+    if values.shape not in ((), (gauss_image.n_edges,)):
+        raise GeometryError(f"the signs have shape {values.shape}, there are {gauss_image.n_edges} edges")
+    values = np.broadcast_to(values, gauss_image.n_edges)
     wrong = np.flatnonzero(~np.isin(values, (-1, 0, 1)))
     if len(wrong):
+        name = gauss_image.combinatorics.edge_name(int(wrong[0]))
         raise GeometryError(
-            f"{koebe.combinatorics.edge_name(int(wrong[0]))} has the sign {values[wrong[0]]}: signs are -1, 0 and 1",
+            f"{name} has the sign {values[wrong[0]]}: signs are -1, 0 and 1",
             elements=wrong.tolist(),
             value=float(values[wrong[0]]),
         )
     return integers(values)
 
 
-def check_faces_can_close(koebe: Mesh, signs: IntArray) -> None:
+def check_faces_can_close(gauss_image: Mesh, signs: IntArray) -> None:
     """Raise GeometryError for faces whose edges, run as the signs say, all go to one side: they never come back."""
-    c, normals = koebe.combinatorics, koebe.face_normals
-    steps = signs[c.corner_edge, None] * koebe.corner_directions
-    x_axes = koebe.edge_directions[c.corner_edge[c.face_starts[:-1]]]
+    c, normals = gauss_image.combinatorics, gauss_image.face_normals
+    steps = signs[c.corner_edge, None] * gauss_image.corner_directions
+    x_axes = gauss_image.edge_directions[c.corner_edge[c.face_starts[:-1]]]
     y_axes = np.cross(normals, x_axes)
     x, y = (np.einsum("ci,ci->c", steps, axes[c.corner_face]) for axes in (x_axes, y_axes))
     angles = np.arctan2(y, x)
@@ -72,9 +73,9 @@ def _and_others(count: int) -> str:
     return f" ({count} such faces)" if count > 1 else ""
 
 
-def check_signs_fit_together(koebe: Mesh, signs: IntArray, error: GeometryError) -> None:
+def check_signs_fit_together(gauss_image: Mesh, signs: IntArray, error: GeometryError) -> None:
     """Raise GeometryError, from an error of the solver, where it is the signs that have no solution."""
-    edges = conflicting_edges(koebe, signs)
+    edges = conflicting_edges(gauss_image, signs)
     if len(edges):
         names = ", ".join(map(str, edges[:10].tolist())) + (" and others" if len(edges) > 10 else "")
         raise GeometryError(
@@ -84,34 +85,34 @@ def check_signs_fit_together(koebe: Mesh, signs: IntArray, error: GeometryError)
         ) from error
 
 
-def conflicting_edges(koebe: Mesh, signs: Any) -> IntArray:
+def conflicting_edges(gauss_image: Mesh, signs: Any) -> IntArray:
     """Edges (k,) that cannot have the signs (E,) together with the others: none where a mesh with these signs exists.
 
     Those few at which a linear programme gives way, if all signed edges want to be at least 1 long and what they lack
     is least in sum. Other choices may be as good. Raises ConvergenceError where that is not found out.
     """
-    wanted = checked_signs(koebe, signs)
+    wanted = checked_signs(gauss_image, signs)
     signed = np.flatnonzero(wanted)
-    A = ParallelSpace(koebe).matrix
-    rows = csr_array(wanted[signed, None] * FactorBounds.of(koebe, (0.0, 0.0)).rows(koebe)[signed])
+    A = ParallelSpace(gauss_image).matrix
+    rows = csr_array(wanted[signed, None] * FactorBounds.of(gauss_image, (0.0, 0.0)).rows(gauss_image)[signed])
     m, n, k = *A.shape, len(signed)
     if not k:
         return integers([])
-    # unknowns: positions, vertex 0 at the origin, and what the edges lack
-    pin: SparseMatrix = csr_array((np.ones(3), (np.arange(3), np.arange(3))), shape=(3, n + k))
-    equations = csr_array(vstack([hstack([A, csr_array((m, k))]), pin]))
-    limits = csr_array(vstack([hstack([rows, eye_array(k)]), hstack([csr_array((k, n)), eye_array(k)])]))
+    unknowns, one_each = Blocks({"positions": (n // 3, 3), "lacking": (k,)}), csr_array(eye_array(k))
+    pin = csr_array(eye_array(3, n))  # vertex 0 at the origin
+    long_enough = unknowns.rows(csr_array(hstack([rows, one_each])), "positions", "lacking")
+    limits = [long_enough, unknowns.rows(one_each, "lacking")]
     solution = minimise_bounded(
         csr_array((n + k, n + k)),
-        -np.repeat([0.0, 1.0], [n, k]),
-        equations,
+        -unknowns.join(positions=np.zeros((n // 3, 3)), lacking=np.ones(k)),
+        unknowns.rows(csr_array(vstack([A, pin])), "positions"),
         np.zeros(m + 3),
-        limits,
+        csr_array(vstack(limits)),
         np.repeat([1.0, 0.0], k),
         np.full(2 * k, np.inf),
         tolerance=FEASIBLE,
     )
-    lacking = signed[apply(rows, solution.x[:n]) <= FEASIBLE]
+    lacking = signed[apply(rows, unknowns.split(solution.x)["positions"].ravel()) <= FEASIBLE]
     if len(lacking) and solution.reason is not Reason.CONVERGED:
         raise ConvergenceError(
             f"whether the signs have a solution is not found out: the solver stopped since {solution.reason.value}",

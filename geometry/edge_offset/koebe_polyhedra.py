@@ -17,10 +17,10 @@ from geometry.arrays import FloatArray, IntArray, floats
 from geometry.circle_patterns import PlanePattern, closed_pattern, open_pattern
 from geometry.circle_patterns.planar_graphs import refuse_other_than_polyhedra
 from geometry.edge_offset.centring import centring_similarity, centring_transformation
-from geometry.errors import GeometryError
-from geometry.gauss.distances import edge_distances, edge_feet, face_distances
+from geometry.errors import GeometryError, raise_worst
+from geometry.gauss import edge_distances, edge_feet, face_distances
 from geometry.mesh import Combinatorics, Mesh
-from geometry.spheres import VertexCones
+from geometry.spheres import MoebiusTransformation, VertexCones
 from geometry.spheres.stereographic import ComplexArray, circle_planes, line_planes, pairs, poles
 
 __all__ = ["KoebePolyhedron", "SphereCircles", "koebe", "lifted"]
@@ -74,35 +74,36 @@ class KoebePolyhedron:
 
     def __post_init__(self) -> None:
         S = self.mesh
-        misses = np.abs(edge_distances(S, S) - 1)
+        misses = np.abs(edge_distances(S) - 1)
         deviations = np.where(S.combinatorics.face_sizes > 3, S.planarity, 0.0)  # rounding of long thin triangles
-        edge, face = int(misses.argmax()), int(deviations.argmax())
-        if misses[edge] > self.tolerance:
-            raise GeometryError(
-                f"the line of {S.combinatorics.edge_name(edge)} misses the unit sphere by {misses[edge]:.1e}, allowed "
-                f"{self.tolerance:.1e}: the mesh is not a Koebe polyhedron; make one of its combinatorics by koebe()",
-                elements=[edge],
-                value=float(misses[edge]),
-                bound=self.tolerance,
-            )
-        if deviations[face] > self.tolerance:
-            raise GeometryError(
-                f"face {face} leaves its plane by {deviations[face]:.1e} of its mean edge length, allowed "
-                f"{self.tolerance:.1e}: planarise the mesh first",
-                elements=[face],
-                value=float(deviations[face]),
-                bound=self.tolerance,
-            )
+        raise_worst(
+            misses,
+            "<=",
+            self.tolerance,
+            lambda edge, miss: (
+                f"the line of {S.combinatorics.edge_name(edge)} misses the unit sphere by {miss:.1e}, allowed "
+                f"{self.tolerance:.1e}: the mesh is not a Koebe polyhedron; make one of its combinatorics by koebe()"
+            ),
+        )
+        raise_worst(
+            deviations,
+            "<=",
+            self.tolerance,
+            lambda face, deviation: (
+                f"face {face} leaves its plane by {deviation:.1e} of its mean edge length, allowed "
+                f"{self.tolerance:.1e}: planarise the mesh first"
+            ),
+        )
 
     @cached_property
     def tangency_points(self) -> FloatArray:
         """(E, 3) where the edge lines touch the sphere."""
-        return floats(edge_feet(self.mesh, self.mesh))
+        return floats(edge_feet(self.mesh))
 
     @cached_property
     def face_circles(self) -> SphereCircles:
         """The circles in which the planes of the faces meet the sphere; normals point outwards."""
-        return SphereCircles(self.mesh.face_normals, face_distances(self.mesh, self.mesh))
+        return SphereCircles(self.mesh.face_normals, face_distances(self.mesh))
 
     @cached_property
     def vertex_circles(self) -> SphereCircles:
@@ -125,7 +126,13 @@ class KoebePolyhedron:
         half of the points of tangency or more are nearly in one place, and for an open polyhedron with a vertex that
         has to go through infinity.
         """
-        transformation = centring_transformation(self.tangency_points)
+        return self.mapped(centring_transformation(self.tangency_points))
+
+    def mapped(self, transformation: MoebiusTransformation) -> KoebePolyhedron:
+        """The Moebius image, a Koebe polyhedron of the same combinatorics [Pottmann2007, 3.2].
+
+        Raises GeometryError, naming the vertex, where one goes to infinity or through it.
+        """
         return KoebePolyhedron(transformation.map_mesh(self.mesh), self.tolerance)
 
 

@@ -17,9 +17,9 @@ from scipy.sparse.csgraph import connected_components
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.edge_offset.contradictory_signs import check_faces_can_close, check_signs_fit_together, checked_signs
 from geometry.edge_offset.koebe_polyhedra import TOLERANCE, KoebePolyhedron
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, raise_worst
 from geometry.functionals import laplacian
-from geometry.gauss.distances import edge_feet
+from geometry.gauss import edge_feet
 from geometry.mesh import Combinatorics, Mesh
 from geometry.optimise import LinearFunctional, distances_from_zero, largest
 from geometry.parallel import ParallelSpace, edge_factors
@@ -38,7 +38,7 @@ bounds are kept to 1e-9."""
 
 
 def edge_offset_mesh(
-    koebe: Mesh,
+    gauss_image: Mesh,
     *,
     signs: Any = 0,
     lengths: tuple[Any, Any] = (0.0, np.inf),
@@ -60,50 +60,51 @@ def edge_offset_mesh(
     are more even. Both are unique up to translation, with the mean of the vertices at the origin, and twice as large
     for twice the lengths. Or hold some vertices.
 
+    Edges that may be short may come to nothing; where none did, M and S are a `Pair`.
     M is parallel to S, and fixed vertices and lengths are kept, as `ParallelSpace.minimise` promises.
     Raises GeometryError where S is no Koebe polyhedron, where the signs have no solution, naming the faces that cannot
     close or a few edges that stand in the way, where M has shrunk to a point, and as `ParallelSpace.minimise` does.
     """
-    KoebePolyhedron(koebe)  # checks it
-    wanted = checked_signs(koebe, signs)
-    check_faces_can_close(koebe, wanted)
-    bounds = _bounds(koebe, wanted, lengths)
-    wished = Fixed.of(koebe, near or {})
-    asked = [wished.positions, Fixed.of(koebe, fixed or {}).positions]
-    asked.append(distances_from_zero(*bounds) * koebe.edge_lengths)
-    terms = [(1.0, laplacian(koebe.combinatorics))]
+    KoebePolyhedron(gauss_image)  # checks it
+    wanted = checked_signs(gauss_image, signs)
+    check_faces_can_close(gauss_image, wanted)
+    bounds = _bounds(gauss_image, wanted, lengths)
+    wished = Fixed.of(gauss_image, near or {})
+    asked = [wished.positions, Fixed.of(gauss_image, fixed or {}).positions]
+    asked.append(distances_from_zero(*bounds) * gauss_image.edge_lengths)
+    terms = [(1.0, laplacian(gauss_image.combinatorics))]
     if len(wished.vertices):
-        terms.append((closeness, LinearFunctional(wished.rows(koebe.n_vertices), wished.positions.ravel())))
+        terms.append((closeness, LinearFunctional(wished.rows(gauss_image.n_vertices), wished.positions.ravel())))
     if length is not None and evenness != 0:
-        terms.append((evenness, _close_to_lengths(koebe, wanted, length)))
+        terms.append((evenness, _close_to_lengths(gauss_image, wanted, length)))
         asked.append(terms[-1][1].target)
     size = max(map(largest, asked))
     if size == 0:
         raise _shrunk(0.0)
     is_held = bool(fixed or near)
-    anchor = int(koebe.combinatorics.corners[0])  # it may lie anywhere if nothing is held
+    anchor = int(gauss_image.combinatorics.corners[0])  # it may lie anywhere if nothing is held
     held = fixed if is_held else {anchor: np.zeros(3)}
     try:
-        found = ParallelSpace(koebe).minimise(terms, fixed=held, factor_bounds=bounds)
+        found = ParallelSpace(gauss_image).minimise(terms, fixed=held, factor_bounds=bounds)
     except GeometryError as error:
-        check_signs_fit_together(koebe, wanted, error)
+        check_signs_fit_together(gauss_image, wanted, error)
         raise
     if found.mean_edge_length <= VANISHED * max(size, largest(found.vertices)):
         raise _shrunk(found.mean_edge_length)
     return found if is_held else found.translated(-found.vertices.mean(axis=0))
 
 
-def _close_to_lengths(koebe: Mesh, signs: IntArray, length: Any) -> LinearFunctional:
+def _close_to_lengths(gauss_image: Mesh, signs: IntArray, length: Any) -> LinearFunctional:
     """The lengths of the signed edges minus those that are wished."""
     signed = np.flatnonzero(signs)
-    rows = csr_array(FactorBounds.of(koebe, (0.0, 0.0)).rows(koebe)[signed])
+    rows = csr_array(FactorBounds.of(gauss_image, (0.0, 0.0)).rows(gauss_image)[signed])
     wished = floats(length)
-    if wished.shape not in ((), (koebe.n_edges,)):
-        raise GeometryError(f"the lengths have shape {wished.shape}, there are {koebe.n_edges} edges")
-    wished = np.broadcast_to(wished, koebe.n_edges)[signed]
+    if wished.shape not in ((), (gauss_image.n_edges,)):
+        raise GeometryError(f"the lengths have shape {wished.shape}, there are {gauss_image.n_edges} edges")
+    wished = np.broadcast_to(wished, gauss_image.n_edges)[signed]
     wrong = np.flatnonzero(~((wished > 0) & np.isfinite(wished)))
     if len(wrong):
-        name = koebe.combinatorics.edge_name(int(signed[wrong[0]]))
+        name = gauss_image.combinatorics.edge_name(int(signed[wrong[0]]))
         raise GeometryError(
             f"{name} is wished to be {wished[wrong[0]]} long: a finite number above 0 is needed; which way edges run "
             "is what signs say",
@@ -114,19 +115,19 @@ def _close_to_lengths(koebe: Mesh, signs: IntArray, length: Any) -> LinearFuncti
     return LinearFunctional(rows, wished * signs[signed])
 
 
-def _bounds(koebe: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tuple[FloatArray, FloatArray]:
+def _bounds(gauss_image: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tuple[FloatArray, FloatArray]:
     """Of the edge factors."""
-    allowed = FactorBounds.of(koebe, lengths)
+    allowed = FactorBounds.of(gauss_image, lengths)
     least, most = allowed.lower, allowed.upper
-    if (least < 0).any():
-        edge = int(least.argmin())
-        raise GeometryError(
-            f"{koebe.combinatorics.edge_name(edge)} is to be at least {least[edge]} long: lengths are 0 or more",
-            elements=[edge],
-            value=float(least[edge]),
-            bound=0.0,
-        )
-    least, most = least / koebe.edge_lengths, most / koebe.edge_lengths
+    raise_worst(
+        least,
+        ">=",
+        0.0,
+        lambda edge, value: (
+            f"{gauss_image.combinatorics.edge_name(edge)} is to be at least {value} long: lengths are 0 or more"
+        ),
+    )
+    least, most = least / gauss_image.edge_lengths, most / gauss_image.edge_lengths
     return np.choose(signs + 1, [-most, -most, least]), np.choose(signs + 1, [-least, most, most])
 
 
@@ -141,7 +142,7 @@ def _shrunk(mean_edge_length: float) -> GeometryError:
 # --- signs
 
 
-def guided_signs(koebe: Mesh, guide: Mesh) -> IntArray:
+def guided_signs(gauss_image: Mesh, guide: Mesh) -> IntArray:
     """(E,) 1 where an edge of the guide runs rather as that of S, -1 where rather against it; 0 right across or empty.
 
     The guide has the faces of S and the rough shape that is wanted; it need not be parallel to S, but only for a mesh
@@ -149,11 +150,11 @@ def guided_signs(koebe: Mesh, guide: Mesh) -> IntArray:
     factors (1). Raises MeshError where it has other faces.
     """
     sizes = np.maximum(guide.edge_lengths, np.finfo(float).tiny)
-    cosines = edge_factors(koebe, guide) * koebe.edge_lengths / sizes
+    cosines = edge_factors(gauss_image, guide) * gauss_image.edge_lengths / sizes
     return integers(np.where(np.abs(cosines) <= CLEAR, 0, np.sign(cosines)))
 
 
-def saddle_signs(koebe: Mesh, direction: Any, *, pole: Any = None) -> IntArray:
+def saddle_signs(gauss_image: Mesh, direction: Any, *, pole: Any = None) -> IntArray:
     """(E,) for negative curvature: 1 for edges nearer to a direction field, -1 for those nearer to the one across it.
 
     direction (3,) or (E, 3): vectors at the points where the edges touch the unit sphere, projected to its tangent
@@ -164,15 +165,15 @@ def saddle_signs(koebe: Mesh, direction: Any, *, pole: Any = None) -> IntArray:
     Raises GeometryError for other shapes, numbers that are not finite, and a pole off the unit sphere.
     """
     field = floats(direction)
-    if field.shape not in ((3,), (koebe.n_edges, 3)):
-        raise GeometryError(f"the direction has shape {field.shape}, (3,) or ({koebe.n_edges}, 3) is needed")
+    if field.shape not in ((3,), (gauss_image.n_edges, 3)):
+        raise GeometryError(f"the direction has shape {field.shape}, (3,) or ({gauss_image.n_edges}, 3) is needed")
     field = array_of(field, field.shape, "the direction")
-    points = edge_feet(koebe, koebe)
+    points = edge_feet(gauss_image)
     vectors = np.broadcast_to(field, points.shape)
     if pole is not None:
         vectors = _mirrored(vectors, points - _checked_pole(pole))
     flat = across_directions(vectors, points)
-    along = np.einsum("ei,ei->e", flat, koebe.edge_directions)
+    along = np.einsum("ei,ei->e", flat, gauss_image.edge_directions)
     rather_along = 2 * along**2 - np.einsum("ei,ei->e", flat, flat)
     size = float(np.square(field).sum(axis=-1).max())
     return integers(np.where(np.abs(rather_along) <= CLEAR * size, 0, np.sign(rather_along)))

@@ -93,8 +93,8 @@ def _some(names: IntArray | list[str], count: int = 5) -> str:
     return shown + (f" and {len(names) - count} more" if len(names) > count else "")
 
 
-def tangent_mesh(hexagons: Mesh, surface: Surface, *, curvature: int = 0) -> TangentMesh:
-    """The mesh parallel to S = `hexagons` whose face planes touch a surface Phi where it has their normals.
+def tangent_mesh(gauss_image: Mesh, surface: Surface, *, curvature: int = 0) -> TangentMesh:
+    """The mesh parallel to S whose face planes touch a surface Phi where it has their normals.
 
     Normals are those on the outside of S and of Phi. Where Phi has several points with one normal, the one on the part
     of Phi is taken that has most of the normals of S; a part is connected and curved positively or negatively
@@ -109,23 +109,23 @@ def tangent_mesh(hexagons: Mesh, surface: Surface, *, curvature: int = 0) -> Tan
     Raises GeometryError where a vertex of S has more than 3 faces, where a face of S is not planar, and where no face
     can touch. Self-intersections are no error: the result says them.
     """
-    _check_valence(hexagons)
-    touching, heights = touching_points(surface, hexagons, curvature)
-    mesh = mesh_with_planes(hexagons, heights)
-    areas = np.einsum("fi,fi->f", mesh.vector_areas, hexagons.face_normals)
+    _check_valence(gauss_image)
+    touching, heights = touching_points(surface, gauss_image, curvature)
+    mesh = mesh_with_planes(gauss_image, heights)
+    areas = np.einsum("fi,fi->f", mesh.vector_areas, gauss_image.face_normals)
     return TangentMesh(
         mesh,
         touching,
         integers(np.flatnonzero(np.isnan(heights))),
-        integers(np.flatnonzero(edge_factors(hexagons, mesh) < 0)),
+        integers(np.flatnonzero(edge_factors(gauss_image, mesh) < 0)),
         integers(np.flatnonzero(areas < 0)),
         integers(self_crossing_faces(mesh)),
         integers(intersecting_faces(mesh)),
     )
 
 
-def mesh_with_planes(hexagons: Mesh, heights: FloatArray) -> Mesh:
-    """The mesh parallel to S = `hexagons` with its face planes at n_F . x = heights (F,); n_F: the face normals of S.
+def mesh_with_planes(gauss_image: Mesh, heights: FloatArray) -> Mesh:
+    """The mesh parallel to S with its face planes at n_F . x = heights (F,); n_F: the face normals of S.
 
     They touch a surface with the support function h for the heights h(n_F). NaN leaves a plane free. What the planes do
     not determine, at the boundary above all, is such that nearby edges that are about parallel have about the same
@@ -136,24 +136,24 @@ def mesh_with_planes(hexagons: Mesh, heights: FloatArray) -> Mesh:
     or infinite or NaN throughout, and where planes contradict each other, as they may at boundary edges between
     vertices with 3 faces; ConvergenceError where the solver does not reach that accuracy.
     """
-    _check_valence(hexagons)
-    check_planar(hexagons)
-    wanted = _checked_heights(hexagons, heights)
+    _check_valence(gauss_image)
+    check_planar(gauss_image)
+    wanted = _checked_heights(gauss_image, heights)
     faces = np.flatnonzero(~np.isnan(wanted))
-    planes = _heights_of(hexagons, faces)
-    unknowns = FaceUnknowns(hexagons)
+    planes = _heights_of(gauss_image, faces)
+    unknowns = FaceUnknowns(gauss_image)
     A: SparseMatrix = csr_array(vstack([unknowns.constraints, planes @ unknowns.matrix]))
     b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), wanted[faces]])
-    H, g = unknowns.objective(*normal_equations([(1.0, _like_factors(hexagons))]))
+    H, g = unknowns.objective(*normal_equations([(1.0, _like_factors(gauss_image))]))
     solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=AIM * PARALLEL)
     if solution.reason is not Reason.INFEASIBLE:
         solution = closest_exact(solution.x, A, b)
-    found = hexagons.with_vertices(apply(unknowns.matrix, solution.x).reshape(-1, 3))
+    found = gauss_image.with_vertices(apply(unknowns.matrix, solution.x).reshape(-1, 3))
     off = np.abs(apply(planes, found.vertices.ravel()) - wanted[faces])
     bound = PARALLEL * largest(found.vertices)
     if off.max() > bound or solution.reason is Reason.INFEASIBLE:
         raise _planes_missed(int(faces[off.argmax()]), float(off.max()), bound, solution)
-    check_solved(hexagons, found, solution, largest(found.vertices))
+    check_solved(gauss_image, found, solution, largest(found.vertices))
     return found
 
 

@@ -1,6 +1,6 @@
 """Mesh files: reading them, alone or as pairs, mending, checking and writing them."""
 
-from geometry.files.checks import check_faces
+from geometry.files.face_checks import check_faces
 from geometry.files.mending import mend
 from geometry.files.mesh_files import MeshFile, read_mesh, write_mesh
 from geometry.files.mesh_pairs import read_mesh_pair

@@ -10,7 +10,8 @@ import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import MeshError
-from geometry.files.checks import (
+from geometry.files.clusters import clusters_within, joined
+from geometry.files.face_checks import (
     COINCIDENCE,
     check_duplicates,
     check_folds,
@@ -20,7 +21,6 @@ from geometry.files.checks import (
     check_touching,
     check_without_faces,
 )
-from geometry.files.clusters import clusters_within, joined
 from geometry.files.face_rings import first_with_same
 from geometry.files.orientation import oriented
 from geometry.files.polygon_soup import PolygonSoup
@@ -52,7 +52,7 @@ def mend(
 
     `flip` turns everything round at the end.
 
-    Raises MeshError where that does not give a mesh: see the checks of geometry.files.checks; a surface with one
+    Raises MeshError where that does not give a mesh: see the checks of geometry.files.face_checks; a surface with one
     side only. Sentences count vertices and faces as given, and name the first of a kind; the error's `elements` are all
     of them, counted from 0.
     """

@@ -13,8 +13,8 @@ import numpy as np
 
 from geometry.arrays import FloatArray, floats
 from geometry.errors import MeshError, MeshFileError, shown
-from geometry.files.checks import COINCIDENCE
 from geometry.files.encoding import decoded
+from geometry.files.face_checks import COINCIDENCE
 from geometry.files.mending import mend_soup
 from geometry.files.obj import obj_text, read_obj
 from geometry.files.off import off_text, read_off

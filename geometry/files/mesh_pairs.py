@@ -11,7 +11,7 @@ import numpy as np
 
 from geometry.arrays import IntArray
 from geometry.errors import MeshError, MeshFileError, shown
-from geometry.files.checks import COINCIDENCE
+from geometry.files.face_checks import COINCIDENCE
 from geometry.files.face_rings import rings_by_size
 from geometry.files.mending import mended_soup, tidied
 from geometry.files.mesh_files import MeshFile, about, path_name, read_soup

@@ -1,7 +1,7 @@
 """Circularity of faces with any number of corners [Pottmann2007, Prop. 2].
 
 The corners p_i of a planar face lie on a circle if and only if |p_i|^2 = a + b u_i + c v_i with in-plane coordinates
-u, v. So with Q as in `frames` and q_i = |p_i|^2, both from the centroid, the residuals are Q^T q / 2R, where R is
+u, v. So with Q as in `face_frames` and q_i = |p_i|^2, both from the centroid, the residuals are Q^T q / 2R, where R is
 the root mean square of the |p_i|. A corner that is off a circle of radius r by d has q off by 2 r d, and r = R
 for regular faces: residuals are distances there, and more where the corners stand on a short arc, r > R. Dividing by
 R, not by r, leaves no zero where corners approach a line, as a circle would do that grows without bound.
@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import FloatArray
-from geometry.functionals.frames import FaceFrames, LargerFaces
+from geometry.functionals.face_frames import FaceFrames, LargerFaces
 from geometry.mesh import Combinatorics
 from geometry.optimise import SparseMatrix
 

@@ -10,12 +10,13 @@ from scipy.sparse import csr_array, eye_array
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import MeshError
 from geometry.functionals.unknowns import coordinates
+from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import two_across
 from geometry.optimise import LinearFunctional, SparseMatrix
 from geometry.surface import Curve
 from geometry.surface.surface import Surface, check_points
 
-__all__ = ["OnCurve", "OnSurface", "close_to"]
+__all__ = ["OnCurve", "OnSmoothSurface", "OnSurface", "close_to"]
 
 
 def close_to(points: FloatArray) -> LinearFunctional:
@@ -48,6 +49,31 @@ class OnSurface:
     def jacobian(self, x: FloatArray) -> SparseMatrix:
         gradients = self.surface.distances(x.reshape(-1, 3)[self.vertices])[1]
         return _rows(gradients[:, None, :], self.vertices, self.n_vertices)
+
+
+@dataclass(frozen=True, eq=False)
+class OnSmoothSurface:
+    """The same distances as `OnSurface`, for all vertices in use, as if Phi were as smooth as its normals.
+
+    The Jacobian holds the normals at the feet, as Gauss-Newton does with feet that are frozen in a step. It turns
+    steadily along Phi, and says the same at the corners of its triangles, where vertices begin that are those of Phi.
+    """
+
+    surface: Surface
+    combinatorics: Combinatorics
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        points = x.reshape(-1, 3)[self._used]
+        feet, normals = self.surface.closest(points)
+        return np.asarray(np.einsum("ni,ni->n", points - feet, normals))
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        normals = self.surface.closest(x.reshape(-1, 3)[self._used])[1]
+        return _rows(normals[:, None, :], self._used, self.combinatorics.n_vertices)
+
+    @property
+    def _used(self) -> IntArray:
+        return integers(np.flatnonzero(self.combinatorics.is_used))
 
 
 @dataclass(frozen=True, eq=False)

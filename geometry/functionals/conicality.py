@@ -24,7 +24,7 @@ from scipy.sparse import coo_array, csr_array, vstack
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.functionals.frames import FaceFrames
+from geometry.functionals.face_frames import FaceFrames
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import vector_areas
@@ -37,7 +37,7 @@ FLAT = 1e-3
 Rounding of the normals (1e-16) over this stays below tolerances of 1e-12."""
 
 ALTERNATING = np.array([0.5, -0.5, 0.5, -0.5])
-"""Of unit length, as the bases in `frames` are."""
+"""Of unit length, as the bases in `face_frames` are."""
 
 
 def closed_fans(combinatorics: Combinatorics) -> list[IntArray]:

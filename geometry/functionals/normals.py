@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray, IntArray, floats
 from geometry.functionals.closeness import close_to
-from geometry.functionals.rim import extrapolated_normals
+from geometry.functionals.rim_normals import extrapolated_normals
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Mesh
 from geometry.optimise import LinearFunctional, SparseMatrix

@@ -1,8 +1,8 @@
 """Planarity of faces with any number of corners.
 
 For a face with k corners let h (k,) be the distances of its corners from its best plane. As that plane is best, h is
-perpendicular to 1 and to the in-plane coordinates of the corners, so the residuals Q^T h, with Q as in `frames`, have
-the norm of h: no false zeros, whatever corners are collinear. Turning the plane changes h by in-plane
+perpendicular to 1 and to the in-plane coordinates of the corners, so the residuals Q^T h, with Q as in `face_frames`,
+have the norm of h: no false zeros, whatever corners are collinear. Turning the plane changes h by in-plane
 coordinates, which Q^T removes, so the Jacobian is Q^T times the normal, up to terms of the order of h.
 
 Q is full of numbers, k^2 of them; faces with many corners are measured from three of these instead, see
@@ -18,7 +18,7 @@ import numpy as np
 from scipy.sparse import csr_array, vstack
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.functionals.frames import LargerFaces
+from geometry.functionals.face_frames import LargerFaces
 from geometry.functionals.reference_planes import ReferencePlanes, far_apart
 from geometry.mesh import Combinatorics, Mesh
 from geometry.optimise import SparseMatrix

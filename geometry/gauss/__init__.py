@@ -1,50 +1,55 @@
-"""The Gauss image S of a mesh M [Pottmann2007, 2 to 4]: approximate and exact, distances, axes, support structure."""
+"""The pair of a mesh M and its Gauss image S [Pottmann2007, 2 to 4]: approximate and exact S, distances, axes, support
+structure."""
 
-from geometry.gauss.approximate_gauss_image import gauss_image, refuse_triangle_mesh
+from geometry.gauss.approximate_gauss_image import approximate_pair, refuse_triangle_mesh
 from geometry.gauss.axes import node_axes, parallel_from_axes
+from geometry.gauss.best_pair import pair_to_build
 from geometry.gauss.distances import (
+    DISTANCE_TOLERANCE,
     circularity,
     conicality,
     edge_axis_twist,
     edge_cone_deviation,
     edge_distances,
+    edge_feet,
     face_distances,
     vertex_distances,
 )
-from geometry.gauss.exact_gauss_image import (
-    DISTANCE_TOLERANCE,
-    edge_gauss_image,
-    exact_gauss_images,
-    face_gauss_image,
-    vertex_gauss_image,
-)
+from geometry.gauss.exact_gauss_image import edge_offset_pair, exact_pairs, face_offset_pair, vertex_offset_pair
 from geometry.gauss.lean import axis_lean
-from geometry.gauss.nearest_pair import nearest_parallel_pair
-from geometry.gauss.offset_kinds import offset_deviations, offset_gauss_image
-from geometry.gauss.rounded_mesh import gauss_image_pair
+from geometry.gauss.nearest_pair import nearest_parallel_pair, nearest_planar_mesh
+from geometry.gauss.offset_kinds import best_offset_pair, offset_deviations
+from geometry.gauss.pair import PARALLEL_TOLERANCE, Pair, points_inwards
+from geometry.gauss.rounded_mesh import rounded_mesh_pair
 from geometry.gauss.support_structure import SupportStructure
 
 __all__ = [
     "DISTANCE_TOLERANCE",
+    "PARALLEL_TOLERANCE",
+    "Pair",
     "SupportStructure",
+    "approximate_pair",
     "axis_lean",
+    "best_offset_pair",
     "circularity",
     "conicality",
     "edge_axis_twist",
     "edge_cone_deviation",
     "edge_distances",
-    "edge_gauss_image",
-    "exact_gauss_images",
+    "edge_feet",
+    "edge_offset_pair",
+    "exact_pairs",
     "face_distances",
-    "face_gauss_image",
-    "gauss_image",
-    "gauss_image_pair",
+    "face_offset_pair",
     "nearest_parallel_pair",
+    "nearest_planar_mesh",
     "node_axes",
     "offset_deviations",
-    "offset_gauss_image",
+    "pair_to_build",
     "parallel_from_axes",
+    "points_inwards",
     "refuse_triangle_mesh",
+    "rounded_mesh_pair",
     "vertex_distances",
-    "vertex_gauss_image",
+    "vertex_offset_pair",
 ]

@@ -14,18 +14,19 @@ from geometry.functionals import (
     unit_edge_distances,
     unit_face_distances,
 )
+from geometry.gauss.pair import Pair
 from geometry.gauss.refinement import nearest_parallel, refine_distances
 from geometry.mesh import Mesh
 from geometry.optimise import SparseMatrix, normal_equations
 from geometry.parallel.edge_parallelity import check_planar
 
-__all__ = ["first_objective", "gauss_image", "refuse_triangle_mesh"]
+__all__ = ["approximate_pair", "first_objective", "refuse_triangle_mesh"]
 
 LEAST_VERTEX_WEIGHT = 1e-8
 """Least weight of the vertices over the largest weight: with less, rounding decides what they should."""
 
 
-def gauss_image(
+def approximate_pair(
     mesh: Mesh,
     *,
     faces: float = 1.0,
@@ -34,8 +35,9 @@ def gauss_image(
     fairness: float = 0.0,
     rounds: int = 1,
     normals: FloatArray | None = None,
-) -> Mesh:
-    """The mesh S parallel to M that minimises faces f_faces + edges f_edges + vertices f_vert + fairness f_Laplacian.
+) -> Pair:
+    """M with the S parallel to it for which faces f_faces + edges f_edges + vertices f_vert + fairness f_Laplacian is
+    least.
 
     [Pottmann2007, 4.2 and (3)]. f_faces asks for faces at distance 1 from the origin, f_edges the same of edge lines,
     in the direction halfway between the normals of their faces (beam heights), f_vert for vertices at the
@@ -64,12 +66,12 @@ def gauss_image(
     refuse_triangle_mesh(mesh)
     check_planar(mesh)
     H, g = first_objective(mesh, faces=faces, edges=edges, vertices=vertices, fairness=fairness, normals=normals)
-    image = nearest_parallel(mesh, H, g)
-    if rounds == 1:
-        return image
-    return refine_distances(
-        mesh, image, faces=faces, edges=edges, vertices=vertices, fairness=fairness, rounds=rounds - 1
-    )
+    gauss_image = nearest_parallel(mesh, H, g)
+    if rounds > 1:
+        gauss_image = refine_distances(
+            mesh, gauss_image, faces=faces, edges=edges, vertices=vertices, fairness=fairness, rounds=rounds - 1
+        )
+    return Pair(mesh, gauss_image)
 
 
 def first_objective(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from geometry.arrays import FloatArray, floats
-from geometry.errors import GeometryError, MeshError, ParallelityError
+from geometry.errors import GeometryError, MeshError, ParallelityError, raise_worst
 from geometry.mesh import Mesh
 from geometry.mesh.spanning_forests import SpanningForest, spanning_forest
 from geometry.parallel.edge_parallelity import across_directions, check_parallel
@@ -100,16 +100,16 @@ def _across(mesh: Mesh, axes: FloatArray) -> FloatArray:
     ends, along = axes[mesh.combinatorics.edges], mesh.edge_directions
     across = across_directions(ends, along[:, None])
     sines = np.linalg.norm(across, axis=2)
-    edge, end = (int(i) for i in np.unravel_index(sines.argmin(), sines.shape))
-    if sines[edge, end] < LEAST_ANGLE:
-        vertex = int(mesh.combinatorics.edges[edge, end])
-        raise GeometryError(
-            f"the node axis at vertex {vertex} lies in {mesh.combinatorics.edge_name(edge)}: the angle between them is "
-            f"{np.degrees(sines[edge, end]):.1e} degrees, at least {np.degrees(LEAST_ANGLE):.1e} is needed",
-            elements=[edge],
-            value=float(sines[edge, end]),
-            bound=LEAST_ANGLE,
-        )
+    raise_worst(
+        sines.min(axis=1),
+        ">=",
+        LEAST_ANGLE,
+        lambda edge, sine: (
+            f"the node axis at vertex {mesh.combinatorics.edges[edge, sines[edge].argmin()]} lies in "
+            f"{mesh.combinatorics.edge_name(edge)}: the angle between them is {np.degrees(sine):.1e} degrees, at least "
+            f"{np.degrees(LEAST_ANGLE):.1e} is needed"
+        ),
+    )
     return across
 
 
@@ -139,30 +139,31 @@ def _check_coplanar(mesh: Mesh, across: FloatArray, tolerance: float) -> None:
     twists = np.arctan2(
         np.linalg.norm(np.cross(first, second), axis=1), np.abs(np.einsum("ek,ek->e", first, second))
     )  # axes are lines
-    edge = int(twists.argmax())
-    if not twists[edge] <= tolerance:
-        raise ParallelityError(
+    raise_worst(
+        twists,
+        "<=",
+        tolerance,
+        lambda edge, twist: (
             f"the axes at both ends of {mesh.combinatorics.edge_name(edge)} are not coplanar: the planes that they "
-            f"span with the edge differ by {np.degrees(twists[edge]):.2g} degrees, allowed "
-            f"{np.degrees(tolerance):.1e}; no mesh parallel to this one has its vertices on these axes",
-            elements=[edge],
-            value=float(twists[edge]),
-            bound=tolerance,
-        )
+            f"span with the edge differ by {np.degrees(twist):.2g} degrees, allowed {np.degrees(tolerance):.1e}; no "
+            "mesh parallel to this one has its vertices on these axes"
+        ),
+        error=ParallelityError,
+    )
 
 
 def _check_closed(mesh: Mesh, across: FloatArray, t: FloatArray, tolerance: float) -> None:
     """across (E, 2, 3), t (E, 2): where M' is parallel, t across is the same at both ends."""
     apart = np.linalg.norm(t[:, :1] * across[:, 0] - t[:, 1:] * across[:, 1], axis=1)
-    gaps = apart / np.abs(t).max(axis=1)
-    edge = int(gaps.argmax())
-    if not gaps[edge] <= tolerance:
-        raise ParallelityError(
+    raise_worst(
+        apart / np.abs(t).max(axis=1),
+        "<=",
+        tolerance,
+        lambda edge, gap: (
             f"the axes are coplanar over each edge, but no parallel mesh has its vertices on them: carried along a "
-            f"loop of edges through {mesh.combinatorics.edge_name(edge)}, its vertices return {gaps[edge]:.2g} of "
+            f"loop of edges through {mesh.combinatorics.edge_name(edge)}, its vertices return {gap:.2g} of "
             f"their distance off, allowed {tolerance:.0e}; this happens around a hole, or where axes lie in the plane "
-            "of a face",
-            elements=[edge],
-            value=float(gaps[edge]),
-            bound=tolerance,
-        )
+            "of a face"
+        ),
+        error=ParallelityError,
+    )

@@ -1,7 +1,9 @@
 """Which offsets a mesh is fit for [Pottmann2007, 3.1, 3.2], and how far a Gauss image is from the unit sphere.
 
-A mesh has vertex offsets if it is circular (quads), face offsets if it is conical, and edge offsets only if the
-edges at each vertex lie on a cone of revolution, Prop. 3. Each measure here is zero for the exact kind.
+S has distances of its vertices, edges and faces from the origin, alone; where edges of it have no length or run the
+other way than in M, those of M say the directions. A mesh has vertex offsets if it is circular (quads), face offsets if
+it is conical, and edge offsets only if the edges at each vertex lie on a cone of revolution, Prop. 3. Each measure of
+M here is zero for the exact kind.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ from geometry.mesh.polygons import face_centroids, face_mean_edge_lengths, face_
 from geometry.parallel.edge_parallelity import across_directions
 
 __all__ = [
+    "DISTANCE_TOLERANCE",
     "circularity",
     "conicality",
     "edge_axis_twist",
@@ -27,6 +30,10 @@ __all__ = [
     "vertex_sums",
 ]
 
+DISTANCE_TOLERANCE = 1e-9
+"""How far a distance may be from 1: what faces planar to 1e-12 say with certainty of meshes with a thousand edges
+from end to end."""
+
 RANK = 1e-12
 """Eigenvalues of a scatter matrix over the largest, below which they are rounding: spreads below 1e-6 of another."""
 
@@ -36,24 +43,26 @@ def vertex_distances(gauss_image: Mesh) -> FloatArray:
     return np.asarray(np.linalg.norm(gauss_image.vertices, axis=1))
 
 
-def edge_distances(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
+def edge_distances(gauss_image: Mesh, directions: FloatArray | None = None) -> FloatArray:
     """(E,) distances of the edge lines of S from the origin: all 1 for an edge offset; beam heights over d.
 
-    Directions are those of M, so an edge of S may have no length.
+    directions (E, 3): unit vectors along the lines, such as the edge directions of M, if an edge of S may have no
+    length; left out, those of S, which raises MeshError for such an edge.
     """
-    return np.asarray(np.linalg.norm(edge_feet(mesh, gauss_image), axis=1))
+    return np.asarray(np.linalg.norm(edge_feet(gauss_image, directions), axis=1))
 
 
-def edge_feet(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
-    """(E, 3) the nearest points to the origin of the edge lines of S, in the directions of M."""
-    middles = gauss_image.vertices[mesh.combinatorics.edges].mean(axis=1)
-    return across_directions(middles, mesh.edge_directions)
+def edge_feet(gauss_image: Mesh, directions: FloatArray | None = None) -> FloatArray:
+    """(E, 3) the nearest points to the origin of the edge lines of S; directions as in `edge_distances`."""
+    middles = gauss_image.vertices[gauss_image.combinatorics.edges].mean(axis=1)
+    return across_directions(middles, gauss_image.edge_directions if directions is None else directions)
 
 
-def face_distances(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
-    """(F,) signed distances of the face planes of S from the origin along the normals of M: 1 for a face offset."""
-    centroids = face_centroids(gauss_image.vertices, mesh.combinatorics)
-    return np.asarray(np.einsum("fi,fi->f", centroids, mesh.face_normals))
+def face_distances(gauss_image: Mesh, normals: FloatArray | None = None) -> FloatArray:
+    """(F,) signed distances of the face planes of S from the origin along unit normals (F, 3), such as those of M; left
+    out, along those of S: all 1 for a face offset."""
+    centroids = face_centroids(gauss_image.vertices, gauss_image.combinatorics)
+    return np.asarray(np.einsum("fi,fi->f", centroids, gauss_image.face_normals if normals is None else normals))
 
 
 def circularity(mesh: Mesh) -> FloatArray:

@@ -14,39 +14,34 @@ import numpy as np
 from scipy.sparse import csr_array, diags_array, eye_array
 
 from geometry.arrays import FloatArray
-from geometry.errors import GeometryError, RankError
+from geometry.errors import GeometryError, RankError, raise_worst
 from geometry.functionals import close_to_vertex_normals, unit_face_distances
 from geometry.gauss.circumscribed import circumscribed_candidate
 from geometry.gauss.distances import (
+    DISTANCE_TOLERANCE,
     circularity,
     conicality,
     edge_axis_twist,
     edge_cone_deviation,
-    edge_distances,
     face_distances,
-    vertex_distances,
 )
 from geometry.gauss.inscribed import inscribed_candidate
 from geometry.gauss.midscribed import midscribed_candidate
+from geometry.gauss.pair import Pair
 from geometry.gauss.refinement import LINEAR_DAMPING, PARALLEL, drawn_to_normals, nearest_parallel, refine_distances
 from geometry.mesh import Mesh
 from geometry.optimise import ConvergenceError, LinearFunctional, SparseMatrix, normal_equations
 from geometry.parallel.edge_parallelity import check_planar, parallelity
 
 __all__ = [
-    "DISTANCE_TOLERANCE",
-    "circumscribed_image",
-    "edge_gauss_image",
-    "exact_gauss_images",
-    "face_gauss_image",
-    "inscribed_image",
-    "midscribed_image",
-    "vertex_gauss_image",
+    "circumscribed_pair",
+    "edge_offset_pair",
+    "exact_pairs",
+    "face_offset_pair",
+    "inscribed_pair",
+    "midscribed_pair",
+    "vertex_offset_pair",
 ]
-
-DISTANCE_TOLERANCE = 1e-9
-"""How far a distance may be from 1: what faces planar to 1e-12 say with certainty of meshes with a thousand edges
-from end to end."""
 
 CHORD = 0.1
 """How far s_j may be from s_i reflected at their edge. More is another S on the sphere, one whose edges have no length
@@ -64,8 +59,8 @@ AS_GOOD = 2.0
 """Times the largest deviation of another S, up to which one is as good: both have the least squares of deviations."""
 
 
-def vertex_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Mesh:
-    """S parallel to M with |s_i| = 1: M is circular, if its faces are quads [Pottmann2007, Prop. 2].
+def vertex_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
+    """M and the S parallel to it with |s_i| = 1: M is circular, if its faces are quads [Pottmann2007, Prop. 2].
 
     Where M leaves a choice, as discs of circular quads do, S is as near to the vertex normals as possible. Distances
     are 1 to within `tolerance`; S is parallel to rounding. Vertices that belong to no face are at the origin.
@@ -73,25 +68,24 @@ def vertex_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> 
     Raises GeometryError where there is no such S, naming the worst vertex; where a face is not planar; where the
     tolerance is not positive. Raises MeshError for an edge without length.
     """
-    image, deviations = inscribed_image(mesh, tolerance)
-    vertex = int(deviations.argmax())
-    if not deviations[vertex] <= tolerance:
+    pair, deviations = inscribed_pair(mesh, tolerance)
+
+    def say(vertex: int, off: float) -> str:
         off_circle = circularity(mesh)
         face = int(off_circle.argmax())
-        raise GeometryError(
-            f"the mesh has no vertex offset: vertex {vertex} of the nearest Gauss image is {deviations[vertex]:.1e} "
+        return (
+            f"the mesh has no vertex offset: vertex {vertex} of the nearest Gauss image is {off:.1e} "
             f"off its place on the unit sphere, allowed {tolerance:.0e}; the least circular face is {face}, its "
-            f"corners {off_circle[face]:.1e} of its mean edge length off a circle; use `make_circular`, or the "
-            "approximate `gauss_image`",
-            elements=[vertex],
-            value=float(deviations[vertex]),
-            bound=tolerance,
+            f"corners {off_circle[face]:.1e} of its mean edge length off a circle; use `make_circular`, or "
+            "`approximate_pair`"
         )
-    return image
+
+    raise_worst(deviations, "<=", tolerance, say)
+    return pair
 
 
-def edge_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Mesh:
-    """S parallel to M whose edge lines touch the unit sphere: a Koebe polyhedron [Pottmann2007, Prop. 2, 3].
+def edge_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
+    """M and the S parallel to it whose edge lines touch the unit sphere: a Koebe polyhedron [Pottmann2007, Prop. 2, 3].
 
     Edges may run the other way in S than in M: `edge_factors` says which. S is determined up to its sign, and taken
     with most of each component outside; where M leaves more choice, near the vertex normals. Distances are 1
@@ -101,26 +95,24 @@ def edge_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Me
     Raises GeometryError where no such S is found, naming the worst edge; where a face is not planar; where the
     tolerance is not positive. Raises MeshError for an edge without length.
     """
-    image, deviations = midscribed_image(mesh, tolerance)
-    edge = int(deviations.argmax())
-    if not deviations[edge] <= tolerance:
+    pair, deviations = midscribed_pair(mesh, tolerance)
+
+    def say(edge: int, off: float) -> str:
         cones = float(np.nan_to_num(edge_cone_deviation(mesh)[mesh.combinatorics.edges[edge]]).max())
         twist = float(np.nan_to_num(edge_axis_twist(mesh)[edge]))
-        raise GeometryError(
+        return (
             f"no edge offset is found: {mesh.combinatorics.edge_name(edge)} of the nearest Gauss image is "
-            f"{deviations[edge]:.1e} off distance 1 from the origin, allowed {tolerance:.0e}; the edges at its ends "
+            f"{off:.1e} off distance 1 from the origin, allowed {tolerance:.0e}; the edges at its ends "
             f"leave cones of revolution by {cones:.1e}, and the axes of these cones differ by {twist:.1e} radians over "
-            "the edge; use a mesh parallel to a Koebe polyhedron, or the approximate `gauss_image` with a weight for "
-            "edges",
-            elements=[edge],
-            value=float(deviations[edge]),
-            bound=tolerance,
+            "the edge; use a mesh parallel to a Koebe polyhedron, or `approximate_pair` with a weight for edges"
         )
-    return image
+
+    raise_worst(deviations, "<=", tolerance, say)
+    return pair
 
 
-def face_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Mesh:
-    """S parallel to M with n_F . s_i = 1 in all faces: M is conical [Pottmann2007, Prop. 2].
+def face_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
+    """M and the S parallel to it with n_F . s_i = 1 in all faces: M is conical [Pottmann2007, Prop. 2].
 
     n_F are the outer unit normals of M, so all faces are offset to the same side. Where M leaves a choice, as at
     boundary vertices with one face, S is as near to the vertex normals as possible. Distances are 1 to within
@@ -129,93 +121,94 @@ def face_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Me
     Raises GeometryError where there is no such S, naming the worst face and vertex; where a face is not planar; where
     the tolerance is not positive. Raises MeshError for an edge without length.
     """
-    image, deviations = circumscribed_image(mesh, tolerance)
-    face = int(deviations.argmax())
-    if not deviations[face] <= tolerance:
+    pair, deviations = circumscribed_pair(mesh, tolerance)
+
+    def say(face: int, off: float) -> str:
         off_cone = np.nan_to_num(conicality(mesh))
         vertex = int(off_cone.argmax())
-        raise GeometryError(
-            f"the mesh has no face offset: face {face} of the nearest Gauss image is {deviations[face]:.1e} off "
+        return (
+            f"the mesh has no face offset: face {face} of the nearest Gauss image is {off:.1e} off "
             f"distance 1 from the origin, allowed {tolerance:.0e}; the least conical vertex is {vertex}, its faces "
-            f"{off_cone[vertex]:.1e} radians off a cone of revolution; use `make_conical`, or the approximate "
-            "`gauss_image`",
-            elements=[face],
-            value=float(deviations[face]),
-            bound=tolerance,
+            f"{off_cone[vertex]:.1e} radians off a cone of revolution; use `make_conical`, or "
+            "`approximate_pair`"
         )
-    return image
+
+    raise_worst(deviations, "<=", tolerance, say)
+    return pair
 
 
-def exact_gauss_images(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> dict[str, Mesh]:
-    """The exact Gauss images that the mesh has, by "vertex", "edge" and "face" [Pottmann2007, Prop. 2].
+def exact_pairs(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> dict[str, Pair]:
+    """The mesh with the exact Gauss images that it has, by "vertex", "edge" and "face" [Pottmann2007, Prop. 2].
 
     The offsets of M at distance d of these kinds are M + d S. Raises as the functions for each kind do, except where
     there is no S.
     """
     found = {
-        "vertex": inscribed_image(mesh, tolerance),
-        "edge": midscribed_image(mesh, tolerance),
-        "face": circumscribed_image(mesh, tolerance),
+        "vertex": inscribed_pair(mesh, tolerance),
+        "edge": midscribed_pair(mesh, tolerance),
+        "face": circumscribed_pair(mesh, tolerance),
     }
-    return {kind: image for kind, (image, deviations) in found.items() if deviations.max() <= tolerance}
+    return {kind: pair for kind, (pair, deviations) in found.items() if deviations.max() <= tolerance}
 
 
 # --- the best S of each kind, and how far its distances are from 1
 
 
-def inscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+def inscribed_pair(mesh: Mesh, tolerance: float) -> tuple[Pair, FloatArray]:
     """The nearest S with vertices on the unit sphere, and deviations (N,): of distances from 1, and of chords."""
     _check(mesh, tolerance)
-    image = _nearest(mesh, inscribed_candidate(mesh, tolerance))
-    image = refine_distances(mesh, image, vertices=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
-    return _settled(mesh, image, _off_sphere, tolerance, vertices=1.0)
+    gauss_image = _nearest(mesh, inscribed_candidate(mesh, tolerance))
+    gauss_image = refine_distances(mesh, gauss_image, vertices=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    return _settled(mesh, gauss_image, _off_sphere, tolerance, vertices=1.0)
 
 
-def _off_sphere(mesh: Mesh, image: Mesh) -> FloatArray:
+def _off_sphere(pair: Pair) -> FloatArray:
     """(N,) deviations of distances from 1, and of chords."""
-    c, s = mesh.combinatorics, image.vertices
-    deviations = np.where(c.is_used, np.abs(vertex_distances(image) - 1), 0.0)
-    sums = s[c.edges].sum(axis=1)
-    off_chord = np.abs(np.einsum("ei,ei->e", sums, mesh.edge_directions))
+    c = pair.mesh.combinatorics
+    deviations = np.where(c.is_used, np.abs(pair.vertex_distances - 1), 0.0)
+    sums = pair.gauss_image.vertices[c.edges].sum(axis=1)
+    off_chord = np.abs(np.einsum("ei,ei->e", sums, pair.mesh.edge_directions))
     other = off_chord > CHORD
     np.maximum.at(deviations, c.edges[other], off_chord[other, None])
     return np.asarray(deviations)
 
 
-def midscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+def midscribed_pair(mesh: Mesh, tolerance: float) -> tuple[Pair, FloatArray]:
     """The nearest S with edge lines at distance 1, and deviations (E,) from that."""
     _check(mesh, tolerance)
-    image = _nearest(mesh, midscribed_candidate(mesh))
-    image = refine_distances(mesh, image, edges=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
-    return _settled(mesh, image, lambda mesh, image: np.abs(edge_distances(mesh, image) - 1), tolerance, edges=1.0)
+    gauss_image = _nearest(mesh, midscribed_candidate(mesh))
+    gauss_image = refine_distances(mesh, gauss_image, edges=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    return _settled(mesh, gauss_image, lambda pair: np.abs(pair.edge_distances - 1), tolerance, edges=1.0)
 
 
 def _settled(
-    mesh: Mesh, image: Mesh, off: Callable[[Mesh, Mesh], FloatArray], tolerance: float, **weights: Any
-) -> tuple[Mesh, FloatArray]:
-    """S and how far it is off; if it is exact, what its distances leave free is drawn to the vertex normals."""
-    deviations = off(mesh, image)
+    mesh: Mesh, gauss_image: Mesh, off: Callable[[Pair], FloatArray], tolerance: float, **weights: Any
+) -> tuple[Pair, FloatArray]:
+    """M, S and how far it is off; if S is exact, what its distances leave free is drawn to the vertex normals."""
+    pair = Pair(mesh, gauss_image)
+    deviations = off(pair)
     if deviations.max() > tolerance:
-        return image, deviations
+        return pair, deviations
     try:
-        drawn = drawn_to_normals(mesh, image, **weights)
+        drawn = drawn_to_normals(mesh, gauss_image, **weights)
         drawn = refine_distances(mesh, drawn, **weights, rounds=ROUNDS, least_gain=LEAST_GAIN)
     except (ConvergenceError, RankError):  # P(M) is ill-conditioned: the normals say nothing that can be told
-        return image, deviations
-    found = off(mesh, drawn)
+        return pair, deviations
+    other = Pair(mesh, drawn)
+    found = off(other)
     is_as_good = found.max() <= max(AS_GOOD * deviations.max(), DISTANCE_TOLERANCE)
-    return (drawn, found) if is_as_good else (image, deviations)
+    return (other, found) if is_as_good else (pair, deviations)
 
 
-def circumscribed_image(mesh: Mesh, tolerance: float) -> tuple[Mesh, FloatArray]:
+def circumscribed_pair(mesh: Mesh, tolerance: float) -> tuple[Pair, FloatArray]:
     """The nearest S with face planes at distance 1, and deviations (F,) from that."""
     _check(mesh, tolerance)
-    image = _with_planes_met(mesh)
-    if np.abs(face_distances(mesh, image) - 1).max() > DISTANCE_TOLERANCE:
+    gauss_image = _with_planes_met(mesh)
+    if np.abs(face_distances(gauss_image, mesh.face_normals) - 1).max() > DISTANCE_TOLERANCE:
         H, g = normal_equations([(1.0, unit_face_distances(mesh)), (LINEAR_DAMPING, close_to_vertex_normals(mesh))])
-        image = nearest_parallel(mesh, H, g)
-        image = refine_distances(mesh, image, faces=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
-    return _settled(mesh, image, lambda mesh, image: np.abs(face_distances(mesh, image) - 1), tolerance, faces=1.0)
+        gauss_image = nearest_parallel(mesh, H, g)
+        gauss_image = refine_distances(mesh, gauss_image, faces=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    return _settled(mesh, gauss_image, lambda pair: np.abs(pair.face_distances - 1), tolerance, faces=1.0)
 
 
 def _with_planes_met(mesh: Mesh) -> Mesh:
@@ -227,12 +220,12 @@ def _with_planes_met(mesh: Mesh) -> Mesh:
     places, known = circumscribed_candidate(mesh)
     weights = np.repeat(np.where(known, 1.0, DRAWN), 3)
     drawn: SparseMatrix = csr_array(diags_array(np.sqrt(weights)))
-    image = mesh.with_vertices(places)
+    gauss_image = mesh.with_vertices(places)
     for _ in range(3):
-        target = np.where(known[:, None], places, image.vertices).ravel()
+        target = np.where(known[:, None], places, gauss_image.vertices).ravel()
         near = LinearFunctional(drawn, np.sqrt(weights) * target)
-        image = nearest_parallel(mesh, *normal_equations([(1.0, unit_face_distances(mesh)), (1.0, near)]))
-    return image
+        gauss_image = nearest_parallel(mesh, *normal_equations([(1.0, unit_face_distances(mesh)), (1.0, near)]))
+    return gauss_image
 
 
 def _check(mesh: Mesh, tolerance: float) -> None:

@@ -6,14 +6,15 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
-from geometry.errors import MeshError
+from geometry.errors import MeshError, ParallelityError, raise_worst
 from geometry.functionals import Parallelity, Planarity, face_deviations
+from geometry.gauss.pair import Pair
 from geometry.gauss.refinement import PARALLEL
 from geometry.mesh import Mesh
-from geometry.optimise import AffineMap, At, ConvergenceError, Reason, Stack, nearest_feasible
+from geometry.optimise import Blocks, ConvergenceError, Reason, Stack, nearest_feasible
 from geometry.parallel.edge_parallelity import PLANAR, parallelity
 
-__all__ = ["nearest_parallel_pair"]
+__all__ = ["nearest_parallel_pair", "nearest_planar_mesh"]
 
 ACCURACY = 1e-13
 """What is asked of parallelity and planarity, over the size of S and the mean edge length: a tenth of what others ask,
@@ -30,21 +31,41 @@ MAX_STEPS = 12
 """Steps that pull towards the given pair, and of all: two or three reach rounding from six digits, four from four."""
 
 
-def nearest_parallel_pair(mesh: Mesh, image: Mesh) -> tuple[Mesh, Mesh]:
-    """Planar meshes M and S, parallel to rounding, near to a given pair.
+def nearest_parallel_pair(mesh: Mesh, gauss_image: Mesh, *, tolerance: float = np.inf) -> Pair:
+    """Planar meshes M and S, parallel to rounding, near to two given ones: those that were a pair with all digits.
 
     The squared moves of the vertices of M, over its mean edge length, and of those of S, over the mean distance of its
     vertices from the origin, have a small sum. Both move together, because a mesh
-    made planar alone may be parallel to no mesh near S: P(M) often has more dimensions than a mesh nearby has. A pair
-    that is exact comes back as the same objects.
+    made planar alone may be parallel to no mesh near S: P(M) often has more dimensions than a mesh nearby has. Meshes
+    that are exact stay the same objects. How far others moved says `Pair.moves_from`.
 
-    Raises MeshError where the faces differ, an edge of M has no length or S no size, and ConvergenceError, naming the
-    worst edge, where no such pair is found near the given one.
+    tolerance: how far a vertex of S may move, in radii of the unit sphere, and one of M in its mean edge lengths.
+
+    Raises MeshError where the faces differ, an edge of M has no length or S no size; ConvergenceError, naming the
+    worst edge, where no such pair is found near the given meshes; and ParallelityError, naming the vertex, where one
+    would move by more than the tolerance.
     """
-    if parallelity(mesh, image).max() <= PARALLEL and face_deviations(mesh).max() <= PLANAR:
-        return mesh, image
+    if parallelity(mesh, gauss_image).max() <= PARALLEL and face_deviations(mesh).max() <= PLANAR:
+        return Pair(mesh, gauss_image)
+    found = _moved_together(mesh, gauss_image)
+    of_mesh, of_gauss_image = found.moves_from(mesh, gauss_image)
+    _check_moves("of the Gauss image", "of the unit sphere's radius", of_gauss_image, tolerance)
+    _check_moves("of the mesh", "of its mean edge length", of_mesh, tolerance)
+    return found
+
+
+def nearest_planar_mesh(mesh: Mesh, *, tolerance: float = np.inf) -> Mesh:
+    """The planar mesh near to one that lost its last digits, itself if it is exact: a mesh is parallel to itself.
+
+    Unlike `planarise` it keeps distances from the origin as well as these digits say them. tolerance: as in
+    `nearest_parallel_pair`, which says too what is raised.
+    """
+    return nearest_parallel_pair(mesh, mesh, tolerance=tolerance).gauss_image
+
+
+def _moved_together(mesh: Mesh, gauss_image: Mesh) -> Pair:
     centre = mesh.vertices.mean(axis=0)
-    size, radius = mesh.mean_edge_length, float(np.linalg.norm(image.vertices, axis=1).mean())
+    size, radius = mesh.mean_edge_length, float(np.linalg.norm(gauss_image.vertices, axis=1).mean())
     if not LEAST_SIZE <= radius <= 1 / LEAST_SIZE:
         raise MeshError(
             f"the vertices of the Gauss image are {radius:.1e} from the origin in the mean, and from {LEAST_SIZE:.0e} "
@@ -52,20 +73,22 @@ def nearest_parallel_pair(mesh: Mesh, image: Mesh) -> tuple[Mesh, Mesh]:
             value=radius,
             bound=LEAST_SIZE if radius < LEAST_SIZE else 1 / LEAST_SIZE,
         )
-    start = np.concatenate([(mesh.vertices - centre).ravel() / size, image.vertices.ravel() / radius])
+    blocks = Blocks({"M": mesh.vertices.shape, "S": mesh.vertices.shape})
+    start = blocks.join(M=(mesh.vertices - centre) / size, S=gauss_image.vertices / radius)
     solution = nearest_feasible(
-        _exactness(mesh, start),
+        _exactness(mesh, blocks, start),
         start,
         csr_array(eye_array(len(start))),
         tolerance=ACCURACY,
         longest_step=LONGEST_STEP,
-        dimension=3,
+        blocks=blocks,
         held_steps=HELD_STEPS,
         max_steps=MAX_STEPS,
     )
-    vertices, normals = solution.x.reshape(2, -1, 3)
+    found = blocks.split(solution.x)
+    vertices, normals = found["M"], found["S"]
     if solution.reason is not Reason.CONVERGED:
-        sideways = parallelity(mesh.with_vertices(vertices), image.with_vertices(normals))
+        sideways = parallelity(mesh.with_vertices(vertices), gauss_image.with_vertices(normals))
         edge = int(sideways.argmax())
         raise ConvergenceError(
             f"no mesh near the given one is parallel to one near the given Gauss image: "
@@ -76,16 +99,27 @@ def nearest_parallel_pair(mesh: Mesh, image: Mesh) -> tuple[Mesh, Mesh]:
             value=float(sideways[edge]),
             bound=ACCURACY,
         )
-    return mesh.with_vertices(vertices * size + centre), image.with_vertices(normals * radius)
+    return Pair(mesh.with_vertices(vertices * size + centre), gauss_image.with_vertices(normals * radius))
 
 
-def _exactness(mesh: Mesh, start: FloatArray) -> Stack:
-    """S parallel to M, both with planar faces: the residuals of (M, S), x (6N,).
+def _check_moves(place: str, unit: str, moves: FloatArray, tolerance: float) -> None:
+    raise_worst(
+        moves,
+        "<=",
+        tolerance,
+        lambda vertex, move: (
+            f"vertex {vertex} (counted from 0) {place} would have to move by {move:.1e} {unit} for the two meshes to "
+            f"be planar and parallel, allowed {tolerance:.0e}: write both files with more digits"
+        ),
+        error=ParallelityError,
+    )
+
+
+def _exactness(mesh: Mesh, blocks: Blocks, start: FloatArray) -> Stack:
+    """S parallel to M, both with planar faces: residuals of x (6N,), which is near to the start.
 
     Planarity of M follows where no edge of S vanishes; asked for all the same, it also holds where one does.
-    start (6N,) is near to x.
     """
-    c, n = mesh.combinatorics, 3 * mesh.n_vertices
-    both, nothing = csr_array(eye_array(2 * n)), np.zeros(n)
-    blocks = (AffineMap(csr_array(both[:n]), nothing), AffineMap(csr_array(both[n:]), nothing))
-    return Stack([Parallelity(c), *(At(Planarity(c, block(start)), block) for block in blocks)])
+    c = mesh.combinatorics
+    planar = [blocks.of(Planarity(c, near.ravel()), name) for name, near in blocks.split(start).items()]
+    return Stack([blocks.of(Parallelity(c), "M", "S"), *planar])

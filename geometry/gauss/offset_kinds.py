@@ -1,4 +1,4 @@
-"""Which exact offsets a mesh has, and the exact Gauss image to build it with.
+"""Which exact offsets a mesh has, and the pair with an exact Gauss image to build it with.
 
 Almost no mesh has any, and to find that out by looking for S takes longer than the approximate S does. So
 what holds in the neighbourhood of each vertex or along a tree is asked first, at the cost of a glance.
@@ -10,18 +10,18 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.errors import RankError
-from geometry.gauss.distances import conicality, edge_distances, face_distances
+from geometry.gauss.distances import DISTANCE_TOLERANCE, conicality
 from geometry.gauss.edge_cones import angles_between, best_cones, edge_stars, line_spread
-from geometry.gauss.exact_gauss_image import DISTANCE_TOLERANCE, circumscribed_image, inscribed_image, midscribed_image
+from geometry.gauss.exact_gauss_image import circumscribed_pair, inscribed_pair, midscribed_pair
 from geometry.gauss.inscribed import inscribed_candidate
-from geometry.gauss.lean import axis_lean
 from geometry.gauss.midscribed import LEAST_SPREAD
+from geometry.gauss.pair import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
 from geometry.optimise import ConvergenceError
 from geometry.parallel.edge_parallelity import across_directions, check_planar, parallelity
 
-__all__ = ["offset_deviations", "offset_gauss_image"]
+__all__ = ["best_offset_pair", "offset_deviations"]
 
 FAR = 1e-4
 """Angle in radians, or distance on the unit sphere, by which a neighbourhood may fail where S may be exact still.
@@ -49,8 +49,9 @@ LARGEST_LEAN = np.radians(30)
 """Of the node axes from the normals, in the median: beyond it they are no normals any more."""
 
 
-def offset_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> tuple[str, Mesh] | None:
-    """The kind of exact offset, "edge", "vertex" or "face", and its S, with which the mesh is best built; None of none.
+def best_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> tuple[str, Pair] | None:
+    """The kind of exact offset, "edge", "vertex" or "face", with which the mesh is best built, and that pair; None of
+    none.
 
     Edge before all, as its beams have one height; of the others the one whose beam heights spread less. Distances
     are 1 to within `tolerance`, beams point to the outside of their faces, their heights are of the order of the
@@ -64,12 +65,8 @@ def offset_gauss_image(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> 
     if edge is not None:
         return "edge", edge
     found = {kind: _exact(mesh, kind, tolerance) for kind in ("vertex", "face")}
-    spreads = {kind: float(np.ptp(edge_distances(mesh, image))) for kind, image in found.items() if image is not None}
-    if not spreads:
-        return None
-    kind = min(spreads, key=lambda kind: spreads[kind])
-    image = found[kind]
-    return None if image is None else (kind, image)
+    pairs = [(kind, pair) for kind, pair in found.items() if pair is not None]
+    return min(pairs, key=lambda of_kind: float(np.ptp(of_kind[1].edge_distances)), default=None)
 
 
 def offset_deviations(mesh: Mesh) -> dict[str, float]:
@@ -77,39 +74,39 @@ def offset_deviations(mesh: Mesh) -> dict[str, float]:
     "edge" and "face": rounding for an offset that the mesh has; infinite where no S is near.
 
     Faces may have any number of corners: triangles are always circular, and have a vertex offset hardly ever;
-    pentagons and hexagons need not be circular [Pottmann2007, Prop. 2]. Raises as `offset_gauss_image` does.
+    pentagons and hexagons need not be circular [Pottmann2007, Prop. 2]. Raises as `best_offset_pair` does.
     """
     return {kind: _nearest(mesh, kind, NEAR, DISTANCE_TOLERANCE)[1] for kind in ("vertex", "edge", "face")}
 
 
-def _exact(mesh: Mesh, kind: str, tolerance: float) -> Mesh | None:
-    """S of this kind, if there is one to build with."""
-    image, deviation = _nearest(mesh, kind, FAR, tolerance)
-    if image is None or not deviation <= tolerance:
+def _exact(mesh: Mesh, kind: str, tolerance: float) -> Pair | None:
+    """M and S of this kind, if there is one to build with."""
+    pair, deviation = _nearest(mesh, kind, FAR, tolerance)
+    if pair is None or not deviation <= tolerance:
         return None
-    heights, faces = edge_distances(mesh, image), face_distances(mesh, image)
+    heights, faces = pair.edge_distances, pair.face_distances
     sound = (
-        image.mean_edge_length > ONE_POINT
+        pair.gauss_image.mean_edge_length > ONE_POINT
         and heights.min() >= LEAST_HEIGHT
         and heights.max() <= LARGEST_HEIGHT
         and faces.min() >= LEAST_FACE * heights.min()
-        and np.nanmedian(axis_lean(mesh, image)) <= LARGEST_LEAN
+        and np.nanmedian(pair.leans) <= LARGEST_LEAN
     )
-    return image if sound else None
+    return pair if sound else None
 
 
-def _nearest(mesh: Mesh, kind: str, bound: float, tolerance: float) -> tuple[Mesh | None, float]:
-    """S of this kind and how far its distances are from 1, unless some neighbourhood fails by more than the bound."""
-    local, image = {
-        "vertex": (_off_circles, inscribed_image),
-        "edge": (_off_cones, midscribed_image),
-        "face": (conicality, circumscribed_image),
+def _nearest(mesh: Mesh, kind: str, bound: float, tolerance: float) -> tuple[Pair | None, float]:
+    """M, S of this kind and how far it is from distance 1, unless some neighbourhood fails by more than the bound."""
+    local, nearest = {
+        "vertex": (_off_circles, inscribed_pair),
+        "edge": (_off_cones, midscribed_pair),
+        "face": (conicality, circumscribed_pair),
     }[kind]
     check_planar(mesh)
     if np.nan_to_num(local(mesh)).max(initial=0.0) > bound:
         return None, np.inf
     try:
-        found, deviations = image(mesh, tolerance)
+        found, deviations = nearest(mesh, tolerance)
     except (ConvergenceError, RankError):  # P(M) is ill-conditioned: nothing exact can be told of it
         return None, np.inf
     return found, float(deviations.max())

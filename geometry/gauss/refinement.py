@@ -73,7 +73,7 @@ def nearest_parallel(mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: Float
 
 def refine_distances(
     mesh: Mesh,
-    image: Mesh,
+    gauss_image: Mesh,
     *,
     faces: float = 0.0,
     edges: float = 0.0,
@@ -85,7 +85,7 @@ def refine_distances(
 ) -> Mesh:
     """Lower the sum of weight (distance - 1)^2 over the faces, edges and vertices of S, plus fairness f_Laplacian.
 
-    image: parallel to M; so is the result. Levenberg-Marquardt in P(M): each round takes the directions from the
+    gauss_image: parallel to M; so is the result. Levenberg-Marquardt in P(M): each round takes the directions from the
     origin to vertices and edges as they are, which makes distances linear, and adds a weight on how far
     vertices move, so that those that the distances leave free stay. That weight falls as rounds gain, and rises where
     one does not, which then changes nothing. Stops after `rounds`, each one solve; where all distances are 1;
@@ -95,66 +95,70 @@ def refine_distances(
     weights = faces, edges, vertices, fairness
     heaviest = sum(weights)
     damping = DAMPING if edges + vertices > 0 else LINEAR_DAMPING
-    value = _value(mesh, image, weights)
+    value = _value(mesh, gauss_image, weights)
     for _ in range(rounds):
         if value <= SETTLED**2 * heaviest * mesh.n_vertices or damping > MOST_DAMPING:
             break
-        tried = _moved(mesh, image, weights, damping * heaviest, solve or nearest_parallel)
+        tried = _moved(mesh, gauss_image, weights, damping * heaviest, solve or nearest_parallel)
         reached = _value(mesh, tried, weights)
         if not reached < value:
             damping *= 10
             continue
         enough = reached < (1 - least_gain) * value
-        image, value = tried, reached
+        gauss_image, value = tried, reached
         damping = max(damping / 10, LEAST_DAMPING)
         if not enough:
             break
-    return image
+    return gauss_image
 
 
-def drawn_to_normals(mesh: Mesh, image: Mesh, *, faces: float = 0.0, edges: float = 0.0, vertices: float = 0.0) -> Mesh:
+def drawn_to_normals(
+    mesh: Mesh, gauss_image: Mesh, *, faces: float = 0.0, edges: float = 0.0, vertices: float = 0.0
+) -> Mesh:
     """S near to the vertex normals of M where its distances leave that free, as they do not where they are 1.
 
     So what is free is decided by M, not by the rounding of the S before. The normals pull distances off 1 by about
     their weight, which `refine_distances` puts right.
     """
     for _ in range(DRAWING_ROUNDS):
-        terms = _terms(mesh, image, (faces, edges, vertices, 0.0))
+        terms = _terms(mesh, gauss_image, (faces, edges, vertices, 0.0))
         H, g = normal_equations([*terms, (NORMALS * (faces + edges + vertices), close_to_vertex_normals(mesh))])
-        image = nearest_parallel(mesh, H, g)
-    return image
+        gauss_image = nearest_parallel(mesh, H, g)
+    return gauss_image
 
 
-def foot_directions(mesh: Mesh, image: Mesh) -> FloatArray:
+def foot_directions(mesh: Mesh, gauss_image: Mesh) -> FloatArray:
     """(E, 3) unit vectors from the origin to the nearest points of the edge lines of S; zero for lines through it."""
-    feet = edge_feet(mesh, image)
+    feet = edge_feet(gauss_image, mesh.edge_directions)
     lengths = np.linalg.norm(feet, axis=1, keepdims=True)
     return np.asarray(np.divide(feet, lengths, out=np.zeros_like(feet), where=lengths > 0))
 
 
-def _terms(mesh: Mesh, image: Mesh, weights: tuple[float, ...]) -> list[tuple[float, LinearFunctional]]:
+def _terms(mesh: Mesh, gauss_image: Mesh, weights: tuple[float, ...]) -> list[tuple[float, LinearFunctional]]:
     faces, edges, vertices, fairness = weights
     terms = []
     if faces > 0:
         terms.append((faces, unit_face_distances(mesh)))
     if edges > 0:
-        terms.append((edges, unit_edge_distances(mesh, foot_directions(mesh, image))))
+        terms.append((edges, unit_edge_distances(mesh, foot_directions(mesh, gauss_image))))
     if vertices > 0:
-        terms.append((vertices, unit_vertex_distances(mesh, axis_directions(mesh, image.vertices))))
+        terms.append((vertices, unit_vertex_distances(mesh, axis_directions(mesh, gauss_image.vertices))))
     if fairness > 0:
         terms.append((fairness, laplacian(mesh.combinatorics)))
     return terms
 
 
-def _value(mesh: Mesh, image: Mesh, weights: tuple[float, ...]) -> float:
+def _value(mesh: Mesh, gauss_image: Mesh, weights: tuple[float, ...]) -> float:
     """The residuals of the terms taken at S itself are its distances minus 1."""
-    x = image.vertices.ravel()
-    return sum(w * float(np.square(term.residual(x)).sum()) for w, term in _terms(mesh, image, weights))
+    x = gauss_image.vertices.ravel()
+    return sum(w * float(np.square(term.residual(x)).sum()) for w, term in _terms(mesh, gauss_image, weights))
 
 
-def _moved(mesh: Mesh, image: Mesh, weights: tuple[float, ...], damping: float, solve: Callable[..., Mesh]) -> Mesh:
-    x = image.vertices.ravel()
+def _moved(
+    mesh: Mesh, gauss_image: Mesh, weights: tuple[float, ...], damping: float, solve: Callable[..., Mesh]
+) -> Mesh:
+    x = gauss_image.vertices.ravel()
     still = LinearFunctional(csr_array(eye_array(len(x))), np.zeros(len(x)))
-    moves = [(w, LinearFunctional(term.matrix, -term.residual(x))) for w, term in _terms(mesh, image, weights)]
+    moves = [(w, LinearFunctional(term.matrix, -term.residual(x))) for w, term in _terms(mesh, gauss_image, weights)]
     H, g = normal_equations([*moves, (damping, still)])
     return solve(mesh, H, g, start=x)

@@ -16,14 +16,15 @@ from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray
 from geometry.errors import RankError
-from geometry.gauss.approximate_gauss_image import first_objective, gauss_image
+from geometry.gauss.approximate_gauss_image import approximate_pair, first_objective
 from geometry.gauss.nearest_pair import nearest_parallel_pair
+from geometry.gauss.pair import Pair
 from geometry.gauss.refinement import refine_distances
 from geometry.mesh import Mesh
 from geometry.optimise import ConvergenceError, SparseMatrix, apply, factorise
 from geometry.parallel.face_unknowns import FaceUnknowns
 
-__all__ = ["gauss_image_pair"]
+__all__ = ["rounded_mesh_pair"]
 
 ROUNDED = 1e-4
 """Largest move that made faces planar, over the mean edge length, that may be the rounding of a file: four digits an
@@ -49,7 +50,7 @@ SAME = 1e-4
 """Change of S, up to which it is the same at least: a hundredth of a millimetre in a beam."""
 
 
-def gauss_image_pair(
+def rounded_mesh_pair(
     mesh: Mesh,
     moved: float,
     *,
@@ -59,17 +60,17 @@ def gauss_image_pair(
     fairness: float = 0.0,
     rounds: int = 1,
     normals: FloatArray | None = None,
-) -> tuple[Mesh, Mesh]:
-    """M and S of `gauss_image`, M itself unless rounding decides about S: then a mesh next to M which lets S be better.
+) -> Pair:
+    """`approximate_pair` of M itself, unless rounding decides about S: then of a mesh next to M which lets S be better.
 
     moved: how far a vertex moved at most where faces were made planar, in the unit of M. Where that is rounding, up to
-    `ROUNDED` of an edge, M may move as far again, up to `AS_FAR`. Raises as `gauss_image` does, where no such mesh is
-    found either.
+    `ROUNDED` of an edge, M may move as far again, up to `AS_FAR`. Raises as `approximate_pair` does, where no such mesh
+    is found either.
     """
     weights: dict[str, Any] = {"faces": faces, "edges": edges, "vertices": vertices, "fairness": fairness}
-    image, error = None, None
+    as_it_is, error = None, None
     try:
-        image = gauss_image(mesh, rounds=rounds, normals=normals, **weights)
+        as_it_is = approximate_pair(mesh, rounds=rounds, normals=normals, **weights)
     except (RankError, ConvergenceError) as failure:
         error = failure
     rounding = moved / mesh.mean_edge_length
@@ -77,28 +78,29 @@ def gauss_image_pair(
         softly = partial(_softly_parallel, rounding=rounding)
         found = softly(mesh, *first_objective(mesh, normals=normals, **weights))
         found = refine_distances(mesh, found, rounds=rounds - 1, solve=softly, **weights)
-        pair = None if image is not None and _is_same(found, image, rounding) else _made_exact(mesh, found, rounding)
+        is_same = as_it_is is not None and _is_same(found, as_it_is.gauss_image, rounding)
+        pair = None if is_same else _made_exact(mesh, found, rounding)
         if pair is not None:
             return pair
-    if image is None:
+    if as_it_is is None:
         assert error is not None
         raise error
-    return mesh, image
+    return as_it_is
 
 
-def _is_same(found: Mesh, image: Mesh, rounding: float) -> bool:
-    change = float(np.linalg.norm(found.vertices - image.vertices, axis=1).max())
+def _is_same(found: Mesh, gauss_image: Mesh, rounding: float) -> bool:
+    change = float(np.linalg.norm(found.vertices - gauss_image.vertices, axis=1).max())
     return change <= max(SAME, AMPLIFIED * rounding)
 
 
-def _made_exact(mesh: Mesh, found: Mesh, rounding: float) -> tuple[Mesh, Mesh] | None:
+def _made_exact(mesh: Mesh, found: Mesh, rounding: float) -> Pair | None:
     """M' and S', exactly parallel, near to M and an S; None where M' is further from M than rounding explains."""
     try:
         pair = nearest_parallel_pair(mesh, found)
     except ConvergenceError:
         return None
-    move = float(np.linalg.norm(pair[0].vertices - mesh.vertices, axis=1).max()) / mesh.mean_edge_length
-    return pair if move <= AS_FAR * rounding else None
+    of_mesh, _ = pair.moves_from(mesh, found)
+    return pair if of_mesh.max() <= AS_FAR * rounding else None
 
 
 def _softly_parallel(

@@ -8,16 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import FloatArray, floats
-from geometry.errors import GeometryError, MeshError
+from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.gauss.axes import axis_directions
-from geometry.gauss.distances import edge_distances
+from geometry.gauss.pair import Pair
 from geometry.mesh import Mesh
-from geometry.parallel.edge_parallelity import across_directions, check_parallel
+from geometry.parallel.edge_parallelity import across_directions
 
-__all__ = ["PARALLEL_TOLERANCE", "SupportStructure"]
-
-PARALLEL_TOLERANCE = 1e-9
-"""Largest distance that an end of an edge of S may lie off the direction of its edge of M; S has unit size."""
+__all__ = ["SupportStructure"]
 
 LEAST_HEIGHT = 1e-3
 """Least height of a transverse quad over the nominal one: below it the node axis lies in the edge."""
@@ -27,20 +24,25 @@ LEAST_HEIGHT = 1e-3
 class SupportStructure:
     """The quads m_i, m_j, m_j + d s_j, m_i + d s_i over the edges of M [Pottmann2007, 2.1].
 
-    mesh M and gauss_image S are parallel and share their combinatorics; S points outwards; distance d > 0.
-    Raises GeometryError where d is not positive, MeshError where the combinatorics differ, an edge of M has no length
-    or a node axis lies in an edge, and ParallelityError, naming the worst edge, where M and S are not parallel.
+    pair: M and S, which points outwards; distance d > 0. Raises GeometryError where d is not positive, MeshError where
+    a node axis lies in an edge.
     """
 
-    mesh: Mesh
-    gauss_image: Mesh
+    pair: Pair
     distance: float
 
     def __post_init__(self) -> None:
         if not self.distance > 0:
             raise GeometryError(f"the distance between the two meshes is {self.distance:g}, it must be above 0")
-        check_parallel(self.mesh, self.gauss_image, PARALLEL_TOLERANCE, what="the Gauss image")
         self._check_heights()
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.pair.mesh
+
+    @property
+    def gauss_image(self) -> Mesh:
+        return self.pair.gauss_image
 
     @cached_property
     def _transverse(self) -> FloatArray:
@@ -53,10 +55,10 @@ class SupportStructure:
         """(N, 3) unit node axes, outwards; zero for vertices that belong to no edge. [Pottmann2007, Prop. 1]"""
         return axis_directions(self.mesh, self.gauss_image.vertices)
 
-    @cached_property
+    @property
     def heights(self) -> FloatArray:
         """(E,) distance of each edge line of S from the origin; times d, the height of the transverse quad."""
-        return floats(edge_distances(self.mesh, self.gauss_image))
+        return self.pair.edge_distances
 
     @cached_property
     def height_directions(self) -> FloatArray:
@@ -78,7 +80,7 @@ class SupportStructure:
     @cached_property
     def offset_mesh(self) -> Mesh:
         """M + d S."""
-        return self.mesh + self.gauss_image * self.distance
+        return self.pair.offset_mesh(self.distance)
 
     @cached_property
     def quads(self) -> FloatArray:
@@ -88,13 +90,14 @@ class SupportStructure:
         return floats(np.stack([m[i], m[j], outer[j], outer[i]], axis=1))
 
     def _check_heights(self) -> None:
-        edge = int(self.heights.argmin())
-        if self.heights[edge] < LEAST_HEIGHT:
-            raise MeshError(
+        raise_worst(
+            self.heights,
+            ">=",
+            LEAST_HEIGHT,
+            lambda edge, height: (
                 f"the node axes at {self.mesh.combinatorics.edge_name(edge)} lie in the edge: its height is "
-                f"{self.heights[edge]:.1e} of the nominal one, at least {LEAST_HEIGHT:.0e} is needed; "
-                "give more weight to the vertices when computing the Gauss image, or change the mesh there",
-                elements=[edge],
-                value=float(self.heights[edge]),
-                bound=LEAST_HEIGHT,
-            )
+                f"{height:.1e} of the nominal one, at least {LEAST_HEIGHT:.0e} is needed; "
+                "give more weight to the vertices when computing the Gauss image, or change the mesh there"
+            ),
+            error=MeshError,
+        )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats
-from geometry.errors import MeshError
+from geometry.errors import MeshError, raise_worst
 from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.origin import whole_origin
 from geometry.mesh.polygons import best_planes, face_mean_edge_lengths, vector_areas
@@ -127,14 +127,16 @@ class Mesh:
     @cached_property
     def edge_directions(self) -> FloatArray:
         """(E, 3) unit vectors along the edges. Raises MeshError for an edge without length, which has no direction."""
-        shortest = int(self.edge_lengths.argmin())
-        if self.edge_lengths[shortest] == 0:
-            raise MeshError(
-                f"{self.combinatorics.edge_name(shortest)} has no length, so nothing is parallel to it: "
-                "make its two vertices one",
-                elements=[shortest],
-                value=0.0,
-            )
+        raise_worst(
+            self.edge_lengths,
+            ">",
+            0.0,
+            lambda edge, _: (
+                f"{self.combinatorics.edge_name(edge)} has no length, so nothing is parallel to it: "
+                "make its two vertices one"
+            ),
+            error=MeshError,
+        )
         return floats(self.edge_vectors / self.edge_lengths[:, None])
 
     @cached_property

@@ -2,7 +2,8 @@
 
 from geometry.meshing.circular import make_circular
 from geometry.meshing.conical import make_conical
+from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh
 from geometry.meshing.planar import planarise
 
-__all__ = ["OptimisedMesh", "make_circular", "make_conical", "planarise"]
+__all__ = ["Effort", "Guides", "OptimisedMesh", "make_circular", "make_conical", "planarise"]

@@ -2,39 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from geometry.arrays import IntArray, integers
 from geometry.functionals import Circularity
 from geometry.mesh import Combinatorics, Mesh
-from geometry.meshing.guides import Faces, Guides, Indices
+from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh, optimised
 from geometry.meshing.outcome_checks import Aim
-from geometry.surface import Surface
 
 __all__ = ["make_circular"]
 
 
-def make_circular(
-    mesh: Mesh,
-    *,
-    tolerance: float = 1e-12,
-    fairness: float = 0.3,
-    surface: Surface | None = None,
-    fixed: Indices = (),
-    curves: Sequence[Indices] = (),
-    keep_boundary: bool = False,
-    convex: Faces = (),
-    held_steps: int = 8,
-    max_steps: int = 50,
-) -> OptimisedMesh:
-    """Move vertices so that each face is planar and its corners are on a circle, to `tolerance` l.
+def make_circular(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
+    """Move vertices so that each face is planar and its corners are on a circle, to the tolerance in mean edge lengths.
 
-    Both are asked at once, in the way of `planarise`, where all arguments are explained. That takes small moves where
-    edges follow the principal curvature lines of the shape, as those of circular meshes do; elsewhere edges would
-    have to turn far, or collapse, which is refused.
+    Both are asked at once, in the way of `planarise`. That takes small moves where edges follow the principal
+    curvature lines of the shape, as those of circular meshes do; elsewhere edges would have to turn far, or collapse,
+    which is refused.
 
     Raises as `planarise` does, and ConvergenceError where corners are not on circles.
     """
@@ -42,16 +27,14 @@ def make_circular(
     aim = Aim(
         "making the mesh circular",
         "lay the mesh along principal curvature lines",
-        Circularity(c),
-        _faces_of_residuals(c),
-        "face",
-        "is off a circle",
-        "of the mean edge length",
+        held_steps=8,
+        functional=Circularity(c),
+        elements=_faces_of_residuals(c),
+        noun="face",
+        lacks="is off a circle",
+        unit="of the mean edge length",
     )
-    guides = Guides.of(mesh, surface, fixed, curves, keep_boundary, convex)
-    return optimised(
-        mesh, aim, guides, tolerance=tolerance, fairness=fairness, held_steps=held_steps, max_steps=max_steps
-    )
+    return optimised(mesh, aim, guides, effort)
 
 
 def _faces_of_residuals(combinatorics: Combinatorics) -> IntArray:

@@ -2,40 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from geometry.arrays import IntArray, integers
 from geometry.functionals import Conicality, closed_fans
 from geometry.mesh import Combinatorics, Mesh
-from geometry.meshing.guides import Faces, Guides, Indices
+from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh, optimised
 from geometry.meshing.outcome_checks import Aim
-from geometry.surface import Surface
 
 __all__ = ["make_conical"]
 
 
-def make_conical(
-    mesh: Mesh,
-    *,
-    tolerance: float = 1e-12,
-    fairness: float = 0.3,
-    surface: Surface | None = None,
-    fixed: Indices = (),
-    curves: Sequence[Indices] = (),
-    keep_boundary: bool = False,
-    convex: Faces = (),
-    held_steps: int = 8,
-    max_steps: int = 50,
-) -> OptimisedMesh:
+def make_conical(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
     """Move vertices so that each face is planar and the faces at each interior vertex are tangent to a cone.
 
-    Planar to `tolerance` l, conical to `tolerance` radians. Both are asked at once, in the way of `planarise`, where
-    all arguments are explained. That takes small moves where edges follow the principal curvature lines of the
-    shape, as those of conical meshes do [LiuPottmann2006]; elsewhere edges would have to turn far, or collapse, which
-    is refused.
+    Planar to the tolerance in mean edge lengths, conical to the tolerance in radians. Both are asked at once, in the
+    way of `planarise`. That takes small moves where edges follow the principal curvature lines of the shape, as those
+    of conical meshes do [LiuPottmann2006]; elsewhere edges would have to turn far, or collapse, which is refused.
 
     Raises as `planarise` does, and ConvergenceError where faces are not tangent to cones.
     """
@@ -43,16 +27,14 @@ def make_conical(
     aim = Aim(
         "making the mesh conical",
         "lay the mesh along principal curvature lines",
-        Conicality(c),
-        _vertices_of_residuals(c),
-        "vertex",
-        "is not conical",
-        "radians",
+        held_steps=8,
+        functional=Conicality(c),
+        elements=_vertices_of_residuals(c),
+        noun="vertex",
+        lacks="is not conical",
+        unit="radians",
     )
-    guides = Guides.of(mesh, surface, fixed, curves, keep_boundary, convex)
-    return optimised(
-        mesh, aim, guides, tolerance=tolerance, fairness=fairness, held_steps=held_steps, max_steps=max_steps
-    )
+    return optimised(mesh, aim, guides, effort)
 
 
 def _vertices_of_residuals(combinatorics: Combinatorics) -> IntArray:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
-from geometry.errors import GeometryError, MeshError
+from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.mesh import Mesh
 from geometry.surface import Curve, Surface
 
-__all__ = ["Faces", "Guides", "Indices", "in_edge_lengths"]
+__all__ = ["Effort", "Faces", "Guides", "Indices", "MeshGuides", "in_edge_lengths"]
 
 Indices: TypeAlias = "Sequence[int] | IntArray"
 """Vertices or faces by their numbers."""
@@ -29,37 +30,86 @@ def in_edge_lengths(mesh: Mesh) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Guides:
-    """surface: where vertices glide, if any. is_fixed (N,): vertices that stay. curves: each with the vertices that
+    """What guides the vertices of a mesh. Lengths are in mean edge lengths l of the mesh.
+
+    fairness: weight of the strain of edges, see `functionals.fairness.strain`, over that of squared moves. Less of it
+      (0.01) stays closer to the given vertices in the mean, and turns and shortens edges more; with more of it, edges
+      collapse less easily.
+    surface: vertices glide on it: squared distances from it count 10 times as much as squared moves. How far
+      vertices end up from it is part of the result.
+    fixed: vertices that stay, to the last bit.
+    curves: paths of vertices along edges, closed where the first vertex is the last one too. Their vertices
+      slide on the spline through them, see `Curve.through`; ends, corners and crossings stay.
+    keep_boundary: the same for all boundary loops.
+    convex: faces whose corners are to turn to one side, each by `outcome_checks.LEAST_TURN` l or more; or "all".
+
+    Raises GeometryError for what is not a Surface, and a fairness that is negative or not finite.
+    """
+
+    fairness: float = 0.3
+    surface: Surface | None = None
+    fixed: Indices = ()
+    curves: Sequence[Indices] = ()
+    keep_boundary: bool = False
+    convex: Faces = ()
+
+    def __post_init__(self) -> None:
+        _check_number("fairness", self.fairness)
+        if self.surface is not None and not isinstance(self.surface, Surface):
+            raise GeometryError(f"the surface is a {type(self.surface).__name__}: make it one by Surface(mesh)")
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How far to go. Raises GeometryError for numbers that are negative or not finite.
+
+    tolerance: what planes, circles, cones and curves may be missed by, in mean edge lengths or radians.
+    held_steps: Newton steps that pull towards the given vertices. Each later one takes the shortest way to what is
+      asked, as the pull is in the way of quadratic convergence. None: 16 where only planes are asked, else 8.
+    max_steps: Newton steps in all.
+    """
+
+    tolerance: float = 1e-12
+    held_steps: int | None = None
+    max_steps: int = 50
+
+    def __post_init__(self) -> None:
+        _check_number("tolerance", self.tolerance)
+        _check_number("held_steps", 0 if self.held_steps is None else self.held_steps)
+        _check_number("max_steps", self.max_steps)
+
+
+def _check_number(name: str, number: float) -> None:
+    if not 0 <= number < inf:
+        raise GeometryError(f"{name} is {number}: a number from 0 upwards is needed", value=number, bound=0)
+
+
+@dataclass(frozen=True, eq=False)
+class MeshGuides:
+    """Guides as they stand for one mesh.
+
+    surface: where vertices glide, if any. is_fixed (N,): vertices that stay. curves: each with the vertices that
     slide on it, from the centroid of the mesh and in mean edge lengths. convex: faces to be convex.
     """
 
+    fairness: float
     surface: Surface | None
     is_fixed: BoolArray
     curves: tuple[tuple[Curve, IntArray], ...]
     convex: IntArray
 
     @classmethod
-    def of(
-        cls,
-        mesh: Mesh,
-        surface: Surface | None,
-        fixed: Indices,
-        curves: Sequence[Indices],
-        keep_boundary: bool,
-        convex: Faces,
-    ) -> Guides:
-        """Checked. Ends and corners of curves stay, and so do vertices on two curves.
+    def of(cls, mesh: Mesh, guides: Guides) -> MeshGuides:
+        """Ends and corners of curves stay, and so do vertices on two curves.
 
-        Raises MeshError for an edge without length and GeometryError for what is not a Surface, a vertex or face that
-        does not exist, and a curve that does not run along edges or meets itself.
+        Raises MeshError for an edge without length and GeometryError for a vertex or face that does not exist, and a
+        curve that does not run along edges or meets itself.
         """
         _check_edges(mesh)
-        if surface is not None and not isinstance(surface, Surface):
-            raise GeometryError(f"the surface is a {type(surface).__name__}: make it one by Surface(mesh)")
         is_fixed = np.zeros(mesh.n_vertices, dtype=bool)
-        is_fixed[_indices("fixed", fixed, mesh.n_vertices, "vertices")] = True
-        paths = [_path(mesh, number, curve) for number, curve in enumerate(curves)]
-        if keep_boundary:
+        is_fixed[_indices("fixed", guides.fixed, mesh.n_vertices, "vertices")] = True
+        paths = [_path(mesh, number, curve) for number, curve in enumerate(guides.curves)]
+        if guides.keep_boundary:
             paths += [(loop, True) for loop in mesh.combinatorics.boundary_loops]
         positions = in_edge_lengths(mesh)
         made = [(Curve.through(positions[path], closed=closed), path) for path, closed in paths]
@@ -70,9 +120,11 @@ class Guides:
         for curve, path in made:
             is_fixed[path[curve.corners]] = True
             is_fixed[path[:0] if curve.closed else path[[0, -1]]] = True
+        convex = guides.convex
         faces = range(mesh.n_faces) if isinstance(convex, str) and convex == "all" else convex
         return cls(
-            surface,
+            guides.fairness,
+            guides.surface,
             is_fixed,
             tuple((curve, integers(path[~is_fixed[path]])) for curve, path in made),
             _indices("convex", faces, mesh.n_faces, "faces"),
@@ -80,11 +132,13 @@ class Guides:
 
 
 def _check_edges(mesh: Mesh) -> None:
-    if mesh.edge_lengths.min() == 0:
-        edge = int(mesh.edge_lengths.argmin())
-        raise MeshError(
-            f"{mesh.combinatorics.edge_name(edge)} has no length: make its two vertices one", elements=[edge], value=0.0
-        )
+    raise_worst(
+        mesh.edge_lengths,
+        ">",
+        0.0,
+        lambda edge, _: f"{mesh.combinatorics.edge_name(edge)} has no length: make its two vertices one",
+        error=MeshError,
+    )
 
 
 def _indices(name: str, values: Any, count: int, noun: str) -> IntArray:

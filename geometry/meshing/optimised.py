@@ -12,9 +12,9 @@ from geometry.arrays import FloatArray, floats, integers
 from geometry.errors import GeometryError
 from geometry.functionals import Convexity, OnCurve, OnSurface, Planarity, face_deviations, strain
 from geometry.mesh import Mesh
-from geometry.meshing.guides import Guides, in_edge_lengths
+from geometry.meshing.guides import Effort, Guides, MeshGuides, in_edge_lengths
 from geometry.meshing.outcome_checks import LEAST_TURN, Aim, check_fixed_faces, check_outcome
-from geometry.optimise import AffineMap, At, Functional, Reason, Solution, SparseMatrix, Stack, nearest_feasible
+from geometry.optimise import AffineMap, At, Blocks, Functional, Reason, Solution, SparseMatrix, Stack, nearest_feasible
 
 __all__ = ["OptimisedMesh", "optimised"]
 
@@ -62,33 +62,21 @@ def optimised(
     mesh: Mesh,
     aim: Aim,
     guides: Guides,
-    *,
-    tolerance: float,
-    fairness: float,
-    held_steps: int,
-    max_steps: int,
+    effort: Effort,
 ) -> OptimisedMesh:
     """The mesh with planar faces that reaches the aim, near to the one given or on the surface.
 
-    Raises GeometryError for numbers out of range, ConvergenceError where something is off by more than the tolerance,
+    Raises as `MeshGuides.of` does, ConvergenceError where something is off by more than the tolerance,
     and FoldedError where an edge or face folded over on the way.
     """
-    for name, number in [
-        ("tolerance", tolerance),
-        ("fairness", fairness),
-        ("held_steps", held_steps),
-        ("max_steps", max_steps),
-    ]:
-        if not 0 <= number < np.inf:
-            raise GeometryError(f"{name} is {number}: a number from 0 upwards is needed", value=number, bound=0)
-    task = _Task(mesh, aim, guides, fairness)
-    if task.is_done(tolerance):
+    task = _Task(mesh, aim, MeshGuides.of(mesh, guides))
+    if task.is_done(effort.tolerance):
         return task.record(mesh, 0, "nothing was to be done")
-    if guides.is_fixed.any():
-        check_fixed_faces(mesh, guides, tolerance)
-    solution = task.solve(tolerance, held_steps, max_steps)
+    if task.guides.is_fixed.any():
+        check_fixed_faces(mesh, task.guides, effort.tolerance)
+    solution = task.solve(effort)
     result = task.mesh_at(solution.x)
-    check_outcome(mesh, result, aim, guides, solution, tolerance)
+    check_outcome(mesh, result, aim, task.guides, solution, effort.tolerance)
     return task.record(result, solution.steps, solution.reason.value)
 
 
@@ -98,8 +86,7 @@ class _Task:
 
     mesh: Mesh
     aim: Aim
-    guides: Guides
-    fairness: float
+    guides: MeshGuides
 
     @cached_property
     def start(self) -> FloatArray:
@@ -162,9 +149,9 @@ class _Task:
     @cached_property
     def metric(self) -> SparseMatrix:
         """Of moves."""
-        return csr_array(eye_array(len(self.start)) + self.fairness * strain(self.mesh))
+        return csr_array(eye_array(len(self.start)) + self.guides.fairness * strain(self.mesh))
 
-    def solve(self, tolerance: float, held_steps: int, max_steps: int) -> Solution:
+    def solve(self, effort: Effort) -> Solution:
         """By the entries that are free: those of fixed vertices are eliminated. In the solution, x has all of them."""
         fixed = np.repeat(self.guides.is_fixed, 3)
         if fixed.all():
@@ -183,11 +170,11 @@ class _Task:
             wishes=[(weight, of_free(functional)) for weight, functional in self.wishes],
             inequality=of_free(self.turns) if len(self.guides.convex) else None,
             least=LEAST_TURN,
-            tolerance=tolerance / 4,  # a corner's distance is at most its face's residuals' norm
+            tolerance=effort.tolerance / 4,  # a corner's distance is at most its face's residuals' norm
             longest_step=LONGEST_STEP,
-            dimension=3,
-            held_steps=held_steps,
-            max_steps=max_steps,
+            blocks=Blocks({"free vertices": (len(free) // 3, 3)}),
+            held_steps=self.aim.held_steps if effort.held_steps is None else effort.held_steps,
+            max_steps=effort.max_steps,
         )
         return Solution(rest(found.x), found.multipliers, found.violation, found.steps, found.reason)
 

@@ -1,8 +1,9 @@
 """How anything is minimised: arrays, no meshes."""
 
 from geometry.optimise.affine import AffineMap, At
-from geometry.optimise.bounded import distances_from_zero, minimise_bounded
-from geometry.optimise.constrained import ConstrainedQuadratic, minimise_quadratic
+from geometry.optimise.blocks import Blocks
+from geometry.optimise.bounded_quadratic import distances_from_zero, minimise_bounded
+from geometry.optimise.constrained_quadratic import ConstrainedQuadratic, minimise_quadratic
 from geometry.optimise.functional import (
     Functional,
     LinearFunctional,
@@ -13,19 +14,23 @@ from geometry.optimise.functional import (
     normal_equations,
 )
 from geometry.optimise.grounded_laplacian import GroundedLaplacian
+from geometry.optimise.hinge import Hinge
 from geometry.optimise.newton import nearest_feasible
+from geometry.optimise.penalty import minimise_by_penalty
 from geometry.optimise.saddle_point import Factor, factorise
-from geometry.optimise.semidefinite import minimise_semidefinite
+from geometry.optimise.semidefinite_quadratic import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
 
 __all__ = [
     "AffineMap",
     "At",
+    "Blocks",
     "ConstrainedQuadratic",
     "ConvergenceError",
     "Factor",
     "Functional",
     "GroundedLaplacian",
+    "Hinge",
     "LinearFunctional",
     "Reason",
     "Solution",
@@ -36,6 +41,7 @@ __all__ = [
     "factorise",
     "largest",
     "minimise_bounded",
+    "minimise_by_penalty",
     "minimise_quadratic",
     "minimise_semidefinite",
     "nearest_feasible",

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.optimise.bounded import minimise_bounded
-from geometry.optimise.constrained import ConstrainedQuadratic
+from geometry.optimise.blocks import Blocks
+from geometry.optimise.bounded_quadratic import minimise_bounded
+from geometry.optimise.constrained_quadratic import ConstrainedQuadratic
 from geometry.optimise.functional import Functional, LinearFunctional, SparseMatrix, apply, largest, normal_equations
 from geometry.optimise.solution import Reason, Solution
 
@@ -45,7 +46,7 @@ def nearest_feasible(
     least: float = 0.0,
     tolerance: float,
     longest_step: float,
-    dimension: int = 1,
+    blocks: Blocks | None = None,
     held_steps: int,
     max_steps: int,
 ) -> Solution:
@@ -53,13 +54,14 @@ def nearest_feasible(
 
     Near: x - start is short in the metric (n, n), positive definite, and the sum of weight |r(x)|^2 over the wishes is
     small. The first `held_steps` pull towards that; each later one takes the shortest way to c = 0, which is what
-    converges quadratically. With wishes, all held steps are taken, unless they become short. x holds points of
-    so many coordinates each as `dimension` says, so that it does not matter how they are turned: none of them
-    moves by more than `longest_step` in one step, and a step is halved until it lowers an exact penalty function.
+    converges quadratically. With wishes, all held steps are taken, unless they become short. No point of the blocks
+    of x moves by more than `longest_step` in one step, so that it does not matter how they are turned; without blocks,
+    no entry of x. A step is halved until it lowers an exact penalty function.
 
     The multipliers of the solution are those of c, then of the e that held the last step.
     """
-    problem = _Problem(constraint, inequality, least, metric, tuple(wishes), start, longest_step, dimension)
+    blocks = blocks or Blocks({"numbers": (len(start), 1)})
+    problem = _Problem(constraint, inequality, least, metric, tuple(wishes), start, longest_step, blocks)
     here, multipliers, order = problem.state(start), np.zeros(0), None
     settled = not wishes
     for step in range(max_steps + 1):
@@ -78,7 +80,7 @@ def nearest_feasible(
         elif moved is None:
             return Solution(here.x, multipliers, here.violation, step, Reason.STALLED)
         else:
-            settled = settled or problem.length(moved.x - here.x) <= SETTLED * longest_step
+            settled = settled or blocks.longest(moved.x - here.x) <= SETTLED * longest_step
             here = moved
     return Solution(here.x, multipliers, here.violation, max_steps, Reason.STEP_LIMIT)
 
@@ -105,15 +107,11 @@ class _Problem:
     wishes: tuple[tuple[float, Functional], ...]
     start: FloatArray
     longest_step: float
-    dimension: int
+    blocks: Blocks
 
     def state(self, x: FloatArray) -> _State:
         values = np.zeros(0) if self.inequality is None else self.inequality.residual(x) - self.least
         return _State(x, self.constraint.residual(x), np.maximum(-values, 0.0))
-
-    def length(self, move: FloatArray) -> float:
-        """Of the longest move of a point."""
-        return float(np.linalg.norm(move.reshape(-1, self.dimension), axis=1).max())
 
     def newton_step(
         self, here: _State, held: bool, order: IntArray | None
@@ -127,7 +125,7 @@ class _Problem:
         found = quadratic.minimise(g, -here.residual, tolerance=tolerance, max_steps=CORRECTIONS)
         if self.inequality is not None:
             found = self._bounded(found, here.x, H, g, jacobian, -here.residual, tolerance)
-        longest = max(self.longest_step, self.length(found.x))
+        longest = max(self.longest_step, self.blocks.longest(found.x))
         return found.x * (self.longest_step / longest), found, quadratic.elimination
 
     def _model(self, x: FloatArray, held: bool) -> tuple[SparseMatrix, FloatArray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import FloatArray
-from geometry.errors import GeometryError, MeshError, ParallelityError
+from geometry.errors import MeshError, ParallelityError, raise_worst
 from geometry.functionals import face_deviations
 from geometry.mesh import Mesh
 from geometry.mesh.place import cure_of_place
@@ -42,32 +42,29 @@ def across_directions(vectors: FloatArray, directions: FloatArray) -> FloatArray
 
 def check_parallel(mesh: Mesh, other: Mesh, bound: float, *, what: str) -> None:
     """Raise ParallelityError, naming the worst edge, where `parallelity` is above the bound; `what` the other is."""
-    sideways = parallelity(mesh, other)
-    edge = int(sideways.argmax())
-    value = float(sideways[edge])
-    if value > bound:
-        raise ParallelityError(
+    raise_worst(
+        parallelity(mesh, other),
+        "<=",
+        bound,
+        lambda edge, value: (
             f"{mesh.combinatorics.edge_name(edge)} of {what} is off the direction of its mesh edge by "
-            f"{value:.1e}, allowed {bound:.1e}: the two meshes are not parallel",
-            elements=[edge],
-            value=value,
-            bound=bound,
-        )
+            f"{value:.1e}, allowed {bound:.1e}: the two meshes are not parallel"
+        ),
+        error=ParallelityError,
+    )
 
 
 def check_planar(mesh: Mesh) -> None:
     """Raise GeometryError where a face leaves its plane by more than `PLANAR` times the mean edge length."""
-    deviations = face_deviations(mesh)
-    face = int(deviations.argmax())
-    value = float(deviations[face])
-    if value > PLANAR:
-        raise GeometryError(
+    raise_worst(
+        face_deviations(mesh),
+        "<=",
+        PLANAR,
+        lambda face, value: (
             f"face {face} leaves its plane by {value:.1e} of the mean edge length, allowed {PLANAR:.0e}; "
-            f"{' and '.join(filter(None, [cure_of_place(mesh, value), 'planarise the mesh first']))}",
-            elements=[face],
-            value=value,
-            bound=PLANAR,
-        )
+            f"{' and '.join(filter(None, [cure_of_place(mesh, value), 'planarise the mesh first']))}"
+        ),
+    )
 
 
 def _along_and_across(mesh: Mesh, other: Mesh) -> tuple[FloatArray, FloatArray]:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array, vstack
 
 from geometry.arrays import FloatArray
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, raise_worst
 from geometry.mesh import Mesh
 from geometry.optimise import (
     ConvergenceError,
@@ -182,34 +182,32 @@ def _check_fixed(mesh: Mesh, found: Mesh, fixed: Fixed, solution: Solution) -> N
 def _check_bounds(mesh: Mesh, found: Mesh, bounds: FactorBounds, solution: Solution) -> None:
     factors = edge_factors(mesh, found)
     off = np.maximum(factors - bounds.upper, bounds.lower - factors) * mesh.edge_lengths
-    edge = int(off.argmax())
-    value, bound = float(off[edge]), BOUND * largest(found.vertices)
-    if value > bound:
-        raise ConvergenceError(
+    bound = BOUND * largest(found.vertices)
+    raise_worst(
+        off,
+        "<=",
+        bound,
+        lambda edge, value: (
             f"edge {edge} has the factor {factors[edge]}, which is to be from {bounds.lower[edge]} to "
             f"{bounds.upper[edge]}: it is too long or short by {value:.1e}, allowed {bound:.1e}; the solver stopped "
-            f"since {solution.reason.value}: P(M) may be determined by rounding only, look at `spectrum`",
-            solution=solution,
-            elements=[edge],
-            value=value,
-            bound=bound,
-        )
+            f"since {solution.reason.value}: P(M) may be determined by rounding only, look at `spectrum`"
+        ),
+        error=ConvergenceError,
+        solution=solution,
+    )
 
 
 def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> None:
     """Raise ConvergenceError, naming the worst edge, where what has been found is off by more than PARALLEL x size."""
-    sideways = parallelity(mesh, found)
-    edge = int(sideways.argmax())
-    value, bound = float(sideways[edge]), PARALLEL * size
-    if not value <= bound:
+    bound = PARALLEL * size
+
+    def say(edge: int, value: float) -> str:
         cure = "ask for some closeness beside fairness"
         if NOISE * largest(rounding(mesh, found)) > bound:
             cure = f"faces of M leave their planes by {coarseness(mesh):.1e}, planarise the mesh further, at the origin"
-        raise ConvergenceError(
+        return (
             f"{mesh.combinatorics.edge_name(edge)} is off the direction of its edge of M by {value:.1e}, allowed "
-            f"{bound:.1e}: the solver stopped since {solution.reason.value}; {cure}",
-            solution=solution,
-            elements=[edge],
-            value=value,
-            bound=bound,
+            f"{bound:.1e}: the solver stopped since {solution.reason.value}; {cure}"
         )
+
+    raise_worst(parallelity(mesh, found), "<=", bound, say, error=ConvergenceError, solution=solution)

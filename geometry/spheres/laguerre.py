@@ -1,7 +1,7 @@
 """Laguerre transformations, and what they do to meshes with exact offsets [Pottmann2007, 3.3, Prop. 4].
 
-Oriented spheres are points x = (m, r) of R^4, and a transformation is x -> A x + a with A^T J A = J. A pair of parallel
-meshes M, S is a line (m_i - r s_i, r) of spheres for each vertex (see vertex_cones.py); the lines of two neighbours lie
+Oriented spheres are points x = (m, r) of R^4, and a transformation is x -> A x + a with A^T J A = J. A pair M, S of
+meshes is a line (m_i - r s_i, r) of spheres for each vertex (see `oriented_cones`); the lines of two neighbours lie
 in a plane, because m_i - m_j is parallel to s_i - s_j. Linear maps keep lines, and lines in planes, so the images
 belong to a pair M', S' again: r = 0 cuts out M', and S' is the image of S by the Moebius transformation with the
 matrix J A J. That keeps the unit sphere, so S' touches it with its edges, faces or vertices as S does: edge offset
@@ -17,11 +17,6 @@ from typing import Any
 import numpy as np
 
 from geometry.arrays import FloatArray
-from geometry.errors import GeometryError
-from geometry.gauss import DISTANCE_TOLERANCE, edge_distances, face_distances, vertex_distances
-from geometry.gauss.support_structure import PARALLEL_TOLERANCE
-from geometry.mesh import Mesh
-from geometry.parallel.edge_parallelity import check_parallel
 from geometry.spheres import lorentz
 from geometry.spheres.lorentz import FORM, array_of
 from geometry.spheres.moebius import MoebiusTransformation, checked_planes
@@ -121,52 +116,15 @@ class LaguerreTransformation:
 
         Raises GeometryError, naming the cone, where it opens to a cylinder or beyond.
         """
-        apices, poles = self._map_lines(cones.apices, cones.poles, "cone")
+        apices, poles = self.map_lines(cones.apices, cones.poles, what="cone")
         return VertexCones(apices, poles)
 
-    def map_mesh(self, mesh: Mesh, gauss_image: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> tuple[Mesh, Mesh]:
-        """M', S' from a mesh M and its exact Gauss image S of any kind; S' is of the same kind [Pottmann2007, Prop. 4].
+    def map_lines(self, apices: FloatArray, poles: FloatArray, *, what: str = "line") -> tuple[FloatArray, FloatArray]:
+        """(k, 3) apices m and (k, 3) poles s of the images of the lines (m - r s, r) of spheres: where the image of
+        (m, 0) slides to radius 0.
 
-        The edges, the faces or the vertices of S have distance 1 from the origin up to `tolerance`. For other parallel
-        M, S give a larger one: M' and S' are parallel and planar all the same, but the distances change.
-        M + d S goes to M' + d (c S' + u), with u and c the last column of A.
-        Where the matrix has a negative determinant, the faces of both meshes are turned over, for their outside is
-        where S' points; their edges are numbered anew then.
-
-        Raises ParallelityError where M and S are not parallel; GeometryError where S is of no kind, naming the worst
-        element of the nearest; and where a vertex of S' goes to infinity or through it, naming the vertex. Raises
-        MeshError for other combinatorics and for an edge of M without length.
+        Raises GeometryError, naming the line (`what` they are), where its pole goes to infinity or through it.
         """
-        check_parallel(mesh, gauss_image, PARALLEL_TOLERANCE, what="the Gauss image")
-        _check_kind(mesh, gauss_image, tolerance)
-        apices, poles = self._map_lines(mesh.vertices, gauss_image.vertices, "vertex")
-        c = mesh.combinatorics.reversed() if self.gauss_map.reverses_orientation else mesh.combinatorics
-        return Mesh(apices, c), Mesh(poles, c)
-
-    def _map_lines(self, apices: FloatArray, poles: FloatArray, what: str) -> tuple[FloatArray, FloatArray]:
-        """Apices and poles of the images of the lines (m - r s, r): where the image of (m, 0) slides to radius 0."""
         moved = self.gauss_map.map_points(poles, what=what)
         spheres = apices @ self.matrix[:, :3].T + self.shift
         return spheres[:, :3] + spheres[:, 3:] * moved, moved
-
-
-def _check_kind(mesh: Mesh, gauss_image: Mesh, tolerance: float) -> None:
-    used = mesh.combinatorics.is_used
-    kinds = {
-        "edges": np.abs(edge_distances(mesh, gauss_image) - 1),
-        "faces": np.abs(np.abs(face_distances(mesh, gauss_image)) - 1),  # faces of M may be reversed
-        "vertices": np.where(used, np.abs(vertex_distances(gauss_image) - 1), 0.0),
-    }
-    kind = min(kinds, key=lambda name: float(kinds[name].max()))
-    element = int(kinds[kind].argmax())
-    value = float(kinds[kind][element])
-    if not value <= tolerance:
-        one = {"faces": "face", "vertices": "vertex"}
-        name = mesh.combinatorics.edge_name(element) if kind == "edges" else f"{one[kind]} {element}"
-        raise GeometryError(
-            f"the Gauss image is of no exact kind: it is nearest to having all {kind} at distance 1 from the origin, "
-            f"but {name} is {value:.1e} off, allowed {tolerance:.0e}; take an exact Gauss image, or allow for more",
-            elements=[element],
-            value=value,
-            bound=tolerance,
-        )

@@ -11,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
-from geometry.errors import GeometryError, MeshError
+from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.polygons import face_centroids
 
@@ -183,18 +183,16 @@ class Surface:
         faces = self._pieces[1]
         upright = np.einsum("ti,ti->t", self._areas, self.mesh.face_normals[faces]) / 2
         relative = upright / np.maximum(self._sizes, np.finfo(float).tiny) ** 2
-        worst = int(relative.argmin())
-        if not relative[worst] > LEAST_AREA:
-            face = int(faces[worst])
+
+        def say(face: int, value: float) -> str:
             larger = self.mesh.combinatorics.face_sizes[face] > 3
             what = "cannot be cut into triangles about its centroid" if larger else "has no area"
-            raise MeshError(
-                f"face {face} {what}: a triangle of it has {relative[worst]:.1e} times the square of its longest edge, "
-                f"more than {LEAST_AREA:.0e} is needed; {'cut the face into triangles' if larger else 'remove it'}",
-                elements=[face],
-                value=float(relative[worst]),
-                bound=LEAST_AREA,
+            return (
+                f"face {face} {what}: a triangle of it has {value:.1e} times the square of its longest edge, "
+                f"more than {LEAST_AREA:.0e} is needed; {'cut the face into triangles' if larger else 'remove it'}"
             )
+
+        raise_worst(relative, ">", LEAST_AREA, say, elements=faces, error=MeshError)
 
 
 def _along(vectors: FloatArray, directions: FloatArray) -> FloatArray:

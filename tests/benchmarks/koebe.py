@@ -61,7 +61,7 @@ def alone(kind: str, size: int) -> str:
     S = making.koebe(c)
     total = time.perf_counter() - start
     times = [f"{sum(spent[stage]):.2f}" for stage in STAGES]
-    reached = [np.abs(edge_distances(S.mesh, S.mesh) - 1).max(), S.mesh.planarity.max()]
+    reached = [np.abs(edge_distances(S.mesh) - 1).max(), S.mesh.planarity.max()]
     centre = np.linalg.norm(S.tangency_points.mean(axis=0))
     (peak,) = (line.split()[1] for line in Path("/proc/self/status").read_text().splitlines() if line[:6] == "VmHWM:")
     accuracies = [f"{value:.0e}" for value in (*reached, centre)]

@@ -20,11 +20,11 @@ from numerics import table
 from rich.console import Console
 
 from geometry.errors import GeometryError
-from geometry.gauss import edge_distances, gauss_image
+from geometry.gauss import approximate_pair
 from geometry.layout import LaidMesh, lay_quads
 from geometry.layout.quality import corner_angles
 from geometry.mesh import Mesh
-from geometry.meshing import OptimisedMesh, planarise
+from geometry.meshing import Guides, OptimisedMesh, planarise
 from geometry.surface import Surface, refined
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
@@ -42,7 +42,7 @@ def surfaces() -> dict[str, Surface]:
 
 def planar(laid: LaidMesh, smooth: Surface) -> OptimisedMesh:
     """The one place where a laid mesh is planarised."""
-    return planarise(laid.mesh, surface=smooth, fairness=0.3)
+    return planarise(laid.mesh, Guides(surface=smooth))
 
 
 def marked(text: str, value: float, low: float, high: float) -> str:
@@ -93,13 +93,13 @@ def row(name: str, surface: Surface, n_faces: int) -> tuple[list[str], list[floa
 
 def gauss(mesh: Mesh, smooth: Surface) -> tuple[str, str]:
     try:
-        image = gauss_image(mesh)
+        pair = approximate_pair(mesh)
     except GeometryError:
         return "-", "-"
-    directions = image.vertices / np.linalg.norm(image.vertices, axis=1, keepdims=True)
+    directions = pair.gauss_image.vertices / np.linalg.norm(pair.gauss_image.vertices, axis=1, keepdims=True)
     cosines = np.abs(np.einsum("ni,ni->n", directions, smooth.closest(mesh.vertices)[1]))
     lean = np.degrees(np.arccos(np.clip(cosines, 0, 1)))
-    heights = np.quantile(edge_distances(mesh, image), [0.05, 0.95])
+    heights = np.quantile(pair.edge_distances, [0.05, 0.95])
     return f"{np.quantile(lean, 0.95):.0f}", f"{heights[0]:.3f} {heights[1]:.3f}"
 
 

@@ -13,14 +13,15 @@ from typing import Literal
 
 import numpy as np
 
-from fabkit.parts import Frame, Material, Panel, Solid, prism_topology, prism_vertices
+from fabkit.kinds import PANEL, PanelDetails
+from fabkit.parts import Frame, Material, Part, Parts, Solid, prism_topology, prism_vertices
 from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
 
 GLASS = Material("glass", 2500.0)
 
 
-def random_panels(n: int, n_corners: int = 4, seed: int = 0) -> list[Panel]:
+def random_panels(n: int, n_corners: int = 4, seed: int = 0) -> Parts[PanelDetails]:
     """n polygons about 1400 mm across, no two alike."""
     rng = np.random.default_rng(seed)
     around = 2 * np.pi * (np.arange(n_corners) + 0.5) / n_corners
@@ -28,19 +29,19 @@ def random_panels(n: int, n_corners: int = 4, seed: int = 0) -> list[Panel]:
     if n_corners > 4:
         regular /= 1.6
     outlines = regular + rng.normal(0.0, 120.0, (n, n_corners, 2))
-    return [_panel(f"P{k + 1}", outline) for k, outline in enumerate(outlines)]
+    return Parts.of(PANEL, [_panel(f"P{k + 1}", outline) for k, outline in enumerate(outlines)])
 
 
-def _panel(mark: str, outline: np.ndarray) -> Panel:
+def _panel(mark: str, outline: np.ndarray) -> Part:
     n = len(outline)
     edges = np.roll(outline, -1, axis=0) - outline
     solid = Solid(prism_vertices(outline, 0.0, 8.0), prism_topology(n))
-    return Panel(
-        mark=mark, solid=solid, placement=Frame.world(), material=GLASS, element=0, outline=outline,
+    details = PanelDetails(
         thickness_mm=8.0, lift_mm=0.0, area_mm2=solid.volume_mm3 / 8.0,
         edge_lengths_mm=tuple(np.linalg.norm(edges, axis=1)), corner_angles_deg=(0.0,) * n,
         dihedrals_deg=(0.0,) * n, beams=(0,) * n, neighbours=(-1,) * n,
     )  # fmt: skip
+    return Part(kind=PANEL, mark=mark, solid=solid, placement=Frame.world(), material=GLASS, element=0, details=details)
 
 
 def main(seconds: float = 10.0) -> None:
@@ -51,7 +52,7 @@ def main(seconds: float = 10.0) -> None:
     for n_corners in (4, 6, 3):
         for n in (100, 1000):
             panels = random_panels(n, n_corners)
-            bound = math.ceil(sum(panel.area_mm2 for panel in panels) / inside)
+            bound = math.ceil(panels.details.area_mm2.sum() / inside)
             for mode in modes:
                 start = time.perf_counter()
                 nest = nest_panels(panels, sheet, gap_mm=10, border_mm=15, mode=mode, seconds=seconds)

@@ -18,8 +18,9 @@ from rich.table import Table
 
 from geometry.errors import GeometryError
 from geometry.files import read_mesh
-from geometry.gauss.approximate_gauss_image import gauss_image
-from geometry.gauss.distances import circularity, conicality, edge_axis_twist, edge_distances, vertex_distances
+from geometry.gauss import Pair
+from geometry.gauss.approximate_gauss_image import approximate_pair
+from geometry.gauss.distances import circularity, conicality, edge_axis_twist, vertex_distances
 from geometry.mesh import Combinatorics, Mesh, shapes
 from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
 from geometry.parallel.edge_parallelity import parallelity
@@ -95,8 +96,10 @@ def principal_row(name: str, mesh: Mesh, make: Callable[[Mesh], OptimisedMesh]) 
 
 
 def gauss_row(name: str, mesh: Mesh) -> list[str]:
-    image, milliseconds = timed(lambda: gauss_image(fresh(mesh)), repeats=3 if mesh.n_vertices < 50_000 else 1)
-    heights = np.percentile(edge_distances(mesh, image), [0, 5, 50, 95, 100])
+    image, milliseconds = timed(
+        lambda: approximate_pair(fresh(mesh)).gauss_image, repeats=3 if mesh.n_vertices < 50_000 else 1
+    )
+    heights = np.percentile(Pair(mesh, image).edge_distances, [0, 5, 50, 95, 100])
     radii = vertex_distances(image)
     return [
         name,

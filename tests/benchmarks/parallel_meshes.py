@@ -18,7 +18,7 @@ from numerics import fresh, smooth, table, timed
 from rich.console import Console
 
 from geometry.arrays import FloatArray
-from geometry.gauss import gauss_image
+from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.parallel import ParallelSpace, parallelity
 
@@ -71,7 +71,7 @@ def gauss_image_alone(n_faces: int) -> str:
     """Faces, seconds, largest deviation from parallel and peak memory in GB of this process, as text."""
     mesh = fresh(smooth((round(n_faces**0.5) + 1) ** 2))
     started = time.perf_counter()
-    image = gauss_image(mesh)
+    image = approximate_pair(mesh).gauss_image
     seconds = time.perf_counter() - started
     (peak,) = (line.split()[1] for line in Path("/proc/self/status").read_text().splitlines() if line[:6] == "VmHWM:")
     return f"{mesh.n_faces} {seconds:.2f} {parallelity(mesh, image).max():.1e} {int(peak) / 1e6:.2f}"

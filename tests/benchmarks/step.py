@@ -21,25 +21,31 @@ from rich.table import Table
 
 from fabkit.formats.kernels import to_build123d
 from fabkit.formats.step.files import stream_step
-from fabkit.parts import Assembly, Frame, Material, Node, Part, Solid, prism_topology, prism_vertices
+from fabkit.kinds import NODE, NodeDetails
+from fabkit.parts import Assembly, Material, Parts, Ragged, Solids
 
 STEEL = Material("S355", 7850.0)
 
 
-def prism_parts(corners: tuple[int, ...], n_parts: int) -> Iterator[Part]:
-    """Prisms over polygons with these numbers of corners in turn, turned and placed at random."""
+def prism_parts(corners: tuple[int, ...], n_parts: int, at_once: int = 1000) -> Iterator[Parts[NodeDetails]]:
+    """Prisms over polygons with these numbers of corners in turn, turned and placed at random, some at a time."""
     rng = np.random.default_rng(0)
-    for n in range(n_parts):
-        k = corners[n % len(corners)]
-        angles = 2 * np.pi * np.arange(k) / k
-        radii = rng.uniform(300, 700, k)
-        outline = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
-        axes, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-        yield Node(
-            mark=f"N{n}", solid=Solid(prism_vertices(outline, 0.0, rng.uniform(8, 1500)), prism_topology(k)),
-            placement=Frame(rng.uniform(-1e4, 1e4, 3), axes * np.linalg.det(axes)), material=STEEL, element=n,
-            beams=(), azimuths_deg=(), inclinations_deg=(), setbacks_mm=(), height_mm=0.0,
-            top_spread_mm=0.0, axis_spread_mm=0.0,
+    for first in range(0, n_parts, at_once):
+        numbers = np.arange(first, min(first + at_once, n_parts))
+        outlines, axes = [], []
+        for n in numbers.tolist():
+            k = corners[n % len(corners)]
+            angles = 2 * np.pi * np.arange(k) / k
+            radii = rng.uniform(300, 700, k)
+            outlines.append(np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1))
+            turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+            axes.append(turn * np.linalg.det(turn))
+        count = len(numbers)
+        around = Ragged(np.zeros(0), np.zeros(count + 1, dtype=np.int64))
+        yield Parts.each_its_own(
+            NODE, numbers, Solids.prisms(Ragged.of(outlines, shape=(2,)), np.zeros(count), rng.uniform(8, 1500, count)),
+            origins=rng.uniform(-1e4, 1e4, (count, 3)), axes=np.array(axes), material=STEEL,
+            details=NodeDetails(around, around, around, around, *np.zeros((3, count))),
         )  # fmt: skip
 
 
@@ -57,22 +63,22 @@ def seconds(write: Callable[[], None], runs: int) -> float:
 
 
 def speed(table: Table, kind: str, corners: tuple[int, ...], n_parts: int, folder: Path) -> None:
-    parts, path = list(prism_parts(corners, n_parts)), folder / "model.step"
-    spent = seconds(lambda: stream_step(path, kind, parts), runs=5)
+    (parts,), path = prism_parts(corners, n_parts, n_parts), folder / "model.step"
+    spent = seconds(lambda: stream_step(path, kind, [parts]), runs=5)
     row = [kind, f"{n_parts}", f"{n_parts / spent:.0f}", f"{path.stat().st_size / n_parts / 1000:.1f}"]
     if find_spec("build123d"):
         import build123d
 
-        few = [part for part in parts[:300] if isinstance(part, Node)]
-        compound = to_build123d(Assembly(kind, (), tuple(few), ()))
-        ours = seconds(lambda: stream_step(path, kind, few), runs=9)
+        few = parts[:300]
+        compound = to_build123d(Assembly(kind, (few,)))
+        ours = seconds(lambda: stream_step(path, kind, [few]), runs=9)
         theirs = seconds(lambda: build123d.export_step(compound, path), runs=3)
         row += [f"{len(few) / theirs:.0f}", f"{path.stat().st_size / len(few) / 1000:.1f}", f"{theirs / ours:.0f}"]
     table.add_row(*row)
 
 
 def memory(n_parts: int, folder: Path) -> float:
-    """Largest memory in MB while parts are made and written one after the other."""
+    """Largest memory in MB while parts are made and written a thousand at a time."""
     tracemalloc.start()
     stream_step(folder / "model.step", "many", prism_parts((4,), n_parts))
     peak = tracemalloc.get_traced_memory()[1]

@@ -17,6 +17,8 @@ from geometry.mesh import Mesh
 
 __all__ = ["Copy", "assert_same", "copy_of", "made_of", "piece"]
 
+from tests.fabkit.assemblies import by_name
+
 MEAN_EDGE_MM = 1000.0
 
 SOLVED_MM = 3e-8
@@ -53,7 +55,7 @@ def copy_of(
         vertices, faces = rng.permutation(mesh.n_vertices), rng.permutation(mesh.n_faces)
     positions = np.empty_like(mesh.vertices)
     positions[vertices] = scale * mesh.vertices @ rotation.T + move
-    corners: list[list[int]] = [[]] * mesh.n_faces
+    corners: list[list[int]] = [[] for _ in range(mesh.n_faces)]
     for face, ring in enumerate(mesh.combinatorics.faces()):
         start = int(rng.integers(len(ring))) if renumbered else 0
         corners[faces[face]] = vertices[ring[start:] + ring[:start]].tolist()
@@ -83,8 +85,8 @@ def assert_same(before: Built, after: Built, copy: Copy, *, shared_mm: float = 0
     within = max(SOLVED_MM, FEW_HUNDRED * coarse_mm)
     assert abs(after.summary.scale_mm * copy.scale / before.summary.scale_mm - 1) < within / MEAN_EDGE_MM
     move_mm = copy.move * after.summary.scale_mm
-    for kind, group in before.assembly.groups().items():
-        theirs = {_element(part, after): part for part in after.assembly.groups()[kind]}
+    for kind, group in by_name(before.assembly).items():
+        theirs = {_element(part, after): part for part in by_name(after.assembly)[kind]}
         renamed: dict[str, str] = {}
         assert len(theirs) == len(group)
         for part in group:
@@ -108,9 +110,9 @@ def _corners(part: Part, built: Built) -> FloatArray:
 def _element(part: Part, built: Built) -> frozenset[int]:
     """The vertices that a part stands for."""
     c = built.structure.mesh.combinatorics
-    if part.kind == "node":
+    if part.kind.name == "node":
         return frozenset([part.element])
-    return frozenset((c.edges[part.element] if part.kind == "beam" else c.face(part.element)).tolist())
+    return frozenset((c.edges[part.element] if part.kind.name == "beam" else c.face(part.element)).tolist())
 
 
 def _renumbered(part: Part, built: Built, copy: Copy) -> frozenset[int]:

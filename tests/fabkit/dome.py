@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from fabkit.kinds import BEAM, NODE, PANEL, BeamDetails, NodeDetails, PanelDetails
 from fabkit.parts import (
     Assembly,
-    Beam,
     Frame,
     Material,
-    Node,
-    Panel,
+    Part,
     Section,
     Solid,
     prism_topology,
     prism_vertices,
 )
 from geometry.arrays import FloatArray, IntArray
+from tests.fabkit.assemblies import assembled
 
 __all__ = ["CENTRE", "LIFT", "dome"]
 
@@ -46,7 +46,7 @@ def unit(vector: FloatArray) -> FloatArray:
     return vector / length
 
 
-def make_beam(edge: int, ends: IntArray, points: FloatArray, axes: FloatArray) -> tuple[Beam, FloatArray]:
+def make_beam(edge: int, ends: IntArray, points: FloatArray, axes: FloatArray) -> tuple[Part, FloatArray]:
     """The beam, and the levels of its ends' corners along the axes of its two nodes (2, 2)."""
     start, end = points[ends]
     t = unit(end - start)
@@ -58,20 +58,23 @@ def make_beam(edge: int, ends: IntArray, points: FloatArray, axes: FloatArray) -
     x = np.stack([reach[0] + slope[0] * levels, length - reach[1] + slope[1] * levels])
     side = np.array([[x[0, 0], 0.0], [x[0, 1], -HEIGHT], [x[1, 1], -HEIGHT], [x[1, 0], 0.0]]) - [x[0, 0], 0.0]
     prism = prism_vertices(side, -WIDTH / 2, WIDTH / 2)
-    beam = Beam(
+    beam = Part(
+        kind=BEAM,
         mark=f"B{edge}",
         solid=Solid(prism[:, [0, 2, 1]] * [1.0, -1.0, 1.0], prism_topology(4)),
         placement=Frame(start + x[0, 0] * t, np.stack([t, np.cross(u, t), u])),
         material=STEEL,
         element=edge,
-        nodes=(int(ends[0]), int(ends[1])),
-        section=Section(WIDTH, HEIGHT),
-        cut_angles_deg=(0.0, 0.0),
-        long_point_mm=float(np.ptp(x)),
-        short_point_mm=float(np.ptp(x)),
-        dihedral_deg=0.0,
-        height_deviation_mm=0.0,
-        twist_deg=0.0,
+        details=BeamDetails(
+            nodes=(int(ends[0]), int(ends[1])),
+            section=Section(WIDTH, HEIGHT),
+            cut_angles_deg=(0.0, 0.0),
+            long_point_mm=float(np.ptp(x)),
+            short_point_mm=float(np.ptp(x)),
+            dihedral_deg=0.0,
+            height_deviation_mm=0.0,
+            twist_deg=0.0,
+        ),
     )
     from_nodes = np.stack([x[0], x[1] - length])
     along = axes[ends]
@@ -86,7 +89,7 @@ def make_node(
     axis: FloatArray,
     levels: FloatArray,
     notched: bool,
-) -> Node:
+) -> Part:
     """With notches between the facets, or convex."""
     x = unit(towards[0] - towards[0] @ axis * axis)
     frame = Frame(point, np.stack([x, np.cross(axis, x), axis]))
@@ -100,43 +103,48 @@ def make_node(
         gap = azimuths[order[(k + 1) % len(order)]] - azimuth
         if notched and 0 < gap < 2:
             outline.append(WIDTH * 0.75 * np.array([np.cos(azimuth + gap / 2), np.sin(azimuth + gap / 2)]))
-    return Node(
+    return Part(
+        kind=NODE,
         mark=f"N{vertex}",
         solid=Solid(prism_vertices(np.array(outline), levels.min(), levels.max()), prism_topology(len(outline))),
         placement=frame,
         material=STEEL,
         element=vertex,
-        beams=tuple(edges[k] for k in order),
-        azimuths_deg=tuple(np.degrees(azimuths[order]).tolist()),
-        inclinations_deg=(0.0,) * len(edges),
-        setbacks_mm=(SETBACK,) * len(edges),
-        height_mm=float(np.ptp(levels)),
-        top_spread_mm=0.0,
-        axis_spread_mm=0.0,
+        details=NodeDetails(
+            beams=tuple(edges[k] for k in order),
+            azimuths_deg=tuple(np.degrees(azimuths[order]).tolist()),
+            inclinations_deg=(0.0,) * len(edges),
+            setbacks_mm=(SETBACK,) * len(edges),
+            height_mm=float(np.ptp(levels)),
+            top_spread_mm=0.0,
+            axis_spread_mm=0.0,
+        ),
     )
 
 
-def make_panel(face: int, corners: FloatArray, beams: tuple[int, ...]) -> Panel:
+def make_panel(face: int, corners: FloatArray, beams: tuple[int, ...]) -> Part:
     centre = corners.mean(axis=0)
     z = unit(np.cross(corners[2] - corners[0], corners[3] - corners[1]))
     x = unit(corners[1] - corners[0])
     frame = Frame(centre + LIFT * z, np.stack([x, np.cross(z, x), z]))
     outline = (0.98 * (corners - centre) @ frame.axes.T)[:, :2]
-    return Panel(
+    return Part(
+        kind=PANEL,
         mark=f"P{face}",
         solid=Solid(prism_vertices(outline, 0.0, THICKNESS), prism_topology(4)),
         placement=frame,
         material=GLASS,
         element=face,
-        outline=outline,
-        thickness_mm=THICKNESS,
-        lift_mm=LIFT,
-        area_mm2=0.0,
-        edge_lengths_mm=(0.0,) * 4,
-        corner_angles_deg=(0.0,) * 4,
-        dihedrals_deg=(0.0,) * 4,
-        beams=beams,
-        neighbours=(-1,) * 4,
+        details=PanelDetails(
+            thickness_mm=THICKNESS,
+            lift_mm=LIFT,
+            area_mm2=0.0,
+            edge_lengths_mm=(0.0,) * 4,
+            corner_angles_deg=(0.0,) * 4,
+            dihedrals_deg=(0.0,) * 4,
+            beams=beams,
+            neighbours=(-1,) * 4,
+        ),
     )
 
 
@@ -158,4 +166,4 @@ def dome(n: int = 2, *, cell: float = 1500.0, notched: bool = False) -> Assembly
     number = {frozenset(ends): edge for edge, ends in enumerate(edges.tolist())}
     around_faces = [[number[frozenset((c[k], c[k - 3]))] for k in range(4)] for c in faces.tolist()]
     panels = tuple(make_panel(face, points[corners], tuple(around_faces[face])) for face, corners in enumerate(faces))
-    return Assembly("dome", tuple(beam for beam, _ in made), tuple(nodes), panels)
+    return assembled("dome", tuple(beam for beam, _ in made), tuple(nodes), panels)

@@ -8,14 +8,13 @@ from functools import partial
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from fabkit.kinds import BEAM, NODE, PANEL, BeamDetails, NodeDetails, PanelDetails
 from fabkit.parts import (
     Assembly,
-    Beam,
     Frame,
     LeftOut,
     Material,
-    Node,
-    Panel,
+    Part,
     Section,
     Solid,
     prism_topology,
@@ -23,6 +22,7 @@ from fabkit.parts import (
 )
 from fabkit.production.summary import GivenGaussImage, Summary
 from geometry.arrays import FloatArray, IntArray
+from tests.fabkit.assemblies import assembled
 
 __all__ = ["gridshell", "gridshell_summary"]
 
@@ -69,7 +69,7 @@ def net(nx: int, ny: int, cell: float) -> tuple[FloatArray, FloatArray, IntArray
     return vertices, normals, np.concatenate([along, across]), faces
 
 
-def beam(vertices: FloatArray, normals: FloatArray, marks: Marks, edge: int, ends: IntArray) -> Beam:
+def beam(vertices: FloatArray, normals: FloatArray, marks: Marks, edge: int, ends: IntArray) -> Part:
     start, end = vertices[ends]
     t = unit(end - start)
     axes = normals[ends]
@@ -83,24 +83,27 @@ def beam(vertices: FloatArray, normals: FloatArray, marks: Marks, edge: int, end
     mark, solid = marks.of(raised @ np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]]))
     cuts = np.degrees(np.arctan(slopes)) * [-1, 1]
     top, low = span - 2 * SETBACK, float(bottom[1] - bottom[0])
-    return Beam(
+    return Part(
+        kind=BEAM,
         mark=mark,
         solid=solid,
         placement=Frame(start + SETBACK * t, np.stack([t, np.cross(u, t), u])),
         material=STEEL,
         element=edge,
-        nodes=(int(ends[0]), int(ends[1])),
-        section=SECTION,
-        cut_angles_deg=(float(cuts[0]), float(cuts[1])),
-        long_point_mm=max(top, low),
-        short_point_mm=min(top, low),
-        dihedral_deg=float(np.degrees(np.arccos(np.clip(axes[0] @ axes[1], -1, 1)))),
-        height_deviation_mm=height * (float(np.mean(axes @ u)) - 1),
-        twist_deg=0.0,
+        details=BeamDetails(
+            nodes=(int(ends[0]), int(ends[1])),
+            section=SECTION,
+            cut_angles_deg=(float(cuts[0]), float(cuts[1])),
+            long_point_mm=max(top, low),
+            short_point_mm=min(top, low),
+            dihedral_deg=float(np.degrees(np.arccos(np.clip(axes[0] @ axes[1], -1, 1)))),
+            height_deviation_mm=height * (float(np.mean(axes @ u)) - 1),
+            twist_deg=0.0,
+        ),
     )
 
 
-def node(vertices: FloatArray, normals: FloatArray, marks: Marks, vertex: int, edges: dict[int, int]) -> Node:
+def node(vertices: FloatArray, normals: FloatArray, marks: Marks, vertex: int, edges: dict[int, int]) -> Part:
     """edges: neighbouring vertex -> edge."""
     axis = normals[vertex]
     towards = {n: unit(vertices[n] - vertices[vertex]) for n in edges}
@@ -118,23 +121,26 @@ def node(vertices: FloatArray, normals: FloatArray, marks: Marks, vertex: int, e
     outline = np.roll(outline, -int(np.lexsort((outline[:, 1], -outline[:, 0]))[0]), axis=0)
     inclinations = [float(np.degrees(np.arcsin(towards[n] @ axis))) for n in order]
     mark, solid = marks.of(prism_vertices(outline, -SECTION.height_mm - 5.0, 5.0))
-    return Node(
+    return Part(
+        kind=NODE,
         mark=mark,
         solid=solid,
         placement=frame,
         material=STEEL,
         element=vertex,
-        beams=tuple(edges[n] for n in order),
-        azimuths_deg=tuple(float(np.degrees(azimuths[n])) for n in order),
-        inclinations_deg=tuple(inclinations),
-        setbacks_mm=(SETBACK,) * len(order),
-        height_mm=SECTION.height_mm + 10.0,
-        axis_spread_mm=SECTION.height_mm * float(np.ptp(1 / np.cos(np.radians(inclinations)))),
-        top_spread_mm=SETBACK * float(np.ptp(np.sin(np.radians(inclinations)))),
+        details=NodeDetails(
+            beams=tuple(edges[n] for n in order),
+            azimuths_deg=tuple(float(np.degrees(azimuths[n])) for n in order),
+            inclinations_deg=tuple(inclinations),
+            setbacks_mm=(SETBACK,) * len(order),
+            height_mm=SECTION.height_mm + 10.0,
+            axis_spread_mm=SECTION.height_mm * float(np.ptp(1 / np.cos(np.radians(inclinations)))),
+            top_spread_mm=SETBACK * float(np.ptp(np.sin(np.radians(inclinations)))),
+        ),
     )
 
 
-def panel(vertices: FloatArray, marks: Marks, face: int, corners: IntArray, edges: Sequence[int]) -> Panel:
+def panel(vertices: FloatArray, marks: Marks, face: int, corners: IntArray, edges: Sequence[int]) -> Part:
     ring = vertices[corners]
     centre = ring.mean(axis=0)
     inset = centre + (ring - centre) * (1 - 20.0 / np.linalg.norm(ring - centre, axis=1).mean())
@@ -146,21 +152,23 @@ def panel(vertices: FloatArray, marks: Marks, face: int, corners: IntArray, edge
     lengths = np.linalg.norm(ahead, axis=1)
     turn = np.degrees(np.arctan2(*np.roll(ahead, 1, axis=0).T[::-1]) - np.arctan2(*ahead.T[::-1]))
     mark, solid = marks.of(prism_vertices(outline, 0.0, THICKNESS))
-    return Panel(
+    return Part(
+        kind=PANEL,
         mark=mark,
         solid=solid,
         placement=frame,
         material=GLASS,
         element=face,
-        outline=outline,
-        thickness_mm=THICKNESS,
-        lift_mm=LIFT,
-        area_mm2=solid.volume_mm3 / THICKNESS,
-        edge_lengths_mm=tuple(lengths.tolist()),
-        corner_angles_deg=tuple(((180 + turn) % 360).tolist()),
-        dihedrals_deg=(5.0,) * 4,
-        beams=tuple(edges),
-        neighbours=(-1,) * 4,
+        details=PanelDetails(
+            thickness_mm=THICKNESS,
+            lift_mm=LIFT,
+            area_mm2=solid.volume_mm3 / THICKNESS,
+            edge_lengths_mm=tuple(lengths.tolist()),
+            corner_angles_deg=tuple(((180 + turn) % 360).tolist()),
+            dihedrals_deg=(5.0,) * 4,
+            beams=tuple(edges),
+            neighbours=(-1,) * 4,
+        ),
     )
 
 
@@ -179,7 +187,7 @@ def gridshell(
     one_node = partial(node, vertices, normals, Marks("N"))
     one_panel = partial(panel, vertices, Marks("P"))
     around = [[number[tuple(sorted(p))] for p in zip(f, [*f[1:], f[0]], strict=True)] for f in faces.tolist()]
-    return Assembly(
+    return assembled(
         name=name,
         beams=tuple(one_beam(edge, ends) for edge, ends in enumerate(made)),
         nodes=tuple(one_node(vertex, neighbours[vertex]) for vertex in range(len(vertices))),

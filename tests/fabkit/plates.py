@@ -7,18 +7,19 @@ from collections.abc import Sequence
 import numpy as np
 from hypothesis import strategies as st
 
+from fabkit.kinds import BEAM, NODE, PANEL, BeamDetails, NodeDetails, PanelDetails
 from fabkit.parts import (
-    Beam,
     Frame,
     Material,
-    Node,
-    Panel,
+    Part,
+    Parts,
     Section,
     Solid,
     prism_topology,
     prism_vertices,
 )
 from geometry.arrays import FloatArray
+from tests.fabkit.assemblies import altered
 
 __all__ = ["bar", "block", "outlines", "plate", "plates"]
 
@@ -42,32 +43,34 @@ def plate(
     neighbours: Sequence[int] | None = None,
     thickness: float = 8.0,
     dihedrals: Sequence[float] | None = None,
-) -> Panel:
+) -> Part:
     n = len(outline)
     ahead = np.roll(outline, -1, axis=0) - outline
     directions = np.arctan2(ahead[:, 1], ahead[:, 0])
     corners = np.degrees(np.pi - (directions - np.roll(directions, 1))) % 360
     solid = Solid(prism_vertices(np.asarray(outline, dtype=float), 0.0, thickness), prism_topology(n))
-    return Panel(
+    return Part(
+        kind=PANEL,
         mark=mark,
         solid=solid,
         placement=Frame.world(),
         material=GLASS,
         element=element,
-        outline=solid.vertices[:n, :2],
-        thickness_mm=thickness,
-        lift_mm=10.0,
-        area_mm2=solid.volume_mm3 / thickness,
-        edge_lengths_mm=tuple(np.linalg.norm(ahead, axis=1).tolist()),
-        corner_angles_deg=tuple(corners.tolist()),
-        dihedrals_deg=tuple(dihedrals or [5.0] * n),
-        beams=tuple(range(n)),
-        neighbours=tuple(neighbours or [-1] * n),
+        details=PanelDetails(
+            thickness_mm=thickness,
+            lift_mm=10.0,
+            area_mm2=solid.volume_mm3 / thickness,
+            edge_lengths_mm=tuple(np.linalg.norm(ahead, axis=1).tolist()),
+            corner_angles_deg=tuple(corners.tolist()),
+            dihedrals_deg=tuple(dihedrals or [5.0] * n),
+            beams=tuple(range(n)),
+            neighbours=tuple(neighbours or [-1] * n),
+        ),
     )
 
 
-def plates(some: Sequence[FloatArray]) -> list[Panel]:
-    return [plate(f"P{k + 1:03d}", own_frame(outline), element=k) for k, outline in enumerate(some)]
+def plates(some: Sequence[FloatArray]) -> Parts[PanelDetails]:
+    return Parts.of(PANEL, [plate(f"P{k + 1:03d}", own_frame(outline), element=k) for k, outline in enumerate(some)])
 
 
 @st.composite
@@ -80,43 +83,49 @@ def outlines(draw: st.DrawFn, least: float = 60.0, largest: float = 900.0) -> Fl
     return radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-def bar(mark: str, element: int, nodes: tuple[int, int], **changes: object) -> Beam:
+def bar(mark: str, element: int, nodes: tuple[int, int], **changes: object) -> Part:
     """A square bar of 50 x 120 x 1000 mm, but for the changes."""
     outline = np.array([[0.0, -25.0], [1000.0, -25.0], [1000.0, 25.0], [0.0, 25.0]])
-    facts: dict[str, object] = {
-        "mark": mark,
-        "solid": Solid(prism_vertices(outline, -120.0, 0.0), prism_topology(4)),
-        "placement": Frame.world(),
-        "material": STEEL,
-        "element": element,
-        "nodes": nodes,
-        "section": Section(50.0, 120.0),
-        "cut_angles_deg": (0.0, 0.0),
-        "long_point_mm": 1000.0,
-        "short_point_mm": 1000.0,
-        "dihedral_deg": 5.0,
-        "height_deviation_mm": 0.0,
-        "twist_deg": 0.0,
-    }
-    return Beam(**{**facts, **changes})  # type: ignore[arg-type]
+    made = Part(
+        kind=BEAM,
+        mark=mark,
+        solid=Solid(prism_vertices(outline, -120.0, 0.0), prism_topology(4)),
+        placement=Frame.world(),
+        material=STEEL,
+        element=element,
+        details=BeamDetails(
+            nodes=nodes,
+            section=Section(50.0, 120.0),
+            cut_angles_deg=(0.0, 0.0),
+            long_point_mm=1000.0,
+            short_point_mm=1000.0,
+            dihedral_deg=5.0,
+            height_deviation_mm=0.0,
+            twist_deg=0.0,
+        ),
+    )
+    return altered(made, **changes)
 
 
-def block(mark: str, element: int, beams: tuple[int, ...], **changes: object) -> Node:
+def block(mark: str, element: int, beams: tuple[int, ...], **changes: object) -> Part:
     """A square block of 80 x 80 x 130 mm, but for the changes."""
     square = np.array([[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]])
     n = len(beams)
-    facts: dict[str, object] = {
-        "mark": mark,
-        "solid": Solid(prism_vertices(square, -125.0, 5.0), prism_topology(4)),
-        "placement": Frame.world(),
-        "material": STEEL,
-        "element": element,
-        "beams": beams,
-        "azimuths_deg": tuple(360.0 * k / n for k in range(n)),
-        "inclinations_deg": (-2.5,) * n,
-        "setbacks_mm": (40.0,) * n,
-        "height_mm": 130.0,
-        "top_spread_mm": 0.5,
-        "axis_spread_mm": 0.25,
-    }
-    return Node(**{**facts, **changes})  # type: ignore[arg-type]
+    made = Part(
+        kind=NODE,
+        mark=mark,
+        solid=Solid(prism_vertices(square, -125.0, 5.0), prism_topology(4)),
+        placement=Frame.world(),
+        material=STEEL,
+        element=element,
+        details=NodeDetails(
+            beams=beams,
+            azimuths_deg=tuple(360.0 * k / n for k in range(n)),
+            inclinations_deg=(-2.5,) * n,
+            setbacks_mm=(40.0,) * n,
+            height_mm=130.0,
+            top_spread_mm=0.5,
+            axis_spread_mm=0.25,
+        ),
+    )
+    return altered(made, **changes)

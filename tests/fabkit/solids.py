@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from fabkit.parts import Frame, Material, Node, Solid, Topology, prism_topology, prism_vertices
+from fabkit.kinds import NODE, NodeDetails
+from fabkit.parts import Frame, Material, Part, Solid, Topology, prism_topology, prism_vertices
 from geometry.arrays import FloatArray
+from tests.fabkit.assemblies import altered
 
 __all__ = ["STEEL", "frame", "node", "prism", "prisms", "star", "topology", "tube"]
 
@@ -58,13 +60,14 @@ def frame(seed: int, reach: float = 1e4) -> Frame:
     return Frame(rng.normal(size=3) * reach, axes * np.linalg.det(axes))
 
 
-def node(mark: str, solid: Solid, placement: Frame | None = None, element: int = 0, **changes: Any) -> Node:
-    fields: dict[str, Any] = {
-        "mark": mark, "solid": solid, "placement": placement or Frame.world(), "material": STEEL, "element": element,
-        "beams": (), "azimuths_deg": (), "inclinations_deg": (), "setbacks_mm": (), "height_mm": 0.0,
-        "top_spread_mm": 0.0, "axis_spread_mm": 0.0,
-    }  # fmt: skip
-    return Node(**fields | changes)
+def node(mark: str, solid: Solid, placement: Frame | None = None, element: int = 0, **changes: Any) -> Part:
+    details = NodeDetails(
+        beams=(), azimuths_deg=(), inclinations_deg=(), setbacks_mm=(), height_mm=0.0, top_spread_mm=0.0,
+        axis_spread_mm=0.0,
+    )  # fmt: skip
+    place = placement or Frame.world()
+    made = Part(kind=NODE, mark=mark, solid=solid, placement=place, material=STEEL, element=element, details=details)
+    return altered(made, **changes)
 
 
 @st.composite

@@ -17,7 +17,7 @@ import shapely
 from fabkit import Built, Project, build, design
 from fabkit.checking.placed_parts import violations
 from fabkit.errors import OutputError, ProjectError
-from fabkit.parts import Beam
+from fabkit.parts import Part
 from geometry.files import read_mesh
 
 ROOF = Path(__file__).parents[2] / "examples" / "roof.obj"
@@ -53,7 +53,7 @@ def test_every_document_is_there(made: tuple[Path, Built]) -> None:
     }
     marks = {part.mark for part in built.assembly.parts()}
     assert {path.stem for path in (out / "parts").iterdir()} == marks
-    assert {path.stem for path in (out / "panels").iterdir()} == {panel.mark for panel in built.assembly.panels}
+    assert {path.stem for path in (out / "panels").iterdir()} == {panel.mark for panel in built.assembly["panels"]}
     assert built.nest is not None
     assert len(list((out / "sheets").iterdir())) == built.nest.n_sheets
 
@@ -75,14 +75,14 @@ def test_counts_agree_everywhere(made: tuple[Path, Built]) -> None:
 def test_a_symmetric_roof_has_equal_beams(made: tuple[Path, Built]) -> None:
     # 13 rows of 24 along, symmetric about the middle one; 25 arches of 12, each beam the mirror image of another,
     # which is the same beam turned end for end
-    beams = made[1].assembly.beams
+    beams = made[1].assembly["beams"]
     assert len({beam.mark for beam in beams}) == 7 * 24 + 25 * 6
-    first: dict[str, Beam] = {}
+    first: dict[str, Part] = {}
     for beam in beams:  # what is said of equal beams is said from the same end
         twin = first.setdefault(beam.mark, beam)
-        assert beam.cut_angles_deg == pytest.approx(twin.cut_angles_deg, abs=1e-8)
-        assert beam.solid is twin.solid
-        starts = beam.placement.origin - made[1].structure.mesh.vertices[list(beam.nodes)]
+        assert beam.details.cut_angles_deg == pytest.approx(twin.details.cut_angles_deg, abs=1e-8)
+        assert np.array_equal(beam.solid.vertices, twin.solid.vertices)
+        starts = beam.placement.origin - made[1].structure.mesh.vertices[list(beam.details.nodes)]
         assert np.linalg.norm(starts[0]) < np.linalg.norm(starts[1])
 
 
@@ -94,7 +94,9 @@ def test_the_sheets_hold_every_panel_once(made: tuple[Path, Built]) -> None:
             assert line.closed
             found.append(shapely.Polygon([(x, y) for x, y, *_ in line]).area)
     # coordinates are written to 1e-9 mm
-    assert sorted(found) == pytest.approx(sorted(panel.area_mm2 for panel in built.assembly.panels), rel=1e-9)
+    assert sorted(found) == pytest.approx(
+        sorted(panel.details.area_mm2 for panel in built.assembly["panels"]), rel=1e-9
+    )
 
 
 def test_what_is_written_fits(made: tuple[Path, Built]) -> None:

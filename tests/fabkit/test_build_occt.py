@@ -9,6 +9,7 @@ import pytest
 
 from fabkit import Project, build
 from fabkit.formats.step.files import instance_name
+from tests.fabkit.assemblies import by_name
 from tests.fabkit.occt import HAS_KERNEL, read_step
 
 ROOF = Path(__file__).parents[2] / "examples" / "roof.obj"
@@ -19,7 +20,7 @@ pytestmark = [pytest.mark.kernel, pytest.mark.skipif(not HAS_KERNEL, reason="nei
 def test_every_part_is_a_valid_solid_of_our_volume_in_its_place(tmp_path: Path) -> None:
     built = build(Project(mesh=ROOF, unit="m", out=tmp_path / "roof", nesting={"mode": "off"}))
     leaves = {leaf.path: leaf for leaf in read_step(tmp_path / "roof" / "model.step")}
-    groups = built.assembly.groups()
+    groups = by_name(built.assembly)
     assert len(leaves) == sum(len(parts) for parts in groups.values())
     for group, parts in groups.items():
         for part in parts:

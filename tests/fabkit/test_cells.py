@@ -8,9 +8,8 @@ import pytest
 
 from fabkit.checking.panel_cells import panels_outside_cells
 from fabkit.detailing.assembling import detail
-from fabkit.parts import Frame
 from fabkit.rules import DetailingRules, PanelRules
-from geometry.gauss import SupportStructure, gauss_image
+from geometry.gauss import Pair, SupportStructure, approximate_pair
 from geometry.mesh import shapes
 
 
@@ -18,27 +17,25 @@ from geometry.mesh import shapes
 def structure() -> SupportStructure:
     dome = shapes.dome(12, 3)
     mesh = dome * (1500.0 / dome.mean_edge_length)
-    return SupportStructure(mesh, gauss_image(mesh), 120.0)
+    return SupportStructure(approximate_pair(mesh), 120.0)
 
 
 @pytest.mark.parametrize("joint_mm", [0.0, 10.0])
 def test_panels_of_a_dome_fill_their_cells_and_no_more(structure: SupportStructure, joint_mm: float) -> None:
     rules = DetailingRules(panels=PanelRules(joint_mm=joint_mm))
-    panels = detail(structure, rules, name="dome").assembly.panels
+    panels = detail(structure, rules, name="dome").assembly["panels"]
     assert len(panels_outside_cells(structure, panels)) == 0
     # half a joint to the side, and a little more since support planes are not quite upright, and a panel is outside
     half = joint_mm / 2
     for shift, outside in ((half * 0.98, 0), (half * 1.05 + 0.01, len(panels))):
-        moved = [
-            replace(p, placement=Frame(p.placement.origin - shift * p.placement.axes[1], p.placement.axes))
-            for p in panels
-        ]
+        moved = replace(panels, origins=panels.origins - shift * panels.axes[:, 1])
         assert len(panels_outside_cells(structure, moved)) == outside
 
 
 def test_where_cells_narrow_upwards_the_upper_side_counts(structure: SupportStructure) -> None:
-    inside_out = SupportStructure(structure.mesh.reversed(), structure.gauss_image.reversed() * -1, 120.0)
-    panels = detail(inside_out, DetailingRules(), name="bowl").assembly.panels
+    inside_out = SupportStructure(Pair(structure.mesh.reversed(), structure.gauss_image.reversed() * -1), 120.0)
+    panels = detail(inside_out, DetailingRules(), name="bowl").assembly["panels"]
     assert len(panels_outside_cells(inside_out, panels)) == 0
-    thicker = [replace(panel, thickness_mm=panel.thickness_mm + 200.0) for panel in panels]
+    details = replace(panels.details, thickness_mm=panels.details.thickness_mm + 200.0)
+    thicker = replace(panels, details=details)
     assert len(panels_outside_cells(inside_out, thicker)) == len(panels)

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from fabkit.checking.placed_parts import check_fit, violations
 from fabkit.errors import DetailingError
 from fabkit.parts import Assembly, Frame, Part, Solid, Topology, prism_topology, prism_vertices
+from tests.fabkit.assemblies import altered, assembled, by_name, with_parts
 from tests.fabkit.dome import CENTRE, LIFT, dome
 
 
@@ -27,9 +28,9 @@ def refused(assembly: Assembly, *words: str, **bounds: float) -> None:
 
 
 def change(assembly: Assembly, kind: str, position: int, alter: Callable[[Part], Part]) -> Assembly:
-    group = list(getattr(assembly, kind))
+    group = list(assembly[kind])
     group[position] = alter(group[position])
-    return replace(assembly, **{kind: tuple(group)})
+    return with_parts(assembly, **{kind: group})
 
 
 def moved(shift: list[float]) -> Callable[[Part], Part]:
@@ -87,14 +88,14 @@ def test_whole_dome_fits(n: int, notched: bool) -> None:
 
 
 def test_nothing_fits() -> None:
-    assert violations(Assembly("nothing", (), (), ())) == ()
+    assert violations(assembled("nothing")) == ()
 
 
 def test_beams_without_nodes_and_nodes_without_beams() -> None:
     whole = dome()
-    refused(replace(whole, nodes=()), "which has no node")
-    refused(replace(whole, beams=()), "from which no beam comes")
-    assert violations(replace(whole, beams=(), nodes=())) == ()
+    refused(with_parts(whole, nodes=()), "which has no node")
+    refused(with_parts(whole, beams=()), "from which no beam comes")
+    assert violations(with_parts(whole, beams=(), nodes=())) == ()
 
 
 # positions far from the origin cost digits: at 100 m a double has 1.5e-11 mm left, far below the 1e-6 mm asked
@@ -105,10 +106,10 @@ def test_fit_does_not_depend_on_place(shift: list[float], seed: int, notched: bo
     whole = dome(notched=notched)
     groups = {
         name: tuple(replace(part, placement=outer.place(part.placement)) for part in group)
-        for name, group in whole.groups().items()
+        for name, group in by_name(whole).items()
     }
-    assert violations(replace(whole, **groups)) == ()
-    off = change(replace(whole, **groups), "beams", 4, moved([1e-5, 0, 0]))
+    assert violations(with_parts(whole, **groups)) == ()
+    off = change(with_parts(whole, **groups), "beams", 4, moved([1e-5, 0, 0]))
     assert len(violations(off)) >= 2
 
 
@@ -153,7 +154,7 @@ def test_beam_turned_end_for_end_does_not_look_at_its_nodes() -> None:
 
 @pytest.mark.parametrize("twist", [2e-6, -2e-6, float("nan")])
 def test_twist(twist: float) -> None:
-    twisted = change(dome(), "beams", 4, lambda beam: replace(beam, twist_deg=twist))
+    twisted = change(dome(), "beams", 4, lambda beam: altered(beam, twist_deg=twist))
     refused(twisted, "beam B4 (edge 4) is twisted by", "allowed 1e-06", "parallel first")
     if np.isfinite(twist):
         check_fit(twisted, twist_deg=3e-6)
@@ -161,36 +162,36 @@ def test_twist(twist: float) -> None:
 
 def test_dropped_node() -> None:
     whole = dome()
-    dropped = replace(whole, nodes=whole.nodes[:CENTRE] + whole.nodes[CENTRE + 1 :])
+    dropped = with_parts(whole, nodes=[node for node in whole["nodes"] if node.element != CENTRE])
     refused(dropped, "at vertex 4, which has no node", "and 1 more like this", "make both or leave out both")
     assert all(("node", CENTRE) in violation.parts for violation in violations(dropped))
 
 
 def test_dropped_beam() -> None:
     whole = dome()
-    found = violations(replace(whole, beams=whole.beams[1:]))
+    found = violations(with_parts(whole, beams=whole["beams"][1:]))
     assert [violation.parts for violation in found] == [
-        (("node", whole.beams[0].nodes[0]), ("beam", 0)),
-        (("node", whole.beams[0].nodes[1]), ("beam", 0)),
+        (("node", whole["beams"][0].details.nodes[0]), ("beam", 0)),
+        (("node", whole["beams"][0].details.nodes[1]), ("beam", 0)),
     ]
 
 
 def test_node_that_does_not_know_its_beam() -> None:
-    unknown = change(dome(), "nodes", CENTRE, lambda node: replace(node, beams=node.beams[1:]))
+    unknown = change(dome(), "nodes", CENTRE, lambda node: altered(node, beams=node.details.beams[1:]))
     refused(unknown, "has no facet for it", "node N4 (vertex 4)")
 
 
 def test_beam_that_names_the_wrong_node_is_off_its_facet() -> None:
     whole = dome()
-    a, b = whole.beams[4].nodes
-    swapped = change(whole, "beams", 4, lambda beam: replace(beam, nodes=(b, a)))
+    a, b = whole["beams"][4].details.nodes
+    swapped = change(whole, "beams", 4, lambda beam: altered(beam, nodes=(b, a)))
     refused(swapped, "B4 (edge 4)", "mm off the facet")
 
 
 def test_beam_and_node_disagree_about_where_the_beam_ends() -> None:
     whole = dome()
-    a, b = whole.beams[4].nodes
-    astray = change(whole, "beams", 4, lambda beam: replace(beam, nodes=(a, (b + 1) % 9)))
+    a, b = whole["beams"][4].details.nodes
+    astray = change(whole, "beams", 4, lambda beam: altered(beam, nodes=(a, (b + 1) % 9)))
     sentences = [violation.sentence for violation in violations(astray)]
     assert any("beam B4 (edge 4) ends (end B)" in s and "which has no facet for it" in s for s in sentences)
     assert any(f"node N{b} (vertex {b}) has a facet for edge 4, from which no beam comes" in s for s in sentences)
@@ -204,7 +205,7 @@ def test_reversed_solid(kind: str, alter: Callable[[Part], Part]) -> None:
 
 def test_mirroring_and_stretching_placements() -> None:
     def placed(factors: list[float]) -> Assembly:
-        axes = np.diag(factors) @ dome().panels[2].placement.axes
+        axes = np.diag(factors) @ dome()["panels"][2].placement.axes
         return change(dome(), "panels", 2, lambda part: replace(part, placement=Frame(part.placement.origin, axes)))
 
     refused(placed([-1.0, 1.0, 1.0]), "panel P2 (face 2) has a volume of -")
@@ -226,7 +227,7 @@ def test_face_out_of_plane() -> None:
 
 
 def test_short_edge() -> None:
-    corner = dome().panels[2].solid.vertices
+    corner = dome()["panels"][2].solid.vertices
     shrunk = change(dome(), "panels", 2, with_corner(slice(1, None, 4), 0.9999999 * (corner[0] - corner[1])))
     refused(shrunk, "panel P2 (face 2) has an edge of 0.000146 mm, allowed 0.001 mm and more")
     check_fit(shrunk, shortest_edge_mm=1e-4)
@@ -249,9 +250,9 @@ def test_panel_lowered_into_the_beams() -> None:
 
 def test_parts_that_clash_far_apart_hear_of_the_mesh_and_neighbours_of_sizes() -> None:
     whole = dome()
-    here = whole.panels[0]
-    corners = {vertex for beam in whole.beams if beam.element in here.beams for vertex in beam.nodes}
-    far = next(beam for beam in whole.beams if not set(beam.nodes) & corners)
+    here = whole["panels"][0]
+    corners = {vertex for beam in whole["beams"] if beam.element in here.details.beams for vertex in beam.details.nodes}
+    far = next(beam for beam in whole["beams"] if not set(beam.details.nodes) & corners)
     middle = here.placement.to_world(here.solid.centroid)
     there = change(
         whole, "beams", far.element, lambda beam: replace(beam, placement=Frame(middle, beam.placement.axes))
@@ -271,7 +272,7 @@ def test_panel_widened_into_its_neighbours() -> None:
 
 def test_part_made_twice() -> None:
     whole = dome()
-    twice = replace(whole, panels=(*whole.panels, moved([0, 0, 1000.0])(whole.panels[2])))
+    twice = with_parts(whole, panels=(*whole["panels"], moved([0, 0, 1000.0])(whole["panels"][2])))
     refused(twice, "face 2 has 2 panels, allowed 1", "make each part once")
     assert len(violations(twice)) == 1
 
@@ -283,8 +284,8 @@ def test_a_part_that_is_not_sound_is_looked_at_no_further() -> None:
 
 def test_error_names_the_first_and_counts_the_rest() -> None:
     whole = dome()
-    sunk = replace(whole, panels=tuple(inside_out(panel) for panel in whole.panels))
-    sunk = change(sunk, "beams", 4, lambda beam: replace(beam, twist_deg=1.0))
+    sunk = with_parts(whole, panels=tuple(inside_out(panel) for panel in whole["panels"]))
+    sunk = change(sunk, "beams", 4, lambda beam: altered(beam, twist_deg=1.0))
     refused(sunk, "P0 (face 0)", "P2 (face 2)", "and 1 more like this", "(1 other finding besides)")
     with pytest.raises(DetailingError) as caught:
         check_fit(sunk)

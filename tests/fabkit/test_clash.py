@@ -16,19 +16,19 @@ from scipy.spatial.transform import Rotation
 import fabkit.checking.convex as convex
 from fabkit.checking.clash import clashes
 from fabkit.errors import DetailingError
+from fabkit.kinds import PANEL, PanelDetails
 from fabkit.parts import (
     Assembly,
     Frame,
     Material,
-    Panel,
+    Part,
     Solid,
     Topology,
-    centroids,
-    face_normals,
     prism_topology,
     prism_vertices,
 )
 from geometry.arrays import FloatArray
+from tests.fabkit.assemblies import assembled
 
 GLASS = Material("glass", 2500.0)
 EXACT_MM = 1e-9
@@ -41,25 +41,27 @@ each_seed = settings(max_examples=40, deadline=None)
 
 def assembly(solids: Sequence[Solid], placement: Frame | None = None) -> Assembly:
     panels = tuple(
-        Panel(
+        Part(
+            kind=PANEL,
             mark=f"P{k}",
             solid=solid,
             placement=placement or Frame.world(),
             material=GLASS,
             element=k,
-            outline=np.zeros((0, 2)),
-            thickness_mm=0.0,
-            lift_mm=0.0,
-            area_mm2=0.0,
-            edge_lengths_mm=(),
-            corner_angles_deg=(),
-            dihedrals_deg=(),
-            beams=(),
-            neighbours=(),
+            details=PanelDetails(
+                thickness_mm=0.0,
+                lift_mm=0.0,
+                area_mm2=0.0,
+                edge_lengths_mm=(),
+                corner_angles_deg=(),
+                dihedrals_deg=(),
+                beams=(),
+                neighbours=(),
+            ),
         )
         for k, solid in enumerate(solids)
     )
-    return Assembly("solids", (), (), panels)
+    return assembled("solids", (), (), panels)
 
 
 def found(*solids: Solid, placement: Frame | None = None) -> dict[tuple[int, int], float]:
@@ -99,7 +101,7 @@ def margin(first: Solid, second: Solid) -> float:
     for solid in (first, second):
         t = solid.topology
         anchors = solid.vertices[t.corners[t.loop_starts[t.face_starts[:-1]]]]
-        facing = face_normals(solid.vertices, t)
+        facing = solid.normals
         normals.append(facing)
         levels.append(np.einsum("fk,fk->f", facing, anchors))
     A = np.concatenate(normals)
@@ -310,5 +312,5 @@ def test_allowed_depth_is_an_argument() -> None:
 
 def test_solids_are_where_their_placements_put_them() -> None:
     solid = box([0, 0, 0], [10, 10, 10])
-    centre = Frame(centroids(solid.vertices, solid.topology), Rotation.from_euler("x", 90, degrees=True).as_matrix())
+    centre = Frame(solid.centroid, Rotation.from_euler("x", 90, degrees=True).as_matrix())
     assert found(solid, solid, placement=centre) == {(0, 1): pytest.approx(10.0)}

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from fabkit import Built
 from geometry.mesh import Mesh, shapes
+from tests.fabkit.assemblies import by_name
 from tests.fabkit.copies import assert_same, copy_of, made_of
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -100,7 +101,7 @@ def test_marks_are_those_of_the_origin(made: Made) -> None:
     """What map coordinates round away does not tell equal parts apart, and that is said."""
     after = made_of(copy_of(made.mesh, 1, reach=MAP_COORDINATES).mesh, made.folder)
     counts = [
-        [len({part.mark for part in group}) for group in built.assembly.groups().values()]
+        [len({part.mark for part in group}) for group in by_name(built.assembly).values()]
         for built in (made.built, after)
     ]
     assert counts[0] == counts[1]

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from fabkit import Project, design
+from fabkit.kinds.beams import ends_glyphs
 from fabkit.parts import Assembly, LeftOut
-from fabkit.production.cut_lists import Table, cut_list, ends_glyph
+from fabkit.production.cut_lists import Table, cut_list
 from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
 from fabkit.project import Nesting
+from tests.fabkit.assemblies import assembled, by_name
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.plates import bar, block, plate
 
@@ -24,7 +26,7 @@ SQUARE = np.array([[0.0, 0.0], [1000.0, 0.0], [1000.0, 1000.0], [0.0, 1000.0]])
 def assembly() -> Assembly:
     """Three beams of two marks between three nodes, one of them left out; three panels, two of them equal, which
     have a fourth, left out, as a neighbour."""
-    return Assembly(
+    return assembled(
         "test",
         beams=(
             bar("B001", 0, (0, 1), dihedral_deg=5.0, cut_angles_deg=(2.5, -0.004)),
@@ -48,7 +50,7 @@ def assembly() -> Assembly:
 
 
 def alone() -> Assembly:
-    return Assembly("one panel", (), (), assembly().panels[:1])
+    return assembled("one panel", panels=assembly()["panels"][:1])
 
 
 def column(table: Table, name: str) -> list[object]:
@@ -60,7 +62,7 @@ def total(table: Table, name: str) -> object:
 
 
 def test_beams() -> None:
-    table = cut_list(assembly(), None).beams
+    table = cut_list(assembly(), None)["beams"]
     assert column(table, "Mark") == ["B001", "B002"]
     assert column(table, "Count") == [2, 1]
     assert column(table, "Section") == ["flat 50x120"] * 2
@@ -79,7 +81,7 @@ def test_beams() -> None:
 
 
 def test_nodes() -> None:
-    table = cut_list(assembly(), None).nodes
+    table = cut_list(assembly(), None)["nodes"]
     assert column(table, "Mark") == ["N001"]
     assert column(table, "Valence") == [2]
     assert column(table, "Beams") == ["B001 / B001 (x2)"]
@@ -93,20 +95,20 @@ def test_nodes() -> None:
 
 def test_panels() -> None:
     parts = assembly()
-    nest = nest_panels(parts.panels, Sheet(1200.0, 1200.0), gap_mm=5, border_mm=10)
-    table = cut_list(parts, nest).panels
+    nest = nest_panels(parts["panels"], Sheet(1200.0, 1200.0), gap_mm=5, border_mm=10)
+    table = cut_list(parts, nest)["panels"]
     assert column(table, "Mark") == ["P001", "P002"]
     assert column(table, "Area (m2)") == [pytest.approx(2.0), pytest.approx(0.25)]
     assert column(table, "Edges (mm)") == [" / ".join(["1000.00"] * 4), " / ".join(["500.00"] * 4)]
     assert column(table, "Corners (deg)") == [" / ".join(["90.00"] * 4)] * 2
     assert column(table, "Dihedrals (deg)")[0] == "4.00 / 4.00 to 6.00 / 4.00 / 4.00"
-    assert column(cut_list(alone(), None).panels, "Dihedrals (deg)") == ["- / 4.00 / 4.00 / 4.00"]
+    assert column(cut_list(alone(), None)["panels"], "Dihedrals (deg)") == ["- / 4.00 / 4.00 / 4.00"]
     assert column(table, "Neighbours") == ["- / P002 / left out / P001; P001 / - / - / -", "P001 / - / - / -"]
     assert column(table, "Sheets") == ["1, 2", "3"]
     assert column(table, "File") == ["panels/P001.dxf", "panels/P002.dxf"]
     assert total(table, "Area (m2)") == pytest.approx(2.25)
     assert table.left_out == ("left out: its node is left out",)
-    assert column(cut_list(parts, None).panels, "Sheets") == ["", ""]
+    assert column(cut_list(parts, None)["panels"], "Sheets") == ["", ""]
 
 
 @pytest.mark.parametrize(
@@ -121,41 +123,42 @@ def test_panels() -> None:
     ],
 )
 def test_ends_seen_from_the_side(angles: tuple[float, float], glyph: str) -> None:
-    assert ends_glyph(angles) == glyph
+    assert ends_glyphs(np.array([angles])) == [glyph]
 
 
 def test_glyphs_follow_the_solid() -> None:
     """The outer side is the longer one at an end that leans outwards, as the glyph shows it."""
-    beams = design(Project(mesh=ROOF, unit="m", nesting=Nesting(mode="off"))).assembly.beams
+    beams = design(Project(mesh=ROOF, unit="m", nesting=Nesting(mode="off"))).assembly["beams"]
     row = {-1: "/", 0: "|", 1: "\\"}
     for beam in beams:
         corners = beam.solid.vertices
         outer = corners[corners[:, 2] > -1.0, 0]
         inner = corners[corners[:, 2] < -1.0, 0]
         # half of the last digit shown, over the height of the beam
-        least = np.tan(np.radians(0.005)) * beam.section.height_mm
+        least = np.tan(np.radians(0.005)) * beam.details.section.height_mm
         leans = [inner.min() - outer.min(), inner.max() - outer.max()]
         signs = [0 if abs(lean) < least else int(np.sign(lean)) for lean in leans]
-        assert ends_glyph(beam.cut_angles_deg) == row[signs[0]] + "_" + row[signs[1]]
-    assert len({ends_glyph(beam.cut_angles_deg) for beam in beams}) > 1
+        assert ends_glyphs(beam.details.cut_angles_deg[None])[0] == row[signs[0]] + "_" + row[signs[1]]
+    assert len(set(ends_glyphs(beams.details.cut_angles_deg))) > 1
 
 
 def test_all_parts_are_counted_once() -> None:
     parts = gridshell(6, 5, left_out=3)
-    for table, group in zip(cut_list(parts, None).tables, parts.groups().values(), strict=True):
+    for table, group in zip(cut_list(parts, None).tables, by_name(parts).values(), strict=True):
         assert sum(column(table, "Count")) == len(group) == total(table, "Count")  # type: ignore[arg-type]
         assert total(table, "Mass (kg)") == pytest.approx(sum(part.mass_kg for part in group), rel=1e-9)
         assert all(len(row) == len(table.columns) == len(table.decimals) for row in [*table.rows, table.totals])
-    assert len(cut_list(parts, None).beams.left_out) == 3
+    assert len(cut_list(parts, None)["beams"].left_out) == 3
 
 
 def test_numbers_are_shown_to_their_decimals() -> None:
-    table = Table("t", ("a", "b", "c", "d"), (2, 0, None, 1), (), (None,) * 4, ())
-    assert table.text((1.005001, 3, "x", -0.04)) == ["1.01", "3", "x", "0.0"]
-    assert table.text((None, 3, "", 1e6)) == ["", "3", "", "1000000.0"]
+    rows = (1.005001, 3, "x", -0.04), (None, -3, "", 1e6)
+    table = Table("t", ("a", "b", "c", "d"), (2, 0, None, 1), rows, ("", None, None, -0.06), ())
+    assert table.texts == (("1.01", "3", "x", "0.0"), ("", "-3", "", "1000000.0"))
+    assert table.total_texts == ("", "", "", "-0.1")
 
 
 def test_nothing_to_make() -> None:
-    lists = cut_list(Assembly("empty", (), (), ()), None)
+    lists = cut_list(assembled("empty"), None)
     assert [table.rows for table in lists.tables] == [(), (), ()]
     assert [total(table, "Count") for table in lists.tables] == [0, 0, 0]

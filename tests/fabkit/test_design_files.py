@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fabkit.designs import (
-    Bend,
+    EdgeOffsetDesign,
     Faces,
     MinimalShape,
     Tiles,
@@ -24,6 +24,7 @@ from fabkit.errors import ProjectError
 from geometry.edge_offset.buildability import NARROWEST, face_necks, sound_piece, without_unsound_rim
 from geometry.errors import GeometryError
 from geometry.files import write_mesh
+from geometry.gauss import Pair
 from geometry.mesh import Mesh, shapes
 from geometry.mesh.intersections.meeting_faces import is_embedded
 from tests.fabkit.test_designs import refused, run, surface
@@ -42,7 +43,7 @@ def rounded(folder: Path, digits: int, **meshes: Mesh) -> Path:
 
 def test_pairs_of_few_digits_are_made_exact_before_they_are_designed_with(tmp_path: Path) -> None:
     dome = koebe_design(tiles=Tiles.HEXAGONS, count=6)
-    files = rounded(tmp_path / "dome", 6, M=dome.mesh, S=dome.gauss_image)
+    files = rounded(tmp_path / "dome", 6, M=dome.mesh, S=dome.pair.gauss_image)
     even = cmc_near_design(files / "M.obj", files / "S.obj").measures()
     assert even["edges_off_parallel"] < 1e-12
     assert 1e-12 < even["edges_of_s_off_distance_1"] < 1e-6  # six digits say no more
@@ -51,11 +52,11 @@ def test_pairs_of_few_digits_are_made_exact_before_they_are_designed_with(tmp_pa
 
 def test_hexagons_have_a_dual_even_with_few_digits_and_quads_say_that_they_need_more(tmp_path: Path) -> None:
     catenoid = minimal_design(faces=Faces.HEXAGONS, count=12)
-    files = rounded(tmp_path / "hexagons", 7, S=catenoid.gauss_image)
+    files = rounded(tmp_path / "hexagons", 7, S=catenoid.pair.gauss_image)
     found = minimal_design(gauss_image=files / "S.obj").measures()
     assert abs(found["mean_curvature"]["largest"]) < 1e-12
     enneper = minimal_design(shape=MinimalShape.ENNEPER, count=6)
-    files = rounded(tmp_path / "quads", 7, S=enneper.gauss_image)
+    files = rounded(tmp_path / "quads", 7, S=enneper.pair.gauss_image)
     with pytest.raises(
         ProjectError, match=r"no Christoffel dual.*S\.obj is off the unit sphere by .*e-0. .*more digits"
     ):
@@ -94,12 +95,12 @@ def test_a_mesh_that_shrinks_to_a_point_is_none(tmp_path: Path, mean: float) -> 
 
 
 def test_an_edge_that_has_shrunk_is_named(tmp_path: Path) -> None:
-    dome = koebe_design(count=4, bend=Bend.SPHERE)
-    vertices = dome.mesh.vertices.copy()
-    i, j = dome.mesh.combinatorics.edges[7]
-    vertices[j] = vertices[i] + 1e-9
-    with pytest.raises(ProjectError, match=rf"edge 7 from vertex {i} to vertex {j} of the mesh has shrunk to"):
-        type(dome).of("koebe", dome.mesh.with_vertices(vertices), dome.gauss_image, {}).measures()
+    cube = shapes.cube() * 0.5**0.5
+    flat = cube.with_vertices(cube.vertices * [1.0, 1.0, 1e-7])  # parallel, with four edges that are nearly points
+    edge = int(flat.edge_lengths.argmin())
+    i, j = flat.combinatorics.edges[edge]
+    with pytest.raises(ProjectError, match=rf"edge {edge} from vertex {i} to vertex {j} of the mesh has shrunk to"):
+        EdgeOffsetDesign.of("koebe", Pair(flat, cube), {}).measures()
 
 
 def test_counts_beyond_memory_get_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -32,6 +32,7 @@ from fabkit.errors import OutputError, ProjectError
 from geometry.curvature import face_curvatures
 from geometry.errors import GeometryError
 from geometry.files import read_mesh, read_mesh_pair, write_mesh
+from geometry.gauss import Pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.mesh.intersections.meeting_faces import is_embedded
 
@@ -107,8 +108,8 @@ def test_what_is_designed_goes_straight_through_a_build_as_it_is_told(name: str,
     assert made.summary.largest_move_mm == 0.0
     assert made.summary.mended == ()  # S points outwards already
     assert np.ptp(made.structure.heights) < 1e-12
-    assert max(node.axis_spread_mm for node in made.assembly.nodes) < 1e-9 * 120
-    assert len(made.assembly.beams) == made.structure.mesh.n_edges
+    assert max(node.details.axis_spread_mm for node in made.assembly["nodes"]) < 1e-9 * 120
+    assert len(made.assembly["beams"]) == made.structure.mesh.n_edges
 
 
 def test_the_folder_holds_the_pair_the_picture_and_the_numbers(tmp_path: Path) -> None:
@@ -122,7 +123,7 @@ def test_the_folder_holds_the_pair_the_picture_and_the_numbers(tmp_path: Path) -
     ]
     file, image = read_mesh_pair(tmp_path / "a" / "M.obj", tmp_path / "a" / "S.obj")
     np.testing.assert_array_equal(file.mesh.vertices, design.mesh.vertices)
-    np.testing.assert_array_equal(image.vertices, design.gauss_image.vertices)
+    np.testing.assert_array_equal(image.vertices, design.pair.gauss_image.vertices)
     manifest = json.loads((tmp_path / "a" / "manifest.json").read_text())
     assert manifest["measures"] == measures
     assert manifest["settings"] == {"shape": "catenoid", "faces": "quads", "count": 12, "turn_deg": 60.0}
@@ -143,7 +144,7 @@ def test_the_picture_shows_every_face_and_every_reversed_edge_of_both(tmp_path: 
     assert (points >= 0).all()
     assert (points <= [width, height]).all()
     red = "".join(path.attrib["d"] for path in root.iter(f"{SVG}path") if path.attrib["class"] == "r")
-    sides = design.reversed_edges[design.mesh.combinatorics.corner_edge].sum()
+    sides = design.pair.reversed_edges[design.mesh.combinatorics.corner_edge].sum()
     assert red.count("M") == 2 * sides > 0
 
 
@@ -158,7 +159,9 @@ def test_minimal_ones_have_no_mean_curvature(count: int, turn_deg: float, faces:
     mean = design.measures()["mean_curvature"]
     assert max(-mean["least"], mean["largest"]) * design.mesh.mean_edge_length < 1e-12
     normals = np.degrees(
-        np.arcsin(np.abs(design.gauss_image.vertices[:, 2] / np.linalg.norm(design.gauss_image.vertices, axis=1)))
+        np.arcsin(
+            np.abs(design.pair.gauss_image.vertices[:, 2] / np.linalg.norm(design.pair.gauss_image.vertices, axis=1))
+        )
     )
     assert normals.max() < turn_deg + 360 / count  # vertices lie beyond the edges, by less than a face
 
@@ -189,17 +192,17 @@ def test_a_dome_is_made_to_have_one_mean_curvature(tmp_path: Path) -> None:
         wanted = before["median"] if factor else -0.2
         assert before["largest"] - before["least"] > 1e-3
         assert (after["least"], after["largest"]) == pytest.approx((wanted, wanted), rel=1e-8)
-    assert_exact(EdgeOffsetDesign.of("cmc", *_pair(tmp_path / "even"), {}))
+    assert_exact(EdgeOffsetDesign.of("cmc", _pair(tmp_path / "even"), {}))
 
 
-def _pair(folder: Path) -> tuple[Mesh, Mesh]:
+def _pair(folder: Path) -> Pair:
     file, image = read_mesh_pair(folder / "M.obj", folder / "S.obj")
-    return file.mesh, image
+    return Pair(file.mesh, image)
 
 
 def test_the_dual_of_a_koebe_polyhedron_of_ones_own(tmp_path: Path) -> None:
     enneper = minimal_design(shape=MinimalShape.ENNEPER, count=8)
-    write_mesh(tmp_path / "K.ply", enneper.gauss_image)
+    write_mesh(tmp_path / "K.ply", enneper.pair.gauss_image)
     said = run("design", "minimal", "--gauss-image", tmp_path / "K.ply", "-o", tmp_path / "out")
     assert said.exit_code == 0, said.output
     mesh = read_mesh(tmp_path / "out" / "M.obj").mesh
@@ -215,7 +218,7 @@ def test_the_dual_of_a_koebe_polyhedron_of_ones_own(tmp_path: Path) -> None:
 def test_domes_keep_the_sense_of_all_edges(tiles: Tiles, count: int, coverage: float) -> None:
     design = koebe_design(tiles=tiles, count=count, coverage=coverage)
     assert_exact(design)
-    assert not design.reversed_edges.any()
+    assert not design.pair.reversed_edges.any()
     assert design.mesh.edge_lengths.min() > 1 - 1e-6
     assert is_embedded(design.mesh)
 
@@ -224,7 +227,7 @@ def test_domes_keep_the_sense_of_all_edges(tiles: Tiles, count: int, coverage: f
 def test_saddles_do_not_meet_themselves(tiles: str, count: int) -> None:
     design = koebe_design(tiles=Tiles(tiles), count=count, bend=Bend.SADDLE)
     assert_exact(design)
-    assert face_curvatures(design.mesh, design.gauss_image).gaussian.max() < 0
+    assert face_curvatures(design.pair).gaussian.max() < 0
     assert is_embedded(design.mesh)
     assert bool(design.notes) == (tiles == "pentagons")  # of which some at the rim are cut off
     assert design.mesh.n_faces > 60
@@ -241,7 +244,9 @@ def test_combinatorics_of_ones_own_closed_or_dual(tmp_path: Path) -> None:
     assert (dual.mesh.n_vertices, dual.mesh.n_faces) == (32, 60)
     saddle = koebe_design(count=6, bend=Bend.SADDLE)
     assert set(
-        np.bincount(saddle.mesh.combinatorics.corner_face, saddle.reversed_edges[saddle.mesh.combinatorics.corner_edge])
+        np.bincount(
+            saddle.mesh.combinatorics.corner_face, saddle.pair.reversed_edges[saddle.mesh.combinatorics.corner_edge]
+        )
     ) == {2}
     assert "closed polyhedron has no saddle" in refused(
         "design", "koebe", "--combinatorics", tmp_path / "ball.off", "--bend", "saddle", "-o", tmp_path / "out"
@@ -265,7 +270,7 @@ def test_planes_of_hexagons_touch_the_surface(tmp_path: Path, bends: tuple[float
     found = np.einsum("fi,fi->f", design.mesh.vertices[c.corners[c.face_starts[:-1]]], normals)
     assert np.abs(found - heights).max() < 1e-3  # edges of 1/20, to the third power
     assert np.abs(touching).max() < 1.1
-    assert design.reversed_edges.any() == (bends[0] > 0)
+    assert design.pair.reversed_edges.any() == (bends[0] > 0)
 
 
 def test_hexagons_on_a_surface_are_built_in_its_unit(tmp_path: Path) -> None:
@@ -275,7 +280,7 @@ def test_hexagons_on_a_surface_are_built_in_its_unit(tmp_path: Path) -> None:
     assert "--unit m" in said.stdout
     project = Project(mesh=tmp_path / "out" / "M.obj", gauss_image=tmp_path / "out" / "S.obj", mean_edge_mm=1000.0)
     made = built(project)
-    assert max(node.top_spread_mm for node in made.assembly.nodes) < 1e-9 * 120
+    assert max(node.details.top_spread_mm for node in made.assembly["nodes"]) < 1e-9 * 120
     upside_down = hexagons_design(file, count=9, flip=True)
     assert upside_down.mesh.face_normals[:, 2].max() < 0
 

@@ -11,6 +11,7 @@ from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules
+from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
 
@@ -27,7 +28,7 @@ def flat_grid(nx: int = 3, ny: int = 2) -> SupportStructure:
         for x in range(nx)
     ]
     mesh = Mesh.from_faces(points, faces)
-    return SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (len(points), 1))), 120.0)
+    return SupportStructure(Pair(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (len(points), 1)))), 120.0)
 
 
 def cube() -> SupportStructure:
@@ -35,7 +36,7 @@ def cube() -> SupportStructure:
     corners = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]) / np.sqrt(2)
     faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
     sphere = Mesh.from_faces(corners, faces)
-    return SupportStructure(sphere * (SIDE / np.sqrt(2)), sphere, 120.0)
+    return SupportStructure(Pair(sphere * (SIDE / np.sqrt(2)), sphere), 120.0)
 
 
 def fan(angle_deg: float) -> SupportStructure:
@@ -43,33 +44,35 @@ def fan(angle_deg: float) -> SupportStructure:
     a = np.radians(angle_deg)
     points = [(0, 0, 0), (SIDE, 0, 0), (SIDE * np.cos(a), SIDE * np.sin(a), 0), (0, SIDE, 0), (SIDE, SIDE, 0)]
     mesh = Mesh.from_faces(points, [[0, 1, 2], [0, 2, 4, 3]])
-    return SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (5, 1))), 120.0)
+    return SupportStructure(Pair(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (5, 1)))), 120.0)
 
 
 def test_flat_grid_has_the_sizes_one_can_work_out_by_hand() -> None:
     assembly = detail(flat_grid(), DetailingRules(), name="grid").assembly
-    assert (len(assembly.beams), len(assembly.nodes), len(assembly.panels)) == (17, 12, 6)
-    for beam in assembly.beams:  # right angles at both ends: (50 / 2) / tan(45) + 5 = 30 off each
-        assert beam.long_point_mm == pytest.approx(SIDE - 60)
-        assert beam.short_point_mm == pytest.approx(SIDE - 60)
-        assert beam.cut_angles_deg == pytest.approx((0.0, 0.0))
+    assert (len(assembly["beams"]), len(assembly["nodes"]), len(assembly["panels"])) == (17, 12, 6)
+    for beam in assembly["beams"]:  # right angles at both ends: (50 / 2) / tan(45) + 5 = 30 off each
+        assert beam.details.long_point_mm == pytest.approx(SIDE - 60)
+        assert beam.details.short_point_mm == pytest.approx(SIDE - 60)
+        assert beam.details.cut_angles_deg == pytest.approx((0.0, 0.0))
         assert beam.solid.volume_mm3 == pytest.approx((SIDE - 60) * 50 * 120)
-        assert beam.height_deviation_mm == pytest.approx(0.0)
-    for panel in assembly.panels:  # nothing stands above the mesh: the panels lie on their seat
-        assert panel.edge_lengths_mm == pytest.approx((SIDE - 10,) * 4)
-        assert panel.corner_angles_deg == pytest.approx((90.0,) * 4)
-        assert panel.lift_mm == pytest.approx(5.0)
+        assert beam.details.height_deviation_mm == pytest.approx(0.0)
+    for panel in assembly["panels"]:  # nothing stands above the mesh: the panels lie on their seat
+        assert panel.details.edge_lengths_mm == pytest.approx((SIDE - 10,) * 4)
+        assert panel.details.corner_angles_deg == pytest.approx((90.0,) * 4)
+        assert panel.details.lift_mm == pytest.approx(5.0)
         assert panel.placement.origin[2] == pytest.approx(5.0)
-    areas = {len(node.beams): node.solid.volume_mm3 / node.height_mm for node in assembly.nodes}
+    areas = {len(node.details.beams): node.solid.volume_mm3 / node.details.height_mm for node in assembly["nodes"]}
     octagon = 60 * 60 - 4 * 5 * 5 / 2
     assert areas[4] == pytest.approx(octagon)
     assert areas[3] == pytest.approx(octagon - 50 * 5 - 2 * 5 * 5 / 2)  # straight across at half a width
-    assert all(node.height_mm == pytest.approx(120.0) for node in assembly.nodes)
+    assert all(node.details.height_mm == pytest.approx(120.0) for node in assembly["nodes"])
 
 
 def test_the_outer_side_of_a_corner_piece_still_holds_the_axis() -> None:
     corner = next(
-        node for node in detail(flat_grid(), DetailingRules(), name="grid").assembly.nodes if len(node.beams) == 2
+        node
+        for node in detail(flat_grid(), DetailingRules(), name="grid").assembly["nodes"]
+        if len(node.details.beams) == 2
     )
     n = corner.solid.topology.n_vertices // 2
     section = corner.solid.vertices[:n, :2]
@@ -85,21 +88,23 @@ def test_cube_is_cut_at_the_angle_between_edge_and_diagonal() -> None:
     assembly = detail(cube(), DetailingRules(), name="cube").assembly
     angle = np.degrees(np.arcsin(1 / np.sqrt(3)))
     setback = 25 / np.tan(np.radians(60)) + 5
-    for beam in assembly.beams:
-        assert beam.cut_angles_deg == pytest.approx((angle, angle))
-        assert beam.long_point_mm == pytest.approx(SIDE - 2 * setback / np.cos(np.radians(angle)))
-        assert beam.long_point_mm - beam.short_point_mm == pytest.approx(2 * 120 * np.tan(np.radians(angle)))
-        assert beam.dihedral_deg == pytest.approx(90.0)
-    for node in assembly.nodes:  # an edge offset mesh: all outer edges at one level [Pottmann2007, Prop. 3]
-        assert node.top_spread_mm < 1e-9 * 120
-        assert node.azimuths_deg == pytest.approx((0.0, 120.0, 240.0))
+    for beam in assembly["beams"]:
+        assert beam.details.cut_angles_deg == pytest.approx((angle, angle))
+        assert beam.details.long_point_mm == pytest.approx(SIDE - 2 * setback / np.cos(np.radians(angle)))
+        assert beam.details.long_point_mm - beam.details.short_point_mm == pytest.approx(
+            2 * 120 * np.tan(np.radians(angle))
+        )
+        assert beam.details.dihedral_deg == pytest.approx(90.0)
+    for node in assembly["nodes"]:  # an edge offset mesh: all outer edges at one level [Pottmann2007, Prop. 3]
+        assert node.details.top_spread_mm < 1e-9 * 120
+        assert node.details.azimuths_deg == pytest.approx((0.0, 120.0, 240.0))
 
 
 @pytest.mark.parametrize(("reference", "outer"), [("outer", 0.0), ("centre", 60.0), ("inner", 120.0)])
 def test_the_reference_says_what_lies_on_the_mesh(reference: str, outer: float) -> None:
     rules = DetailingRules(beams=BeamRules(reference=reference))
     detailed = detail(flat_grid(), rules, name="grid")
-    tops = [beam.placement.to_world(beam.solid.vertices)[:, 2].max() for beam in detailed.assembly.beams]
+    tops = [beam.placement.to_world(beam.solid.vertices)[:, 2].max() for beam in detailed.assembly["beams"]]
     assert tops == pytest.approx([outer] * len(tops))
     assert detailed.lift_mm == pytest.approx(outer + 5.0)
 
@@ -109,8 +114,10 @@ def test_parts_do_not_depend_on_where_the_structure_stands() -> None:
     turn = np.linalg.qr(np.arange(9).reshape(3, 3) ** 2 + np.eye(3))[0]
     turn *= np.linalg.det(turn)
     moved = SupportStructure(
-        here.mesh.with_vertices(here.mesh.vertices @ turn + [1e5, -2e4, 3e3]),
-        here.gauss_image.with_vertices(here.gauss_image.vertices @ turn),
+        Pair(
+            here.mesh.with_vertices(here.mesh.vertices @ turn + [1e5, -2e4, 3e3]),
+            here.gauss_image.with_vertices(here.gauss_image.vertices @ turn),
+        ),
         120.0,
     )
     for old, new in zip(
@@ -161,22 +168,22 @@ def test_beams_without_room_can_be_left_out_and_the_rest_is_built() -> None:
     assembly = detail(fan(1.5), DetailingRules(), name="fan", skip_unbuildable=True).assembly
     left = {(part.kind, part.element) for part in assembly.left_out}
     assert {("beam", 0), ("beam", 2)} <= left
-    assert {beam.element for beam in assembly.beams}.isdisjoint({0, 2})
+    assert {beam.element for beam in assembly["beams"]}.isdisjoint({0, 2})
     assert not violations(assembly)
-    assert len(assembly.beams) + sum(kind == "beam" for kind, _ in left) == 6
-    joined = {vertex for beam in assembly.beams for vertex in beam.nodes}
+    assert len(assembly["beams"]) + sum(kind == "beam" for kind, _ in left) == 6
+    joined = {vertex for beam in assembly["beams"] for vertex in beam.details.nodes}
     assert {element for kind, element in left if kind == "node"} == set(range(5)) - joined == {1}
 
 
 def test_a_node_may_keep_one_beam_only() -> None:
     """The short sides of a slim rectangle have no room; without them, nothing holds the long ones back."""
     mesh = Mesh.from_faces([(0, 0, 0), (SIDE, 0, 0), (SIDE, 60, 0), (0, 60, 0)], [[0, 1, 2, 3]])
-    structure = SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (4, 1))), 120.0)
+    structure = SupportStructure(Pair(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (4, 1)))), 120.0)
     assembly = detail(structure, DetailingRules(), name="slim", skip_unbuildable=True).assembly
     assert {(part.kind, part.element) for part in assembly.left_out} == {("beam", 1), ("beam", 3)}
-    assert [beam.long_point_mm for beam in assembly.beams] == pytest.approx([SIDE - 2 * 5.0] * 2)
-    for node in assembly.nodes:
-        assert len(node.beams) == 1
+    assert [beam.details.long_point_mm for beam in assembly["beams"]] == pytest.approx([SIDE - 2 * 5.0] * 2)
+    for node in assembly["nodes"]:
+        assert len(node.details.beams) == 1
         assert node.solid.topology.n_vertices == 6  # a facet, and a corner behind the axis
     assert not violations(assembly)
 
@@ -195,7 +202,7 @@ def test_a_lift_that_is_too_low_is_an_error_that_names_the_parts() -> None:
 
 def test_a_gauss_image_that_points_inwards_is_an_error() -> None:
     grid = flat_grid()
-    upside_down = SupportStructure(grid.mesh, grid.gauss_image * -1, 120.0)
+    upside_down = SupportStructure(Pair(grid.mesh, grid.gauss_image * -1), 120.0)
     with pytest.raises(DetailingError, match="does not point to the outside of face"):
         detail(upside_down, DetailingRules(), name="grid")
 

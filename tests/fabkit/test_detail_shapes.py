@@ -11,15 +11,16 @@ from fabkit.errors import DetailingError
 from fabkit.parts import Assembly
 from fabkit.production.marks import share_equal_parts
 from fabkit.rules import DetailingRules, PanelRules
-from geometry.gauss import SupportStructure, gauss_image
+from geometry.gauss import SupportStructure, approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
+from tests.fabkit.assemblies import by_name
 
 
 def supported(mesh: Mesh) -> SupportStructure:
     """With edges of 1.5 m in the mean."""
     planar = planarise(mesh * (1500.0 / mesh.mean_edge_length)).mesh
-    return SupportStructure(planar, gauss_image(planar), 120.0)
+    return SupportStructure(approximate_pair(planar), 120.0)
 
 
 def built(mesh: Mesh) -> Assembly:
@@ -27,7 +28,7 @@ def built(mesh: Mesh) -> Assembly:
 
 
 def marks(assembly: Assembly) -> list[int]:
-    return [len({part.mark for part in group}) for group in assembly.groups().values()]
+    return [len({part.mark for part in group}) for group in by_name(assembly).values()]
 
 
 @pytest.mark.parametrize(
@@ -107,18 +108,18 @@ STRAIGHT_CORNER = Mesh.from_faces(
 def test_everything_is_built_and_fits(mesh: Mesh) -> None:
     assembly = built(mesh)
     assert not violations(assembly)
-    assert (len(assembly.beams), len(assembly.panels)) == (mesh.n_edges, mesh.n_faces)
-    assert len(assembly.nodes) == mesh.combinatorics.is_used.sum()
+    assert (len(assembly["beams"]), len(assembly["panels"])) == (mesh.n_edges, mesh.n_faces)
+    assert len(assembly["nodes"]) == mesh.combinatorics.is_used.sum()
 
 
 @pytest.mark.parametrize("mesh", [saddle(), saddle().reversed(), shapes.dome(12, 3).reversed()])
 def test_panels_keep_half_a_joint_from_the_support_planes_through_their_thickness(mesh: Mesh) -> None:
     structure = supported(mesh)
     rules = DetailingRules()
-    for panel in detail(structure, rules, name="joint").assembly.panels:
+    for panel in detail(structure, rules, name="joint").assembly["panels"]:
         corners = panel.placement.to_world(panel.solid.vertices)
         centre = structure.mesh.vertices[structure.mesh.combinatorics.face(panel.element)].mean(axis=0)
-        for beam in panel.beams:
+        for beam in panel.details.beams:
             normal = structure.width_directions[beam]
             start = structure.mesh.vertices[structure.mesh.combinatorics.edges[beam, 0]]
             distances = (corners - start) @ normal * np.sign((centre - start) @ normal)
@@ -128,16 +129,16 @@ def test_panels_keep_half_a_joint_from_the_support_planes_through_their_thicknes
 def test_the_spread_of_tops_is_what_the_beams_show() -> None:
     assembly = built(saddle())
     ends: dict[int, list[np.ndarray]] = {}
-    for beam in assembly.beams:
+    for beam in assembly["beams"]:
         tops = beam.solid.vertices[np.abs(beam.solid.vertices[:, 2]) < 1e-9]  # the outer side
-        for node, at in zip(beam.nodes, (tops[:, 0].min(), tops[:, 0].max()), strict=True):
+        for node, at in zip(beam.details.nodes, (tops[:, 0].min(), tops[:, 0].max()), strict=True):
             ends.setdefault(node, []).append(beam.placement.to_world(np.array([at, 0.0, 0.0])))
     spreads = []
-    for node in assembly.nodes:
+    for node in assembly["nodes"]:
         levels = node.placement.to_local(np.array(ends[node.element]))[:, 2]
-        assert node.top_spread_mm == pytest.approx(np.ptp(levels), abs=1e-7)
+        assert node.details.top_spread_mm == pytest.approx(np.ptp(levels), abs=1e-7)
         assert node.solid.vertices[:, 2].max() == pytest.approx(levels.max(), abs=1e-7)
-        spreads.append(node.top_spread_mm)
+        spreads.append(node.details.top_spread_mm)
     assert max(spreads) > 1.0
 
 
@@ -168,18 +169,19 @@ def test_the_lift_is_the_least_that_clears_what_stands_under_the_panels(mesh: Me
 def test_what_a_record_names_stands_where_it_says(mesh: Mesh) -> None:
     """The k-th beam of a node lies in the direction of its k-th azimuth, that of a panel along its k-th edge."""
     shared = built(mesh)
-    beams = {beam.element: beam for beam in shared.beams}
+    beams = {beam.element: beam for beam in shared["beams"]}
     middles = {k: beam.placement.to_world(beam.solid.vertices.mean(axis=0)) for k, beam in beams.items()}
-    panels = {panel.element: panel for panel in shared.panels}
-    for node in shared.nodes:
-        towards = np.array([node.placement.to_local(middles[beam])[:2] for beam in node.beams])
+    panels = {panel.element: panel for panel in shared["panels"]}
+    for node in shared["nodes"]:
+        towards = np.array([node.placement.to_local(middles[beam])[:2] for beam in node.details.beams])
         found = np.degrees(np.arctan2(towards[:, 1], towards[:, 0]))
-        assert (found - node.azimuths_deg + 180) % 360 - 180 == pytest.approx(np.zeros(len(found)), abs=1e-6)
-    for panel in shared.panels:
-        edge_middles = (panel.outline + np.roll(panel.outline, -1, axis=0)) / 2
-        for k, (beam, neighbour) in enumerate(zip(panel.beams, panel.neighbours, strict=True)):
+        assert (found - node.details.azimuths_deg + 180) % 360 - 180 == pytest.approx(np.zeros(len(found)), abs=1e-6)
+    for panel in shared["panels"]:
+        outline = panel.solid.vertices[: len(panel.solid.vertices) // 2, :2]
+        edge_middles = (outline + np.roll(outline, -1, axis=0)) / 2
+        for k, (beam, neighbour) in enumerate(zip(panel.details.beams, panel.details.neighbours, strict=True)):
             distances = [
-                np.linalg.norm(panel.placement.to_local(middles[b])[:2] - edge_middles[k]) for b in panel.beams
+                np.linalg.norm(panel.placement.to_local(middles[b])[:2] - edge_middles[k]) for b in panel.details.beams
             ]
-            assert panel.beams[int(np.argmin(distances))] == beam
-            assert neighbour == -1 or beam in panels[neighbour].beams
+            assert panel.details.beams[int(np.argmin(distances))] == beam
+            assert neighbour == -1 or beam in panels[neighbour].details.beams

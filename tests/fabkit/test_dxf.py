@@ -19,7 +19,9 @@ from hypothesis import strategies as st
 from shapely import Polygon, box
 
 from fabkit.formats.drawings.dxf import write_dxf
-from fabkit.parts import Panel
+from fabkit.kinds import PanelDetails
+from fabkit.parts import Parts
+from fabkit.production.curves import Curves
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, sheet_drawings
 from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
@@ -30,13 +32,13 @@ VERSIONS = ("R2010", "R12")
 ogrinfo = shutil.which("ogrinfo")
 
 
-def pieces() -> list[Panel]:
+def pieces() -> Parts[PanelDetails]:
     rng = np.random.default_rng(7)
     base = np.array([[0, 0], [900, 0], [1000, 700], [400, 900.0]])
     return plates([base + rng.normal(0, 60, (4, 2)) for _ in range(9)])
 
 
-def nested(panels: list[Panel]) -> tuple[Drawing, ...]:
+def nested(panels: Parts[PanelDetails]) -> tuple[Drawing, ...]:
     nest = nest_panels(panels, Sheet(3000.0, 2000.0), gap_mm=5, border_mm=10)
     return sheet_drawings(nest, panels)
 
@@ -82,7 +84,7 @@ def test_ezdxf_reads_back_panels_that_lie_apart_inside_their_sheets(some: list[F
         for (closed, points), curve in zip(polylines(document, MARK), drawing.layers[MARK], strict=True):
             assert closed == bool((curve[0] == curve[-1]).all())
             np.testing.assert_allclose(points, curve[: len(points)], atol=1e-9)  # as written
-    np.testing.assert_allclose(sorted(areas), sorted(panel.area_mm2 for panel in panels), rtol=1e-9)
+    np.testing.assert_allclose(sorted(areas), sorted(panel.details.area_mm2 for panel in panels), rtol=1e-9)
 
 
 @pytest.mark.parametrize("version", VERSIONS)
@@ -112,7 +114,7 @@ def test_the_head_of_the_file(version: str, tmp_path: Path) -> None:
 def test_lines_are_open_and_rings_closed() -> None:
     ring = np.array([[0.0, 0.0], [10.0, 0.0], [5.0, 8.0], [0.0, 0.0]])
     line = np.array([[1.0, 1.0], [2.0, 1.0]])
-    drawing = Drawing("P001", {CUT: (ring,), MARK: (line,)})
+    drawing = Drawing("P001", {CUT: Curves.of([ring]), MARK: Curves.of([line])})
     document = ezdxf.read(StringIO(text_of(drawing, "R2010")))
     ((closed, points),) = polylines(document, CUT)
     assert closed
@@ -126,9 +128,9 @@ def test_other_processes_write_the_same_bytes() -> None:
     code = """if True:
         import sys
         from fabkit.formats.drawings.dxf import write_dxf
-        from fabkit.production.drawing import Drawing
+        from fabkit.production import Curves, Drawing
         import numpy as np
-        drawing = Drawing("P001", {"CUT": (np.eye(3)[[0, 1, 2, 0], :2],)}, ("a note",))
+        drawing = Drawing("P001", {"CUT": Curves.of([np.eye(3)[[0, 1, 2, 0], :2]])}, ("a note",))
         for version in ("R2010", "R12"):
             write_dxf(sys.stdout, drawing, version=version)
     """
@@ -159,4 +161,4 @@ def test_gdal_reads_the_same_panels(version: str, tmp_path: Path) -> None:
             np.testing.assert_array_equal(points[0], points[-1])
             areas.append(Polygon(points).area)
     # ogrinfo prints fifteen digits
-    np.testing.assert_allclose(sorted(areas), sorted(panel.area_mm2 for panel in panels), rtol=1e-9)
+    np.testing.assert_allclose(sorted(areas), sorted(panel.details.area_mm2 for panel in panels), rtol=1e-9)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tracemalloc
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,15 +12,16 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from fabkit.detailing.assembling import detail
-from fabkit.parts import Assembly, Beam, Node, Panel
+from fabkit.parts import Assembly
 from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, in_company
-from fabkit.production.marks import share_equal_parts
-from fabkit.production.turns import turn_beam, turn_node, turn_panel, turned_beams, turned_nodes, turned_panels
+from fabkit.production.marks import share_equal_parts, turned_parts, turned_shapes, turns_of
 from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
-from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss import Pair
+from geometry.gauss.approximate_gauss_image import approximate_pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh, shapes
+from tests.fabkit.assemblies import by_name, with_parts
 from tests.fabkit.plates import plates
 
 WITHIN = 1.0
@@ -102,30 +102,33 @@ def bent(n: int, seed: int) -> Assembly:
     u, v = (1.5e3 * np.cumsum(rng.uniform(0.9, 1.1, n + 1)) for _ in range(2))
     first = np.stack([u, 0 * u, -(u**2) / 2e4], axis=1)
     mesh = shapes.translation_surface(first, np.stack([0 * v, v, -(v**2) / 3e4], axis=1))
-    return detail(SupportStructure(mesh, gauss_image(mesh), 120.0), DetailingRules(), name="bent").assembly
+    return detail(SupportStructure(approximate_pair(mesh), 120.0), DetailingRules(), name="bent").assembly
 
 
-@pytest.mark.parametrize(
-    ("parts", "turned", "turn", "n_turns"),
-    [
-        (bent(3, 0).beams, turned_beams, turn_beam, lambda beam: 2),
-        (bent(3, 1).nodes, turned_nodes, turn_node, lambda node: len(node.beams)),
-        (bent(3, 2).panels, turned_panels, turn_panel, lambda panel: len(panel.outline)),
-    ],
-)
-def test_corners_are_turned_as_their_parts_are(parts, turned, turn, n_turns) -> None:
-    """Of panels the corners of the upper side are enough."""
-    for count in {(n_turns(part), part.solid.topology.n_vertices) for part in parts}:
-        alike: list[Beam | Node | Panel] = [
-            part for part in parts if (n_turns(part), part.solid.topology.n_vertices) == count
-        ]
-        found = turned(alike)
-        assert (found.n_shapes, found.n_turns) == (len(alike), count[0])
-        for k in range(count[0]):
-            corners = found.at(np.arange(len(alike)), np.full(len(alike), k), np.arange(found.n_corners))
-            whole = np.array([turn(part, k).solid.vertices for part in alike])
+@pytest.mark.parametrize("group", ["beams", "nodes", "panels"])
+def test_corners_are_turned_as_their_parts_are(group: str) -> None:
+    """What is compared of a turned part stands, placed as the part then is, where its corners stood."""
+    parts = bent(3, 1)[group]
+    ring = getattr(parts.details, parts.kind.symmetry.around[0])
+    sizes = np.array([len(ring[k]) for k in range(len(parts))])
+    counts = np.stack([sizes, parts.solids.vertices.sizes], axis=1)
+    for size, n_corners in np.unique(counts, axis=0).tolist():
+        alike = parts.take((counts == [size, n_corners]).all(axis=1))
+        corners = alike.solids.stacks(alike.shape)[0].vertices
+        turns = turns_of(alike, corners)
+        found, rows = turned_shapes(turns, corners), np.arange(len(alike))
+        assert (found.n_shapes, found.n_turns, found.n_corners) == (len(alike), size, n_corners)
+        for k in range(size):
+            turn = np.full(len(alike), k)
+            seen = found.at(rows, turn, np.arange(n_corners))
+            after = turned_parts(alike, turn, turns.starts[rows, turn], turns.along[rows, turn])
+            stands = after.origins[:, None] + seen @ after.axes
+            stood = alike.origins[:, None] + corners @ alike.axes
+            apart = np.linalg.norm(stood[:, :, None] - stands[:, None], axis=3)
             # 1e-9: rounding of coordinates of a few metres in millimetres
-            assert np.abs(corners - whole[:, -found.n_corners :]).max() < 1e-9
+            assert max(apart.min(axis=1).max(), apart.min(axis=2).max()) < 1e-9
+            before, now = (getattr(each.details, parts.kind.symmetry.around[0])[0] for each in (alike, after))
+            assert np.array_equal(np.roll(before, -k), now)
 
 
 @given(st.integers(3, 7), st.integers(1, 12), st.integers(0, 2**32 - 1), st.floats(0, 0.9))
@@ -137,10 +140,10 @@ def test_regular_panels_with_any_edge_in_front_share_a_mark(n_corners: int, n: i
     # noise of each corner turns the frame by less than it on an edge as long as the radius, so moves others by 4 of it
     within = 1e-3
     outlines = [np.roll(regular, k, axis=0) + noise * within / 12 * rng.uniform(-1, 1, regular.shape) for k in range(n)]
-    assembly = replace(bent(2, 0), panels=tuple(plates(outlines)))
+    assembly = with_parts(bent(2, 0), panels=plates(outlines))
     shared = share_equal_parts(assembly, within_mm=within)
-    assert {panel.mark for panel in shared.panels} == {"P001"}
-    for before, after in zip(assembly.panels, shared.panels, strict=True):
+    assert {panel.mark for panel in shared["panels"]} == {"P001"}
+    for before, after in zip(assembly["panels"], shared["panels"], strict=True):
         stands = after.placement.to_world(after.solid.vertices)
         stood = before.placement.to_world(before.solid.vertices)
         apart = np.linalg.norm(stood[:, None] - stands, axis=2).min(axis=1)
@@ -153,10 +156,10 @@ def test_two_large_round_panels_with_a_notch_are_equal_in_the_one_right_turn() -
     angles = 2 * np.pi * np.arange(n) / n
     outline = 1e5 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     outline[123] *= 0.9999
-    one, other = plates([outline, outline])
-    turned = replace(one, outline=np.roll(outline, -4000, axis=0) - outline[4000], element=1)
+    pair = plates([np.roll(outline, -4017, axis=0), np.roll(outline, -100, axis=0)])
     tracemalloc.start()
-    found = equal_shapes(turned_panels([turn_panel(turned, 17), turn_panel(other, 100)]), 1e-5)
+    corners = pair.solids.stacks(pair.shape)[0].vertices
+    found = equal_shapes(turned_shapes(turns_of(pair, corners), corners), 1e-5)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert found[0].tolist() == [0, 0]
@@ -166,13 +169,13 @@ def test_two_large_round_panels_with_a_notch_are_equal_in_the_one_right_turn() -
 def test_marks_of_equal_squares_take_memory_in_proportion() -> None:
     """40 x 40 squares: 6561 parts, of which as many pairs are equal as there are interior ones squared."""
     mesh: Mesh = shapes.grid(40, 40) * 1000.0
-    flat = SupportStructure(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (mesh.n_vertices, 1))), 120.0)
+    flat = SupportStructure(Pair(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (mesh.n_vertices, 1)))), 120.0)
     own = detail(flat, DetailingRules(), name="flat").assembly
     tracemalloc.start()
     shared = share_equal_parts(own)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    marks = {name: len({part.mark for part in group}) for name, group in shared.groups().items()}
+    marks = {name: len({part.mark for part in group}) for name, group in by_name(shared).items()}
     assert marks == {"beams": 1, "nodes": 3, "panels": 1}
     # some 1.2 kB a part: its new record, its corners in all turns; pairs of equal parts would be over 1 GB
     assert peak < 6561 * 3e3

@@ -14,7 +14,6 @@ from fabkit.commands.command_line import app
 from fabkit.commands.inspection import inspect_mesh
 from fabkit.production.summary import ExactGaussImage
 from geometry.files import write_mesh
-from geometry.gauss import face_distances
 from geometry.mesh import Mesh, shapes
 from tests.fabkit.edge_offsets import revolved_pair
 from tests.geometry.box_meshes import turning
@@ -73,14 +72,14 @@ def test_the_digits_of_a_drawing_program_do_not_decide_about_the_heights(tmp_pat
 def test_a_triangle_mesh_with_an_exact_image_is_built(tmp_path: Path) -> None:
     made = built(tmp_path, shapes.icosahedron())
     assert made.summary.gauss_image == ExactGaussImage("edge")
-    assert len(made.assembly.beams) == 30
-    assert len({part.mark for part in made.assembly.beams}) == 1
+    assert len(made.assembly["beams"]) == 30
+    assert len({part.mark for part in made.assembly["beams"]}) == 1
 
 
 def test_of_vertex_and_face_offset_the_heights_decide(tmp_path: Path) -> None:
     made = built(tmp_path, shapes.rotational_mesh([[2, 0], [1.8, 1], [1.3, 1.9], [0.6, 2.5]], 12))
     assert made.summary.gauss_image in (ExactGaussImage("face"), ExactGaussImage("vertex"))
-    faces = face_distances(made.structure.mesh, made.structure.gauss_image)
+    faces = made.structure.pair.face_distances
     is_face = made.summary.gauss_image == ExactGaussImage("face")
     assert (np.abs(faces - 1).max() < 1e-9) == is_face
 

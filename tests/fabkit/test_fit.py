@@ -9,8 +9,10 @@ import pytest
 
 from fabkit.checking import fit
 from fabkit.checking.fit import seats
-from fabkit.parts import Frame, Solid, prism_topology, prism_vertices
+from fabkit.kinds import BEAM, NODE
+from fabkit.parts import Frame, Parts, Solid, prism_topology, prism_vertices
 from geometry.arrays import FloatArray
+from tests.fabkit.assemblies import altered
 from tests.fabkit.dome import CENTRE, dome
 
 
@@ -20,9 +22,10 @@ def seat(x: list[float], y: list[float], block: FloatArray, *, along: float = 1.
     corners = np.array([[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]])
     turn = np.diag([along, along, 1.0])
     bar = Solid(prism_vertices(corners, -20.0, 20.0) @ turn, prism_topology(4))
-    beam = replace(whole.beams[4], solid=bar, placement=Frame(np.zeros(3), turn), nodes=(CENTRE, 999))
+    beam = altered(whole["beams"][4], solid=bar, placement=Frame(np.zeros(3), turn), nodes=(CENTRE, 999))
     prism = Solid(prism_vertices(block, -50.0, 50.0), prism_topology(len(block)))
-    found = seats([beam], [replace(whole.nodes[CENTRE], solid=prism, placement=Frame.world())])
+    node = replace(whole["nodes"][CENTRE], solid=prism, placement=Frame.world())
+    found = seats(Parts.of(BEAM, [beam]), Parts.of(NODE, [node]))
     assert (found.beams.tolist(), found.ends.tolist(), found.nodes.tolist()) == ([0], [0], [0])
     return float(found.off_mm[0]), float(found.over_mm[0])
 
@@ -51,8 +54,8 @@ def test_of_two_facets_in_one_plane_the_one_under_the_end_counts() -> None:
 
 def test_ends_are_compared_a_few_at_a_time_with_the_same_result(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = dome()
-    at_once = seats(whole.beams, whole.nodes)
+    at_once = seats(whole["beams"], whole["nodes"])
     monkeypatch.setattr(fit, "NUMBERS_AT_ONCE", 1)
-    few = seats(whole.beams, whole.nodes)
+    few = seats(whole["beams"], whole["nodes"])
     assert np.array_equal(few.off_mm, at_once.off_mm)
     assert np.array_equal(few.over_mm, at_once.over_mm)

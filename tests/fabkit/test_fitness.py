@@ -24,8 +24,8 @@ from fabkit.fitness.shape import heights, lean, moves, outwards, self_intersecti
 from fabkit.project import project_from
 from geometry.errors import GeometryError, MeshError, MeshFileError
 from geometry.files import write_mesh
-from geometry.gauss import SupportStructure
-from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss import Pair, SupportStructure
+from geometry.gauss.approximate_gauss_image import approximate_pair
 from geometry.mesh import Mesh, shapes
 from tests.fabkit import unfit_meshes as unfit
 from tests.geometry.bent_meshes import rotation, shaken, vault
@@ -144,8 +144,8 @@ def test_other_lines_over_the_same_surface_are_fit(tmp_path: Path) -> None:
 def test_even_heights_can_be_asked_for(tmp_path: Path) -> None:
     mesh = unfit.askew(turn_deg=30.0)
     spreads = [
-        np.ptp(np.percentile(SupportStructure(mesh, image, 1.0).heights, [2.5, 97.5]))
-        for image in (gauss_image(mesh), gauss_image(mesh, edges=1.0, rounds=5))
+        np.ptp(np.percentile(SupportStructure(pair, 1.0).heights, [2.5, 97.5]))
+        for pair in (approximate_pair(mesh), approximate_pair(mesh, edges=1.0, rounds=5))
     ]
     assert spreads[1] < 0.8 * spreads[0]
 
@@ -222,15 +222,16 @@ def test_most_vertices_decide_and_the_farthest_is_named(share: float, far: float
 def test_what_is_judged_depends_neither_on_size_nor_on_place(seed: int, size: float) -> None:
     turn, shift = rotation(seed), np.random.default_rng(seed).uniform(-5, 5, 3)
 
-    def judged(mesh: Mesh, image: Mesh) -> list[Finding | None]:
-        structure = SupportStructure(mesh, image, 1.0)
-        return [outwards(structure, strict), lean(mesh, image, strict), heights(structure, strict)]
+    def judged(pair: Pair) -> list[Finding | None]:
+        structure = SupportStructure(pair, 1.0)
+        return [outwards(structure, strict), lean(pair, strict), heights(structure, strict)]
 
     strict = FitnessRules(outwards_told_deg=1.0, lean_told_deg=1.0, heights_told=1e-3)
     mesh = unfit.askew(6, turn_deg=30.0)
-    image = gauss_image(mesh)
-    moved = mesh.with_vertices(size * (mesh.vertices + shift) @ turn), image.with_vertices(image.vertices @ turn)
-    for here, there in zip(judged(mesh, image), judged(*moved), strict=True):
+    pair = approximate_pair(mesh)
+    S = pair.gauss_image
+    moved = Pair(mesh.with_vertices(size * (mesh.vertices + shift) @ turn), S.with_vertices(S.vertices @ turn))
+    for here, there in zip(judged(pair), judged(moved), strict=True):
         assert here
         assert there
         assert there.value == pytest.approx(here.value, rel=1e-6)  # angles near 0 and 90 lose half of the digits

@@ -17,12 +17,11 @@ from fabkit import Built, Project, build, design, load_project
 from fabkit.commands.command_line import app
 from fabkit.commands.inspection import inspect_pair
 from fabkit.errors import ProjectError
-from fabkit.gauss_image import exact_pair
 from fabkit.project import project_from
 from geometry.curvature import christoffel_dual
 from geometry.errors import GeometryError, ParallelityError
 from geometry.files import read_mesh, write_mesh
-from geometry.gauss import edge_distances
+from geometry.gauss import nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.meshing import planarise
 from geometry.parallel import parallelity
@@ -56,7 +55,7 @@ def test_an_exact_pair_is_built_as_it_is(tmp_path: Path, saddle: bool) -> None:
     assert given is not None
     assert (given.file, given.largest_move, given.mean_move) == ("S.off", 0.0, 0.0)
     assert made.summary.largest_move_mm == 0.0
-    assert max(node.axis_spread_mm for node in made.assembly.nodes) < 1e-9 * 120
+    assert max(node.details.axis_spread_mm for node in made.assembly["nodes"]) < 1e-9 * 120
 
 
 def test_every_document_says_that_it_was_given(tmp_path: Path) -> None:
@@ -90,8 +89,8 @@ def test_a_pair_that_lost_digits_becomes_exact_again(tmp_path: Path, digits: int
     assert 0 < made.summary.largest_move_mm < 10 * 10.0**-digits * 1000
     assert np.abs(structure.gauss_image.vertices - S.vertices).max() < 10 * 10.0**-digits
     if digits == 6:  # beams stay level by one setback a node, to what the digits say
-        assert max(node.top_spread_mm for node in made.assembly.nodes) < 1e-2
-        assert all(len(set(node.setbacks_mm)) == 1 for node in made.assembly.nodes)
+        assert max(node.details.top_spread_mm for node in made.assembly["nodes"]) < 1e-2
+        assert all(len(set(node.details.setbacks_mm)) == 1 for node in made.assembly["nodes"])
 
 
 def test_what_lost_its_last_digits_has_as_few_marks_as_the_shop_wants(tmp_path: Path) -> None:
@@ -112,12 +111,12 @@ def test_the_minimal_surface_of_hexagons(tmp_path: Path) -> None:
     """The file holds a Koebe polyhedron with edges at distance 1 to 3e-11; M is its Christoffel dual. P(S) has two
     dimensions more than counting says, so that rounded meshes are made exact only together."""
     image = planarise(read_mesh(DATA / HEXAGONAL).mesh).mesh
-    mesh = christoffel_dual(image)
+    mesh = christoffel_dual(image).mesh
     for digits, bound in ((17, 1e-9), (6, 1e-4)):
         made = built(tmp_path, rounded(mesh, digits), rounded(image, digits), unit=None, mean_edge_mm=700.0)
-        assert np.abs(edge_distances(made.structure.mesh, made.structure.gauss_image) - 1).max() < bound
-        assert max(node.axis_spread_mm for node in made.assembly.nodes) < bound * 120
-        assert len(made.assembly.beams) == 580
+        assert np.abs(made.structure.heights - 1).max() < bound
+        assert max(node.details.axis_spread_mm for node in made.assembly["nodes"]) < bound * 120
+        assert len(made.assembly["beams"]) == 580
 
 
 # --- refused
@@ -183,7 +182,7 @@ def test_what_is_off_by_more_than_the_tolerance_is_refused_before_or_after_it_is
         built(tmp_path, mesh, image, gauss_image={"file": tmp_path / "S.off", "tolerance": 1e-5})
     tight = given.largest_move * 0.99
     with pytest.raises(ParallelityError, match=r"vertex \d+ .* of the Gauss image would have to move by"):
-        exact_pair(mesh, image, tolerance=tight)
+        nearest_parallel_pair(mesh, image, tolerance=tight)
 
 
 # --- inspected

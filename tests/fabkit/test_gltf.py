@@ -17,11 +17,13 @@ from hypothesis import strategies as st
 from fabkit.errors import OutputError
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.triangles import Facets, facets
-from fabkit.parts import Assembly, LeftOut, Solid, Topology, prism_topology, prism_vertices
-from fabkit.parts.palette import LEFT_OUT_COLOUR, PALETTE
+from fabkit.kinds import BEAM, NODE, PANEL
+from fabkit.parts import LEFT_OUT_COLOUR, Assembly, LeftOut, Solid, Solids, Topology, prism_topology, prism_vertices
 from geometry.arrays import FloatArray
+from tests.fabkit.assemblies import assembled
 from tests.fabkit.gridshell import gridshell, left_out_lines
 
+COLOURS = {kind.name: kind.colour for kind in (BEAM, NODE, PANEL)}
 SINGLE = 1e-6  # glTF holds single precision, 24 bits; parts are up to 1.5 m long
 
 
@@ -89,7 +91,7 @@ def test_tree_is_structure_group_part(assembly: Assembly) -> None:
 
 def test_equal_parts_share_a_mesh(assembly: Assembly) -> None:
     gltf = document(glb_bytes(assembly))
-    assert len(gltf["meshes"]) == len({id(part.solid) for part in assembly.parts()}) < len(list(assembly.parts()))
+    assert len(gltf["meshes"]) == sum(len(group.solids) for group in assembly.groups) < len(list(assembly.parts()))
 
 
 def test_colours_are_the_palette_in_linear_light_and_glass_lets_through(assembly: Assembly) -> None:
@@ -98,7 +100,7 @@ def test_colours_are_the_palette_in_linear_light_and_glass_lets_through(assembly
     for name, material in materials.items():
         *colour, opacity = material["pbrMetallicRoughness"]["baseColorFactor"]
         srgb = [1.055 * c ** (1 / 2.4) - 0.055 if c > 0.0031308 else 12.92 * c for c in colour]
-        np.testing.assert_allclose(srgb, PALETTE[name.split()[0]], atol=1e-5)
+        np.testing.assert_allclose(srgb, COLOURS[name.split()[0]], atol=1e-5)
         assert (opacity < 1) == (material.get("alphaMode") == "BLEND") == (name == "panel glass")
 
 
@@ -125,7 +127,7 @@ def test_left_out_beams_are_red_bars_along_their_edges() -> None:
     red = gltf["materials"][-1]["pbrMetallicRoughness"]["baseColorFactor"]
     assert gltf["materials"][-1]["name"] == "left out"
     assert red[0] > 5 * max(red[1:3])
-    assert LEFT_OUT_COLOUR not in PALETTE.values()
+    assert LEFT_OUT_COLOUR not in COLOURS.values()
 
 
 def test_a_left_out_beam_without_its_line_is_refused() -> None:
@@ -134,7 +136,7 @@ def test_a_left_out_beam_without_its_line_is_refused() -> None:
 
 
 def test_an_assembly_without_parts_is_still_a_file() -> None:
-    empty = Assembly("Nothing", (), (), ())
+    empty = assembled("Nothing")
     assert document(glb_bytes(empty))["nodes"][0]["name"] == "Nothing"
     left = replace(empty, left_out=(LeftOut("panel", 3, "too small"),))
     assert "meshes" not in document(glb_bytes(left))
@@ -149,9 +151,9 @@ def star(radii: list[float]) -> FloatArray:
 
 
 def triangle_areas(shape: Facets) -> tuple[FloatArray, FloatArray]:
-    """Area vectors of the triangles, and the normals they should have."""
-    a, b, c = shape.points[shape.triangles].transpose(1, 0, 2)
-    return np.cross(b - a, c - a) / 2, shape.normals[shape.triangles[:, 0]]
+    """Area vectors of the triangles of the first solid, and the normals they should have."""
+    a, b, c = shape.points[0, shape.triangles[0]].transpose(1, 0, 2)
+    return np.cross(b - a, c - a) / 2, shape.normals[0, shape.triangles[0, :, 0]]
 
 
 @given(st.lists(st.lists(st.floats(30.0, 200.0), min_size=6, max_size=6), min_size=1, max_size=4))
@@ -160,7 +162,9 @@ def test_triangles_cover_each_face_once(outlines: list[list[float]]) -> None:
     topology = prism_topology(6)
     flat = [star(radii) for radii in outlines]
     solids = [Solid(prism_vertices(each, -100.0, 20.0), topology) for each in flat]
-    for outline, shape in zip(flat, facets(solids, ["N1"] * len(solids)), strict=True):
+    (every,) = facets(Solids.of(solids), ["N1"] * len(solids))
+    for k, outline in enumerate(flat):
+        shape = Facets(every.solids[k:], every.points[k:], every.normals[k:], every.triangles[k:])
         areas, normals = triangle_areas(shape)
         along = np.einsum("ti,ti->t", areas, normals)
         assert (along > -1e-6 * np.linalg.norm(areas, axis=1).max()).all()  # a straight corner has no area
@@ -184,16 +188,16 @@ def tube() -> Solid:
 def test_a_face_with_a_hole_stays_open() -> None:
     solid = tube()
     assert solid.volume_mm3 == pytest.approx(1000 * (60**2 - 50**2))
-    (shape,) = facets([solid], ["B1"])
+    (shape,) = facets(Solids.of([solid]), ["B1"])
     areas, normals = triangle_areas(shape)
     assert (np.einsum("ti,ti->t", areas, normals) > 0).all()
     assert np.linalg.norm(areas, axis=1).sum() == pytest.approx(2 * (60**2 - 50**2) + 4 * 1000 * (60 + 50))
-    ends = shape.triangles[np.abs(normals[:, 2]) > 0.5]
-    centres = shape.points[ends].mean(axis=1)[:, :2]
+    ends = shape.triangles[0, np.abs(normals[:, 2]) > 0.5]
+    centres = shape.points[0, ends].mean(axis=1)[:, :2]
     assert ((centres < 5) | (centres > 55)).any(axis=1).all()
 
 
 def test_a_bow_tie_is_refused_by_name() -> None:
     crossing = np.array([[0.0, 0], [10, 10], [10, 0], [0, 12]])
     with pytest.raises(OutputError, match="face 0 of P7 cannot be triangulated"):
-        facets([Solid(prism_vertices(crossing, 0.0, 5.0), prism_topology(4))], ["P7"])
+        facets(Solids.of([Solid(prism_vertices(crossing, 0.0, 5.0), prism_topology(4))]), ["P7"])

@@ -14,7 +14,7 @@ from fabkit.errors import FabkitError
 from fabkit.formats.kernels import to_build123d, to_cadquery
 from fabkit.formats.step.files import instance_name
 from fabkit.parts import Assembly, Frame, Part
-from fabkit.parts.palette import PALETTE
+from tests.fabkit.assemblies import assembled, by_name
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.occt import measure, solids_in
 from tests.fabkit.solids import frame, node, star, tube
@@ -75,10 +75,10 @@ def test_tree_names_and_colours(package: str, assembly: Assembly) -> None:
     assert (made.label if package == "build123d" else made.name) == assembly.name
     groups = tree(made)
     assert [name for name, _ in groups] == ["beams", "nodes", "panels"]
-    for (_, leaves), parts in zip(groups, assembly.groups().values(), strict=True):
+    for (_, leaves), parts in zip(groups, by_name(assembly).values(), strict=True):
         assert [name for name, _, _ in leaves] == [instance_name(part) for part in parts]
         for (_, _, colour), part in zip(leaves, parts, strict=True):
-            assert colour[:3] == pytest.approx(PALETTE[part.kind], abs=1e-6)  # kept in single precision
+            assert colour[:3] == pytest.approx(part.kind.colour, abs=1e-6)  # kept in single precision
 
 
 @each_kernel
@@ -92,7 +92,7 @@ def test_equal_parts_share_their_shape(package: str, assembly: Assembly) -> None
 
 @each_kernel
 def test_empty_groups_are_left_out(package: str, assembly: Assembly) -> None:
-    made = MAKERS[package](Assembly("beams only", assembly.beams, (), ()))
+    made = MAKERS[package](assembled("beams only", assembly["beams"]))
     assert [name for name, _ in tree(made)] == ["beams"]
 
 

@@ -9,11 +9,13 @@ import pytest
 
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
-from fabkit.parts import Assembly, Frame, Panel, Part, Solid, prism_topology, prism_vertices
+from fabkit.parts import Assembly, Frame, Part, Solid, prism_topology, prism_vertices
 from fabkit.production.marks import share_equal_parts
 from fabkit.rules import DetailingRules
+from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
+from tests.fabkit.assemblies import altered, assembled, with_parts
 
 
 def barrel(n: int = 8, tilt: float = 0.0) -> Assembly:
@@ -23,7 +25,7 @@ def barrel(n: int = 8, tilt: float = 0.0) -> Assembly:
     lower, upper = np.pad(ring, ((0, 0), (0, 1))), np.pad(0.6 * ring, ((0, 0), (0, 1)), constant_values=0.8)
     faces = [[k, (k + 1) % n, (k + 1) % n + n, k + n] for k in range(n)]
     sphere = Mesh.from_faces(np.concatenate([lower, upper]), faces)
-    return detail(SupportStructure(sphere * 3000.0, sphere, 120.0), DetailingRules(), name="barrel").assembly
+    return detail(SupportStructure(Pair(sphere * 3000.0, sphere), 120.0), DetailingRules(), name="barrel").assembly
 
 
 def world(part: Part) -> np.ndarray:
@@ -33,13 +35,12 @@ def world(part: Part) -> np.ndarray:
 
 def test_a_rotational_structure_has_one_mark_for_each_orbit() -> None:
     shared = share_equal_parts(barrel())
-    assert {beam.mark for beam in shared.beams} == {"B001", "B002", "B003"}  # lower ring, upper ring, meridians
-    assert {node.mark for node in shared.nodes} == {"N001", "N002"}
-    assert {panel.mark for panel in shared.panels} == {"P001"}
-    solids = {part.mark: set() for part in shared.parts()}
-    for part in shared.parts():
-        solids[part.mark].add(id(part.solid))
-    assert all(len(found) == 1 for found in solids.values())
+    assert {beam.mark for beam in shared["beams"]} == {"B001", "B002", "B003"}  # lower ring, upper ring, meridians
+    assert {node.mark for node in shared["nodes"]} == {"N001", "N002"}
+    assert {panel.mark for panel in shared["panels"]} == {"P001"}
+    for group in shared.groups:
+        assert np.array_equal(group.shape, group.mark)
+        assert len(group.solids) == len(group.mark_names)
 
 
 @pytest.mark.parametrize("n", [3, 4, 5, 8])
@@ -56,25 +57,25 @@ def test_sharing_moves_nothing(n: int) -> None:
 
 def test_records_turn_with_their_frames() -> None:
     shared = share_equal_parts(barrel())
-    for beam in shared.beams:
-        first = next(other for other in shared.beams if other.mark == beam.mark)
-        assert beam.cut_angles_deg == pytest.approx(first.cut_angles_deg)
+    for beam in shared["beams"]:
+        first = next(other for other in shared["beams"] if other.mark == beam.mark)
+        assert beam.details.cut_angles_deg == pytest.approx(first.details.cut_angles_deg)
         start = beam.placement.origin
-        ends = [node.placement.origin for k in beam.nodes for node in shared.nodes if node.element == k]
+        ends = [node.placement.origin for k in beam.details.nodes for node in shared["nodes"] if node.element == k]
         assert np.linalg.norm(start - ends[0]) < np.linalg.norm(start - ends[1])
-    for node in shared.nodes:
-        first = next(other for other in shared.nodes if other.mark == node.mark)
-        assert node.azimuths_deg == pytest.approx(first.azimuths_deg)
-        assert node.setbacks_mm == pytest.approx(first.setbacks_mm)
-    for panel in shared.panels:
-        first = next(other for other in shared.panels if other.mark == panel.mark)
-        assert panel.edge_lengths_mm == pytest.approx(first.edge_lengths_mm)
-        assert panel.dihedrals_deg == pytest.approx(first.dihedrals_deg, nan_ok=True)
+    for node in shared["nodes"]:
+        first = next(other for other in shared["nodes"] if other.mark == node.mark)
+        assert node.details.azimuths_deg == pytest.approx(first.details.azimuths_deg)
+        assert node.details.setbacks_mm == pytest.approx(first.details.setbacks_mm)
+    for panel in shared["panels"]:
+        first = next(other for other in shared["panels"] if other.mark == panel.mark)
+        assert panel.details.edge_lengths_mm == pytest.approx(first.details.edge_lengths_mm)
+        assert panel.details.dihedrals_deg == pytest.approx(first.details.dihedrals_deg, nan_ok=True)
 
 
 def test_a_mirrored_panel_and_another_material_have_marks_of_their_own() -> None:
     own = barrel()
-    panel = own.panels[0]
+    panel = own["panels"][0]
     mirrored = replace(
         panel,
         element=1,
@@ -87,7 +88,7 @@ def test_a_mirrored_panel_and_another_material_have_marks_of_their_own() -> None
     timber = replace(panel.material, name="timber")
 
     def outlined(solid, element):
-        return replace(panel, solid=solid, outline=solid.vertices[:4, :2], element=element)
+        return replace(panel, solid=solid, element=element)
 
     panels = (
         outlined(panel.solid, 0),
@@ -96,8 +97,8 @@ def test_a_mirrored_panel_and_another_material_have_marks_of_their_own() -> None
         outlined(skew_mirrored, 3),
         replace(panel, material=timber, element=4),
     )
-    shared = share_equal_parts(replace(own, panels=panels))
-    marks = [part.mark for part in shared.panels]
+    shared = share_equal_parts(with_parts(own, panels=panels))
+    marks = [part.mark for part in shared["panels"]]
     assert marks[0] == marks[1]  # a symmetric trapezoid is its own mirror image
     assert len({marks[0], marks[2], marks[3], marks[4]}) == 4
 
@@ -106,16 +107,15 @@ def test_a_panel_framed_on_another_edge_is_the_same_panel() -> None:
     """A kite has two longest edges: which one a frame stands on is a matter of rounding."""
     kite = np.array([[0.0, 0.0], [1200.0, 0.0], [1400.0, 500.0], [400.0, 1131.3708]])
 
-    def plate(first: int, element: int) -> Panel:
+    def plate(first: int, element: int) -> Part:
         """Beams and neighbours are numbered by the kite's own edges, wherever the frame stands."""
         order = (first + np.arange(4)) % 4
         x = kite[order[1]] - kite[order[0]]
         x /= np.linalg.norm(x)
         outline = (kite[order] - kite[order[0]]) @ np.array([x, [-x[1], x[0]]]).T
-        return replace(
-            barrel().panels[0],
+        return altered(
+            barrel()["panels"][0],
             element=element,
-            outline=outline,
             solid=Solid(prism_vertices(outline, 0.0, 10.0), prism_topology(4)),
             placement=Frame.world(),
             thickness_mm=10.0,
@@ -127,18 +127,16 @@ def test_a_panel_framed_on_another_edge_is_the_same_panel() -> None:
         )
 
     for first in range(4):
-        one, other = share_equal_parts(replace(barrel(), panels=(plate(0, 0), plate(first, 1)))).panels
-        assert one.solid is other.solid
-        assert other.beams == one.beams == (100, 101, 102, 103)
-        assert other.neighbours == one.neighbours
-        assert other.dihedrals_deg == one.dihedrals_deg
-        assert other.corner_angles_deg == one.corner_angles_deg
-        assert other.edge_lengths_mm == pytest.approx(one.edge_lengths_mm)
-        assert other.outline == pytest.approx(one.outline)
+        one, other = share_equal_parts(with_parts(barrel(), panels=(plate(0, 0), plate(first, 1))))["panels"]
+        assert np.array_equal(one.solid.vertices, other.solid.vertices)
+        assert other.details.beams.tolist() == one.details.beams.tolist() == [100, 101, 102, 103]
+        for name in ("neighbours", "dihedrals_deg", "corner_angles_deg"):
+            assert np.array_equal(getattr(other.details, name), getattr(one.details, name))
+        assert other.details.edge_lengths_mm == pytest.approx(one.details.edge_lengths_mm)
 
 
 def test_nothing_to_share() -> None:
-    empty = Assembly("none", (), (), ())
+    empty = assembled("none")
     assert list(share_equal_parts(empty).parts()) == []
 
 
@@ -147,15 +145,16 @@ def test_parts_are_as_equal_as_is_asked() -> None:
     own = barrel(12, tilt=0.3)
     rng = np.random.default_rng(3)
 
-    def worn(part: Panel) -> Panel:
-        outline = part.outline + rng.uniform(-0.02, 0.02, (4, 2)) * (part.outline != 0)
-        return replace(part, outline=outline, solid=Solid(prism_vertices(outline, 0.0, 10.0), part.solid.topology))
+    def worn(part: Part) -> Part:
+        before = part.solid.vertices[:4, :2]
+        outline = before + rng.uniform(-0.02, 0.02, (4, 2)) * (before != 0)
+        return replace(part, solid=Solid(prism_vertices(outline, 0.0, 10.0), part.solid.topology))
 
-    rough = replace(own, panels=tuple(worn(panel) for panel in own.panels))
-    assert len({panel.mark for panel in share_equal_parts(rough).panels}) == 12
+    rough = with_parts(own, panels=tuple(worn(panel) for panel in own["panels"]))
+    assert len({panel.mark for panel in share_equal_parts(rough)["panels"]}) == 12
     shared = share_equal_parts(rough, within_mm=0.1)
-    assert len({panel.mark for panel in shared.panels}) == 1
-    for before, after in zip(rough.panels, shared.panels, strict=True):
+    assert len({panel.mark for panel in shared["panels"]}) == 1
+    for before, after in zip(rough["panels"], shared["panels"], strict=True):
         apart = np.linalg.norm(world(before)[:, None] - world(after), axis=2)
         assert apart.min(axis=0).max() < 0.1 * np.sqrt(3)
         assert apart.min(axis=1).max() < 0.1 * np.sqrt(3)
@@ -163,16 +162,51 @@ def test_parts_are_as_equal_as_is_asked() -> None:
 
 def test_of_parts_that_differ_step_by_step_those_near_to_one_of_them_share_its_mark() -> None:
     """Lengths 0, 1, ..., 9 steps longer, of which 2.5 are equal: the parts hang together, but not all are equal."""
-    panel = barrel().panels[0]
+    panel = barrel()["panels"][0]
 
-    def longer(steps: int) -> Panel:
-        outline = panel.outline + np.outer(panel.outline[:, 0] > 0.1 * panel.outline[:, 0].max(), [0.004 * steps, 0.0])
-        return replace(
-            panel, element=steps, outline=outline, solid=Solid(prism_vertices(outline, 0.0, 10.0), panel.solid.topology)
-        )
+    def longer(steps: int) -> Part:
+        before = panel.solid.vertices[:4, :2]
+        outline = before + np.outer(before[:, 0] > 0.1 * before[:, 0].max(), [0.004 * steps, 0.0])
+        return replace(panel, element=steps, solid=Solid(prism_vertices(outline, 0.0, 10.0), panel.solid.topology))
 
-    shared = share_equal_parts(replace(barrel(), panels=tuple(map(longer, range(10)))), within_mm=0.01).panels
+    shared = share_equal_parts(with_parts(barrel(), panels=tuple(map(longer, range(10)))), within_mm=0.01)["panels"]
     marks = [part.mark for part in shared]
     assert marks == [f"P00{1 + k // 3}" for k in range(10)]
     for k, part in enumerate(shared):
         assert np.abs(part.solid.vertices - longer(k).solid.vertices).max() <= 0.01
+
+
+TEE = [
+    [40.0, 0.0],
+    [-40.0, 0.0],
+    [-40.0, -20.0],
+    [-5.0, -20.0],
+    [-5.0, -90.0],
+    [5.0, -90.0],
+    [5.0, -20.0],
+    [40.0, -20.0],
+]
+HEXAGON = [[20.0, 0.0], [-20.0, 0.0], [-40.0, -40.0], [-20.0, -80.0], [20.0, -80.0], [40.0, -40.0]]
+
+
+@pytest.mark.parametrize("section", [TEE, HEXAGON])
+def test_bars_of_any_section_are_equal_end_for_end(section: list[list[float]]) -> None:
+    """Bars along x with a slanted end and a square one; corners come in the order that half a turn about z reverses."""
+    outline = np.roll(np.array(section), -1, axis=0)  # from beside the plane of symmetry, round to its other side
+    assert np.array_equal(outline[::-1] * [-1, 1], outline)
+
+    def bar(element: int, slant: float, other_slant: float) -> Part:
+        ends = [
+            np.column_stack([x - slope * outline[:, 1], outline]) for x, slope in ((0.0, slant), (1000.0, -other_slant))
+        ]
+        solid = Solid(np.concatenate(ends), prism_topology(len(outline)))
+        assert solid.volume_mm3 > 0
+        placement = Frame(np.array([0.0, 500.0 * element, 0.0]), np.eye(3))
+        return altered(barrel()["beams"][0], element=element, solid=solid, placement=placement, nodes=(element, 9))
+
+    own = with_parts(barrel(), beams=[bar(0, 0.1, 0.0), bar(1, 0.0, 0.1), bar(2, 0.1, 0.1)])["beams"]
+    shared = share_equal_parts(Assembly("bars", (own,)))["beams"]
+    assert shared.marks == ["B001", "B001", "B002"]
+    assert shared.details.nodes.tolist() == [[0, 9], [9, 1], [2, 9]]
+    for before, after in zip(own, shared, strict=True):
+        assert np.abs(world(before) - world(after)).max() < 1e-9

@@ -14,8 +14,7 @@ from scipy.spatial.transform import Rotation
 from fabkit.checking.clash import clashing_pairs
 from fabkit.checking.convex import is_splittable
 from fabkit.checking.convex_pieces import triangles
-from fabkit.parts import prism_topology, prism_vertices
-from fabkit.parts.stacks import Stack
+from fabkit.parts import Stack, prism_topology, prism_vertices
 from geometry.arrays import FloatArray
 
 

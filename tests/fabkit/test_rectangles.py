@@ -10,6 +10,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fabkit.parts import Ragged
 from fabkit.production.guillotine import ROUNDING_MM, SPLITS, WAYS, _fill, smallest_rectangles
 from fabkit.production.nests import turned
 from fabkit.production.rectangles_left import RectanglesLeft
@@ -83,7 +84,7 @@ def test_the_smallest_rectangle_of_a_round_outline_is_as_all_edges_against_all_c
     along = np.roll(corners, -1, axis=0) - corners
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     extents = [np.ptp(corners @ axes.T, axis=0) for axes in (along, along[:, ::-1] * [-1, 1])]
-    (angle,), (size,) = smallest_rectangles([outline], (1e5, 1e5))
+    (angle,), (size,) = smallest_rectangles(Ragged.of([outline], shape=(2,)), (1e5, 1e5))
     # a matrix product rounds otherwise than a sum of two products
     assert size.prod() == pytest.approx(np.prod(extents, axis=0).min(), rel=1e-13)
     # 1e-9: coordinates of 500 mm, turned, are good to 1e-13
@@ -95,7 +96,7 @@ def test_the_smallest_rectangle_of_thousands_of_corners_takes_memory_in_proporti
     angles = 2 * np.pi * np.arange(n) / n
     outline = 1e5 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     tracemalloc.start()
-    smallest_rectangles([outline], (1e6, 1e6))
+    smallest_rectangles(Ragged.of([outline], shape=(2,)), (1e6, 1e6))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < n * 1e3  # some 60 numbers a corner; edges against corners would be 400 MB

@@ -21,13 +21,13 @@ from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.report.figures import histogram
 from fabkit.formats.report.fitness import fitness_html
 from fabkit.formats.report.page import report_html
-from fabkit.parts import Assembly, Material
-from fabkit.parts.palette import LEFT_OUT_COLOUR
+from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Material, Measure
 from fabkit.production.cut_lists import cut_list
 from fabkit.production.drawing import sheet_drawings
+from fabkit.production.facts import build_facts
 from fabkit.production.nests import Sheet
-from fabkit.production.part_measures import Measure, measures
 from fabkit.production.sheet_nesting import nest_panels
+from tests.fabkit.assemblies import assembled, by_name, with_parts
 from tests.fabkit.browser import Browser, pixels
 from tests.fabkit.gridshell import gridshell, gridshell_summary, left_out_lines
 
@@ -46,14 +46,16 @@ VOID = {"meta", "link", "input", "col", "br"}
 
 def report(name: str = NAME, *, left_out: int = LEFT_OUT, assembly: Assembly | None = None) -> str:
     assembly = assembly or gridshell(6, 5, name=name, left_out=left_out)
-    nest = nest_panels(assembly.panels, Sheet(6000.0, 3210.0), gap_mm=10.0, border_mm=15.0)
+    nest = nest_panels(assembly["panels"], Sheet(6000.0, 3210.0), gap_mm=10.0, border_mm=15.0)
+    summary = replace(
+        gridshell_summary(6, 5, name=name, mended=("2 pairs of <equal> vertices were joined",)), fitness=FINDINGS
+    )
     return report_html(
-        summary=replace(
-            gridshell_summary(6, 5, name=name, mended=("2 pairs of <equal> vertices were joined",)), fitness=FINDINGS
-        ),
+        summary=summary,
+        facts=build_facts(summary, assembly, nest),
         assembly=assembly,
         tables=cut_list(assembly, nest).tables,
-        sheets=sheet_drawings(nest, assembly.panels),
+        sheets=sheet_drawings(nest, assembly["panels"]),
         glb=glb_bytes(assembly, left_out_lines(left_out=left_out)),
     )
 
@@ -112,8 +114,8 @@ def test_names_and_notes_are_text_not_markup(text: str) -> None:
     assert "<b>co</b>" not in text
     assert "&lt;equal&gt;" in text
     strange = gridshell(2, 2, name="x")
-    beams = [replace(beam, mark="<i>", material=Material("</script>", 1.0)) for beam in strange.beams]
-    odd = report("x", left_out=0, assembly=replace(strange, beams=tuple(beams)))
+    beams = [replace(beam, mark="<i>", material=Material("</script>", 1.0)) for beam in strange["beams"]]
+    odd = report("x", left_out=0, assembly=with_parts(strange, beams=tuple(beams)))
     assert "<i>" not in re.sub(r'<i style="[^"]*">|<i>(?=</i>)', "", odd)
     assert embedded(odd)["labels"]["beams"][0].count("</script>") == 1
 
@@ -138,7 +140,7 @@ def test_what_is_unusual_stands_before_the_model_with_parts_to_click() -> None:
     Outline(html)
     assert "axes lean by &lt;17&gt; degrees." in html
     assert "turn &amp; mend" in html
-    marks = {node.element: node.mark for node in assembly.nodes}
+    marks = {node.element: node.mark for node in assembly["nodes"]}
     assert re.findall(r'class="mark">(.*?)<', html) == [marks[3]]  # there is no vertex 999
     assert "width: 56.7%" in html  # of twice the bound
     assert "panels over sheets" in html
@@ -148,24 +150,24 @@ def test_what_is_unusual_stands_before_the_model_with_parts_to_click() -> None:
 def test_data_has_a_value_for_each_part(text: str) -> None:
     data = embedded(text)
     assembly = gridshell(6, 5, left_out=LEFT_OUT)
-    counts = {name: len(parts) for name, parts in assembly.groups().items()} | {"left out": LEFT_OUT}
+    counts = {name: len(parts) for name, parts in by_name(assembly).items()} | {"left out": LEFT_OUT}
     assert {name: len(labels) for name, labels in data["labels"].items()} == counts
     for measure in data["measures"]:
         assert len(measure["values"]) == counts[measure["group"]]
     lengths = next(each["values"] for each in data["measures"] if each["title"] == "Long-point length")
-    assert lengths == [round(beam.long_point_mm, 1) for beam in assembly.beams]
+    assert lengths == [round(beam.details.long_point_mm, 1) for beam in assembly["beams"]]
 
 
 def test_what_does_not_align_is_told_in_millimetres(text: str) -> None:
-    spread = np.array([node.top_spread_mm for node in gridshell(6, 5).nodes])
+    spread = np.array([node.details.top_spread_mm for node in gridshell(6, 5)["nodes"]])
     figures = [f"{np.percentile(spread, share):.2f}" for share in (50, 95, 100)]
     row = next(line for line in text.splitlines() if "Beam tops out of level at a node, mm" in line)
     assert re.findall(r"<td>([\d.]+)</td>", row) == figures
 
 
 def test_measures_without_parts_are_left_away() -> None:
-    assert measures(Assembly("Nothing", (), (), ())) == ()
-    empty = report(left_out=0, assembly=replace(gridshell(2, 2), nodes=()))
+    assert embedded(report(left_out=0, assembly=assembled("Nothing")))["measures"] == []
+    empty = report(left_out=0, assembly=with_parts(gridshell(2, 2), nodes=()))
     assert {measure["group"] for measure in embedded(empty)["measures"]} == {"beams", "panels"}
 
 
@@ -302,7 +304,7 @@ def test_colouring_by_a_measure_paints_and_explains(browser: Browser) -> None:
         "(s => { s.value = [...s.options].find(o => o.text === 'Area').value; s.dispatchEvent(new Event('change')); })"
         "(document.querySelector('#measure'))"
     )
-    areas = [panel.area_mm2 / 1e6 for panel in gridshell(6, 5).panels]
+    areas = [panel.details.area_mm2 / 1e6 for panel in gridshell(6, 5)["panels"]]
     shown = browser.evaluate("[...document.querySelectorAll('#scale b')].map(e => e.textContent)")
     assert shown == [f"{min(areas):.3f}", f"{max(areas):.3f} m²"]
     assert (np.abs(canvas_pixels(browser) - by_kind).max(axis=1) > 30).mean() > 0.2
@@ -311,7 +313,7 @@ def test_colouring_by_a_measure_paints_and_explains(browser: Browser) -> None:
 
 
 def test_tables_have_a_row_for_each_mark(text: str) -> None:
-    for name, parts in gridshell(6, 5, left_out=LEFT_OUT).groups().items():
+    for name, parts in by_name(gridshell(6, 5, left_out=LEFT_OUT)).items():
         table = text[text.index(f'id="table-{name}"') :]
         body = table[table.index("<tbody>") : table.index("</tbody>")]
         assert re.findall(r'class="mark">(.*?)</button>', body) == list(dict.fromkeys(part.mark for part in parts))
@@ -327,7 +329,7 @@ def test_tables_show_all_their_rows_can_be_sorted_and_filtered(browser: Browser)
         seen |= set(
             browser.evaluate("[...document.querySelectorAll('#table-beams tbody .mark')].map(e => e.textContent)")
         )
-    assert seen == {beam.mark for beam in gridshell(6, 5, left_out=LEFT_OUT).beams}
+    assert seen == {beam.mark for beam in gridshell(6, 5, left_out=LEFT_OUT)["beams"]}
     column = "document.querySelectorAll('#table-beams tbody td:nth-child(5)')"
     head = "document.querySelectorAll('#table-beams th button')[4].click()"
     for direction in (1, -1):
@@ -372,10 +374,10 @@ def test_findings_stand_side_by_side_and_lead_into_the_model(browser: Browser) -
 
 def test_sheets_are_there_and_open_large(browser: Browser) -> None:
     assembly = gridshell(6, 5)
-    nest = nest_panels(assembly.panels, Sheet(6000.0, 3210.0), gap_mm=10.0, border_mm=15.0)
+    nest = nest_panels(assembly["panels"], Sheet(6000.0, 3210.0), gap_mm=10.0, border_mm=15.0)
     assert browser.evaluate("document.querySelectorAll('.sheets svg').length") == nest.n_sheets
     captions = browser.evaluate("[...document.querySelectorAll('.sheets figcaption')].map(e => e.textContent)")
-    assert sum(int(re.findall(r"(\d+) panel", caption)[0]) for caption in captions) == len(assembly.panels)
+    assert sum(int(re.findall(r"(\d+) panel", caption)[0]) for caption in captions) == len(assembly["panels"])
     browser.evaluate("document.querySelector('.sheets button').click()")
     assert browser.evaluate("document.querySelector('dialog').open") is True
     assert browser.evaluate("document.querySelector('dialog svg').getBoundingClientRect().width") > 600

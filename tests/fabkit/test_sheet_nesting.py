@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from itertools import combinations
@@ -16,7 +15,8 @@ from hypothesis import strategies as st
 from shapely import Polygon, affinity
 
 from fabkit.errors import NestingError
-from fabkit.parts import Panel
+from fabkit.kinds import PANEL, PanelDetails, panel_outlines
+from fabkit.parts import Parts, Ragged
 from fabkit.production import irregular, sheet_nesting
 from fabkit.production.guillotine import smallest_rectangles
 from fabkit.production.nests import TOLERANCE_MM, Nest, Placement, Sheet, Stock, check_nest
@@ -33,16 +33,16 @@ gaps = st.sampled_from([0.0, 3.0, 10.0])
 borders = st.sampled_from([0.0, 15.0])
 
 
-def placed(nest: Nest, panels: Sequence[Panel]) -> list[list[Polygon]]:
+def placed(nest: Nest, panels: Parts[PanelDetails]) -> list[list[Polygon]]:
     """The outlines on each sheet, placed by shapely."""
     sheets: list[list[Polygon]] = [[] for _ in range(nest.n_sheets)]
     for place in nest.placements:
-        turned = affinity.rotate(Polygon(panels[place.panel].outline), place.angle_deg, origin=(0, 0))
+        turned = affinity.rotate(Polygon(panel_outlines(panels)[place.panel]), place.angle_deg, origin=(0, 0))
         sheets[place.sheet].append(affinity.translate(turned, *place.offset_mm))
     return sheets
 
 
-def assert_sound(nest: Nest, panels: Sequence[Panel]) -> None:
+def assert_sound(nest: Nest, panels: Parts[PanelDetails]) -> None:
     assert sorted(place.panel for place in nest.placements) == list(range(len(panels)))
     assert {place.sheet for place in nest.placements} == set(range(nest.n_sheets))
     for shapes in placed(nest, panels):
@@ -127,7 +127,7 @@ NICK = np.array([[0, 0], [500, 0], [500, 500], [0.3, 500], [0, 499.7]])
 def test_slivers_needles_and_nicks_are_kept_from_the_engines() -> None:
     strip = np.array([[0, 0], [2500, 0], [2500, 60.0], [0, 60]])
     some = [SQUARE, strip, SLIVER, NEEDLE, NICK]
-    assert irregular.sturdy(some).tolist() == [True, True, False, False, False]
+    assert irregular.sturdy(Ragged.of(some, shape=(2,))).tolist() == [True, True, False, False, False]
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -147,12 +147,12 @@ class Idle:
     def __init__(self, found: list[Placement], least_seconds: float = 0.0) -> None:
         self.found, self.least_seconds = found, least_seconds
 
-    def fill(self, outlines: Sequence[FloatArray], stock: Stock, seconds: float) -> list[Placement]:
+    def fill(self, outlines: Ragged, stock: Stock, seconds: float) -> list[Placement]:
         time.sleep(self.least_seconds)
         return self.found
 
 
-def random_plates(seed: int, n: int) -> list[Panel]:
+def random_plates(seed: int, n: int) -> Parts[PanelDetails]:
     """Quads of all sizes."""
     rng = np.random.default_rng(seed)
     square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
@@ -188,12 +188,12 @@ def test_an_engine_that_lays_panels_over_each_other_is_found_out(monkeypatch: py
 def test_best_without_an_engine_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(irregular, "find_spec", lambda name: None)
     with pytest.raises(NestingError, match=r"install packingsolver .* or spyrrow"):
-        nest_panels([], SHEET, gap_mm=5, border_mm=10, mode="best")
+        nest_panels(plates([]), SHEET, gap_mm=5, border_mm=10, mode="best")
 
 
 @given(outlines())
 def test_no_turn_has_a_smaller_rectangle(outline: FloatArray) -> None:
-    angles, sizes = smallest_rectangles([outline], (1e5, 1e5))
+    angles, sizes = smallest_rectangles(Ragged.of([outline], shape=(2,)), (1e5, 1e5))
     shape = Polygon(outline)
     x, y, x_end, y_end = affinity.rotate(shape, angles[0], origin=(0, 0)).bounds
     np.testing.assert_allclose(sizes[0], [x_end - x, y_end - y], rtol=1e-9)  # rounding
@@ -205,9 +205,9 @@ def test_no_turn_has_a_smaller_rectangle(outline: FloatArray) -> None:
 def test_of_two_rectangles_the_one_that_fits_is_taken() -> None:
     # The smallest rectangle lies along the long edge and is longer than the sheet.
     outline = np.array([[0.0, 0.0], [3100.0, 0.0], [3100.0, 100.0], [1200.0, 700.0]])
-    _, sizes = smallest_rectangles([outline], (1e5, 1e5))
+    _, sizes = smallest_rectangles(Ragged.of([outline], shape=(2,)), (1e5, 1e5))
     assert sizes[0, 0] > 3050
-    _, sizes = smallest_rectangles([outline], (3050.0, 2000.0))
+    _, sizes = smallest_rectangles(Ragged.of([outline], shape=(2,)), (3050.0, 2000.0))
     assert sizes[0, 0] <= 3050
 
 
@@ -225,14 +225,14 @@ def test_panels_that_fit_exactly_fit() -> None:
 
 def test_too_large_panels_are_named() -> None:
     small, large = np.array([[0, 0], [500, 0], [0, 500.0]]), np.array([[0, 0], [3100, 0], [3100, 200.0], [0, 200]])
-    panels = [plate("P001", small), plate("P002", large), plate("P003", large)]
+    panels = Parts.of(PANEL, [plate("P001", small), plate("P002", large), plate("P003", large)])
     message = r"panel P002 .* 3100\.0 x 200\.0 mm, and 2970 x 1970 mm are at hand; panel P003 .* Use larger sheets"
     with pytest.raises(NestingError, match=message):
         nest_panels(panels, SHEET, gap_mm=10, border_mm=15)
 
 
 def test_no_panels_need_no_sheets() -> None:
-    nest = nest_panels([], SHEET, gap_mm=10, border_mm=15)
+    nest = nest_panels(plates([]), SHEET, gap_mm=10, border_mm=15)
     assert (nest.n_sheets, nest.utilisation) == (0, 0.0)
 
 
@@ -252,12 +252,13 @@ def test_senseless_stock_is_refused(change: dict[str, object], message: str) -> 
 
 
 def test_panels_that_no_engine_bears_are_refused() -> None:
-    bow = plate("P002", SQUARE)
-    bow = replace(bow, outline=SQUARE[[0, 2, 1, 3]])
+    bow = plate("P002", SQUARE[[0, 2, 1, 3]])
     with pytest.raises(NestingError, match=r"cross themselves .* panels P002"):
-        nest_panels([plate("P001", SQUARE), bow], SHEET, gap_mm=10, border_mm=15)
+        nest_panels(Parts.of(PANEL, [plate("P001", SQUARE), bow]), SHEET, gap_mm=10, border_mm=15)
     with pytest.raises(NestingError, match="6 mm glass, 8 mm glass cannot share sheets"):
-        nest_panels([plate("P001", SQUARE, thickness=6.0), plate("P002", SQUARE)], SHEET, gap_mm=1, border_mm=1)
+        nest_panels(
+            Parts.of(PANEL, [plate("P001", SQUARE, thickness=6.0), plate("P002", SQUARE)]), SHEET, gap_mm=1, border_mm=1
+        )
 
 
 @settings(deadline=None, max_examples=30)
@@ -282,7 +283,7 @@ def test_the_check_finds_a_panel_that_was_moved(some: list[FloatArray], data: st
 
 
 def test_the_check_says_by_how_much() -> None:
-    panels = [plate("P001", SQUARE), plate("P002", SQUARE)]
+    panels = Parts.of(PANEL, [plate("P001", SQUARE), plate("P002", SQUARE)])
 
     def nest(x: float) -> Nest:
         places = (Placement(0, 0, 0.0, (15.0, 15.0)), Placement(1, 0, 0.0, (x, 15.0)))
@@ -300,7 +301,7 @@ def test_the_check_says_by_how_much() -> None:
 
 @given(st.floats(0.001, 400))
 def test_overlap_is_found_where_no_gap_is_asked_for(depth: float) -> None:
-    panels = [plate("P001", SQUARE), plate("P002", SQUARE)]
+    panels = Parts.of(PANEL, [plate("P001", SQUARE), plate("P002", SQUARE)])
     places = [Placement(0, 0, 0.0, (0.0, 0.0)), Placement(1, 0, 0.0, (500.0 - depth, 0.0))]
     touching = [places[0], Placement(1, 0, 0.0, (500.0, 0.0))]
     check_nest(Nest(SHEET, 0.0, 0.0, tuple(touching), "by hand", 500000.0), panels)

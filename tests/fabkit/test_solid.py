@@ -16,12 +16,11 @@ from shapely import Polygon
 from fabkit.parts import (
     Frame,
     Solid,
+    Solids,
+    Stack,
     Topology,
-    centroids,
-    face_normals,
     prism_topology,
     prism_vertices,
-    volumes,
 )
 from geometry.arrays import FloatArray
 
@@ -146,11 +145,14 @@ def test_stacks_are_measured_like_single_solids() -> None:
     vertices = prism_vertices(np.broadcast_to(outlines, (3, 2, 3, 2)), 0.0, tops)
     topology = prism_topology(3)
     assert vertices.shape == (3, 2, 6, 3)
-    for at in np.ndindex(3, 2):
-        single = Solid(vertices[at], topology)
-        assert volumes(vertices, topology)[at] == pytest.approx(single.volume_mm3)
-        np.testing.assert_allclose(centroids(vertices, topology)[at], single.centroid, atol=CLOSE)
-        np.testing.assert_allclose(face_normals(vertices, topology)[at], single.normals, atol=CLOSE)
+    stack = Stack(topology, np.arange(6), vertices.reshape(6, 6, 3))
+    solids = Solids.alike(stack.vertices, topology)
+    for k, own in enumerate(stack.vertices):
+        single = Solid(own, topology)
+        assert stack.volumes[k] == solids.volumes[k] == pytest.approx(single.volume_mm3)
+        np.testing.assert_allclose(stack.centroids[k], single.centroid, atol=CLOSE)
+        np.testing.assert_allclose(solids.centroids[k], single.centroid, atol=CLOSE)
+        np.testing.assert_allclose(stack.normals[k], single.normals, atol=CLOSE)
 
 
 @pytest.mark.parametrize("n", [3, 4, 7])

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
+from io import StringIO
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fabkit.errors import OutputError
+from fabkit.formats.step.files import write_part_step, write_part_steps
 from fabkit.formats.step.text import Block, reals, string
-from fabkit.parts import Material, Part, Solid, prism_topology
-from fabkit.parts.palette import PALETTE
+from fabkit.kinds import NODE
+from fabkit.parts import Material, Part, Parts, Solid, prism_topology
 from geometry.arrays import FloatArray
 from tests.fabkit.part21 import StepText, coordinates, written
 from tests.fabkit.solids import frame, node, prism, prisms, star, topology, tube
@@ -207,7 +211,7 @@ def test_part_says_what_it_is() -> None:
     assert file.all("DESCRIPTIVE_REPRESENTATION_ITEM")[0].values[1] == "C24 'x'"
     (density,) = [each for each in file.all("MEASURE_REPRESENTATION_ITEM") if each.values[0] == "density measure"]
     assert density.values[1] == 0.42  # g/cm3
-    assert file.all("COLOUR_RGB")[0].values[1:] == list(PALETTE["node"])
+    assert file.all("COLOUR_RGB")[0].values[1:] == list(NODE.colour)
     (styled,) = file.all("STYLED_ITEM")
     assert file[styled.values[2]].kind == "MANIFOLD_SOLID_BREP"
 
@@ -217,6 +221,24 @@ def test_part_says_what_it_is() -> None:
 )
 def test_schema(schema: str, name: str) -> None:
     assert f"FILE_SCHEMA(('{name}" in written(node("N1", tube()), schema=schema).header
+
+
+def test_many_files_are_as_each_alone(tmp_path: Path) -> None:
+    recycled = Material("100 % 'recycled' %s", 2400.0)
+    parts = [node("N1", tube()), node("N-2'", star(), material=recycled), node("N3", tube(70.0), material=recycled)]
+    parts += [node("N4", star(7)), node("N5", tube(height=90.0))]
+    write_part_steps(tmp_path, [Parts.of(NODE, parts)])
+    found = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    for part in parts:
+        write_part_step(stream := StringIO(), part)
+        assert found.pop(f"{part.mark}.step") == stream.getvalue()
+    assert not found
+
+
+def test_a_mark_that_is_no_name_gets_no_file(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="'N\u00e9' is not printable ASCII"):
+        write_part_steps(tmp_path, [Parts.of(NODE, [node("N\u00e9", tube())])])
+    assert not list(tmp_path.iterdir())
 
 
 def test_helpers_make_closed_solids() -> None:

@@ -15,8 +15,9 @@ import pytest
 
 from fabkit.errors import OutputError
 from fabkit.formats.step.files import instance_name, stream_step, write_step
-from fabkit.parts import Assembly, Frame, Material, Part, Solid
-from fabkit.parts.palette import PALETTE
+from fabkit.kinds import NODE
+from fabkit.parts import Assembly, Frame, Material, Part, Parts, Solid
+from tests.fabkit.assemblies import by_name, with_parts
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.part21 import StepText, coordinates, written
 from tests.fabkit.solids import frame, node, prism, star, tube
@@ -39,7 +40,7 @@ def test_structure_is_a_tree_of_instances(assembly: Assembly, file: StepText) ->
         assert occurrence.values[0] == occurrence.values[1]
         parent, child = (product(file, definition) for definition in occurrence.values[3:5])
         children.setdefault(parent, []).append((occurrence.values[1], child))
-    groups = assembly.groups()
+    groups = by_name(assembly)
     assert children.pop(assembly.name) == [(name, name) for name in groups]
     for name, parts in groups.items():
         assert children.pop(name) == [(instance_name(part), part.mark) for part in parts]
@@ -55,7 +56,7 @@ def test_equal_parts_are_one_product(assembly: Assembly, file: StepText) -> None
     marks = {part.mark for part in assembly.parts()}
     assert len(marks) < len(list(assembly.parts()))  # or this tests nothing
     names = [each.values[0] for each in file.all("PRODUCT")]
-    assert sorted(names) == sorted([assembly.name, *assembly.groups(), *marks])
+    assert sorted(names) == sorted([assembly.name, *by_name(assembly), *marks])
     assert len(file.all("MANIFOLD_SOLID_BREP")) == len(marks)
 
 
@@ -93,15 +94,15 @@ def test_each_kind_has_its_colour(assembly: Assembly, file: StepText) -> None:
         (at,) = styled.values[1]
         while file[at].kind not in rendered:
             (at,) = list(file.references(file[at].values))
-        assert tuple(file[at].values[1:]) == PALETTE[kinds[file[styled.values[2]].values[0]]]
+        assert tuple(file[at].values[1:]) == kinds[file[styled.values[2]].values[0]].colour
     assert len(file.all("STYLED_ITEM")) == len(kinds)
     assert len(file.all("COLOUR_RGB")) == 3
 
 
 @pytest.mark.parametrize("kept", ["beams", "nodes", "panels"])
 def test_empty_groups_are_left_out(assembly: Assembly, kept: str) -> None:
-    others: dict[str, Any] = {name: () for name in assembly.groups() if name != kept}
-    file = written(replace(assembly, **others))
+    others: dict[str, Any] = {name: () for name in by_name(assembly) if name != kept}
+    file = written(with_parts(assembly, **others))
     assert set(file.references()) <= set(file.instances)
     assert set(others).isdisjoint(each.values[0] for each in file.all("PRODUCT"))
 
@@ -109,7 +110,7 @@ def test_empty_groups_are_left_out(assembly: Assembly, kept: str) -> None:
 def test_shapes_come_once_however_far_apart_their_parts_are() -> None:
     parts = [node(f"N{n % 90}", prism([[0, 0], [50, 0], [0, 50 + n % 90]], 10.0), frame(n), n) for n in range(270)]
     stream = io.StringIO()
-    stream_step(stream, "many", parts)
+    stream_step(stream, "many", [Parts.of(NODE, parts)])
     file = StepText(stream.getvalue())
     assert len(file.all("MANIFOLD_SOLID_BREP")) == 90
     assert len(file.all("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")) == 271
@@ -140,8 +141,10 @@ class Sink(io.StringIO):
 def test_memory_does_not_grow_with_the_text() -> None:
     outline = np.array([[0.0, 0.0], [50.0, 0.0], [60.0, 40.0], [0.0, 50.0]])
 
-    def parts(n: int) -> Iterator[Part]:
-        return (node(f"N{k}", prism(outline, 10.0 + k), None, k) for k in range(n))
+    def parts(n: int) -> Iterator[Parts[Any]]:
+        for some in range(0, n, 50):
+            few = (node(f"N{k}", prism(outline, 10.0 + k), None, k) for k in range(some, some + 50))
+            yield Parts.of(NODE, few)
 
     def peak(n: int) -> int:
         tracemalloc.start()
@@ -159,7 +162,7 @@ def test_memory_does_not_grow_with_the_text() -> None:
 
 def refused(parts: list[Part], message: str, **options: Any) -> None:
     with pytest.raises(OutputError, match=message):
-        stream_step(io.StringIO(), "structure", parts, **options)
+        stream_step(io.StringIO(), "structure", [Parts.of(NODE, parts)], **options)
 
 
 def test_one_mark_for_two_solids_is_refused() -> None:
@@ -176,7 +179,11 @@ def test_marks_that_are_no_names_are_refused(mark: str) -> None:
 
 @pytest.mark.parametrize("mark", ["structure", "nodes", "panels"])
 def test_marks_of_other_products_are_refused(mark: str) -> None:
-    refused([node(mark, tube())], "name of the structure or a group")
+    """Whichever of the two is written first."""
+    groups = [Parts.of(NODE, [node(mark, tube())]), gridshell(1, 1)["panels"]]
+    for some in (groups, groups[::-1]):
+        with pytest.raises(OutputError, match="name of the structure or a group"):
+            stream_step(io.StringIO(), "structure", some)
 
 
 def test_structure_is_not_called_like_a_group(assembly: Assembly) -> None:
@@ -240,6 +247,6 @@ def test_a_failure_leaves_the_old_file(tmp_path: Path) -> None:
     path = tmp_path / "model.step"
     path.write_text("old")
     with pytest.raises(OutputError):
-        stream_step(path, "structure", [node("N1", tube()), node("N1", star())])
+        stream_step(path, "structure", [Parts.of(NODE, [node("N1", tube()), node("N1", star())])])
     assert path.read_text() == "old"
     assert [each.name for each in tmp_path.iterdir()] == ["model.step"]

@@ -10,8 +10,9 @@ import pytest
 
 from fabkit.formats.step.entities import Schema
 from fabkit.formats.step.files import instance_name, stream_step, write_part_step, write_step
-from fabkit.parts import Assembly, Frame, Part, Solid, prism_topology, prism_vertices
-from fabkit.parts.palette import PALETTE
+from fabkit.kinds import NODE
+from fabkit.parts import Assembly, Frame, Part, Parts, Solid, prism_topology, prism_vertices
+from tests.fabkit.assemblies import by_name
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.occt import HAS_KERNEL, Placed, read_step
 from tests.fabkit.solids import frame, node, prism, star, tube
@@ -51,12 +52,12 @@ def check_body(leaf: Placed, part: Part, placement: Frame) -> None:
     assert leaf.stated[1] == pytest.approx(body.area, rel=1e-9)
     assert np.abs(leaf.stated[2] - solid.centroid).max() < 1e-12 * reach
     assert leaf.density == pytest.approx(part.material.density_kg_m3 * 1e-6)  # OCCT gives g/mm3
-    assert leaf.colour == pytest.approx(PALETTE[part.kind], abs=1e-6)  # kept in single precision
+    assert leaf.colour == pytest.approx(part.kind.colour, abs=1e-6)  # kept in single precision
 
 
 def test_tree_and_names(assembly: Assembly, leaves: list[Placed]) -> None:
     expected = [
-        ((NAME, group, instance_name(part)), part.mark) for group, parts in assembly.groups().items() for part in parts
+        ((NAME, group, instance_name(part)), part.mark) for group, parts in by_name(assembly).items() for part in parts
     ]
     assert [(leaf.path, leaf.product) for leaf in leaves] == expected
 
@@ -89,7 +90,7 @@ def test_part_file_is_one_product(name: str, tmp_path: Path) -> None:
 
 def test_solids_of_all_sorts_in_one_file(tmp_path: Path) -> None:
     parts = [node(f"N{n}", solid, frame(n, 1e5), n) for n, solid in enumerate(SOLIDS.values())]
-    stream_step(tmp_path / "all.step", "all", parts)
+    stream_step(tmp_path / "all.step", "all", [Parts.of(NODE, parts)])
     for leaf, part in zip(read_step(tmp_path / "all.step"), parts, strict=True):
         assert leaf.path == ("all", "nodes", instance_name(part))
         check_body(leaf, part, part.placement)
@@ -104,6 +105,6 @@ def test_random_prisms(tmp_path: Path) -> None:
         outline = np.stack([np.cos(angles), np.sin(angles)], axis=1) * rng.uniform(10, 2000, (corners, 1))
         vertices = prism_vertices(outline, 0.0, rng.uniform(1, 2000))
         parts.append(node(f"N{n}", Solid(vertices, prism_topology(corners)), frame(n), n))
-    stream_step(tmp_path / "prisms.step", "prisms", parts)
+    stream_step(tmp_path / "prisms.step", "prisms", [Parts.of(NODE, parts)])
     for leaf, part in zip(read_step(tmp_path / "prisms.step"), parts, strict=True):
         check_body(leaf, part, part.placement)

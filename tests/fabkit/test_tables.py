@@ -12,14 +12,16 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fabkit.formats.tables import not_run, write_csv, write_xlsx
+from fabkit.formats.tables import GAP, LONGEST, not_run, write_csv, write_xlsx
 from fabkit.parts import Assembly
 from fabkit.production.cut_lists import CutList, Table, cut_list
+from fabkit.production.facts import BuildFacts, build_facts
 from fabkit.production.nests import Nest, Sheet
 from fabkit.production.sheet_nesting import nest_panels
 from tests.fabkit.gridshell import gridshell, gridshell_summary
 
 RED = "FFFF0000"
+NO_FACTS = BuildFacts((), (), ())
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +31,7 @@ def parts() -> Assembly:
 
 @pytest.fixture(scope="module")
 def nest(parts: Assembly) -> Nest:
-    return nest_panels(parts.panels, Sheet(6000.0, 3210.0), gap_mm=10, border_mm=15)
+    return nest_panels(parts["panels"], Sheet(6000.0, 3210.0), gap_mm=10, border_mm=15)
 
 
 @pytest.fixture(scope="module")
@@ -59,12 +61,12 @@ def test_csv_reads_back(lists: CutList, tmp_path: Path) -> None:
         stream = StringIO()
         write_csv(stream, table)
         assert stream.getvalue().encode() == data
-    assert len(lists.beams.left_out) == 2
+    assert len(lists["beams"].left_out) == 2
 
 
-def test_xlsx_reads_back(lists: CutList, nest: Nest, tmp_path: Path) -> None:
+def test_xlsx_reads_back(parts: Assembly, lists: CutList, nest: Nest, tmp_path: Path) -> None:
     summary = gridshell_summary(3, 2, mended=("2 doubled vertices were merged",))
-    write_xlsx(tmp_path / "list.xlsx", lists, summary, nest)
+    write_xlsx(tmp_path / "list.xlsx", lists, summary, build_facts(summary, parts, nest))
     book = openpyxl.load_workbook(tmp_path / "list.xlsx")
     assert book.sheetnames == ["Summary", "Beams", "Nodes", "Panels"]
     for table, sheet in zip(lists.tables, book.worksheets[1:], strict=True):
@@ -83,19 +85,21 @@ def test_xlsx_reads_back(lists: CutList, nest: Nest, tmp_path: Path) -> None:
         assert sheet.cell(2, head.index("Mass (kg)") + 1).number_format == "0." + "0" * (decimals or 0)
     lines = dict(book["Summary"].iter_rows(max_col=2, values_only=True))
     assert lines["Mesh file"] == "roof.obj"
-    assert lines["Beams"] == len(gridshell(3, 2, left_out=2).beams)
+    assert lines["Beams"] == len(gridshell(3, 2, left_out=2)["beams"])
     assert lines["Panels, mass (kg)"] == pytest.approx(
-        lists.panels.totals[lists.panels.columns.index("Mass (kg)")], 0.1
+        lists["panels"].totals[lists["panels"].columns.index("Mass (kg)")], 0.1
     )
     assert lines["Sheets used"] == nest.n_sheets
     assert lines["Utilisation (%)"] == pytest.approx(100 * nest.utilisation, abs=0.0501)  # to one decimal
     assert "2 doubled vertices were merged" in lines
     reds = [row[0].value for row in book["Summary"].iter_rows() if row[0].font.color and row[0].font.color.rgb == RED]
-    assert reds == list(lists.beams.left_out)
+    assert reds == list(lists["beams"].left_out)
 
 
-def test_xlsx_without_nest_says_so(lists: CutList, tmp_path: Path) -> None:
-    write_xlsx(tmp_path / "list.xlsx", lists, gridshell_summary(3, 2), None)
+def test_xlsx_without_nest_says_so(parts: Assembly, lists: CutList, tmp_path: Path) -> None:
+    write_xlsx(
+        tmp_path / "list.xlsx", lists, gridshell_summary(3, 2), build_facts(gridshell_summary(3, 2), parts, None)
+    )
     lines = dict(openpyxl.load_workbook(tmp_path / "list.xlsx")["Summary"].iter_rows(max_col=2, values_only=True))
     assert "Panels were not nested" in lines
     assert "nothing" in lines
@@ -104,9 +108,26 @@ def test_xlsx_without_nest_says_so(lists: CutList, tmp_path: Path) -> None:
 def test_texts_are_no_formulas(tmp_path: Path) -> None:
     table = Table("t", ("Mark", "Count", "Mass (kg)"), (None, 0, 1), (("=1+1", 1, 2.5),), ("Total", 1, 2.5), ())
     panels = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
-    write_xlsx(tmp_path / "a.xlsx", CutList(table, Table("u", *table_parts(table)), panels), gridshell_summary(), None)
+    write_xlsx(
+        tmp_path / "a.xlsx", CutList((table, Table("u", *table_parts(table)), panels)), gridshell_summary(), NO_FACTS
+    )
     cell = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]["A2"]
     assert (cell.value, cell.data_type) == ("=1+1", "s")
+
+
+def test_any_text_and_number_reads_back_from_xlsx(tmp_path: Path) -> None:
+    rows = ((" <b>&amp;\x07 _x0041_\n", -1.25e-7, 3), ("x" * 40_000, None, "1.0 to 2.0"))
+    table = Table("t", ("Mark", "Mass (kg)", "Count"), (None, 3, 0), rows, ("Total", 0.1, 3), ())
+    empty = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
+    write_xlsx(
+        tmp_path / "a.xlsx", CutList((table, Table("u", *table_parts(table)), empty)), gridshell_summary(), NO_FACTS
+    )
+    first, second, totals = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"].iter_rows(min_row=2, values_only=True)
+    assert (str(first[0]).replace("_x0007_", "\x07"), *first[1:]) == rows[0]  # which openpyxl leaves as it is written
+    assert second == ("x" * (LONGEST - len(GAP)) + GAP, None, "1.0 to 2.0")
+    assert totals == table.totals
+    sheet = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]
+    assert [[cell.number_format for cell in row] for row in sheet.iter_rows(min_row=2)] == [["@", "0.000", "0"]] * 3
 
 
 @given(st.text(st.sampled_from("=+-@\t\r\n;,' 0.5eA\uff1d\uff20")))
@@ -147,9 +168,9 @@ def table_parts(table: Table) -> tuple[object, ...]:
     return table.columns, table.decimals, table.rows, table.totals, table.left_out
 
 
-def test_the_same_lists_give_the_same_bytes(lists: CutList, nest: Nest, tmp_path: Path) -> None:
+def test_the_same_lists_give_the_same_bytes(parts: Assembly, lists: CutList, nest: Nest, tmp_path: Path) -> None:
     for name in ("a.xlsx", "b.xlsx"):
-        write_xlsx(tmp_path / name, lists, gridshell_summary(3, 2), nest)
+        write_xlsx(tmp_path / name, lists, gridshell_summary(3, 2), build_facts(gridshell_summary(3, 2), parts, nest))
     first = (tmp_path / "a.xlsx").read_bytes()
     assert first == (tmp_path / "b.xlsx").read_bytes()
     properties = openpyxl.load_workbook(tmp_path / "a.xlsx").properties

@@ -12,11 +12,11 @@ import numpy as np
 from driver import Files, Kind, mutated
 from mesh_files import MESHES, written
 
-from fabkit.gauss_image import TOLERANCE, exact_pair, read_given_pair
+from fabkit.gauss_image import TOLERANCE, read_given_pair
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.files import check_faces, read_mesh_pair
-from geometry.gauss import gauss_image, nearest_parallel_pair
+from geometry.gauss import Pair, approximate_pair, nearest_parallel_pair
 from geometry.mesh import Mesh, shapes
 from geometry.parallel import parallelity
 
@@ -44,20 +44,22 @@ def attempt(folder: Path) -> str:
     check_faces(found.mesh)
     tolerance = 10.0 ** -(len(first.read_bytes()) % 7)
     is_given = _said_with_counting(lambda: _made_exact(first, second, tolerance))
-    is_found = _said_with_counting(lambda: _is_parallel(*nearest_parallel_pair(found.mesh.near_zero()[0], image)))
+    is_found = _said_with_counting(lambda: _is_parallel(nearest_parallel_pair(found.mesh.near_zero()[0], image)))
     return "a pair" if is_given else "parallel" if is_found else "read"
 
 
 def _made_exact(first: Path, second: Path, tolerance: float) -> None:
     given = read_given_pair(first, second, flip=tolerance < TOLERANCE, tolerance=tolerance)
-    exact = exact_pair(given.file.mesh, given.image, tolerance=tolerance)
-    assert exact.largest_move <= tolerance
-    _is_parallel(exact.mesh, exact.image)
+    exact = nearest_parallel_pair(given.file.mesh, given.gauss_image, tolerance=tolerance)
+    assert exact.moves_from(given.file.mesh, given.gauss_image)[1].max() <= tolerance
+    _is_parallel(exact)
 
 
-def _is_parallel(mesh: Mesh, image: Mesh) -> None:
-    size = np.abs(image.vertices).max()
-    assert parallelity(mesh, image).max() <= 1e-11 * max(size, 1.0), "not parallel"  # what the library promises
+def _is_parallel(pair: Pair) -> None:
+    size = np.abs(pair.gauss_image.vertices).max()
+    assert parallelity(pair.mesh, pair.gauss_image).max() <= 1e-11 * max(size, 1.0), (
+        "not parallel"
+    )  # what the library promises
 
 
 def _said_with_counting(make: Callable[[], None]) -> bool:
@@ -78,7 +80,7 @@ def _said_with_counting(make: Callable[[], None]) -> bool:
 def _pairs() -> list[tuple[Mesh, Mesh]]:
     """Meshes with planar faces and their Gauss images, and such that are no pair of the kind."""
     planar = [shapes.grid(3, 2), shapes.dome(5, 2), shapes.catenoid(6, 2), shapes.dodecahedron(), shapes.cube()]
-    made = [(mesh, gauss_image(mesh, normals=mesh.vertex_normals)) for mesh in planar]
+    made = [(mesh, approximate_pair(mesh, normals=mesh.vertex_normals).gauss_image) for mesh in planar]
     centred = [mesh.with_vertices(mesh.vertices - mesh.vertices.mean(axis=0)) for mesh in planar]
     return [*made, *zip(planar, centred, strict=True), *((mesh, mesh) for mesh in MESHES)]
 

@@ -49,8 +49,8 @@ def solid(name: str, scale: str) -> Mesh:
     mesh = SOLIDS[name]
     sizes = {
         "vertex": vertex_distances(mesh),
-        "edge": edge_distances(mesh, mesh),
-        "face": face_distances(mesh, mesh),
+        "edge": edge_distances(mesh),
+        "face": face_distances(mesh),
     }
     return mesh * (1 / sizes[scale][0])
 

@@ -12,9 +12,9 @@ from scipy.optimize import linprog
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
-from geometry.optimise import bounded
-from geometry.optimise.bounded import minimise_bounded
-from geometry.optimise.constrained import minimise_quadratic
+from geometry.optimise import bounded_quadratic
+from geometry.optimise.bounded_quadratic import minimise_bounded
+from geometry.optimise.constrained_quadratic import minimise_quadratic
 from geometry.optimise.solution import Reason, Solution
 
 seeds = st.integers(0, 2**32 - 1)
@@ -147,7 +147,7 @@ def test_a_polish_that_is_feasible_but_worse_is_not_taken(monkeypatch: pytest.Mo
     def at_zero(problem: object, above: object, below: object, near: Solution) -> Solution:
         return replace(near, x=np.zeros(3), violation=0.0)
 
-    monkeypatch.setattr(bounded._Problem, "on_bounds", at_zero)
+    monkeypatch.setattr(bounded_quadratic._Problem, "on_bounds", at_zero)
     found = minimise(np.eye(3), np.array([2.0, 0.5, -0.5]), np.full(3, -1.0), np.ones(3))
     np.testing.assert_allclose(found.x, [1.0, 0.5, -0.5], atol=1e-9)
 

@@ -13,7 +13,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.gauss.distances import circularity, conicality
 from geometry.mesh import Mesh, shapes
-from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
+from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from tests.geometry.bent_meshes import graph, out_of_plane, rotation, shaken
 
@@ -105,7 +105,7 @@ def test_fixed_vertices_and_curves_are_kept(make: Make, measure: Measure) -> Non
     vertices = bent.vertices.copy()
     vertices[lowest, 2] = 0.1  # level, and so is the curve through them
     bent = mesh.with_vertices(vertices)
-    result = make(bent, curves=[[*lowest, lowest[0]]], fixed=[0, 8]).mesh
+    result = make(bent, Guides(curves=[[*lowest, lowest[0]]], fixed=[0, 8])).mesh
     assert np.nanmax(measure(result)) <= 1e-12
     np.testing.assert_array_equal(result.vertices[[0, 8]], bent.vertices[[0, 8]])
     np.testing.assert_allclose(result.vertices[lowest, 2], 0.1, atol=1e-9)
@@ -118,7 +118,7 @@ def test_constraints_that_hardly_differ_from_dependent_ones_are_met() -> None:
     inner = np.flatnonzero(~mesh.combinatorics.is_boundary_vertex)
     vertices = mesh.vertices.copy()
     vertices[inner] += np.random.default_rng(0).uniform(-0.01, 0.01, size=(len(inner), 3))
-    result = make_circular(mesh.with_vertices(vertices), curves=[[*range(0, mesh.n_vertices, 6), 0]])
+    result = make_circular(mesh.with_vertices(vertices), Guides(curves=[[*range(0, mesh.n_vertices, 6), 0]]))
     assert result.iterations < 15
     assert circularity(result.mesh).max() <= 1e-12
 
@@ -140,7 +140,7 @@ def test_lines_far_from_those_of_curvature_are_refused(make: Make, measure: Meas
 def test_what_is_off_is_named(make: Make, element: str, sentence: str) -> None:
     planar = planarise(shaken(shapes.dome(12, 4), 0.03, 5)).mesh  # nothing is done, so only the aim is missed
     with pytest.raises(ConvergenceError, match=f"{sentence}, after 0 steps") as raised:
-        make(planar, max_steps=0)
+        make(planar, effort=Effort(max_steps=0))
     worst = raised.value.elements[0]
     measured = circularity(planar) if element == "face" else conicality(planar)
     assert measured[worst] > 0.3 * np.nanmax(measured)  # largest by another norm

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError
-from geometry.functionals.closeness import OnCurve, OnSurface, close_to
+from geometry.functionals.closeness import OnCurve, OnSmoothSurface, OnSurface, close_to
 from geometry.mesh import shapes
 from geometry.surface.curve import Curve
 from geometry.surface.surface import Surface
@@ -89,3 +89,15 @@ def test_newtons_steps_lead_to_surface_and_curve_quadratically(seed: int) -> Non
             x = x - np.linalg.lstsq(matrix, functional.residual(x))[0]
         # 0.02, then squares; near an edge of the surface one step more
         assert np.abs(functional.residual(x)).max() < 1e-14
+
+
+def test_distances_from_a_smooth_surface_are_those_along_its_normals() -> None:
+    mesh = shapes.dome(9, 5)
+    surface = Surface(mesh)
+    points = mesh.vertices * 1.1
+    functional = OnSmoothSurface(surface, mesh.combinatorics)
+    np.testing.assert_allclose(functional.residual(points.ravel()), surface.distances(points)[0], atol=1e-15)
+    rows = functional.jacobian(points.ravel()).toarray().reshape(mesh.n_vertices, mesh.n_vertices, 3)
+    at = np.arange(mesh.n_vertices)
+    np.testing.assert_allclose(rows[at, at], surface.closest(points)[1], atol=1e-15)
+    assert np.count_nonzero(rows.any(axis=2)) == mesh.n_vertices

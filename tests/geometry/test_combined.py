@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 
 from geometry.errors import GeometryError
 from geometry.functionals.planarity import face_deviations
-from geometry.gauss import edge_distances, gauss_image, nearest_parallel_pair
+from geometry.gauss import approximate_pair, edge_distances, nearest_parallel_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.parallel import ParallelSpace, parallelity
 
 
 def pair(mesh: Mesh, seed: int) -> tuple[Mesh, Mesh]:
     """A random mesh parallel to a Koebe polyhedron, and that."""
-    image = mesh * (1 / edge_distances(mesh, mesh).mean())
+    image = mesh * (1 / edge_distances(mesh).mean())
     space = ParallelSpace(image)
     members = space.elements(min(3, space.dimension - 3), seed=seed)
     return sum((member * (0.2 * (-1) ** k) for k, member in enumerate(members)), start=image), image
@@ -35,7 +35,8 @@ def rounded(mesh: Mesh, digits: int) -> Mesh:
 def test_lost_digits_come_back_within_what_was_lost(solid: Mesh, seed: int, digits: int) -> None:
     exact_mesh, exact_image = pair(solid, seed)
     given_mesh, given_image = rounded(exact_mesh, digits), rounded(exact_image, digits)
-    mesh, image = nearest_parallel_pair(given_mesh, given_image)
+    found = nearest_parallel_pair(given_mesh, given_image)
+    mesh, image = found.mesh, found.gauss_image
     assert parallelity(mesh, image).max() <= 1e-12
     assert face_deviations(mesh).max() <= 1e-12
     assert face_deviations(image).max() <= 1e-12
@@ -50,16 +51,16 @@ def test_place_and_size_do_not_matter() -> None:
         nearest_parallel_pair(mesh, image),
         nearest_parallel_pair((mesh * 700.0).translated([4e3, 0, 1]), image),
     )
-    assert np.abs(here[1].vertices - there[1].vertices).max() < 1e-9
-    assert np.abs((there[0].vertices - [4e3, 0, 1]) / 700 - here[0].vertices).max() < 1e-9
+    assert np.abs(here.gauss_image.vertices - there.gauss_image.vertices).max() < 1e-9
+    assert np.abs((there.mesh.vertices - [4e3, 0, 1]) / 700 - here.mesh.vertices).max() < 1e-9
 
 
 def test_an_exact_pair_stays_as_it_is() -> None:
     mesh = shapes.dome(12, 4)
-    image = gauss_image(mesh)
+    image = approximate_pair(mesh).gauss_image
     found = nearest_parallel_pair(mesh, image)
-    assert found[0] is mesh
-    assert found[1] is image
+    assert found.mesh is mesh
+    assert found.gauss_image is image
 
 
 def test_what_is_not_nearly_parallel_is_refused() -> None:
@@ -83,6 +84,6 @@ def test_an_image_whose_large_faces_are_lines_is_no_trouble() -> None:
     image = mesh.with_vertices(mesh.vertices * [0.0, 0.0, 1.0] + [0.0, 0.0, 0.5])
     twisted = mesh.with_vertices(mesh.vertices + 1e-9 * np.sin(np.arange(3.0 * mesh.n_vertices)).reshape(-1, 3))
     with np.errstate(all="raise", under="ignore"):
-        found, other = nearest_parallel_pair(twisted, image)
-    assert parallelity(found, other).max() <= 1e-12
-    assert face_deviations(found).max() <= 1e-12
+        found = nearest_parallel_pair(twisted, image)
+    assert parallelity(found.mesh, found.gauss_image).max() <= 1e-12
+    assert face_deviations(found.mesh).max() <= 1e-12

@@ -21,6 +21,7 @@ from geometry.edge_offset.koebe_polyhedra import koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
 from geometry.edge_offset.signed_meshes import edge_offset_mesh
 from geometry.errors import GeometryError, MeshError
+from geometry.gauss import Pair
 from geometry.mesh import Mesh, shapes
 from geometry.mesh.patterns import quad_patch
 from geometry.mesh.polygons import mixed_areas
@@ -38,7 +39,7 @@ means = st.sampled_from([-2.0, -0.5, 0.5, 1.0])
 
 
 def assert_constant(mesh: Mesh, image: Mesh, mean: float, atol: float = CONSTANT) -> None:
-    np.testing.assert_allclose(face_curvatures(mesh, image).mean, mean, rtol=0, atol=atol * abs(mean))
+    np.testing.assert_allclose(face_curvatures(Pair(mesh, image)).mean, mean, rtol=0, atol=atol * abs(mean))
     assert parallelity(image, mesh).max() <= 1e-12 * np.abs(mesh.vertices).max()
 
 
@@ -58,7 +59,7 @@ def test_meshes_of_revolution(
     """Nodoids: radius in units of the cylinder's, 1 / |2 H|, beyond 2 sqrt(2), twice the radius of S for 4 around."""
     image = rotational_koebe(pattern, around, min(rows, around // 2), latitude=latitude)
     radius = relative / (2 * abs(mean))
-    mesh = constant_mean_of_revolution(image, mean, radius=radius)
+    mesh = constant_mean_of_revolution(image, mean, radius=radius).mesh
     assert_constant(mesh, image, mean)
     furthest = np.linalg.norm(image.vertices[:, :2], axis=1).argmax()
     assert np.linalg.norm(mesh.vertices[furthest, :2]) == pytest.approx(radius)
@@ -69,7 +70,7 @@ def test_the_sphere_is_one_of_them(pattern: Pattern, mean: float) -> None:
     image = rotational_koebe(pattern, 12, 4, latitude=0.2)
     radius = float(np.linalg.norm(image.vertices[:, :2], axis=1).max()) / abs(mean)
     if mean < 0:  # S points outwards, so spheres bend away from it
-        mesh = constant_mean_of_revolution(image, mean, radius=radius)
+        mesh = constant_mean_of_revolution(image, mean, radius=radius).mesh
         away = mesh.vertices + image.vertices / mean
         np.testing.assert_allclose(away, np.broadcast_to(away[0], away.shape), atol=1e-12)
 
@@ -78,7 +79,7 @@ def test_cylinders() -> None:
     """The sphere's part that is the image of a cylinder is its equator: S is an upright prism."""
     prism = shapes.rotational_mesh([[1, 0], [1, 1], [1, 3]], 7)
     flat = prism.with_vertices(prism.vertices * [1, 1, 1e-3])
-    mesh = constant_mean_of_revolution(flat, -0.5, radius=1.2)
+    mesh = constant_mean_of_revolution(flat, -0.5, radius=1.2).mesh
     assert_constant(mesh, flat, -0.5)
     np.testing.assert_allclose(np.linalg.norm(mesh.vertices[:, :2], axis=1), 1.2, rtol=1e-12)
 
@@ -86,9 +87,9 @@ def test_cylinders() -> None:
 @pytest.mark.parametrize("mean", [1e-3, -1e-6, 1e-12, -1e-200])
 def test_small_curvatures_lose_no_digits(mean: float) -> None:
     image = rotational_koebe(Pattern.QUADS, 24, 4)
-    mesh = constant_mean_of_revolution(image, mean, radius=0.8)
-    assert np.abs(face_curvatures(mesh, image).mean - mean).max() <= CONSTANT
-    catenoid = minimal_of_revolution(image, waist=float(np.linalg.norm(mesh.vertices[:, :2], axis=1).min()))
+    mesh = constant_mean_of_revolution(image, mean, radius=0.8).mesh
+    assert np.abs(face_curvatures(Pair(mesh, image)).mean - mean).max() <= CONSTANT
+    catenoid = minimal_of_revolution(image, waist=float(np.linalg.norm(mesh.vertices[:, :2], axis=1).min())).mesh
     np.testing.assert_allclose(mesh.vertices, catenoid.vertices, rtol=0, atol=abs(mean) + 1e-14)
 
 
@@ -97,7 +98,7 @@ def test_unduloids_have_their_inflections_where_the_gauss_image_folds(
     around: int, rows: int, folds: int, mean: float
 ) -> None:
     image = rotational_koebe(Pattern.QUADS, around, min(rows, around // 2), folds=folds)
-    mesh = constant_mean_of_revolution(image, mean)
+    mesh = constant_mean_of_revolution(image, mean).mesh
     assert_constant(mesh, image, mean)
     radii = np.linalg.norm(mesh.vertices.reshape(-1, around, 3)[:, 0, :2], axis=1)
     slopes = np.linalg.norm(image.vertices.reshape(-1, around, 3)[:, 0, :2], axis=1)
@@ -115,7 +116,7 @@ def test_delaunay_meridians_converge_to_the_smooth_ones() -> None:
         errors = []
         for around in (40, 80, 160):
             rows = 2 * round(latitude * around / (2 * np.pi) / 2 * 2)
-            mesh = constant_mean_of_revolution(rotational_koebe(Pattern.QUADS, around, rows), -0.5, radius=radius)
+            mesh = constant_mean_of_revolution(rotational_koebe(Pattern.QUADS, around, rows), -0.5, radius=radius).mesh
             points = mesh.vertices.reshape(-1, around, 3)[:, 0]
             profile = np.stack([np.linalg.norm(points[:, :2], axis=1), points[:, 2]], axis=1)
             middles, steps = (profile[1:] + profile[:-1]) / 2, np.diff(profile, axis=0)
@@ -128,18 +129,18 @@ def test_delaunay_meridians_converge_to_the_smooth_ones() -> None:
 @given(st.integers(8, 16), st.integers(3, 6), st.floats(-0.2, 0.2))
 def test_lying_hexagons(around: int, rows: int, latitude: float) -> None:
     image = rotational_koebe(Pattern.LYING_HEXAGONS, around, rows, latitude=latitude)
-    minimal = minimal_of_revolution(image, waist=2.0)
-    assert np.abs(face_curvatures(minimal, image).mean).max() <= CONSTANT
+    minimal = minimal_of_revolution(image, waist=2.0).mesh
+    assert np.abs(face_curvatures(Pair(minimal, image)).mean).max() <= CONSTANT
     assert np.linalg.norm(minimal.vertices[:, :2], axis=1).min() == pytest.approx(2.0)
-    assert_constant(constant_mean_of_revolution(image, -0.5, radius=3.0), image, -0.5)
+    assert_constant(constant_mean_of_revolution(image, -0.5, radius=3.0).mesh, image, -0.5)
 
 
 def test_a_folded_band_of_lying_hexagons() -> None:
     """Fig. 10: the faces on the inflection have images folded flat, hence K = 0."""
     image = rotational_koebe(Pattern.LYING_HEXAGONS, 12, 5, folds=1)
-    mesh = constant_mean_of_revolution(image, -0.5)
+    mesh = constant_mean_of_revolution(image, -0.5).mesh
     assert_constant(mesh, image, -0.5)
-    rows = face_curvatures(mesh, image).gaussian.reshape(-1, 12)
+    rows = face_curvatures(Pair(mesh, image)).gaussian.reshape(-1, 12)
     assert (rows[:5] > 0).all()
     np.testing.assert_allclose(rows[5], 0, atol=1e-12)
     assert (rows[6:] < 0).all()
@@ -203,8 +204,8 @@ def test_the_equations_say_what_mixed_areas_do(seed: int) -> None:
 @given(seeds, st.sampled_from([-0.5, 0.5]))
 def test_newtons_method_arrives_near_its_start(seed: int, mean: float) -> None:
     image = rotational_koebe(Pattern.STANDING_HEXAGONS, 12, 4, latitude=0.1)
-    start = perturbed(constant_mean_of_revolution(image, mean, radius=2.5), image, seed, 0.02)
-    mesh = constant_mean(image, mean, start)
+    start = perturbed(constant_mean_of_revolution(image, mean, radius=2.5).mesh, image, seed, 0.02)
+    mesh = constant_mean(image, mean, start).mesh
     assert_constant(mesh, image, mean)
     away = mesh.vertices - start.vertices
     assert np.abs(away - away.mean(axis=0)).max() <= mesh.mean_edge_length
@@ -213,8 +214,8 @@ def test_newtons_method_arrives_near_its_start(seed: int, mean: float) -> None:
 def test_a_rotational_mesh_of_quads_is_found_again() -> None:
     """Quads have few solutions: from nearby, one that is rotational too."""
     image = rotational_koebe(Pattern.QUADS, 12, 4, latitude=0.1)
-    mesh = constant_mean_of_revolution(image, -0.5, radius=3.0)
-    found = constant_mean(image, -0.5, perturbed(mesh, image, 0, 1e-3))
+    mesh = constant_mean_of_revolution(image, -0.5, radius=3.0).mesh
+    found = constant_mean(image, -0.5, perturbed(mesh, image, 0, 1e-3)).mesh
     assert_constant(found, image, -0.5)
     around = found.vertices.reshape(-1, 12, 3)[:, :, :2]  # ring after ring
     radii = np.linalg.norm(around - around.mean(axis=1, keepdims=True), axis=2)
@@ -225,16 +226,16 @@ def test_a_rotational_mesh_of_quads_is_found_again() -> None:
 def test_hexagons_that_are_not_rotational(seed: int) -> None:
     """About a large sphere there are many: this one stays near a random start in P(S)."""
     image = shapes.hexagonal_paraboloid(4, 4)
-    mesh = constant_mean(image, 0.3, perturbed(image * -3.0, image, seed, 0.1))
+    mesh = constant_mean(image, 0.3, perturbed(image * -3.0, image, seed, 0.1)).mesh
     assert_constant(mesh, image, 0.3)
     assert np.ptp(edge_factors(image, mesh)) > 0.01
 
 
 def test_no_curvature_is_the_christoffel_dual() -> None:
     image = enneper_koebe(5)
-    dual = christoffel_dual(image)
-    found = constant_mean(image, 0.0, perturbed(dual, image, 1, 0.01))
-    assert np.abs(face_curvatures(found, image).mean).max() <= CONSTANT
+    dual = christoffel_dual(image).mesh
+    found = constant_mean(image, 0.0, perturbed(dual, image, 1, 0.01)).mesh
+    assert np.abs(face_curvatures(Pair(found, image)).mean).max() <= CONSTANT
 
 
 def test_where_there_is_no_way_the_solver_says_so() -> None:
@@ -260,14 +261,14 @@ def test_the_parallel_surface_at_distance_one_over_h(pattern: Pattern, mean: flo
     And H_F of all of M + d S is (H - d K) / (1 - 2 d H + d^2 K), from Steiner's formula [Pottmann2007, (6)].
     """
     image = rotational_koebe(pattern, 11, 4)
-    mesh = constant_mean_of_revolution(image, mean, radius=relative / (2 * abs(mean)))
+    mesh = constant_mean_of_revolution(image, mean, radius=relative / (2 * abs(mean))).mesh
     other = mesh + image * (1 / mean)
     assert_constant(other, image, -mean)
     areas = mixed_areas(mesh.vertices, other.vertices, mesh.combinatorics, image.face_normals)
     np.testing.assert_allclose(areas, 0, atol=1e-12)
-    middle = face_curvatures(mesh + image * (1 / (2 * mean)), image)
+    middle = face_curvatures(Pair(mesh + image * (1 / (2 * mean)), image))
     np.testing.assert_allclose(middle.gaussian, 4 * mean**2, rtol=1e-8)
-    curvatures = face_curvatures(mesh, image)
+    curvatures = face_curvatures(Pair(mesh, image))
     growth = 1 - 2 * d * curvatures.mean + d**2 * curvatures.gaussian
     normals = mesh.vector_areas / curvatures.areas[:, None]
     offset = mesh + image * d

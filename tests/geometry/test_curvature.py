@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from geometry.arrays import FloatArray
 from geometry.curvature import FaceCurvatures, face_curvatures, steiner_area, steiner_areas
 from geometry.errors import GeometryError, MeshError, ParallelityError
+from geometry.gauss import Pair
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
 from geometry.mesh.polygons import face_centroids
 
@@ -75,22 +76,24 @@ def test_offsets_have_the_areas_that_the_curvatures_say(pair: tuple[Mesh, Mesh],
     normals = mesh.vector_areas / np.linalg.norm(mesh.vector_areas, axis=1, keepdims=True)
     signed = np.einsum("fk,fk->f", offset.vector_areas, normals)
     size = 1 + abs(d) * (1 + np.abs(image.vertices).max())
-    np.testing.assert_allclose(steiner_areas(mesh, image, d), signed, rtol=0, atol=ROUNDING * size**2)
-    assert steiner_area(mesh, image, d) == pytest.approx(signed.sum(), abs=10 * ROUNDING * size**2)
+    np.testing.assert_allclose(steiner_areas(Pair(mesh, image), d), signed, rtol=0, atol=ROUNDING * size**2)
+    assert steiner_area(Pair(mesh, image), d) == pytest.approx(signed.sum(), abs=10 * ROUNDING * size**2)
 
 
 def test_some_of_these_offsets_do_turn_over() -> None:
     mesh = solids.dodecahedron()
-    assert (steiner_areas(mesh, -1 * mesh, 3.0) > 0).all()  # through the centre, to the size 2: turned by half a turn
-    assert steiner_area(mesh, -1 * mesh, 1.0) == pytest.approx(0, abs=ROUNDING)
+    assert (
+        steiner_areas(Pair(mesh, -1 * mesh), 3.0) > 0
+    ).all()  # through the centre, to the size 2: turned by half a turn
+    assert steiner_area(Pair(mesh, -1 * mesh), 1.0) == pytest.approx(0, abs=ROUNDING)
     catenoid, image = catenoid_and_image(8, 4)
-    assert (steiner_areas(catenoid, image, 30.0) < 0).all()
+    assert (steiner_areas(Pair(catenoid, image), 30.0) < 0).all()
 
 
 @given(st.sampled_from(solids.__all__), numbers)
 def test_solids_are_spheres_with_respect_to_themselves(name: str, radius: float) -> None:
     solid = getattr(solids, name)()
-    curvatures = face_curvatures(radius * solid, solid)
+    curvatures = face_curvatures(Pair(radius * solid, solid))
     np.testing.assert_allclose(curvatures.mean, -1 / radius, rtol=ROUNDING)
     np.testing.assert_allclose(curvatures.gaussian, 1 / radius**2, rtol=ROUNDING)
     np.testing.assert_allclose(curvatures.principal, -1 / radius, rtol=ROUNDING**0.5)
@@ -102,7 +105,7 @@ def test_cylinders(radius: float, rises: list[float], n: int) -> None:
     heights = np.concatenate([[0], np.cumsum(rises)])
     mesh = shapes.rotational_mesh(np.stack([np.full(len(heights), radius), heights], axis=1), n)
     image = mesh.with_vertices(mesh.vertices * [1 / radius, 1 / radius, 0])
-    curvatures = face_curvatures(mesh, image)
+    curvatures = face_curvatures(Pair(mesh, image))
     np.testing.assert_allclose(curvatures.mean, -1 / (2 * radius), rtol=10 * ROUNDING)
     np.testing.assert_allclose(curvatures.gaussian, 0, atol=ROUNDING / radius)
     np.testing.assert_allclose(curvatures.principal, [[0, -1 / radius]] * mesh.n_faces, atol=10 * ROUNDING / radius)
@@ -115,7 +118,7 @@ def test_cones(slope: float, radius: float, length: float, n: int) -> None:
     mesh = shapes.rotational_mesh(np.stack([radii, heights], axis=1), n)
     normal = np.sin(slope), -np.cos(slope)  # of the generators, outwards
     image = mesh.with_vertices(ring([normal[0]] * 2, [normal[1]] * 2, n))
-    curvatures = face_curvatures(mesh, image)
+    curvatures = face_curvatures(Pair(mesh, image))
     kappa = -normal[0] / radii.mean()
     np.testing.assert_allclose(curvatures.gaussian, 0, atol=ROUNDING)
     np.testing.assert_allclose(curvatures.mean, kappa / 2, rtol=10 * ROUNDING)
@@ -127,7 +130,7 @@ def test_tori(radius: float, m: int, n: int) -> None:
     """About a core of radius 3: curvature 1 / radius along the meridians, and cos t / (3 + radius cos t) across."""
     t = 2 * np.pi / m * np.arange(m)
     mesh = shapes.torus(np.stack([3 + radius * np.cos(t), radius * np.sin(t)], axis=1), n)
-    curvatures = face_curvatures(mesh, mesh.with_vertices(ring(np.cos(t), np.sin(t), n)))
+    curvatures = face_curvatures(Pair(mesh, mesh.with_vertices(ring(np.cos(t), np.sin(t), n))))
     cosines = (np.cos(t) + np.cos(np.roll(t, -1))) / 2
     along, across = np.full(m, -1 / radius), -cosines / (3 + radius * cosines)
     expected = np.tile(np.stack([across, along], axis=1), (n, 1))
@@ -147,7 +150,7 @@ def catenoid_and_image(n: int, rings: int) -> tuple[Mesh, Mesh]:
 @given(st.integers(3, 9), st.integers(1, 9))
 def test_catenoids_are_minimal(n: int, rings: int) -> None:
     mesh, image = catenoid_and_image(n, rings)
-    curvatures = face_curvatures(mesh, image)
+    curvatures = face_curvatures(Pair(mesh, image))
     cosines = np.cos(np.radians(np.linspace(-60, 60, rings + 1)))
     product = np.tile(cosines[1:] * cosines[:-1], n)
     np.testing.assert_allclose(curvatures.mean, 0, atol=10 * ROUNDING)
@@ -161,9 +164,9 @@ def test_curvatures_do_not_see_where_the_meshes_are(pair: tuple[Mesh, Mesh], see
     rng = np.random.default_rng(seed)
     turn, (by, image_by) = Rotation.random(rng=rng).as_matrix(), rng.uniform(-3, 3, (2, 3))
     moved = face_curvatures(
-        mesh.with_vertices(mesh.vertices @ turn.T + by), image.with_vertices(image.vertices @ turn.T + image_by)
+        Pair(mesh.with_vertices(mesh.vertices @ turn.T + by), image.with_vertices(image.vertices @ turn.T + image_by))
     )
-    assert_equal(moved, face_curvatures(mesh, image), atol=1e-11 * (1 + np.abs(image.vertices).max()) ** 2)
+    assert_equal(moved, face_curvatures(Pair(mesh, image)), atol=1e-11 * (1 + np.abs(image.vertices).max()) ** 2)
 
 
 @given(parallel_faces(), numbers, numbers, st.booleans())
@@ -171,7 +174,7 @@ def test_curvatures_scale(pair: tuple[Mesh, Mesh], c: float, s: float, turned: b
     """cM has H / c and K / c^2; sS has s H and s^2 K, and where s < 0 the principal curvatures change places."""
     mesh, image = pair
     s = -s if turned else s
-    was, found = face_curvatures(mesh, image), face_curvatures(c * mesh, s * image)
+    was, found = face_curvatures(Pair(mesh, image)), face_curvatures(Pair(c * mesh, s * image))
     factor = s / c
     principal = factor * (was.principal if s > 0 else was.principal[:, ::-1])
     expected = FaceCurvatures(c**2 * was.areas, factor * was.mean, factor**2 * was.gaussian, principal)
@@ -184,13 +187,15 @@ def test_curvatures_do_not_see_from_which_side_the_meshes_are_looked_at(pair: tu
     """Each face is oriented such that its area is positive, so S alone says where outside is."""
     mesh, image = pair
     atol = ROUNDING * (1 + np.abs(image.vertices).max()) ** 2
-    assert_equal(face_curvatures(mesh.reversed(), image.reversed()), face_curvatures(mesh, image), atol=10 * atol)
+    assert_equal(
+        face_curvatures(Pair(mesh.reversed(), image.reversed())), face_curvatures(Pair(mesh, image)), atol=10 * atol
+    )
 
 
 @given(parallel_faces())
 def test_principal_curvatures_are_the_roots(pair: tuple[Mesh, Mesh]) -> None:
     mesh, image = pair
-    curvatures = face_curvatures(mesh, image, negative=0.0)
+    curvatures = face_curvatures(Pair(mesh, image), negative=0.0)
     none = curvatures.mean**2 < curvatures.gaussian
     np.testing.assert_array_equal(np.flatnonzero(none), curvatures.without_principal)
     np.testing.assert_array_equal(np.isnan(curvatures.principal), np.stack([none, none], axis=1))
@@ -209,7 +214,7 @@ def test_principal_curvatures_exist_where_faces_or_their_images_are_convex(pair:
         areas = np.linalg.norm(image.vector_areas, axis=1)
         assume(areas.min() > 0.01 and np.linalg.norm(image.edge_vectors, axis=1).min() > 0.01)
         mesh, image = image, mesh
-    assert len(face_curvatures(mesh, image).without_principal) == 0
+    assert len(face_curvatures(Pair(mesh, image)).without_principal) == 0
 
 
 @given(st.floats(-2, 2))
@@ -220,7 +225,7 @@ def test_faces_that_are_not_convex_may_have_none(x: float) -> None:
     square = [[5, 5, 0], [6, 5, 0], [6, 6, 0], [5, 6, 0]]
     mesh = Mesh.from_faces(dart + square, [[0, 1, 2, 3], [4, 5, 6, 7]])
     image = mesh.with_vertices([[0, 0, 0], [3 + x, 0, 0], [x, 1, 0], [0, 1 + 3 * x, 0], *square])
-    curvatures = face_curvatures(mesh, image)
+    curvatures = face_curvatures(Pair(mesh, image))
     assert curvatures.mean[0] ** 2 - curvatures.gaussian[0] == pytest.approx(-((x - 1) ** 2) / 8, abs=ROUNDING)
     assert curvatures.without_principal.tolist() == [0]
     np.testing.assert_allclose(curvatures.principal, [[np.nan, np.nan], [-1, -1]], rtol=ROUNDING**0.5)
@@ -230,16 +235,16 @@ def test_rounding_below_zero_passes_for_zero() -> None:
     """Where all directions are principal, H^2 - K is zero, and comes out at either side of it."""
     mesh = solids.snub_dodecahedron()
     rotated = mesh.with_vertices(mesh.vertices @ Rotation.from_rotvec([1, 2, 3]).as_matrix().T + 10)
-    exact = face_curvatures(rotated, mesh.with_vertices((rotated.vertices - 10) / 3), negative=0.0)
+    exact = face_curvatures(Pair(rotated, mesh.with_vertices((rotated.vertices - 10) / 3)), negative=0.0)
     assert len(exact.without_principal) > 0  # else this test says nothing
-    curvatures = face_curvatures(rotated, mesh.with_vertices((rotated.vertices - 10) / 3))
+    curvatures = face_curvatures(Pair(rotated, mesh.with_vertices((rotated.vertices - 10) / 3)))
     assert len(curvatures.without_principal) == 0
     np.testing.assert_allclose(curvatures.principal, -1 / 3, rtol=1e-6)  # roots of rounding of 1e-13
 
 
 def test_faces_that_shrink_to_a_point_or_a_line_are_flat_there() -> None:
     mesh = shapes.box(1, 2, 3)
-    curvatures = face_curvatures(mesh, mesh * 0.0)
+    curvatures = face_curvatures(Pair(mesh, mesh * 0.0))
     for values in (curvatures.mean, curvatures.gaussian, curvatures.principal):
         np.testing.assert_array_equal(values, 0)
 
@@ -249,10 +254,10 @@ def test_meshes_that_are_not_parallel_are_refused() -> None:
     bent = mesh.vertices / 2
     bent[7, 2] += 1e-3
     with pytest.raises(ParallelityError, match=r"edge \d+ from vertex .* of the Gauss image .* not parallel") as caught:
-        face_curvatures(mesh, mesh.with_vertices(bent))
+        face_curvatures(Pair(mesh, mesh.with_vertices(bent)))
     assert 7 in mesh.combinatorics.edges[caught.value.elements[0]]
     with pytest.raises(MeshError, match="do not have the same faces"):
-        face_curvatures(mesh, solids.cube())
+        face_curvatures(Pair(mesh, solids.cube()))
 
 
 def test_faces_that_are_not_planar_are_refused() -> None:
@@ -260,7 +265,7 @@ def test_faces_that_are_not_planar_are_refused() -> None:
     vertices = bent.vertices.copy()
     vertices[0, 2] = 0.1
     with pytest.raises(GeometryError, match=r"face 0 leaves its plane by .*planarise"):
-        face_curvatures(bent.with_vertices(vertices), bent.with_vertices(vertices))
+        face_curvatures(Pair(bent.with_vertices(vertices), bent.with_vertices(vertices)))
 
 
 def test_faces_without_area_are_refused() -> None:
@@ -269,18 +274,18 @@ def test_faces_without_area_are_refused() -> None:
     tie = grid.vertices.copy()
     tie[[4, 5]] = tie[[5, 4]]
     with pytest.raises(MeshError, match=r"face 1 has an area of .* of its mean edge length squared") as caught:
-        face_curvatures(grid.with_vertices(tie), grid.with_vertices(tie))
+        face_curvatures(Pair(grid.with_vertices(tie), grid.with_vertices(tie)))
     assert caught.value.elements == (1,)
     thin = grid.with_vertices(grid.vertices * [1, 1e-10, 1])
     with pytest.raises(MeshError, match="face 0 has an area"):
-        face_curvatures(thin, thin)
+        face_curvatures(Pair(thin, thin))
 
 
 def test_centroids_far_away_take_no_more_digits_than_the_coordinates_lost() -> None:
     mesh = solids.truncated_icosahedron()
     image = mesh * 0.5
     far = mesh.with_vertices(mesh.vertices + 1000.0)
-    curvatures = face_curvatures(far, image.with_vertices(image.vertices - 5000.0))
+    curvatures = face_curvatures(Pair(far, image.with_vertices(image.vertices - 5000.0)))
     assert np.abs(face_centroids(far.vertices, far.combinatorics)).min() > 900
     np.testing.assert_allclose(curvatures.mean, -0.5, rtol=1e-11)  # coordinates keep 1e-12
     np.testing.assert_allclose(curvatures.gaussian, 0.25, rtol=1e-11)

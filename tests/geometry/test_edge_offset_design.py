@@ -14,7 +14,7 @@ from geometry.edge_offset.koebe_polyhedra import koebe as koebe_of
 from geometry.edge_offset.signed_meshes import alternating_signs, edge_offset_mesh, guided_signs, saddle_signs
 from geometry.errors import GeometryError
 from geometry.functionals.fairness import laplacian
-from geometry.gauss import edge_gauss_image
+from geometry.gauss import edge_offset_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.mesh.intersections.meeting_faces import is_embedded
 from geometry.mesh.patterns import pentagon_patch
@@ -336,7 +336,7 @@ def test_fixed_vertices_that_contradict_the_signs_are_not_blamed_on_the_signs() 
 
 @needs_data
 def test_a_mesh_parallel_to_the_hexagonal_koebe_polyhedron() -> None:
-    koebe = edge_gauss_image(planarise(read(HEXAGONAL)).mesh)
+    koebe = edge_offset_pair(planarise(read(HEXAGONAL)).mesh).gauss_image
     member = ParallelSpace(koebe).project(koebe.with_vertices(koebe.vertices * [1, 1, -1]))
     signs = guided_signs(koebe, member)
     assert 100 < (signs < 0).sum() < 480

@@ -8,8 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError
-from geometry.gauss.distances import circularity, edge_distances, face_distances, vertex_distances
-from geometry.gauss.exact_gauss_image import edge_gauss_image, exact_gauss_images, face_gauss_image, vertex_gauss_image
+from geometry.gauss.distances import circularity, vertex_distances
+from geometry.gauss.exact_gauss_image import edge_offset_pair, exact_pairs, face_offset_pair, vertex_offset_pair
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.edge_parallelity import parallelity
 from tests.geometry.members import SIMPLE, SOLIDS, boosted, member, solid
@@ -23,17 +23,17 @@ ROUNDING = 1e-10  # what planes of 1e-13 and edges of a hundredth of the mean le
 @pytest.mark.parametrize("name", SOLIDS)
 def test_each_solid_has_vertex_and_edge_offsets_and_face_offsets_where_it_is_simple_or_platonic(name: str) -> None:
     mesh = SOLIDS[name] * 7.0
-    images = exact_gauss_images(mesh, tolerance=1e-13)
-    assert set(images) == {"vertex", "edge"} | ({"face"} if name in {*SIMPLE, "octahedron", "icosahedron"} else set())
-    np.testing.assert_allclose(images["edge"].vertices, solid(name, "edge").vertices, atol=1e-13)
-    np.testing.assert_allclose(vertex_distances(images["vertex"]), 1, atol=1e-13)
+    pairs = exact_pairs(mesh, tolerance=1e-13)
+    assert set(pairs) == {"vertex", "edge"} | ({"face"} if name in {*SIMPLE, "octahedron", "icosahedron"} else set())
+    np.testing.assert_allclose(pairs["edge"].gauss_image.vertices, solid(name, "edge").vertices, atol=1e-13)
+    np.testing.assert_allclose(pairs["vertex"].vertex_distances, 1, atol=1e-13)
     # nearest to the normals: no vertex of a solid is more than 8 degrees off
-    assert np.einsum("ni,ni->n", images["vertex"].vertices, mesh.vertex_normals).min() > 0.99
-    if "face" in images:
-        np.testing.assert_allclose(face_distances(mesh, images["face"]), 1, atol=1e-13)
-    for image in images.values():
-        assert image.combinatorics is mesh.combinatorics
-        assert parallelity(mesh, image).max() <= 1e-13
+    assert np.einsum("ni,ni->n", pairs["vertex"].gauss_image.vertices, mesh.vertex_normals).min() > 0.99
+    if "face" in pairs:
+        np.testing.assert_allclose(pairs["face"].face_distances, 1, atol=1e-13)
+    for pair in pairs.values():
+        assert pair.gauss_image.combinatorics is mesh.combinatorics
+        assert parallelity(mesh, pair.gauss_image).max() <= 1e-13
 
 
 # --- random members of P(S)
@@ -46,7 +46,7 @@ def test_an_inscribed_mesh_is_recovered_where_odd_faces_determine_it(name: str, 
     given_image = shapes.regular_prism(5) if name == "regular_prism" else solid(name, "vertex")
     image = boosted(given_image * (1 / vertex_distances(given_image)[0]), seed)
     mesh = member(image, seed)
-    found = vertex_gauss_image(mesh)
+    found = vertex_offset_pair(mesh).gauss_image
     np.testing.assert_allclose(vertex_distances(found), 1, atol=1e-9)
     assert parallelity(mesh, found).max() <= 1e-11
     if name == "dodecahedron":  # the others leave a circle
@@ -64,7 +64,7 @@ def test_a_disc_of_circular_quads_has_a_vertex_offset_near_its_normals(seed: int
     image = plane.with_vertices((2 * plane.vertices + (squares - 1) * [0.0, 0.0, 1.0]) / (squares + 1))
     assert circularity(image).max() < 1e-13  # stereographic projection: circles stay circles
     mesh = member(image, seed)
-    found = vertex_gauss_image(mesh)
+    found = vertex_offset_pair(mesh).gauss_image
     np.testing.assert_allclose(vertex_distances(found), 1, atol=1e-9)
     assert parallelity(mesh, found).max() <= 1e-11
     nearness = np.sum(found.vertices * mesh.vertex_normals)
@@ -78,9 +78,9 @@ def test_the_faces_of_simple_meshes_have_offsets(name: str, seed: int) -> None:
     image = boosted(solid(name, "edge"), seed)
     mesh = member(image, seed, size=0.1, centre=1.0)
     assume(np.einsum("fi,fi->f", mesh.face_normals, image.face_normals).min() > 0)  # sides are those of M
-    found = face_gauss_image(mesh)
-    np.testing.assert_allclose(face_distances(mesh, found), 1, atol=1e-9)
-    assert parallelity(mesh, found).max() <= 1e-11
+    pair = face_offset_pair(mesh)
+    np.testing.assert_allclose(pair.face_distances, 1, atol=1e-9)
+    assert parallelity(mesh, pair.gauss_image).max() <= 1e-11
 
 
 @given(seeds, st.integers(5, 12))
@@ -91,14 +91,14 @@ def test_conical_meshes_of_either_curvature_give_their_face_offset(seed: int, n:
     heights = np.concatenate([[0.0], np.cumsum(rng.uniform(0.3, 0.6, size=6))])
     radii = 2 + np.concatenate([[0.0], np.cumsum(slopes * np.diff(heights))])
     mesh = shapes.rotational_mesh(np.stack([radii, heights], axis=1), n)  # narrowest in its middle
-    found = face_gauss_image(mesh)
-    np.testing.assert_allclose(face_distances(mesh, found), 1, atol=1e-12)
-    assert parallelity(mesh, found).max() <= 1e-12
+    pair = face_offset_pair(mesh)
+    np.testing.assert_allclose(pair.face_distances, 1, atol=1e-12)
+    assert parallelity(mesh, pair.gauss_image).max() <= 1e-12
     # the cones of the two rings at a parallel meet where both planes are at distance 1: closed form at inner vertices
     lean = np.arctan(np.cos(np.pi / n) * slopes)  # of the face normals below the horizon
     middle = (lean[1:] + lean[:-1]) / 2
     expected = np.cos(middle) / np.cos((lean[1:] - lean[:-1]) / 2) / np.cos(np.pi / n)
-    found_radii = np.linalg.norm(found.vertices[:, :2], axis=1).reshape(n, 7)[:, 1:-1]
+    found_radii = np.linalg.norm(pair.gauss_image.vertices[:, :2], axis=1).reshape(n, 7)[:, 1:-1]
     np.testing.assert_allclose(found_radii, np.tile(expected, (n, 1)), atol=1e-12)
 
 
@@ -106,9 +106,11 @@ def test_conical_meshes_of_either_curvature_give_their_face_offset(seed: int, n:
 
 
 def test_where_many_s_are_exact_it_is_near_the_normals() -> None:
-    np.testing.assert_allclose(edge_gauss_image(shapes.box(1, 2, 3)).vertices, shapes.cube().vertices / 2**0.5)
-    for found in exact_gauss_images(shapes.grid(4, 3)).values():
-        np.testing.assert_allclose(found.vertices, np.tile([0.0, 0.0, 1.0], (20, 1)), atol=1e-13)
+    np.testing.assert_allclose(
+        edge_offset_pair(shapes.box(1, 2, 3)).gauss_image.vertices, shapes.cube().vertices / 2**0.5
+    )
+    for found in exact_pairs(shapes.grid(4, 3)).values():
+        np.testing.assert_allclose(found.gauss_image.vertices, np.tile([0.0, 0.0, 1.0], (20, 1)), atol=1e-13)
 
 
 def test_parts_have_each_their_own() -> None:
@@ -116,8 +118,8 @@ def test_parts_have_each_their_own() -> None:
     faces = one.combinatorics.faces() + [[v + one.n_vertices for v in f] for f in other.combinatorics.faces()]
     both = Mesh.from_faces(np.concatenate([one.vertices, other.vertices + 5]), faces)
     expected = np.concatenate([solid("dodecahedron", "edge").vertices, solid("truncated_cube", "edge").vertices])
-    np.testing.assert_allclose(edge_gauss_image(both).vertices, expected, atol=1e-12)
-    assert set(exact_gauss_images(both)) == {"vertex", "edge", "face"}
+    np.testing.assert_allclose(edge_offset_pair(both).gauss_image.vertices, expected, atol=1e-12)
+    assert set(exact_pairs(both)) == {"vertex", "edge", "face"}
 
 
 @given(seeds, st.floats(-3, 3), st.tuples(*[st.floats(-20, 20)] * 3))
@@ -129,9 +131,9 @@ def test_size_and_place_do_not_matter_and_attitude_turns_with_it(
     q = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
     turn = q * np.linalg.det(q)
     moved = mesh.with_vertices((mesh.vertices @ turn + shift) * 10.0**decades)
-    for kind in (vertex_gauss_image, face_gauss_image):
+    for kind in (vertex_offset_pair, face_offset_pair):
         # the choice near the normals rounds by rounding over LEAST_GAP squared
-        np.testing.assert_allclose(kind(moved).vertices, kind(mesh).vertices @ turn, atol=1e-7)
+        np.testing.assert_allclose(kind(moved).gauss_image.vertices, kind(mesh).gauss_image.vertices @ turn, atol=1e-7)
 
 
 # --- what has none
@@ -147,17 +149,17 @@ def parallelograms() -> Mesh:
 
 def test_a_mesh_without_any_is_told_where_it_fails() -> None:
     mesh = parallelograms()
-    assert exact_gauss_images(mesh) == {}
+    assert exact_pairs(mesh) == {}
     with pytest.raises(
         GeometryError, match=r"no vertex offset: vertex \d+ .* least circular face is \d+.*make_circular"
     ):
-        vertex_gauss_image(mesh)
+        vertex_offset_pair(mesh)
     with pytest.raises(GeometryError, match=r"no edge offset is found: edge \d+ from vertex .* a weight for edges"):
-        edge_gauss_image(mesh)
+        edge_offset_pair(mesh)
     with pytest.raises(
         GeometryError, match=r"no face offset: face \d+ .* least conical vertex is \d+.*make_conical"
     ) as e:
-        face_gauss_image(mesh)
+        face_offset_pair(mesh)
     assert e.value.bound == 1e-9
     assert e.value.value is not None
     assert e.value.value > 1e-3
@@ -165,26 +167,26 @@ def test_a_mesh_without_any_is_told_where_it_fails() -> None:
 
 def test_a_mesh_has_a_vertex_offset_just_if_its_quads_are_circular() -> None:
     mesh = shapes.dome(8, 4)
-    assert set(exact_gauss_images(mesh)) == {"vertex", "face"}
+    assert set(exact_pairs(mesh)) == {"vertex", "face"}
     stretched = mesh.with_vertices(mesh.vertices * [1.0, 1.001, 1.0])  # planar still
     assert circularity(stretched).max() > 1e-5
-    assert exact_gauss_images(stretched) == {}
+    assert exact_pairs(stretched) == {}
 
 
 def test_a_larger_tolerance_takes_what_is_nearly_exact() -> None:
     mesh = shapes.dome(40, 20)
     with pytest.raises(GeometryError, match="no edge offset is found"):
-        edge_gauss_image(mesh)
-    image = edge_gauss_image(mesh, tolerance=1e-2)
-    assert parallelity(mesh, image).max() <= 1e-11  # parallel all the same
-    assert 1e-5 < np.abs(edge_distances(mesh, image) - 1).max() <= 1e-2
+        edge_offset_pair(mesh)
+    pair = edge_offset_pair(mesh, tolerance=1e-2)
+    assert parallelity(mesh, pair.gauss_image).max() <= 1e-11  # parallel all the same
+    assert 1e-5 < np.abs(pair.edge_distances - 1).max() <= 1e-2
 
 
 def test_faces_that_are_not_planar_and_tolerances_that_are_none_are_refused() -> None:
     mesh = parallelograms()
     vertices = mesh.vertices.copy()
     vertices[7, 2] += 1e-3
-    for kind in (vertex_gauss_image, edge_gauss_image, face_gauss_image, exact_gauss_images):
+    for kind in (vertex_offset_pair, edge_offset_pair, face_offset_pair, exact_pairs):
         with pytest.raises(GeometryError, match=r"leaves its plane by .* planarise the mesh first"):
             kind(mesh.with_vertices(vertices))
         for tolerance in (0.0, np.nan):

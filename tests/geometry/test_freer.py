@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import RankError
-from geometry.gauss import gauss_image, gauss_image_pair
+from geometry.gauss import approximate_pair, rounded_mesh_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
 from geometry.parallel import ParallelSpace, parallelity
@@ -56,8 +56,11 @@ def test_copies_that_are_rounded_have_the_same_image(name: str, decade: float, s
     """S is off by no more than the rounding, over singular values of a hundredth."""
     mesh, turn = FREE[name], turning(seed)
     planar, moved = made_planar(noisy(mesh.with_vertices(mesh.vertices @ turn.T), 10**decade, seed))
-    found, image = gauss_image_pair(planar, moved)
-    np.testing.assert_allclose(image.vertices, gauss_image(mesh).vertices @ turn.T, atol=1e-8 + 300 * 10**decade)
+    pair = rounded_mesh_pair(planar, moved)
+    found, image = pair.mesh, pair.gauss_image
+    np.testing.assert_allclose(
+        image.vertices, approximate_pair(mesh).gauss_image.vertices @ turn.T, atol=1e-8 + 300 * 10**decade
+    )
     assert parallelity(found, image).max() < 1e-11
     assert found.planarity.max() < 1e-12
     assert np.linalg.norm(found.vertices - planar.vertices, axis=1).max() <= 4 * moved
@@ -68,16 +71,18 @@ def test_a_rounded_mesh_alone_has_another_image() -> None:
     mesh = FREE["torus"]
     planar, _ = made_planar(noisy(mesh, 1e-7, 1))
     assert ParallelSpace(planar).expected_dimension < ParallelSpace(mesh).dimension
-    assert np.abs(gauss_image(planar).vertices - gauss_image(mesh).vertices).max() > 0.1
+    assert (
+        np.abs(approximate_pair(planar).gauss_image.vertices - approximate_pair(mesh).gauss_image.vertices).max() > 0.1
+    )
 
 
 @given(st.floats(-10, -3), seeds)
 @settings(max_examples=20, deadline=None)
 def test_other_meshes_stay_as_they_are(decade: float, seed: int) -> None:
     planar, moved = made_planar(shaken(vault(), 10**decade, seed))
-    found, image = gauss_image_pair(planar, moved)
-    assert found is planar
-    np.testing.assert_array_equal(image.vertices, gauss_image(planar).vertices)
+    found = rounded_mesh_pair(planar, moved)
+    assert found.mesh is planar
+    np.testing.assert_array_equal(found.gauss_image.vertices, approximate_pair(planar).gauss_image.vertices)
 
 
 def test_where_nothing_was_rounded_what_decides_is_said() -> None:
@@ -85,9 +90,9 @@ def test_where_nothing_was_rounded_what_decides_is_said() -> None:
     planar, moved = made_planar(noisy(block(4), 1e-12, 0))
     for within in (0.0, 1.1e-4 * planar.mean_edge_length):
         with pytest.raises(RankError, match="rounding decides"):
-            gauss_image_pair(planar, within)
+            rounded_mesh_pair(planar, within)
     if moved:
-        assert np.isfinite(gauss_image_pair(planar, moved)[1].vertices).all()
+        assert np.isfinite(rounded_mesh_pair(planar, moved).gauss_image.vertices).all()
 
 
 @pytest.mark.parametrize("rounds", [1, 4])
@@ -95,6 +100,6 @@ def test_weights_and_rounds_are_those_of_the_gauss_image(rounds: int) -> None:
     mesh = FREE["torus"]
     planar, moved = made_planar(noisy(mesh, 1e-8, 5))
     weights = {"faces": 0.5, "edges": 1.0, "vertices": 0.2, "rounds": rounds}
-    _, image = gauss_image_pair(planar, moved, **weights)
-    expected = gauss_image(mesh, **weights)
+    image = rounded_mesh_pair(planar, moved, **weights).gauss_image
+    expected = approximate_pair(mesh, **weights).gauss_image
     np.testing.assert_allclose(image.vertices, expected.vertices, atol=1e-5)

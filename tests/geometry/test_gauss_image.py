@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError
-from geometry.functionals.rim import extrapolated_normals
-from geometry.gauss.approximate_gauss_image import gauss_image, refuse_triangle_mesh
-from geometry.gauss.distances import edge_distances, face_distances, vertex_distances
+from geometry.functionals.rim_normals import extrapolated_normals
+from geometry.gauss import Pair
+from geometry.gauss.approximate_gauss_image import approximate_pair, refuse_triangle_mesh
+from geometry.gauss.distances import vertex_distances
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.edge_parallelity import parallelity
 
@@ -79,7 +80,9 @@ MESHES = {
 @settings(deadline=None, max_examples=20)
 def test_it_is_parallel(mesh: Mesh, given_weights: tuple[float, float, float, float], rounds: int) -> None:
     faces, edges, vertices, fairness = given_weights
-    image = gauss_image(mesh, faces=faces, edges=edges, vertices=vertices, fairness=fairness, rounds=rounds)
+    image = approximate_pair(
+        mesh, faces=faces, edges=edges, vertices=vertices, fairness=fairness, rounds=rounds
+    ).gauss_image
     assert image.combinatorics is mesh.combinatorics
     assert parallelity(mesh, image).max() <= (PARALLEL if rounds == 1 else 1e-11)  # the bound for these
 
@@ -89,10 +92,15 @@ def test_it_is_parallel(mesh: Mesh, given_weights: tuple[float, float, float, fl
 @settings(deadline=None, max_examples=10)
 def test_no_parallel_mesh_does_better(mesh: Mesh, given_weights: tuple[float, float, float, float], seed: int) -> None:
     faces, edges, vertices, fairness = given_weights
-    image = gauss_image(mesh, faces=faces, edges=edges, vertices=vertices, fairness=fairness)
+    image = approximate_pair(mesh, faces=faces, edges=edges, vertices=vertices, fairness=fairness).gauss_image
     least = objective(mesh, image, *given_weights)
     rng = np.random.default_rng(seed)
-    others = [mesh, image, gauss_image(mesh, vertices=1.0), gauss_image(mesh, fairness=5.0)]
+    others = [
+        mesh,
+        image,
+        approximate_pair(mesh, vertices=1.0).gauss_image,
+        approximate_pair(mesh, fairness=5.0).gauss_image,
+    ]
     direction = sum((other * rng.normal() for other in others[1:]), start=others[0] * rng.normal())
     direction = direction.with_vertices(direction.vertices + rng.normal(size=3))
     for step in (1e-2, -1e-2):
@@ -105,9 +113,11 @@ def test_no_parallel_mesh_does_better(mesh: Mesh, given_weights: tuple[float, fl
     ids=["cube", "dodecahedron"],
 )
 def test_regular_solids_become_the_copy_that_touches_the_sphere(mesh: Mesh, in_radius: float) -> None:
-    image = gauss_image(mesh, vertices=1e-7)  # all but the faces alone; the vertices pull by the order of their weight
+    image = approximate_pair(
+        mesh, vertices=1e-7
+    ).gauss_image  # all but the faces alone; the vertices pull by the order of their weight
     np.testing.assert_allclose(image.vertices, mesh.vertices / in_radius, atol=1e-6)
-    np.testing.assert_allclose(face_distances(mesh, image), 1.0, atol=1e-6)
+    np.testing.assert_allclose(Pair(mesh, image).face_distances, 1.0, atol=1e-6)
 
 
 @given(st.integers(3, 12), seeds)
@@ -117,9 +127,9 @@ def test_a_conical_mesh_has_a_face_offset(n: int, seed: int) -> None:
     latitudes = np.cumsum(rng.uniform(0.1, 0.2, size=6))
     profile = np.stack([np.cos(latitudes), np.sin(latitudes)], axis=1) * [3.0, 2.0]
     mesh = shapes.rotational_mesh(profile, n)
-    image = gauss_image(mesh, vertices=1e-6)
+    pair = approximate_pair(mesh, vertices=1e-6)
     # the vertices pull by their weight times how far they are from their normals, some 10 on a prism
-    np.testing.assert_allclose(face_distances(mesh, image), 1.0, atol=1e-4)
+    np.testing.assert_allclose(pair.face_distances, 1.0, atol=1e-4)
 
 
 @given(seeds, st.floats(-3, 3), st.tuples(*[st.floats(-20, 20)] * 3))
@@ -130,36 +140,44 @@ def test_size_and_place_do_not_matter_and_attitude_turns_with_it(
     mesh, turn = vault(), rotation(seed)
     moved = mesh.with_vertices((mesh.vertices @ turn + shift) * 10.0**decades)
     # the penalty of 1e7 times rounding
-    np.testing.assert_allclose(gauss_image(moved).vertices, gauss_image(mesh).vertices @ turn, atol=1e-7)
+    np.testing.assert_allclose(
+        approximate_pair(moved).gauss_image.vertices, approximate_pair(mesh).gauss_image.vertices @ turn, atol=1e-7
+    )
 
 
 def test_the_other_side_has_the_opposite_image() -> None:
     mesh = vault()
-    np.testing.assert_allclose(gauss_image(mesh.reversed()).vertices, -gauss_image(mesh).vertices, atol=1e-8)
+    np.testing.assert_allclose(
+        approximate_pair(mesh.reversed()).gauss_image.vertices, -approximate_pair(mesh).gauss_image.vertices, atol=1e-8
+    )
 
 
 def test_parts_do_not_influence_each_other() -> None:
     one, other = vault(), shapes.regular_prism(5)
     faces = one.combinatorics.faces() + [[v + one.n_vertices for v in f] for f in other.combinatorics.faces()]
-    both = gauss_image(Mesh.from_faces(np.concatenate([one.vertices, other.vertices + 20]), faces)).vertices
-    np.testing.assert_allclose(both[: one.n_vertices], gauss_image(one).vertices, atol=1e-7)
-    np.testing.assert_allclose(both[one.n_vertices :], gauss_image(other).vertices, atol=1e-7)
+    both = approximate_pair(
+        Mesh.from_faces(np.concatenate([one.vertices, other.vertices + 20]), faces)
+    ).gauss_image.vertices
+    np.testing.assert_allclose(both[: one.n_vertices], approximate_pair(one).gauss_image.vertices, atol=1e-7)
+    np.testing.assert_allclose(both[one.n_vertices :], approximate_pair(other).gauss_image.vertices, atol=1e-7)
 
 
 def test_vertices_without_faces_stay_at_the_origin() -> None:
     mesh = vault()
     more = Mesh.from_faces(np.concatenate([mesh.vertices, [[9.0, 9.0, 9.0]]]), mesh.combinatorics.faces())
-    image = gauss_image(more, fairness=0.1)
+    image = approximate_pair(more, fairness=0.1).gauss_image
     np.testing.assert_allclose(image.vertices[-1], 0, atol=1e-15)
-    np.testing.assert_allclose(image.vertices[:-1], gauss_image(mesh, fairness=0.1).vertices, atol=1e-7)
+    np.testing.assert_allclose(
+        image.vertices[:-1], approximate_pair(mesh, fairness=0.1).gauss_image.vertices, atol=1e-7
+    )
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_finer_dome_is_nearer_to_the_sphere(seed: int) -> None:
     mesh = vault(seed, 12, 10)
-    image = gauss_image(mesh)
-    assert np.ptp(edge_distances(mesh, image)) < 0.1
-    assert np.abs(vertex_distances(image) - 1).max() < 0.1
+    pair = approximate_pair(mesh)
+    assert np.ptp(pair.edge_distances) < 0.1
+    assert np.abs(pair.vertex_distances - 1).max() < 0.1
 
 
 def test_some_triangles_are_welcome_and_triangles_only_are_not() -> None:
@@ -169,10 +187,10 @@ def test_some_triangles_are_welcome_and_triangles_only_are_not() -> None:
         + [[*pair, 8] for pair in zip((1, 5, 7, 3), (5, 7, 3, 1), strict=True)],
     )
     assert set(roof.combinatorics.face_sizes.tolist()) == {3, 4}
-    assert parallelity(roof, gauss_image(roof)).max() <= PARALLEL
+    assert parallelity(roof, approximate_pair(roof).gauss_image).max() <= PARALLEL
     refuse_triangle_mesh(roof)
     with pytest.raises(GeometryError, match="only scaled copies of it"):
-        gauss_image(shapes.icosahedron())
+        approximate_pair(shapes.icosahedron())
 
 
 # --- rounds
@@ -180,8 +198,8 @@ def test_some_triangles_are_welcome_and_triangles_only_are_not() -> None:
 
 def deviation(mesh: Mesh, image: Mesh, faces: float, edges: float, vertices: float, fairness: float) -> float:
     """What rounds lower: squared deviations of the distances from 1."""
-    total = faces * np.square(face_distances(mesh, image) - 1).sum()
-    total += edges * np.square(edge_distances(mesh, image) - 1).sum()
+    total = faces * np.square(Pair(mesh, image).face_distances - 1).sum()
+    total += edges * np.square(Pair(mesh, image).edge_distances - 1).sum()
     total += vertices * np.square(vertex_distances(image) - 1).sum()
     c = mesh.combinatorics
     means = c.adjacency @ image.vertices / c.vertex_degrees[:, None]
@@ -197,12 +215,14 @@ def test_rounds_lower_the_deviation_of_the_distances(
     faces, edges, vertices, fairness = given_weights
     values = []
     for rounds in (1, 2, 4, 60):
-        image = gauss_image(mesh, faces=faces, edges=edges, vertices=vertices, fairness=fairness, rounds=rounds)
+        image = approximate_pair(
+            mesh, faces=faces, edges=edges, vertices=vertices, fairness=fairness, rounds=rounds
+        ).gauss_image
         values.append(deviation(mesh, image, *given_weights))
     assert all(later <= earlier * (1 + 1e-9) + 1e-25 for earlier, later in pairwise(values))
     # at the end, to first order, no parallel mesh is better
     rng = np.random.default_rng(0)
-    direction = gauss_image(mesh, vertices=1.0) * rng.normal() + mesh * rng.normal()
+    direction = approximate_pair(mesh, vertices=1.0).gauss_image * rng.normal() + mesh * rng.normal()
     direction = direction.translated(rng.normal(size=3)) * (1 / np.abs(direction.vertices).max())
     there, back = (deviation(mesh, image + direction * step, *given_weights) for step in (1e-5, -1e-5))
     slope = (there - back) / 2e-5
@@ -211,18 +231,18 @@ def test_rounds_lower_the_deviation_of_the_distances(
 
 @pytest.mark.parametrize("mesh", [MESHES["pentagons"], MESHES["closed"], shapes.box(3, 4, 5)])
 def test_one_kind_of_distance_comes_to_1_where_it_can(mesh: Mesh) -> None:
-    edges = gauss_image(mesh, faces=0, edges=1, vertices=0, rounds=30)
-    np.testing.assert_allclose(edge_distances(mesh, edges), 1, atol=1e-12)
-    vertices = gauss_image(mesh, faces=0, vertices=1, rounds=30)
+    pair = approximate_pair(mesh, faces=0, edges=1, vertices=0, rounds=30)
+    np.testing.assert_allclose(pair.edge_distances, 1, atol=1e-12)
+    vertices = approximate_pair(mesh, faces=0, vertices=1, rounds=30).gauss_image
     np.testing.assert_allclose(vertex_distances(vertices), 1, atol=1e-12)
-    faces = gauss_image(mesh, vertices=0, rounds=30)
-    np.testing.assert_allclose(face_distances(mesh, faces), 1, atol=1e-12)
+    faces = approximate_pair(mesh, vertices=0, rounds=30).gauss_image
+    np.testing.assert_allclose(Pair(mesh, faces).face_distances, 1, atol=1e-12)
 
 
 def test_edges_folded_flat_are_left_out() -> None:
     grid = shapes.grid(2, 2)
     folded = grid.with_vertices(np.abs(grid.vertices - [1.0, 0, 0]))
-    image = gauss_image(folded, edges=1.0)
+    image = approximate_pair(folded, edges=1.0).gauss_image
     assert np.isfinite(image.vertices).all()
 
 
@@ -236,7 +256,7 @@ def test_faces_that_are_not_planar_are_refused() -> None:
     with pytest.raises(
         GeometryError, match=r"face 0 leaves its plane by .*e-07 of .* allowed 1e-12; planarise"
     ) as raised:
-        gauss_image(mesh.with_vertices(vertices))
+        approximate_pair(mesh.with_vertices(vertices))
     assert raised.value.elements == (0,)
     assert raised.value.bound == 1e-12
 
@@ -258,7 +278,7 @@ def test_faces_that_are_not_planar_are_refused() -> None:
 )
 def test_weights_that_determine_nothing_are_refused(wrong: dict[str, float], says: str) -> None:
     with pytest.raises(GeometryError, match=says):
-        gauss_image(vault(), **wrong)
+        approximate_pair(vault(), **wrong)
 
 
 def test_an_edge_without_length_is_refused() -> None:
@@ -266,4 +286,4 @@ def test_an_edge_without_length_is_refused() -> None:
     vertices = mesh.vertices.copy()
     vertices[0] = vertices[1]
     with pytest.raises(MeshError, match="has no length"):
-        gauss_image(mesh.with_vertices(vertices))
+        approximate_pair(mesh.with_vertices(vertices))

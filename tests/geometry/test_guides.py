@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh, shapes
-from geometry.meshing import planarise
+from geometry.meshing import Effort, Guides, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.surface.curve import Curve
 from geometry.surface.surface import Surface
@@ -26,7 +26,7 @@ seeds = st.integers(0, 2**32 - 1)
 def test_fixed_vertices_stay_to_the_last_bit(seed: int, fixed: list[int], shift: float) -> None:
     bent = shaken(vault(), 0.02, seed)
     bent = bent.with_vertices(bent.vertices + shift)
-    result = planarise(bent, fixed=fixed, tolerance=1e-11)  # coordinates up to 100 round by 1e-14
+    result = planarise(bent, Guides(fixed=fixed), Effort(tolerance=1e-11))  # coordinates up to 100 round by 1e-14
     np.testing.assert_array_equal(result.mesh.vertices[fixed], bent.vertices[fixed])
     assert out_of_plane(result.mesh) <= 1e-11
 
@@ -34,10 +34,10 @@ def test_fixed_vertices_stay_to_the_last_bit(seed: int, fixed: list[int], shift:
 def test_fixing_what_would_not_move_changes_nothing() -> None:
     bent = shaken(vault(), 0.02, 1)
     free = planarise(bent)
-    held = planarise(bent, fixed=np.flatnonzero(bent.combinatorics.is_boundary_vertex))
+    held = planarise(bent, Guides(fixed=np.flatnonzero(bent.combinatorics.is_boundary_vertex)))
     assert held.largest_move > 0
     assert held.mesh.vertices.tolist() != free.mesh.vertices.tolist()
-    again = planarise(free.mesh, fixed=[0, 1, 2])
+    again = planarise(free.mesh, Guides(fixed=[0, 1, 2]))
     assert again.mesh is free.mesh
 
 
@@ -47,7 +47,7 @@ def test_faces_that_cannot_move_are_named() -> None:
         with pytest.raises(
             ConvergenceError, match=r"face \d+ leaves its plane by .*all its vertices are fixed"
         ) as raised:
-            planarise(bent, fixed=fixed)
+            planarise(bent, Guides(fixed=fixed))
         if len(fixed) == 4:
             assert raised.value.elements == (7,)
 
@@ -72,7 +72,7 @@ def ring(mesh: Mesh, number: int) -> list[int]:
 def test_boundaries_glide_along_themselves(seed: int, decades: float) -> None:
     bent = shaken(arch(12), 0.02, seed)
     bent = bent.with_vertices(bent.vertices * 10**decades)
-    result = planarise(bent, keep_boundary=True).mesh
+    result = planarise(bent, Guides(keep_boundary=True)).mesh
     assert out_of_plane(result) <= 1e-12
     moves = np.linalg.norm(result.vertices - bent.vertices, axis=1) / bent.mean_edge_length
     for loop in bent.combinatorics.boundary_loops:
@@ -89,7 +89,7 @@ def test_boundaries_glide_along_themselves(seed: int, decades: float) -> None:
 def test_corners_ends_and_crossings_stay() -> None:
     bent = shaken(vault(6, 6), 0.02, 3)
     first, second = [[7 * 3 + j for j in range(7)], [7 * i + 2 for i in range(7)]]  # lines i = 3 and j = 2
-    result = planarise(bent, curves=[first, second], keep_boundary=True).mesh
+    result = planarise(bent, Guides(curves=[first, second], keep_boundary=True)).mesh
     corners, crossing = [0, 6, 42, 48], [7 * 3 + 2]
     ends = [first[0], first[-1], second[0], second[-1]]  # they lie on the boundary too
     stay = corners + crossing + ends
@@ -104,7 +104,7 @@ def test_corners_ends_and_crossings_stay() -> None:
 def test_closed_curves_have_no_ends() -> None:
     bent = shaken(arch(12), 0.02, 4)
     path = ring(bent, 1)
-    closed, opened = (planarise(bent, curves=[p]).mesh.vertices for p in (path, path[:-1]))
+    closed, opened = (planarise(bent, Guides(curves=[p])).mesh.vertices for p in (path, path[:-1]))
     curve = Curve.through(bent.vertices[path[:-1]], closed=True)
     np.testing.assert_allclose(closed[path], curve.closest(closed[path])[0], atol=1e-9)
     assert np.abs(closed - bent.vertices)[path].min() > 0
@@ -127,7 +127,7 @@ def test_closed_curves_have_no_ends() -> None:
 )
 def test_paths_that_are_none_are_refused(curves: list[list[int]], sentence: str) -> None:
     with pytest.raises(GeometryError, match=sentence):
-        planarise(arch(12), curves=curves)
+        planarise(arch(12), Guides(curves=curves))
 
 
 @pytest.mark.parametrize(
@@ -145,14 +145,14 @@ def test_paths_that_are_none_are_refused(curves: list[list[int]], sentence: str)
 )
 def test_what_does_not_exist_is_refused(name: str, values: object, sentence: str) -> None:
     with pytest.raises(GeometryError, match=sentence):
-        planarise(arch(12), **{name: values})
+        planarise(arch(12), Guides(**{name: values}))
 
 
 def test_an_edge_without_length_is_refused_before_curves_are_laid() -> None:
     vertices = arch().vertices.copy()
     vertices[4] = vertices[0]
     with pytest.raises(MeshError, match=r"edge \d+ from vertex \d+ to vertex \d+ has no length"):
-        planarise(arch().with_vertices(vertices), keep_boundary=True)
+        planarise(arch().with_vertices(vertices), Guides(keep_boundary=True))
 
 
 # --- a surface
@@ -166,7 +166,7 @@ def off_sphere(mesh: Mesh) -> float:
 def test_vertices_glide_on_a_sphere() -> None:
     sphere = Surface(shapes.rotational_mesh(_meridian(60), 120))
     bent = shaken(shapes.dome(18, 8), 0.05, 1)
-    without, result = planarise(bent), planarise(bent, surface=sphere)
+    without, result = planarise(bent), planarise(bent, Guides(surface=sphere))
     assert out_of_plane(result.mesh) <= 1e-12
     assert off_sphere(result.mesh) < 0.6 * off_sphere(without.mesh)
     assert without.surface_distance is None
@@ -190,7 +190,7 @@ def test_a_mesh_beside_a_surface_is_drawn_to_it() -> None:
     above = below.with_vertices(below.vertices + np.array([0, 0, 1.0]))
     distances = [
         np.abs(surface.distances(made.mesh.vertices)[0]).mean()
-        for made in (planarise(above), planarise(above, surface=surface))
+        for made in (planarise(above), planarise(above, Guides(surface=surface)))
     ]
     assert distances[1] < 0.2 * distances[0]
 
@@ -201,7 +201,7 @@ def test_the_unit_of_a_surface_does_not_matter(seed: int, decades: float) -> Non
     surface, bent = paraboloid(30), shaken(paraboloid(8), 0.02, seed)
     scale, shift = 10**decades, np.array([3.0, -2.0, 5.0])
     moved, under = (m.with_vertices((m.vertices + shift) * scale) for m in (bent, surface))
-    one, other = planarise(bent, surface=Surface(surface)), planarise(moved, surface=Surface(under))
+    one, other = planarise(bent, Guides(surface=Surface(surface))), planarise(moved, Guides(surface=Surface(under)))
     # the surface is made of triangles; a vertex near an edge may take either, which differ by an angle of some 1e-2
     np.testing.assert_allclose(other.mesh.vertices / scale - shift, one.mesh.vertices, atol=1e-3)
     assert other.surface_distance == pytest.approx(one.surface_distance, rel=1e-2)
@@ -209,11 +209,11 @@ def test_the_unit_of_a_surface_does_not_matter(seed: int, decades: float) -> Non
 
 def test_a_planar_mesh_on_its_own_surface_stays() -> None:
     mesh = vault()
-    result = planarise(mesh, surface=Surface(mesh))
+    result = planarise(mesh, Guides(surface=Surface(mesh)))
     assert result.mesh is mesh
     assert result.surface_distance == pytest.approx(0.0, abs=1e-12)
     beside = mesh.with_vertices(mesh.vertices + np.array([0, 0, 0.1]))
-    drawn = planarise(beside, surface=Surface(mesh))
+    drawn = planarise(beside, Guides(surface=Surface(mesh)))
     assert drawn.mesh is not beside
     # planar as it is, so all it has to do is to come nearer: 10 against 1 where it is free to
     assert np.abs(Surface(mesh).distances(drawn.mesh.vertices)[0]).mean() < 0.02
@@ -248,7 +248,7 @@ def test_faces_come_out_convex_where_asked(amount: float) -> None:
     free = planarise(mesh).mesh
     assert (least_turn(free, face) < 0) == (amount > 0.5)
     for convex in ([face], "all"):
-        result = planarise(mesh, convex=convex).mesh
+        result = planarise(mesh, Guides(convex=convex)).mesh
         assert out_of_plane(result) <= 1e-12
         assert least_turn(result, face) > 0.005  # 0.01 of l is asked between edges of up to twice that
         if convex == "all":
@@ -257,20 +257,20 @@ def test_faces_come_out_convex_where_asked(amount: float) -> None:
 
 def test_convex_faces_cost_nothing_where_they_are_so_anyway() -> None:
     mesh, _ = dented(0.3)
-    np.testing.assert_array_equal(planarise(mesh, convex="all").mesh.vertices, planarise(mesh).mesh.vertices)
+    np.testing.assert_array_equal(planarise(mesh, Guides(convex="all")).mesh.vertices, planarise(mesh).mesh.vertices)
 
 
 def test_a_planar_face_that_is_not_convex_is_not_left_as_it_is() -> None:
     mesh = planarise(dented(0.7)[0]).mesh
     face = dented(0.7)[1]
     assert planarise(mesh).mesh is mesh
-    assert least_turn(planarise(mesh, convex=[face]).mesh, face) > 0
+    assert least_turn(planarise(mesh, Guides(convex=[face])).mesh, face) > 0
 
 
 def test_a_face_that_cannot_become_convex_is_named() -> None:
     mesh, face = dented(0.7)
     with pytest.raises(ConvergenceError, match=f"face {face} is not convex: a corner turns by -") as raised:
-        planarise(mesh, convex="all", fixed=mesh.combinatorics.face(face))
+        planarise(mesh, Guides(convex="all", fixed=mesh.combinatorics.face(face)))
     assert raised.value.elements == (face,)
     assert raised.value.value is not None
     assert raised.value.value < 0

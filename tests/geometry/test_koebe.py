@@ -40,7 +40,7 @@ def assert_koebe(S: KoebePolyhedron, tolerance: float = ROUNDING) -> None:
     c = S.mesh.combinatorics
     faces, vertices, t = S.face_circles, S.vertex_circles, S.tangency_points
     np.testing.assert_allclose(np.linalg.norm(t, axis=1), 1, atol=tolerance)
-    np.testing.assert_allclose(edge_distances(S.mesh, S.mesh), 1, atol=tolerance)
+    np.testing.assert_allclose(edge_distances(S.mesh), 1, atol=tolerance)
     assert S.mesh.planarity.max() <= 100 * tolerance  # over edge lengths, of which some are small
     f, v = c.corner_face, c.corners
     on_plane = np.einsum("ci,ci->c", S.mesh.vertices[v], faces.normals[f]) - faces.distances[f]
@@ -71,7 +71,7 @@ def assert_convex(S: KoebePolyhedron) -> None:
 @pytest.mark.parametrize("name", SOLIDS)
 def test_a_solid_over_its_mid_radius_is_found_from_its_combinatorics(name: str) -> None:
     solid = getattr(solids, name)()
-    mid_radius = edge_distances(solid, solid).mean()
+    mid_radius = edge_distances(solid).mean()
     found = koebe(solid.combinatorics).mesh
     assert found.combinatorics is solid.combinatorics
     assert misfit_up_to_rotation(found.vertices, solid.vertices / mid_radius) <= ROUNDING
@@ -192,7 +192,7 @@ def test_a_face_that_is_not_planar_is_refused() -> None:
     assert np.allclose(np.linalg.norm(centres - np.roll(centres, 1, axis=0), axis=1), 2)
     vertices = poles(*circle_planes(centres * 0.2, np.full(6, 0.2)))
     mesh = Mesh.from_faces(vertices, [range(6)])
-    np.testing.assert_allclose(edge_distances(mesh, mesh), 1, atol=1e-15)
+    np.testing.assert_allclose(edge_distances(mesh), 1, atol=1e-15)
     with pytest.raises(GeometryError, match=r"face 0 leaves its plane by .* planarise the mesh first"):
         KoebePolyhedron(mesh)
 

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError, ParallelityError
-from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss import Pair
+from geometry.gauss.approximate_gauss_image import approximate_pair
 from geometry.gauss.distances import (
     conicality,
     edge_cone_deviation,
@@ -18,7 +19,7 @@ from geometry.gauss.distances import (
     face_distances,
     vertex_distances,
 )
-from geometry.gauss.exact_gauss_image import face_gauss_image
+from geometry.gauss.exact_gauss_image import face_offset_pair
 from geometry.mesh import Mesh, solids
 from geometry.parallel.edge_parallelity import parallelity
 from geometry.spheres.laguerre import LaguerreTransformation
@@ -35,23 +36,23 @@ names = st.sampled_from(sorted(SOLIDS))
 speeds = st.floats(0, 0.9)
 
 
-def assert_same(one: tuple[Mesh, Mesh], two: tuple[Mesh, Mesh], bound: float = 1e-9) -> None:
-    for first, second in zip(one, two, strict=True):
+def assert_same(one: Pair, two: Pair, bound: float = 1e-9) -> None:
+    for first, second in ((one.mesh, two.mesh), (one.gauss_image, two.gauss_image)):
         size = max(1.0, float(np.abs(first.vertices).max()))
         np.testing.assert_allclose(first.vertices, second.vertices, rtol=0, atol=bound * size)
 
 
-def pair(name: str, scale: str, seed: int) -> tuple[Mesh, Mesh]:
+def pair(name: str, scale: str, seed: int) -> Pair:
     """A random M, parallel to a boosted and opened solid S with its edges, faces or vertices at distance 1."""
     whole = circumscribed(name) if scale == "face" else solid(name, scale)
     velocity = 0.5 * direction(np.random.default_rng(seed)) / vertex_distances(whole).max()
     image = opened(MoebiusTransformation.boost(velocity).map_mesh(whole), seed)
-    return member(image, seed), image
+    return Pair(member(image, seed), image)
 
 
 @cache
 def circumscribed(name: str) -> Mesh:
-    return face_gauss_image(SOLIDS[name])
+    return face_offset_pair(SOLIDS[name]).gauss_image
 
 
 def moderate(image: Mesh, seed: int, portion: float) -> LaguerreTransformation:
@@ -62,21 +63,23 @@ def moderate(image: Mesh, seed: int, portion: float) -> LaguerreTransformation:
 @given(names, seeds, st.floats(-3, 3))
 def test_elementary_transformations(name: str, seed: int, d: float) -> None:
     rng = np.random.default_rng(seed)
-    m, s = pair(name, "edge", seed)
+    given = pair(name, "edge", seed)
+    m, s = given.mesh, given.gauss_image
     q, t = orthogonal(rng, rng.choice([-1.0, 1.0])), rng.normal(size=3)
-    moved = m.with_vertices(m.vertices @ q.T + t), s.with_vertices(s.vertices @ q.T)
-    assert_same(L.motion(q, t).map_mesh(m, s), moved, 1e-13)
-    assert_same(L.offset(d).map_mesh(m, s), (m + d * s, s), 1e-13)
-    turned = L.turning_over().map_mesh(m, s)
-    assert_same(turned, (m, -1 * s), 1e-13)
-    np.testing.assert_allclose(turned[0].face_normals, -m.face_normals, atol=1e-12)
-    assert turned[0].combinatorics is turned[1].combinatorics
+    moved = Pair(m.with_vertices(m.vertices @ q.T + t), s.with_vertices(s.vertices @ q.T))
+    assert_same(given.laguerre(L.motion(q, t)), moved, 1e-13)
+    assert_same(given.laguerre(L.offset(d)), Pair(given.offset_mesh(d), s), 1e-13)
+    turned = given.laguerre(L.turning_over())
+    assert_same(turned, Pair(m, -1 * s), 1e-13)
+    np.testing.assert_allclose(turned.mesh.face_normals, -m.face_normals, atol=1e-12)
+    assert turned.mesh.combinatorics is turned.gauss_image.combinatorics
 
 
 @given(names, seeds)
 def test_proposition_3_vertex_cones_contain_the_edges(name: str, seed: int) -> None:
     """Prop. 3: the edges of M at m_i lie on a cone of revolution about s_i, the one with apex m_i and pole s_i."""
-    m, s = pair(name, "edge", seed)
+    given = pair(name, "edge", seed)
+    m, s = given.mesh, given.gauss_image
     k = VertexCones(m.vertices, s.vertices)
     ends = m.combinatorics.edges.T
     for vertices in ends:
@@ -88,17 +91,19 @@ def test_proposition_3_vertex_cones_contain_the_edges(name: str, seed: int) -> N
 @given(names, seeds, speeds)
 def test_proposition_4_edge_offset_meshes_go_to_edge_offset_meshes(name: str, seed: int, portion: float) -> None:
     """Prop. 4, with the vertex cones as the paper takes them: through the images of two spheres that touch them."""
-    m, s = pair(name, "edge", seed)
+    given = pair(name, "edge", seed)
+    m, s = given.mesh, given.gauss_image
     f = moderate(s, seed, portion)
-    moved, image = f.map_mesh(m, s)
+    found = given.laguerre(f)
+    moved, image = found.mesh, found.gauss_image
     size = np.abs(moved.vertices).max()
-    np.testing.assert_allclose(edge_distances(image, image), 1, atol=1e-10)
+    np.testing.assert_allclose(edge_distances(image), 1, atol=1e-10)
     assert parallelity(image, moved).max() <= EXACT * size
     assert image.planarity.max() <= EXACT
     assert moved.plane_deviations.max() <= EXACT * size
     k = VertexCones(m.vertices, s.vertices)
     again = VertexCones.touching(f.map_spheres(k.spheres(1.0)), f.map_spheres(k.spheres(-1.0)))
-    assert_same((moved, image), (moved.with_vertices(again.apices), image.with_vertices(again.poles)))
+    assert_same(found, Pair(moved.with_vertices(again.apices), image.with_vertices(again.poles)))
 
 
 # Three planes touch a cone, and so do the faces of regular solids. The planes of the truncated tetrahedron, all at the
@@ -109,15 +114,17 @@ CONES = sorted({*SIMPLE, "octahedron", "icosahedron"} - {"truncated_tetrahedron"
 @given(st.sampled_from(CONES), seeds, speeds)
 def test_conical_meshes_go_to_conical_meshes(name: str, seed: int, portion: float) -> None:
     """The planes of the faces of M' are the images of the planes of the faces of M."""
-    m, s = pair(name, "face", seed)
+    given = pair(name, "face", seed)
+    m, s = given.mesh, given.gauss_image
     f = moderate(s, seed, portion)
-    moved, image = f.map_mesh(m, s)
+    found = given.laguerre(f)
+    moved, image = found.mesh, found.gauss_image
     size = np.abs(moved.vertices).max()
-    np.testing.assert_allclose(np.abs(face_distances(image, image)), 1, atol=1e-10)
+    np.testing.assert_allclose(np.abs(face_distances(image)), 1, atol=1e-10)
     assert parallelity(image, moved).max() <= EXACT * size
     assert np.nan_to_num(conicality(moved)).max() <= 1e-7  # of small faces
     c = m.combinatorics
-    outer = s.face_normals * np.sign(face_distances(s, s))[:, None]  # faces of S and of M may be reversed
+    outer = s.face_normals * np.sign(face_distances(s))[:, None]  # faces of S and of M may be reversed
     first = c.corners[c.face_starts[:-1]]
     images = f.map_planes(np.column_stack([outer, np.einsum("fi,fi->f", outer, m.vertices[first])]))[c.corner_face]
     np.testing.assert_allclose(np.einsum("ci,ci->c", images[:, :3], image.vertices[c.corners]), 1, atol=1e-9)
@@ -127,31 +134,32 @@ def test_conical_meshes_go_to_conical_meshes(name: str, seed: int, portion: floa
 
 @given(names, seeds, speeds)
 def test_circular_meshes_go_to_circular_meshes(name: str, seed: int, speed: float) -> None:
-    m, s = pair(name, "vertex", seed)
-    moved, image = transformation(seed, speed).map_mesh(m, s)
+    found = pair(name, "vertex", seed).laguerre(transformation(seed, speed))
+    moved, image = found.mesh, found.gauss_image
     np.testing.assert_allclose(vertex_distances(image), 1, atol=1e-10)
     assert parallelity(image, moved).max() <= EXACT * 10 * np.abs(moved.vertices).max()
 
 
 @given(names, st.sampled_from(["edge", "vertex"]), seeds, speeds)
 def test_meshes_follow_composition_and_inverse(name: str, scale: str, seed: int, portion: float) -> None:
-    m, s = pair(name, scale, seed)
-    f = moderate(s, seed, portion)
-    there = f.map_mesh(m, s)
-    assert_same(f.inverse().map_mesh(*there), (m, s), 1e-8)
-    g = moderate(there[1], seed + 1, 0.5)
-    assert_same(g.map_mesh(*there), (g @ f).map_mesh(m, s), 1e-8)
+    given = pair(name, scale, seed)
+    f = moderate(given.gauss_image, seed, portion)
+    there = given.laguerre(f)
+    assert_same(there.laguerre(f.inverse()), given, 1e-8)
+    g = moderate(there.gauss_image, seed + 1, 0.5)
+    assert_same(there.laguerre(g), given.laguerre(g @ f), 1e-8)
 
 
 @given(names, seeds, speeds, st.floats(-2, 2))
 def test_offsets_go_to_offsets_moved_along(name: str, seed: int, portion: float, d: float) -> None:
     """M + d S goes to M' + d (c S' + u), with the last column (u, c) of the matrix: the offset at c d, and a shift."""
-    m, s = pair(name, "edge", seed)
-    f = moderate(s, seed, portion)
-    moved, image = f.map_mesh(m, s)
-    offset, same = f.map_mesh(m + d * s, s)
+    given = pair(name, "edge", seed)
+    f = moderate(given.gauss_image, seed, portion)
+    moved = given.laguerre(f)
+    offset = Pair(given.offset_mesh(d), given.gauss_image).laguerre(f)
     u, c = f.matrix[:3, 3], f.matrix[3, 3]
-    assert_same((offset, same), (moved + d * c * image.translated(u / c), image))
+    image = moved.gauss_image
+    assert_same(offset, Pair(moved.mesh + d * c * image.translated(u / c), image))
 
 
 @given(names, seeds, speeds)
@@ -159,14 +167,15 @@ def test_the_gauss_image_moves_by_the_moebius_transformation_of_the_inverse_tran
     name: str, seed: int, portion: float
 ) -> None:
     """J A J is the inverse of A^T. So normals of planes and Gauss images move by the same map of the sphere."""
-    m, s = pair(name, "edge", seed)
-    f = moderate(s, seed, portion)
+    given = pair(name, "edge", seed)
+    f = moderate(given.gauss_image, seed, portion)
     moebius = MoebiusTransformation(np.linalg.inv(f.matrix).T)
     np.testing.assert_allclose(f.gauss_map.matrix, moebius.matrix, atol=1e-12)
     np.testing.assert_allclose(f.gauss_map.matrix, np.sign(f.matrix[3, 3]) * FORM @ f.matrix @ FORM, atol=1e-14)
-    expected = moebius.map_mesh(s)
-    image = f.map_mesh(m, s)[1]
-    assert_same((image,) * 2, (expected,) * 2)
+    expected = moebius.map_mesh(given.gauss_image)
+    moved = given.laguerre(f)
+    image = moved.gauss_image
+    assert_same(moved, Pair(moved.mesh, expected))
     np.testing.assert_array_equal(image.combinatorics.corners, expected.combinatorics.corners)
     normals = planes(seed)
     np.testing.assert_allclose(f.map_planes(normals)[:, :3], moebius.map_points(normals[:, :3]), atol=EXACT)
@@ -176,25 +185,25 @@ def test_the_gauss_image_moves_by_the_moebius_transformation_of_the_inverse_tran
 def test_other_parallel_pairs_stay_parallel_and_planar(name: str, seed: int, portion: float) -> None:
     image = SOLIDS[name].translated([0.3, 0.2, 0.1]) * 0.7
     m = member(image, seed)
-    moved, away = moderate(image, seed, portion).map_mesh(m, image, tolerance=np.inf)
-    assert parallelity(away, moved).max() <= EXACT * 10 * np.abs(moved.vertices).max()
+    moved = Pair(m, image).laguerre(moderate(image, seed, portion), tolerance=np.inf)
+    assert parallelity(moved.gauss_image, moved.mesh).max() <= EXACT * 10 * np.abs(moved.mesh.vertices).max()
 
 
 def test_the_cube_becomes_a_frustum() -> None:
     """By hand: the cube of half-edge 1, boosted along z at 0.6, becomes a frustum with the planes of that boost."""
     cube = solids.cube()
-    moved, image = L.boost([0, 0, 0.6]).map_mesh(cube, cube)
-    np.testing.assert_allclose(face_distances(image, image), 1, atol=1e-14)
-    np.testing.assert_allclose(sorted(set(moved.vertices[:, 2].round(12))), [-0.5, 2.0])
+    moved = Pair(cube, cube).laguerre(L.boost([0, 0, 0.6]))
+    np.testing.assert_allclose(moved.face_distances, 1, atol=1e-14)
+    np.testing.assert_allclose(sorted(set(moved.mesh.vertices[:, 2].round(12))), [-0.5, 2.0])
 
 
 def test_a_vertex_that_goes_through_infinity_is_named() -> None:
     s = solid("cube", "edge")  # vertices at sqrt(3/2) from the origin
     m = member(s, 0)
     direction = s.vertices[5] / np.linalg.norm(s.vertices[5])
-    L.boost(0.8 * direction).map_mesh(m, s)
+    Pair(m, s).laguerre(L.boost(0.8 * direction))
     with pytest.raises(GeometryError, match="vertex 5 goes to infinity") as caught:
-        L.boost(np.sqrt(2 / 3) * direction).map_mesh(m, s)
+        Pair(m, s).laguerre(L.boost(np.sqrt(2 / 3) * direction))
     assert caught.value.elements == (5,)
     assert caught.value.value == pytest.approx(0, abs=1e-15)
     with pytest.raises(GeometryError, match="cone 5 goes to infinity"):
@@ -205,11 +214,11 @@ def test_meshes_without_exact_offsets_and_not_parallel_are_refused() -> None:
     s = solid("truncated_cube", "edge")
     m = member(s, 1)
     with pytest.raises(GeometryError, match=r"nearest to having all edges .* off, allowed 1e-09") as caught:
-        L.identity().map_mesh(m, s * 1.01)
+        Pair(m, s * 1.01).laguerre(L.identity())
     assert caught.value.value == pytest.approx(0.01)
-    approximate = gauss_image(m)
-    L.identity().map_mesh(m, approximate, tolerance=np.inf)
+    pair = approximate_pair(m)
+    pair.laguerre(L.identity(), tolerance=np.inf)
     with pytest.raises(GeometryError, match="no exact kind"):
-        L.identity().map_mesh(m, approximate)
+        pair.laguerre(L.identity())
     with pytest.raises(ParallelityError, match="Gauss image"):
-        L.identity().map_mesh(m, s.with_vertices(s.vertices + np.eye(len(s.vertices), 3)))
+        Pair(m, s.with_vertices(s.vertices + np.eye(len(s.vertices), 3))).laguerre(L.identity())

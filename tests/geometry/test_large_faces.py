@@ -11,13 +11,13 @@ from geometry.arrays import FloatArray
 from geometry.errors import MeshError
 from geometry.files import meeting_outlines as outlines
 from geometry.files import mend
-from geometry.files.checks import FOLD_CLEARANCE
+from geometry.files.face_checks import FOLD_CLEARANCE
 from geometry.functionals import planarity
 from geometry.functionals.planarity import Planarity
 from geometry.gauss import nearest_parallel_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
-from geometry.optimise.constrained import ConstrainedQuadratic
+from geometry.optimise.constrained_quadratic import ConstrainedQuadratic
 
 seeds = st.integers(0, 2**32 - 1)
 KINDS = ["star", "on a raster", "two exchanged", "corner on an edge", "comb", "anywhere"]
@@ -181,7 +181,8 @@ def test_a_pair_of_meshes_with_large_faces_becomes_exact() -> None:
     mesh = shapes.regular_prism(200)
     image = mesh.with_vertices(mesh.vertices / np.linalg.norm(mesh.vertices, axis=1).mean())
     rounded = mesh.with_vertices(mesh.vertices.round(6)), image.with_vertices(image.vertices.round(8))
-    exact, parallel = nearest_parallel_pair(*rounded)
+    found = nearest_parallel_pair(*rounded)
+    exact, parallel = found.mesh, found.gauss_image
     assert exact.plane_deviations.max() < 1e-12 * exact.mean_edge_length * 200  # that is how large the faces are
     assert np.linalg.norm(exact.vertices - mesh.vertices, axis=1).max() < 1e-4
     assert parallel.n_faces == mesh.n_faces

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array, random_array, vstack
 
 from geometry.arrays import FloatArray
-from geometry.gauss import gauss_image
+from geometry.gauss import approximate_pair
 from geometry.mesh import shapes
-from geometry.optimise import constrained, saddle_point
-from geometry.optimise.constrained import minimise_quadratic
+from geometry.optimise import constrained_quadratic, saddle_point
+from geometry.optimise.constrained_quadratic import minimise_quadratic
 from geometry.optimise.functional import SparseMatrix
 from geometry.optimise.solution import Reason, Solution
 
@@ -32,7 +32,7 @@ def problem(seed: int, n: int = 30, m: int = 12) -> tuple[SparseMatrix, SparseMa
 def minimised(H: SparseMatrix, g: FloatArray, A: SparseMatrix, b: FloatArray) -> Solution:
     """As if the problem were large."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(constrained, "LARGE", 0)
+        patch.setattr(constrained_quadratic, "LARGE", 0)
         return minimise_quadratic(H, g, A, b, tolerance=1e-12)
 
 
@@ -75,7 +75,7 @@ def test_large_problems_are_factored_in_single_precision_and_small_ones_agree(mo
 
 def test_a_gauss_image_is_the_same_either_way(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = shapes.dome(40, 30)
-    small = gauss_image(mesh)
-    monkeypatch.setattr(constrained, "LARGE", 0)
+    small = approximate_pair(mesh).gauss_image
+    monkeypatch.setattr(constrained_quadratic, "LARGE", 0)
     # the single-precision way stops at a gradient of about 1e-10, which is what separates the two
-    assert np.abs(gauss_image(mesh).vertices - small.vertices).max() < 1e-9
+    assert np.abs(approximate_pair(mesh).gauss_image.vertices - small.vertices).max() < 1e-9

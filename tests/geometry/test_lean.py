@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from geometry.errors import MeshError
-from geometry.functionals.rim import extrapolated_normals
-from geometry.gauss import axis_lean
+from geometry.functionals.rim_normals import extrapolated_normals
+from geometry.gauss import Pair, axis_lean
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
 
 PLATONIC = ["tetrahedron", "cube", "octahedron", "dodecahedron", "icosahedron"]
@@ -29,7 +29,7 @@ def test_axes_lean_by_the_angle_by_which_they_are_turned(name: str, angle: float
     turned = solid.with_vertices(Rotation.from_rotvec(angle * across).apply(np.array(solid.vertices)))
     placed = (rng.uniform(0.1, 10) * solid).translated(rng.uniform(-5, 5, 3))
     # acos and atan2 of sums of about ten products; the sizes of turned axes do not matter
-    np.testing.assert_allclose(axis_lean(placed, rng.uniform(0.1, 10) * turned), angle, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(axis_lean(placed, rng.uniform(0.1, 10) * turned.vertices), angle, rtol=0, atol=1e-13)
 
 
 def test_axes_of_a_flat_mesh_lean_by_the_shift_of_its_gauss_image() -> None:
@@ -37,12 +37,12 @@ def test_axes_of_a_flat_mesh_lean_by_the_shift_of_its_gauss_image() -> None:
     grid = shapes.grid(3, 2)
     flat = Mesh(np.concatenate([grid.vertices, [[9, 9, 9]]]), Combinatorics.from_faces(13, grid.combinatorics.faces()))
     image = flat.with_vertices(np.tile([1.0, 0.0, 1.0], (13, 1)))
-    leans = axis_lean(flat, image)
+    leans = Pair(flat, image).leans
     np.testing.assert_allclose(leans[:12], np.pi / 4, rtol=0, atol=1e-15)
     assert np.isnan(leans[12])
     gone = image.vertices.copy()
     gone[4] = 0
-    assert np.flatnonzero(np.isnan(axis_lean(flat, flat.with_vertices(gone)))).tolist() == [4, 12]
+    assert np.flatnonzero(np.isnan(axis_lean(flat, gone))).tolist() == [4, 12]
 
 
 def test_at_the_boundary_the_nearer_of_two_normals_counts() -> None:
@@ -50,11 +50,11 @@ def test_at_the_boundary_the_nearer_of_two_normals_counts() -> None:
     cap = shapes.dome(12, 4)
     at_rim = cap.combinatorics.is_boundary_vertex
     for image in (cap.with_vertices(cap.vertex_normals), cap.with_vertices(extrapolated_normals(cap))):
-        np.testing.assert_allclose(axis_lean(cap, image), 0, atol=1e-7)  # acos and atan2 of rounding
-    leans = axis_lean(cap, cap)  # vertices on the sphere are its normals
+        np.testing.assert_allclose(axis_lean(cap, image.vertices), 0, atol=1e-7)  # acos and atan2 of rounding
+    leans = axis_lean(cap, cap.vertices)  # vertices on the sphere are its normals
     assert leans[at_rim].max() < 0.5 * np.radians(70 / 4) / 2  # the mean of the faces is half a face behind
 
 
-def test_other_faces_are_refused() -> None:
-    with pytest.raises(MeshError, match="does not have the faces"):
-        axis_lean(shapes.cube(), shapes.octahedron())
+def test_axes_of_other_vertices_are_refused() -> None:
+    with pytest.raises(MeshError, match="one vector a vertex is needed"):
+        axis_lean(shapes.cube(), shapes.octahedron().vertices)

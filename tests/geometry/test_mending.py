@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
 from geometry.files import check_faces, mend
-from geometry.files.checks import COINCIDENCE
+from geometry.files.face_checks import COINCIDENCE
 from geometry.mesh import Mesh, shapes
 
 Faces = list[list[int]]

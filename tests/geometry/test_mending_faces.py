@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
 from geometry.files import mend, read_mesh_pair
-from geometry.files.checks import COINCIDENCE, check_duplicates
 from geometry.files.clusters import clusters_within
+from geometry.files.face_checks import COINCIDENCE, check_duplicates
 from geometry.files.polygon_soup import PolygonSoup
 from geometry.mesh import Mesh, shapes
 

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError, ParallelityError
-from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss.approximate_gauss_image import approximate_pair
 from geometry.gauss.axes import node_axes, parallel_from_axes
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh, shapes
@@ -37,7 +37,7 @@ MESHES = {
 def images(mesh: Mesh, seed: int) -> Mesh:
     """A mesh parallel to M without zero vertices."""
     rng = np.random.default_rng(seed)
-    image = gauss_image(mesh, faces=rng.uniform(0, 1), vertices=rng.uniform(0.1, 1))
+    image = approximate_pair(mesh, faces=rng.uniform(0, 1), vertices=rng.uniform(0.1, 1)).gauss_image
     return image.translated(rng.uniform(-0.2, 0.2, size=3)) * rng.uniform(0.3, 3) * float(rng.choice([-1, 1]))
 
 
@@ -63,7 +63,7 @@ def test_parallel_meshes_give_axes_and_axes_give_the_parallel_mesh_back(mesh: Me
 
 def test_the_axes_of_a_support_structure_are_those_of_its_meshes() -> None:
     mesh = shapes.dome(9, 4)
-    structure = SupportStructure(mesh, gauss_image(mesh), 0.3)
+    structure = SupportStructure(approximate_pair(mesh), 0.3)
     np.testing.assert_allclose(structure.axes, node_axes(mesh, structure.offset_mesh), atol=1e-14)
 
 

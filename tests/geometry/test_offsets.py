@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
+from geometry.gauss import Pair
 from geometry.gauss.distances import (
     circularity,
     conicality,
     edge_axis_twist,
     edge_cone_deviation,
-    edge_distances,
     face_distances,
     vertex_distances,
 )
@@ -171,10 +171,10 @@ def test_distances_of_a_box(shift: tuple[float, float, float]) -> None:
     cube = shapes.cube()
     image = mesh.with_vertices(cube.vertices + shift)
     np.testing.assert_allclose(vertex_distances(image), np.linalg.norm(cube.vertices + shift, axis=1))
-    np.testing.assert_allclose(face_distances(mesh, image), 1 + mesh.face_normals @ shift)
+    np.testing.assert_allclose(Pair(mesh, image).face_distances, 1 + mesh.face_normals @ shift)
     middles = image.vertices[mesh.combinatorics.edges].mean(axis=1)
     across = middles * (np.abs(mesh.edge_vectors) < 1)
-    np.testing.assert_allclose(edge_distances(mesh, image), np.linalg.norm(across, axis=1))
+    np.testing.assert_allclose(Pair(mesh, image).edge_distances, np.linalg.norm(across, axis=1))
 
 
 @given(st.tuples(*[st.floats(-2, 2)] * 3))
@@ -184,7 +184,7 @@ def test_edges_of_the_image_without_length_have_the_direction_of_the_mesh(point:
     image = mesh.with_vertices(np.tile(point, (8, 1)))
     axis = np.abs(mesh.edge_vectors).argmax(axis=1)
     expected = np.linalg.norm(np.where(np.arange(3) == axis[:, None], 0.0, point), axis=1)
-    np.testing.assert_allclose(edge_distances(mesh, image), expected, atol=1e-15)
+    np.testing.assert_allclose(Pair(mesh, image).edge_distances, expected, atol=1e-15)
 
 
 @given(st.tuples(*[st.floats(-2, 2)] * 3))
@@ -194,11 +194,11 @@ def test_translates_of_a_gauss_image(vector: tuple[float, float, float]) -> None
     assert image.combinatorics is mesh.combinatorics
     np.testing.assert_allclose(vertex_distances(image), np.linalg.norm(mesh.vertices + vector, axis=1))
     # planes move by the part of the vector across them, and so do lines
-    moved = face_distances(mesh, image) - face_distances(mesh, mesh)
+    moved = Pair(mesh, image).face_distances - face_distances(mesh)
     np.testing.assert_allclose(moved, mesh.face_normals @ vector, atol=1e-14)
     middles = mesh.vertices[mesh.combinatorics.edges].mean(axis=1) + vector
     across = np.linalg.norm(np.cross(middles, mesh.edge_directions), axis=1)
-    np.testing.assert_allclose(edge_distances(mesh, image), across, atol=1e-14)
+    np.testing.assert_allclose(Pair(mesh, image).edge_distances, across, atol=1e-14)
     np.testing.assert_allclose(parallelity(mesh, image), 0, atol=1e-14)
 
 
@@ -212,4 +212,4 @@ def test_only_a_vector_translates() -> None:
 
 
 def test_turned_over_image_has_negative_face_distances() -> None:
-    np.testing.assert_allclose(face_distances(shapes.cube(), shapes.cube() * -1.0), -1.0)
+    np.testing.assert_allclose(Pair(shapes.cube(), shapes.cube() * -1.0).face_distances, -1.0)

@@ -16,10 +16,10 @@ from geometry.functionals.closeness import close_to
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
 from geometry.functionals.parallelity import parallel_to
-from geometry.gauss import gauss_image
+from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
-from geometry.optimise import bounded, constrained, semidefinite
+from geometry.optimise import bounded_quadratic, constrained_quadratic, semidefinite_quadratic
 from geometry.optimise.functional import normal_equations
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, minimising, parallelity
@@ -79,7 +79,7 @@ def test_the_gauss_image_is_the_best_of_a_dense_basis(kind: Callable[[int], Mesh
     mesh = kind(seed)
     values = singular_values(mesh)
     least = values[values > 1e-10].min()
-    found = gauss_image(mesh)
+    found = approximate_pair(mesh).gauss_image
     # rounding, here up to planarity, over the least singular value, with room; what is less is tested below
     np.testing.assert_allclose(found.vertices, by_null_space(mesh), atol=1e-11 / least)
 
@@ -89,7 +89,7 @@ def test_the_gauss_image_is_the_best_of_a_dense_basis(kind: Callable[[int], Mesh
 def test_no_element_of_the_space_makes_it_better(kind: Callable[[int], Mesh], seed: int) -> None:
     mesh = kind(seed)
     H, g = functional(mesh)
-    x = gauss_image(mesh).vertices.ravel()
+    x = approximate_pair(mesh).gauss_image.vertices.ravel()
     least = x @ H @ x / 2 - g @ x
     space = ParallelSpace(mesh)
     for element in space.elements(min(3, space.dimension - 3), seed=seed % 1000):
@@ -112,7 +112,7 @@ def test_closed_quads_have_more_dimensions_than_are_counted(mesh: Mesh, expected
     planar = planarise(mesh).mesh
     space = ParallelSpace(planar)
     assert space.dimension == expected > space.expected_dimension
-    np.testing.assert_allclose(gauss_image(planar).vertices, by_null_space(planar), atol=1e-11)
+    np.testing.assert_allclose(approximate_pair(planar).gauss_image.vertices, by_null_space(planar), atol=1e-11)
 
 
 # --- wherever it lies
@@ -126,13 +126,13 @@ def test_far_away_it_is_the_same_or_refused(kind: Callable[[int], Mesh], seed: i
     direction = np.random.default_rng(where).normal(size=3)
     shift = 10**decades * mesh.mean_edge_length * direction / np.linalg.norm(direction)
     far = planarise(mesh.translated(shift)).mesh
-    image = gauss_image(mesh).vertices
+    image = approximate_pair(mesh).gauss_image.vertices
     values = singular_values(mesh)
     bound = 1e3 * 10**decades * 1e-16 / values[values > 1e-10].min()
     assume(bound < 1e-4)
-    np.testing.assert_allclose(gauss_image(far).vertices, image, atol=bound)
+    np.testing.assert_allclose(approximate_pair(far).gauss_image.vertices, image, atol=bound)
     back = far.translated(-shift)
-    np.testing.assert_allclose(gauss_image(back).vertices, image, atol=bound)
+    np.testing.assert_allclose(approximate_pair(back).gauss_image.vertices, image, atol=bound)
 
 
 @given(seeds, st.floats(1, 3))  # from 4 on, rounding alone may be more than the parallelity that is promised
@@ -173,8 +173,8 @@ def test_boxes_with_noise_build_or_hear_the_truth(mesh: Mesh, digits: float, see
     planar = planarise(noisy(mesh, 10**-digits, seed)).mesh
     turn = turning(seed)
     try:
-        found = gauss_image(planar)
-        turned = gauss_image(planar.with_vertices(planar.vertices @ turn))
+        found = approximate_pair(planar).gauss_image
+        turned = approximate_pair(planar.with_vertices(planar.vertices @ turn)).gauss_image
     except (RankError, ConvergenceError) as error:
         refused: GeometryError = error
     else:
@@ -196,21 +196,23 @@ def test_boxes_whose_noise_is_seen_are_built() -> None:
     values = singular_values(planar)
     least = values[values > 1e-14].min()
     assert least < 1e-5
-    np.testing.assert_allclose(gauss_image(planar).vertices, by_null_space(planar, 1e-9), atol=1e-13 / least)
+    np.testing.assert_allclose(
+        approximate_pair(planar).gauss_image.vertices, by_null_space(planar, 1e-9), atol=1e-13 / least
+    )
 
 
 def test_boxes_take_care_where_the_usual_penalty_stalls(monkeypatch: pytest.MonkeyPatch) -> None:
     meshes = [planarise(noisy(tower(5), 1e-6, seed)).mesh for seed in range(4)]
     for seed, mesh in enumerate(meshes):
         turn = turning(seed)
-        turned = gauss_image(mesh.with_vertices(mesh.vertices @ turn))
+        turned = approximate_pair(mesh.with_vertices(mesh.vertices @ turn)).gauss_image
         # singular values down to some 1e-9
-        np.testing.assert_allclose(turned.vertices, gauss_image(mesh).vertices @ turn, atol=1e-4)
+        np.testing.assert_allclose(turned.vertices, approximate_pair(mesh).gauss_image.vertices @ turn, atol=1e-4)
     monkeypatch.setattr(optimality_module, "replace", lambda quadratic, careful: quadratic)
     stalled = []
     for mesh in meshes:
         try:
-            gauss_image(mesh)
+            approximate_pair(mesh)
         except GeometryError as error:
             stalled.append(error)
     assert stalled
@@ -219,7 +221,7 @@ def test_boxes_take_care_where_the_usual_penalty_stalls(monkeypatch: pytest.Monk
 def test_a_refusal_names_the_edges_and_the_singular_values() -> None:
     planar = planarise(noisy(block(4), 1e-12, 0)).mesh
     with pytest.raises(RankError) as refused:
-        gauss_image(planar)
+        approximate_pair(planar)
     message = refused.value.message
     assert "rounding decides about the Gauss image: conditions of P(M) nearly depend on each other" in message
     assert "unite faces there that are nearly in one plane" in message
@@ -242,8 +244,8 @@ def test_no_gap_in_a_planar_mesh_is_not_put_down_to_its_faces() -> None:
 @pytest.mark.parametrize("weight", [1e-4, 1e-6, 1e-8])
 def test_small_weights_decide_what_larger_ones_leave_free(weight: float) -> None:
     mesh, turn = planarise(shaken(shapes.dome(12, 6), 0.02, 3)).mesh, turning(0)
-    found = gauss_image(mesh, vertices=weight)
-    turned = gauss_image(mesh.with_vertices(mesh.vertices @ turn), vertices=weight)
+    found = approximate_pair(mesh, vertices=weight).gauss_image
+    turned = approximate_pair(mesh.with_vertices(mesh.vertices @ turn), vertices=weight).gauss_image
     # rounding over the weight, with room; one refinement only leaves 1e-4 with the least weight
     np.testing.assert_allclose(turned.vertices, found.vertices @ turn, atol=max(1e-10, 1e-14 / weight))
 
@@ -255,13 +257,13 @@ def test_asking_for_more_than_rounding_leaves_is_seen(monkeypatch: pytest.Monkey
     """That is how S came out far from the minimum, and parallel to rounding."""
     places = [np.array([1.0, 0.5, 0.0]) * distance for distance in (0, 1e2, 1e3, 4e3)]
     meshes = [planarise(ellipsoid(8, (1.0, 2.0, 3.0)).translated(place)).mesh for place in places]
-    images = [gauss_image(mesh).vertices for mesh in meshes]
+    images = [approximate_pair(mesh).gauss_image.vertices for mesh in meshes]
     for name, value in (("NOISE", 0.0), ("CAREFUL_NOISE", 0.0), ("AIM", 1e-15), ("CAREFUL_AIM", 1e-15)):
         monkeypatch.setattr(optimality_module, name, value)
     refused = []
     for mesh, image in zip(meshes, images, strict=True):
         try:
-            np.testing.assert_allclose(gauss_image(mesh).vertices, image, atol=1e-9)
+            np.testing.assert_allclose(approximate_pair(mesh).gauss_image.vertices, image, atol=1e-9)
         except RankError as error:
             refused.append(error.message)
     assert refused
@@ -272,20 +274,20 @@ def test_a_solver_that_stops_early_is_seen(monkeypatch: pytest.MonkeyPatch) -> N
     mesh = disc(0)
     for name in ("AIM", "CAREFUL_AIM"):
         monkeypatch.setattr(optimality_module, name, 1e-3)
-    monkeypatch.setattr(constrained, "CAREFUL_PENALTY", 1e4)
-    monkeypatch.setattr(constrained, "REFINEMENTS", 0)
+    monkeypatch.setattr(constrained_quadratic, "CAREFUL_PENALTY", 1e4)
+    monkeypatch.setattr(constrained_quadratic, "REFINEMENTS", 0)
     with pytest.raises(
         ConvergenceError, match=r"off the direction of its mesh edge by .* in the Gauss image, allowed 1e-12"
     ):
-        gauss_image(mesh)
+        approximate_pair(mesh)
 
 
 def test_a_minimum_that_is_none_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = disc(0)
     terms = [(1.0, close_to(np.sin(5 * mesh.vertices)))]
-    for module, name in ((semidefinite, "STATIONARY"), (semidefinite, "DIGITS")):
+    for module, name in ((semidefinite_quadratic, "STATIONARY"), (semidefinite_quadratic, "DIGITS")):
         monkeypatch.setattr(module, name, 1e-2)
-    monkeypatch.setattr(semidefinite, "PULL", 10.0)
+    monkeypatch.setattr(semidefinite_quadratic, "PULL", 10.0)
     with pytest.raises(GeometryError, match=r"is not at its least value: .* of the gradient is left"):
         ParallelSpace(mesh).minimise(terms)
 
@@ -295,8 +297,8 @@ def test_bounds_that_do_not_hold_the_minimum_are_seen(monkeypatch: pytest.Monkey
     mesh = disc(0)
     terms = [(1.0, close_to(np.sin(5 * mesh.vertices)))]
     ParallelSpace(mesh).minimise(terms, factor_bounds=(0.5, 1.5))
-    monkeypatch.setattr(bounded, "ACCURACY", 1e-2)
-    monkeypatch.setattr(bounded._Problem, "polished", lambda self, interior: interior)
+    monkeypatch.setattr(bounded_quadratic, "ACCURACY", 1e-2)
+    monkeypatch.setattr(bounded_quadratic._Problem, "polished", lambda self, interior: interior)
     with pytest.raises(GeometryError, match=r"rounding decides|is not at its least value|too long or short"):
         ParallelSpace(mesh).minimise(terms, factor_bounds=(0.5, 1.5))
 
@@ -307,10 +309,12 @@ def test_constraints_that_nearly_depend_on_each_other_take_care() -> None:
     n, m = 200, 100
     left, right = (np.linalg.qr(rng.normal(size=(k, k)))[0] for k in (m, n))
     A = left @ np.diag(np.geomspace(1, 1e-7, m)) @ right[:m]
-    H, g = constrained.csr_array(np.eye(n)), rng.normal(size=n)
-    sparse = constrained.csr_array(A)
-    usual = constrained.ConstrainedQuadratic(H, sparse).minimise(g, np.zeros(m), tolerance=1e-14)
-    careful = constrained.ConstrainedQuadratic(H, sparse, careful=True).minimise(g, np.zeros(m), tolerance=1e-14)
+    H, g = constrained_quadratic.csr_array(np.eye(n)), rng.normal(size=n)
+    sparse = constrained_quadratic.csr_array(A)
+    usual = constrained_quadratic.ConstrainedQuadratic(H, sparse).minimise(g, np.zeros(m), tolerance=1e-14)
+    careful = constrained_quadratic.ConstrainedQuadratic(H, sparse, careful=True).minimise(
+        g, np.zeros(m), tolerance=1e-14
+    )
     expected = right[m:].T @ (right[m:] @ g)
     assert np.abs(usual.x - expected).max() > 1e-3
     np.testing.assert_allclose(careful.x, expected, atol=1e-6)  # 1e-14 over 1e-7, and room

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
 from geometry.optimise.affine import AffineMap, At
-from geometry.optimise.constrained import minimise_quadratic
+from geometry.optimise.constrained_quadratic import minimise_quadratic
 from geometry.optimise.functional import LinearFunctional, SparseMatrix, Stack, normal_equations
 from geometry.optimise.newton import nearest_feasible
 from geometry.optimise.solution import Reason, Solution

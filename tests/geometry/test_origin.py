@@ -14,10 +14,10 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.files import read_mesh, read_mesh_pair, write_mesh
 from geometry.files.mending import mend
-from geometry.gauss import gauss_image
+from geometry.gauss import approximate_pair
 from geometry.mesh import Combinatorics, Mesh, shapes
 from geometry.mesh.origin import rounding, whole_origin
-from geometry.meshing import planarise
+from geometry.meshing import Effort, planarise
 from geometry.optimise.solution import ConvergenceError
 
 WHOLE = st.tuples(*[st.integers(-5_000_000, 5_000_000)] * 3).map(np.array)
@@ -140,7 +140,9 @@ def test_what_is_planar_far_away_is_taken_as_near_zero() -> None:
     grid = dyadic(shapes.grid(5, 4))
     far = grid.translated([2_600_000.0, -1_200_000.0, 400.0])
     assert planarise(far).mesh is far
-    np.testing.assert_array_equal(gauss_image(far).vertices, gauss_image(grid).vertices)
+    np.testing.assert_array_equal(
+        approximate_pair(far).gauss_image.vertices, approximate_pair(grid).gauss_image.vertices
+    )
 
 
 def test_the_cure_of_the_place_helps() -> None:
@@ -149,7 +151,7 @@ def test_the_cure_of_the_place_helps() -> None:
     with pytest.raises(ConvergenceError, match=cure):
         planarise(far)
     with pytest.raises(GeometryError, match=cure + r".near_zero\(\)\[0\] and planarise the mesh first"):
-        gauss_image(planarise(far, tolerance=1e-8).mesh)
+        approximate_pair(planarise(far, effort=Effort(tolerance=1e-8)).mesh)
     near, origin = far.near_zero()
     planar = planarise(near).mesh
     assert origin.tolist() == [
@@ -158,14 +160,14 @@ def test_the_cure_of_the_place_helps() -> None:
         406.0,
     ]  # the middle, from a rim at 401.7 to a top at 409.9
     np.testing.assert_array_equal(planar.vertices, planarise(rough_dome().near_zero()[0]).mesh.vertices)
-    gauss_image(planar)
+    approximate_pair(planar)
 
 
 def test_the_place_is_not_blamed_for_what_it_did_not_do() -> None:
     far = rough_dome().translated([2_600_000.0, -1_200_000.0, 400.0])
     for mesh in (far, rough_dome()):
         with pytest.raises(GeometryError, match="allowed 1e-12; planarise the mesh first"):
-            gauss_image(mesh)
+            approximate_pair(mesh)
 
 
 @given(st.integers(0, 99), WHOLE)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from geometry.errors import GeometryError, MeshError
 from geometry.functionals.planarity import Planarity, face_deviations
 from geometry.mesh import Mesh, shapes
-from geometry.meshing import planarise
+from geometry.meshing import Effort, Guides, planarise
 from geometry.optimise.solution import ConvergenceError, Reason
 from tests.geometry.bent_meshes import graph, out_of_plane, rotation, shaken, vault, with_midpoints
 
@@ -143,14 +143,19 @@ def test_more_fairness_keeps_edges_more_even() -> None:
     bent = shaken(vault(8, 8), 0.2, 2)
 
     def unevenness(fairness: float) -> float:
-        return float(np.abs(np.log(planarise(bent, fairness=fairness).mesh.edge_lengths / bent.edge_lengths)).max())
+        return float(
+            np.abs(np.log(planarise(bent, Guides(fairness=fairness)).mesh.edge_lengths / bent.edge_lengths)).max()
+        )
 
     assert unevenness(10.0) < unevenness(0.1)
 
 
 def test_holding_on_to_the_start_moves_vertices_less() -> None:
     wavy = graph(20, lambda x, y: 0.3 * np.sin(3 * x + 2 * y) * np.cos(2 * x - y))
-    assert planarise(wavy, held_steps=8).mean_move < 0.9 * planarise(wavy, held_steps=0).mean_move
+    assert (
+        planarise(wavy, effort=Effort(held_steps=8)).mean_move
+        < 0.9 * planarise(wavy, effort=Effort(held_steps=0)).mean_move
+    )
 
 
 # --- what cannot be done is said
@@ -176,13 +181,13 @@ def test_a_face_that_folds_over_is_named() -> None:
 
 def test_an_edge_that_folds_over_is_named() -> None:
     with pytest.raises(GeometryError, match=r"edge \d+ from vertex \d+ to vertex \d+ folded over while planarising"):
-        planarise(ROUGH, fairness=1.0, held_steps=2)
+        planarise(ROUGH, Guides(fairness=1.0), Effort(held_steps=2))
 
 
 def test_too_few_steps_are_reported_with_the_worst_face() -> None:
     bent = shaken(vault(), 0.05, 4)
     with pytest.raises(ConvergenceError, match=r"face \d+ still leaves its plane by .* after 1 steps") as raised:
-        planarise(bent, max_steps=1)
+        planarise(bent, effort=Effort(max_steps=1))
     assert raised.value.bound == TOLERANCE
     assert raised.value.value is not None
     assert raised.value.value > TOLERANCE
@@ -195,13 +200,13 @@ def test_a_mesh_too_far_from_the_origin_is_refused_unless_more_is_allowed() -> N
     far = bent.with_vertices(bent.vertices + 1e6 * bent.mean_edge_length)
     with pytest.raises(ConvergenceError, match="the mesh lies 1e\\+06 mean edge lengths from the origin"):
         planarise(far)
-    assert out_of_plane(planarise(far, tolerance=1e-9).mesh) <= 1e-9
+    assert out_of_plane(planarise(far, effort=Effort(tolerance=1e-9)).mesh) <= 1e-9
 
 
 def test_a_mesh_about_the_origin_is_not_told_to_move_there() -> None:
     bent = shaken(vault(40, 30), 0.05, 0)
     with pytest.raises(ConvergenceError, match=r"coordinates are rounded to .* lengths; allow more$") as raised:
-        planarise(bent, tolerance=1e-16)
+        planarise(bent, effort=Effort(tolerance=1e-16))
     assert "origin" not in raised.value.message
 
 
@@ -241,7 +246,7 @@ def test_a_shape_that_collapses_is_seen_in_the_moves() -> None:
 @pytest.mark.parametrize("number", [-1, float("nan"), float("inf")])
 def test_numbers_out_of_range_are_refused(name: str, number: float) -> None:
     with pytest.raises(GeometryError, match=f"{name} is {number}: a number from 0 upwards"):
-        planarise(vault(), **{name: number})
+        Guides(fairness=number) if name == "fairness" else Effort(**{name: number})
 
 
 def test_an_edge_without_length_is_refused() -> None:

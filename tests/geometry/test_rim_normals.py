@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from geometry.arrays import FloatArray
 from geometry.curvature import face_curvatures
 from geometry.errors import GeometryError
-from geometry.functionals.rim import extrapolated_normals
-from geometry.gauss import gauss_image
+from geometry.functionals.rim_normals import extrapolated_normals
+from geometry.gauss import approximate_pair
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
 
 seeds = st.integers(0, 2**32 - 1)
@@ -54,8 +54,8 @@ def rim(mesh: Mesh) -> FloatArray:
 def curvature_errors(name: str, n: int, *, known: bool = False) -> tuple[float, float]:
     """Of H at the rim and inside, with estimated normals or the known ones."""
     mesh, normals, curvatures = patch(name, n)
-    image = gauss_image(mesh, normals=normals) if known else gauss_image(mesh)
-    errors = np.abs(face_curvatures(mesh, image).mean - curvatures)
+    pair = approximate_pair(mesh, normals=normals) if known else approximate_pair(mesh)
+    errors = np.abs(face_curvatures(pair).mean - curvatures)
     return float(errors[rim(mesh)].max()), float(errors[mesh.combinatorics.inner_faces].max())
 
 
@@ -156,6 +156,6 @@ def test_rough_faces_are_not_followed() -> None:
 def test_normals_given_are_checked() -> None:
     mesh = patch("torus", 3)[0]
     with pytest.raises(GeometryError, match="normals have shape"):
-        gauss_image(mesh, normals=np.zeros((2, 3)))
+        approximate_pair(mesh, normals=np.zeros((2, 3)))
     with pytest.raises(GeometryError, match="finite"):
-        gauss_image(mesh, normals=np.full((mesh.n_vertices, 3), np.nan))
+        approximate_pair(mesh, normals=np.full((mesh.n_vertices, 3), np.nan))

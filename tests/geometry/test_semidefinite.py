@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray
-from geometry.optimise.semidefinite import minimise_semidefinite
+from geometry.optimise.semidefinite_quadratic import minimise_semidefinite
 from geometry.optimise.solution import Reason
 
 seeds = st.integers(0, 2**32 - 1)

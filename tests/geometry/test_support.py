@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError, MeshError, ParallelityError
+from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
 
@@ -34,7 +35,7 @@ def test_parallel_meshes_give_axes_without_torsion(
 ) -> None:
     gauss_image = stretched(cube(), factors)
     gauss_image = gauss_image.with_vertices(gauss_image.vertices + offset)
-    structure = SupportStructure(cube(700.0), gauss_image, 100.0)
+    structure = SupportStructure(Pair(cube(700.0), gauss_image), 100.0)
     # Proposition 1: the planes through an edge and the axes at its ends are one
     assert structure.twists.max() < 1e-14 * 10
     along = np.einsum("ek,ek->e", structure.width_directions, structure.mesh.edge_directions)
@@ -45,7 +46,7 @@ def test_parallel_meshes_give_axes_without_torsion(
 
 
 def test_heights_are_the_distances_of_the_edges_of_the_gauss_image() -> None:
-    structure = SupportStructure(cube(700.0), cube(), 100.0)
+    structure = SupportStructure(Pair(cube(700.0), cube()), 100.0)
     assert structure.heights == pytest.approx(np.full(12, np.sqrt(2)))
     heights = np.linalg.norm(
         np.cross(structure.quads[:, 3] - structure.quads[:, 0], structure.mesh.edge_directions), axis=1
@@ -55,7 +56,7 @@ def test_heights_are_the_distances_of_the_edges_of_the_gauss_image() -> None:
 
 
 def test_width_directions_point_to_the_right_face() -> None:
-    structure = SupportStructure(cube(700.0), cube(), 100.0)
+    structure = SupportStructure(Pair(cube(700.0), cube()), 100.0)
     c = structure.mesh.combinatorics
     centres = np.array([structure.mesh.vertices[c.face(face)].mean(axis=0) for face in range(c.n_faces)])
     middles = structure.mesh.vertices[c.edges].mean(axis=1)
@@ -68,17 +69,17 @@ def test_meshes_that_are_not_parallel_are_refused_with_the_worst_edge() -> None:
     moved = gauss_image.vertices.copy()
     moved[3] += [0, 0, 1e-6]
     with pytest.raises(ParallelityError, match=r"is off the direction of its mesh edge by 1\.0e-06") as caught:
-        SupportStructure(cube(700.0), gauss_image.with_vertices(moved), 100.0)
+        SupportStructure(Pair(cube(700.0), gauss_image.with_vertices(moved)), 100.0)
     assert 3 in cube().combinatorics.edges[caught.value.elements[0]]
 
 
 def test_other_combinatorics_and_axes_in_edges_are_refused() -> None:
     with pytest.raises(MeshError, match="do not have the same faces"):
-        SupportStructure(cube(700.0), cube().reversed(), 100.0)
+        SupportStructure(Pair(cube(700.0), cube().reversed()), 100.0)
     with pytest.raises(GeometryError, match="lie in the edge"):
-        SupportStructure(cube(700.0), cube(0.0), 100.0)
+        SupportStructure(Pair(cube(700.0), cube(0.0)), 100.0)
 
 
 def test_a_distance_must_be_positive() -> None:
     with pytest.raises(GeometryError, match="must be above 0"):
-        SupportStructure(cube(700.0), cube(), 0.0)
+        SupportStructure(Pair(cube(700.0), cube()), 0.0)

@@ -30,8 +30,8 @@ def test_it_builds_to_the_end(name: str, tmp_path: Path) -> None:
     built = build(Project(mesh=DATA / name, mean_edge_mm=MEAN_EDGE_MM[name], out=tmp_path / "out"))
     mesh, assembly = built.structure.mesh, built.assembly
     assert np.degrees(built.structure.twists.max()) < 1e-6
-    assert (len(assembly.beams), len(assembly.panels)) == (mesh.n_edges, mesh.n_faces)
-    assert len(assembly.nodes) == mesh.n_vertices
+    assert (len(assembly["beams"]), len(assembly["panels"])) == (mesh.n_edges, mesh.n_faces)
+    assert len(assembly["nodes"]) == mesh.n_vertices
     assert assembly.left_out == ()
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
     assert manifest["planarity"]["after"] < 1e-12
@@ -62,8 +62,8 @@ def test_what_cannot_be_built_is_named_or_left_out(
     left = built.assembly.left_out
     assert sum(part.kind == "beam" for part in left) == n_beams
     assert sum(part.kind == "panel" for part in left) == n_panels
-    assert len(built.assembly.beams) + n_beams == built.structure.mesh.n_edges
-    assert len(built.assembly.panels) + n_panels == built.structure.mesh.n_faces
+    assert len(built.assembly["beams"]) + n_beams == built.structure.mesh.n_edges
+    assert len(built.assembly["panels"]) + n_panels == built.structure.mesh.n_faces
     assert np.degrees(built.structure.twists.max()) < 1e-6
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     tables = {kind: (tmp_path / "out" / f"{kind}s.csv").read_text(encoding="utf-8") for kind in ("beam", "panel")}

@@ -7,7 +7,7 @@ import pytest
 
 from geometry.layout import lay_quads
 from geometry.layout.quality import corner_angles
-from geometry.meshing import planarise
+from geometry.meshing import Guides, planarise
 from geometry.surface import refined
 from tests.geometry.design_surfaces import roof
 from tests.real_data.meshes import needs_data
@@ -29,7 +29,7 @@ def test_roofs(name: str, valences: dict[int, int]) -> None:
     assert np.quantile(quality.off_network, 0.9) < np.radians(10)
 
     smooth = refined(surface)
-    planar = planarise(laid.mesh, surface=smooth, fairness=0.3)
+    planar = planarise(laid.mesh, Guides(surface=smooth))
     off = np.linalg.norm(smooth.closest(planar.mesh.vertices)[0] - planar.mesh.vertices, axis=1)
     off /= laid.mesh.mean_edge_length
     angles = np.degrees(corner_angles(planar.mesh))

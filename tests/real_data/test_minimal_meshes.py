@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry.curvature import ChristoffelDuals, face_curvatures
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
-from geometry.gauss import edge_gauss_image
+from geometry.gauss import Pair, edge_offset_pair
 from geometry.meshing import planarise
 from geometry.parallel import edge_factors
 from tests.real_data.meshes import CATENOID, HEXAGONAL, needs_data, read
@@ -20,7 +20,7 @@ def test_the_hexagonal_koebe_polyhedron_has_a_minimal_dual() -> None:
     duals = ChristoffelDuals(image)
     assert duals.dimension == 41  # E - 3F = 40, and one of its equations follows from others
     mesh = duals.fairest()
-    curvatures = face_curvatures(mesh, image)
+    curvatures = face_curvatures(Pair(mesh, image))
     assert np.abs(curvatures.mean).max() * mesh.mean_edge_length <= 1e-9
     assert (curvatures.gaussian < 0).all()
     around_axis = np.cross(image.vertices, [0, 0, 1])[image.combinatorics.edges[:, 0]]
@@ -41,7 +41,7 @@ def test_it_is_the_band_of_standing_hexagons_but_for_its_boundary() -> None:
 def test_the_catenoid_is_minimal_with_respect_to_its_edge_gauss_image() -> None:
     """As measured on the file, made planar: |H| over sqrt(-K), a pure number, is 0 on a minimal surface."""
     mesh = planarise(read(CATENOID)).mesh
-    curvatures = face_curvatures(mesh, edge_gauss_image(mesh, tolerance=1e-5))  # the file has six digits
+    curvatures = face_curvatures(edge_offset_pair(mesh, tolerance=1e-5))  # the file has six digits
     assert (curvatures.gaussian < 0).all()
     relative = np.abs(curvatures.mean) / np.sqrt(-curvatures.gaussian)
     assert np.median(relative) <= 2e-3

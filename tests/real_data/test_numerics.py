@@ -8,16 +8,14 @@ import numpy as np
 import pytest
 
 from geometry.errors import GeometryError, RankError
-from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss.approximate_gauss_image import approximate_pair
 from geometry.gauss.distances import (
     circularity,
     conicality,
     edge_axis_twist,
     edge_distances,
-    face_distances,
-    vertex_distances,
 )
-from geometry.meshing import OptimisedMesh, planarise
+from geometry.meshing import Effort, Guides, OptimisedMesh, planarise
 from geometry.parallel.edge_parallelity import parallelity
 from geometry.parallel.space import ParallelSpace
 from tests.real_data.meshes import (
@@ -67,7 +65,7 @@ def test_planarise(name: str, steps: int, largest_move: float) -> None:
 
 
 def test_less_fairness_stays_closer_to_the_surface() -> None:
-    result = planarise(read(BOTANIC), fairness=0.01, held_steps=8)
+    result = planarise(read(BOTANIC), Guides(fairness=0.01), Effort(held_steps=8))
     assert result.planarity_after <= 1e-12
     assert result.largest_move < 0.25
 
@@ -107,27 +105,27 @@ def test_there_is_no_gap_before_planarising(name: str) -> None:
 )
 def test_gauss_image(name: str, heights: tuple[float, ...], radii: tuple[float, float]) -> None:
     mesh = planar(name).mesh
-    image = gauss_image(mesh, normals=mesh.vertex_normals)  # as beams are built
-    assert parallelity(mesh, image).max() <= 1e-13
-    found = np.percentile(edge_distances(mesh, image), [0, 5, 50, 95, 100])
+    pair = approximate_pair(mesh, normals=mesh.vertex_normals)  # as beams are built
+    assert parallelity(mesh, pair.gauss_image).max() <= 1e-13
+    found = np.percentile(pair.edge_distances, [0, 5, 50, 95, 100])
     below, above = np.array(heights[:2]), np.array(heights[3:])
     assert (found[:2] >= below).all(), found
     assert (found[3:] <= above).all(), found
     assert found[2] == pytest.approx(heights[2], abs=0.02)
-    distances = vertex_distances(image)
+    distances = pair.vertex_distances
     assert radii[0] <= distances.min() <= distances.max() <= radii[1]
 
 
 def test_a_file_that_is_not_planar_is_refused() -> None:
     with pytest.raises(GeometryError, match="planarise the mesh first"):
-        gauss_image(read(GITTER))
+        approximate_pair(read(GITTER))
 
 
 def test_a_conical_mesh_nearly_has_a_face_offset() -> None:
     mesh = planar(CONICAL).mesh
     assert np.nanmax(conicality(mesh)) < 1e-5
     assert np.nanmedian(conicality(planar(GITTER).mesh)) > 1e-3
-    distances = face_distances(mesh, gauss_image(mesh, vertices=1e-3))
+    distances = approximate_pair(mesh, vertices=1e-3).face_distances
     np.testing.assert_allclose(distances, 1.0, atol=1e-4)
 
 
@@ -139,7 +137,7 @@ def test_a_circular_mesh_is_told_from_others() -> None:
 
 def test_meshes_with_edge_offsets_are_recognised() -> None:
     hexagonal = read(HEXAGONAL)
-    np.testing.assert_allclose(edge_distances(hexagonal, hexagonal), 1.0, atol=4e-11)
+    np.testing.assert_allclose(edge_distances(hexagonal), 1.0, atol=4e-11)
     assert np.nanmax(edge_axis_twist(hexagonal)) < 1e-10
     # some of its edges run the other way in the Gauss image
     assert np.nanmax(edge_axis_twist(read(CATENOID))) < 1.4e-4

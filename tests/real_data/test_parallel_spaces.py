@@ -10,7 +10,7 @@ import pytest
 from geometry.files import read_mesh
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
-from geometry.gauss.approximate_gauss_image import gauss_image
+from geometry.gauss.approximate_gauss_image import approximate_pair
 from geometry.mesh import Mesh
 from geometry.meshing import planarise
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
@@ -79,7 +79,9 @@ def test_projection_and_minima_agree_with_the_basis(name: str) -> None:
     np.testing.assert_allclose(found.vertices.ravel(), rows.T @ (rows @ wanted.vertices.ravel()), atol=1e-8)
     assert parallelity(mesh, found).max() <= 1e-12 * np.abs(wanted.vertices).max()
     terms = [(1.0, unit_face_distances(mesh)), (0.1, close_to_vertex_normals(mesh))]
-    np.testing.assert_allclose(parallel.minimise(terms).vertices, gauss_image(mesh).vertices, atol=1e-7)
+    np.testing.assert_allclose(
+        parallel.minimise(terms).vertices, approximate_pair(mesh).gauss_image.vertices, atol=1e-7
+    )
 
 
 @pytest.mark.parametrize("name", ["dos/planarizednormalized_six_quad.obj", "libhedra/gitter.off"])

@@ -10,7 +10,7 @@ import pytest
 from geometry.errors import GeometryError
 from geometry.gauss.distances import circularity, conicality
 from geometry.mesh import Mesh
-from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
+from geometry.meshing import Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.surface.curve import Curve
 from geometry.surface.surface import Surface
 from tests.real_data.meshes import BOTANIC, CIRCULAR, CONICAL, CONJUGATE, SIX_ARMED, YAS, needs_data, read
@@ -60,7 +60,7 @@ def test_meshes_far_from_lines_of_curvature_are_refused_with_numbers(
 
 def test_a_roof_glides_on_its_surface() -> None:
     mesh, surface = read(BOTANIC), Surface(read(ROOF))
-    free, gliding = planarise(mesh), planarise(mesh, surface=surface)
+    free, gliding = planarise(mesh), planarise(mesh, Guides(surface=surface))
     distances = [np.linalg.norm(r.mesh.vertices - surface.closest(r.mesh.vertices)[0], axis=1) for r in (free, gliding)]
     assert gliding.planarity_after <= 1e-12
     assert distances[1].mean() < 0.4 * distances[0].mean()
@@ -70,7 +70,7 @@ def test_a_roof_glides_on_its_surface() -> None:
 
 def test_the_boundaries_of_a_roof_are_kept() -> None:
     mesh = read(BOTANIC)
-    result = planarise(mesh, keep_boundary=True).mesh
+    result = planarise(mesh, Guides(keep_boundary=True)).mesh
     for loop in mesh.combinatorics.boundary_loops:
         curve = Curve.through(mesh.vertices[loop], closed=True)
         feet, _ = curve.closest(result.vertices[loop])
@@ -81,12 +81,12 @@ def test_the_boundaries_of_a_roof_are_kept() -> None:
 
 def test_a_face_that_is_a_corner_of_the_boundary_all_around_is_refused() -> None:
     with pytest.raises(GeometryError, match=r"face 1476 leaves its plane .* ends, corners or crossings of curves"):
-        planarise(read(CONJUGATE), keep_boundary=True)
+        planarise(read(CONJUGATE), Guides(keep_boundary=True))
 
 
 def test_all_faces_of_a_roof_come_out_convex() -> None:
     mesh = read(BOTANIC)
-    result = planarise(mesh, convex="all").mesh
+    result = planarise(mesh, Guides(convex="all")).mesh
     c = result.combinatorics
     edges = result.vertices[c.corners[c.next_corner]] - result.vertices[c.corners]
     turns = np.einsum("ci,ci->c", np.cross(edges[c.previous_corner], edges), result.face_normals[c.corner_face])

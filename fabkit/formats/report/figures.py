@@ -6,7 +6,8 @@ from html import escape
 
 import numpy as np
 
-from fabkit.production import CUT, MARK, SHEET, Drawing, Measure
+from fabkit.parts import Measure
+from fabkit.production import CUT, MARK, SHEET, Curves, Drawing
 from geometry.arrays import FloatArray
 
 __all__ = ["histogram", "sheet_picture"]
@@ -78,11 +79,10 @@ def sheet_picture(drawing: Drawing) -> str:
     edge = 0.01 * length
     box = f"{left - edge:.0f} {-bottom - width - edge:.0f} {length + 2 * edge:.0f} {width + 2 * edge:.0f}"
     paths = "".join(
-        f"<path class='{layer.lower()}' d='{''.join(map(_path, drawing.layers[layer]))}'/>"
-        for layer in (SHEET, CUT, MARK)
+        f"<path class='{layer.lower()}' d='{_path(drawing.layers[layer])}'/>" for layer in (SHEET, CUT, MARK)
     )
     panels = drawing.layers[CUT]
-    used = sum(abs(_area(outline)) for outline in panels) / abs(_area(stock))
+    used = np.abs(_areas(panels)).sum() / (length * width)
     count = f"{len(panels)} panel{'' if len(panels) == 1 else 's'}"
     return (
         f"<figure><button type='button'><svg viewBox='{box}'>{paths}</svg></button>"
@@ -90,17 +90,23 @@ def sheet_picture(drawing: Drawing) -> str:
     )
 
 
-def _path(curve: FloatArray) -> str:
-    """The curve in relative steps, y downwards as SVG wants it; a closed curve is closed."""
-    points = np.round(curve * [1, -1]).astype(np.int64)
-    (x, y), steps = points[0].tolist(), np.diff(points, axis=0)
-    if np.array_equal(curve[0], curve[-1]):
-        steps = steps[:-1]
-        return f"M{x} {y}l{' '.join(map(str, steps.ravel().tolist()))}z"
-    return f"M{x} {y}l{' '.join(map(str, steps.ravel().tolist()))}"
+def _path(curves: Curves) -> str:
+    """The curves in relative steps, y downwards as SVG wants it; a closed curve is closed."""
+    points = np.round(curves.points * [1, -1]).astype(np.int64)
+    steps = np.diff(points, axis=0, prepend=0)
+    steps[curves.starts[:-1]] = points[curves.starts[:-1]]
+    words = [f"{x} {y}" for x, y in steps.tolist()]
+    starts, closed = curves.starts.tolist(), curves.is_closed.tolist()
+    return "".join(
+        f"M{words[start]}l{' '.join(words[start + 1 : end - is_closed])}{'z' if is_closed else ''}"
+        for start, end, is_closed in zip(starts[:-1], starts[1:], closed, strict=True)
+    )
 
 
-def _area(closed: FloatArray) -> float:
-    """Signed area within a closed curve (k, 2) that ends where it begins."""
-    x, y = closed.T
-    return float(x[:-1] @ y[1:] - x[1:] @ y[:-1]) / 2
+def _areas(closed: Curves) -> FloatArray:
+    """(k,) signed areas within closed curves."""
+    (x, y), (next_x, next_y) = closed.points[:-1].T, closed.points[1:].T
+    inside = closed.curve_of_point[:-1] == closed.curve_of_point[1:]
+    twice = (x * next_y - next_x * y) * inside
+    areas: FloatArray = np.bincount(closed.curve_of_point[:-1], twice, minlength=len(closed)) / 2
+    return areas

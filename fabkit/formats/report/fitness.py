@@ -62,8 +62,10 @@ def _bar(finding: Finding) -> str:
 
 def _buttons(finding: Finding, assembly: Assembly) -> str:
     """The parts on the elements concerned, to be seen in the model."""
-    groups = {"vertex": assembly.nodes, "edge": assembly.beams, "face": assembly.panels}
-    marks = {part.element: part.mark for part in groups.get(finding.noun, ())}
+    marks: dict[int, str] = {}
+    for group in assembly.groups:
+        if group.kind.element == finding.noun:
+            marks = dict(zip(group.elements.tolist(), group.marks, strict=True)) | marks
     found = list(dict.fromkeys(marks[element] for element in finding.elements if element in marks))
     if not found:
         return ""

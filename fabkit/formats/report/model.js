@@ -1,6 +1,6 @@
 "use strict";
 
-// The model: a GLB as this project writes it, as one set of flat arrays a layer (beams, nodes, panels, left out).
+// The model: a GLB as this project writes it, as one set of flat arrays a layer (each group of parts, left out).
 // Coordinates are metres, +Z up, about the centre of the model: neither the root's turn to +Y up nor its move to the
 // place of the model is wanted here.
 

@@ -5,7 +5,7 @@
 const SEQUENCE = ["#352a87", "#1f6fb4", "#22a39f", "#8fc05a", "#f3d23b"]; // least to most
 const BOTH_SIGNS = ["#2166ac", "#92c5de", "#eceff1", "#f4a582", "#b2182b"]; // below, at and above zero
 const MUTED = [214, 219, 223, 255];
-const MUTED_PANEL = [214, 219, 223, 40];
+const MUTED_PLATE = [214, 219, 223, 40];
 const PICKED = [214, 33, 124, 255];
 
 const data = JSON.parse(document.getElementById("data").textContent);
@@ -30,21 +30,22 @@ function scaleOf(measure) {
 function measuredColour(layer, row) {
   const { measure, scale } = state, part = layer.parts[row];
   if (layer.name === "left out") return null;
-  if (!measure) return state.mark !== null && layer.name === "panels" ? [...part.colour.slice(0, 3), 50] : null;
-  if (layer.name !== measure.group) return layer.name === "panels" ? MUTED_PANEL : MUTED;
+  const isPlate = data.forms[layer.name] === "plate"; // which hides what lies below it
+  if (!measure) return state.mark !== null && isPlate ? [...part.colour.slice(0, 3), 50] : null;
+  if (layer.name !== measure.group) return isPlate ? MUTED_PLATE : MUTED;
   const value = measure.values[row];
   if (value === null) return MUTED;
   const share = scale.most > scale.least ? (value - scale.least) / (scale.most - scale.least) : 0.5;
   return [...colourAt(scale.ramp, share), 255];
 }
 
-/** Paints all parts; rings show the picked ones, discs the nodes where they are what is measured. */
+/** Paints all parts; rings show the picked ones, discs the blocks where they are what is measured. */
 function paint() {
   if (!viewer) return;
   const picked = [], measured = [];
   viewer.paint((layer, row) => {
     const colour = measuredColour(layer, row);
-    if (layer.name === "nodes" && state.measure?.group === "nodes") measured.push({ layer, row, colour });
+    if (data.forms[layer.name] === "block" && state.measure?.group === layer.name) measured.push({ layer, row, colour });
     if (state.mark === null || layer.parts[row].name !== state.mark) return colour;
     picked.push({ layer, row, colour: PICKED });
     return PICKED;

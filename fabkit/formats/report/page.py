@@ -13,15 +13,16 @@ from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from string import Template
+from typing import Any
 
 import numpy as np
 
 from fabkit.formats.report.figures import histogram, sheet_picture
 from fabkit.formats.report.fitness import fitness_html
 from fabkit.formats.report.tables import table_html
-from fabkit.parts import Assembly, Beam, Node, Panel, Part
-from fabkit.parts.palette import LEFT_OUT_COLOUR, PALETTE
-from fabkit.production import Drawing, GivenGaussImage, Measure, Summary, Table, measures
+from fabkit.kinds import BEAM, NODE
+from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Measure, Parts, Surroundings
+from fabkit.production import REPORT, BuildFacts, Drawing, Fact, Summary, Table
 from geometry.arrays import FloatArray
 
 __all__ = ["report_html"]
@@ -37,43 +38,56 @@ _SCRIPTS = (
 
 
 def report_html(
-    *, summary: Summary, assembly: Assembly, tables: Sequence[Table], sheets: Sequence[Drawing], glb: bytes
+    *,
+    summary: Summary,
+    facts: BuildFacts,
+    assembly: Assembly,
+    tables: Sequence[Table],
+    sheets: Sequence[Drawing],
+    glb: bytes,
 ) -> str:
     """The text of the file. glb: what `glb_bytes` wrote for this assembly; the viewer shows it.
 
     Names and notes from files are escaped wherever they stand.
     """
-    measured = measures(assembly)
+    measured = [each for group in assembly.groups if len(group) for each in group.kind.measures(group)]
     room = files("fabkit.formats.report")
     page = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
     return page.substitute(
         name=escape(summary.name),
         source=f"from {escape(summary.source)}, one unit of which is {summary.scale_mm:g} mm",
-        style=_colours() + room.joinpath("page.css").read_text(encoding="utf-8"),
+        style=_colours(assembly) + room.joinpath("page.css").read_text(encoding="utf-8"),
         script="".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS),
-        key_facts=_key_facts(assembly, len(sheets)),
+        key_facts=_key_facts([*facts.parts, *facts.sheets]),
         left_out=_left_out(assembly),
         fitness=fitness_html(summary.fitness, assembly),
         layers=_layers(assembly),
         measures=_measure_options(measured),
-        mesh_facts=_mesh_facts(summary),
-        lift_reason=escape(summary.lift_reason),
+        mesh_facts=_mesh_facts(facts.mesh),
         mended=_mended(summary),
         misfits=_misfits(summary, assembly),
         histograms=_histograms(measured),
         sheets_link='<a href="#sheets">Sheets</a>' if sheets else "",
         sheets=_sheets(sheets),
         tables="\n".join(table_html(table) for table in tables),
-        data=_json({"labels": _labels(assembly), "measures": [_measure_data(measure) for measure in measured]}),
+        data=_json(
+            {
+                "forms": {group.kind.group: group.kind.form for group in assembly.groups},
+                "labels": _labels(assembly),
+                "measures": [_measure_data(measure) for measure in measured],
+            }
+        ),
         glb=base64.b64encode(glb).decode(),
     )
 
 
-def _colours() -> str:
-    """The colours of the model as variables of the style sheet."""
-    shades = {f"{kind}s": colour for kind, colour in PALETTE.items()} | {"left-out": LEFT_OUT_COLOUR}
+def _colours(assembly: Assembly) -> str:
+    """The colours of the kinds of part, as variables of the style sheet and in their histograms."""
+    groups = {group.kind.group: group.kind.colour for group in assembly.groups}
+    shades = groups | {"left-out": LEFT_OUT_COLOUR}
     hexes = {name: "".join(f"{round(255 * c):02x}" for c in colour) for name, colour in shades.items()}
-    return ":root {" + " ".join(f"--kind-{name}: #{value};" for name, value in hexes.items()) + "}\n"
+    variables = " ".join(f"--kind-{name}: #{value};" for name, value in hexes.items())
+    return f":root {{{variables}}}\n" + "".join(f".{name} rect {{ fill: var(--kind-{name}); }}\n" for name in groups)
 
 
 def _json(value: object) -> str:
@@ -81,25 +95,12 @@ def _json(value: object) -> str:
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def _key_facts(assembly: Assembly, n_sheets: int) -> str:
-    def fact(title: str, value: str, note: str = "") -> str:
-        return f"<div><dt>{title}</dt><dd>{value} <small>{note}</small></dd></div>"
-
-    facts = []
-    for group, parts in assembly.groups().items():
-        marks = len({part.mark for part in parts})
-        facts.append(fact(group.capitalize(), str(len(parts)), f"{marks} marks, {_mass(parts)}"))
-    facts.append(fact("Mass", _mass(list(assembly.parts()))))
-    if assembly.panels:
-        facts.append(fact("Panel area", f"{sum(panel.area_mm2 for panel in assembly.panels) / 1e6:.1f} m²"))
-    if n_sheets:
-        facts.append(fact("Sheets", str(n_sheets)))
-    return "\n".join(facts)
-
-
-def _mass(parts: Sequence[Part]) -> str:
-    mass = sum(part.mass_kg for part in parts)
-    return f"{mass / 1000:.2f} t" if mass >= 1000 else f"{mass:.0f} kg"
+def _key_facts(facts: Sequence[Fact]) -> str:
+    return "\n".join(
+        f"<div><dt>{escape(fact.name)}</dt><dd>{escape(fact.text)} <small>{escape(fact.note)}</small></dd></div>"
+        for fact in facts
+        if REPORT in fact.shown
+    )
 
 
 def _left_out(assembly: Assembly) -> str:
@@ -116,8 +117,8 @@ def _left_out(assembly: Assembly) -> str:
 
 
 def _layers(assembly: Assembly) -> str:
-    names = [name for name, parts in assembly.groups().items() if parts]
-    if any(left.kind == "beam" for left in assembly.left_out):
+    names = [group.kind.group for group in assembly.groups if len(group)]
+    if any(left.kind == BEAM.name for left in assembly.left_out):
         names.append("left out")
     return "\n".join(
         f'<label><input type="checkbox" value="{name}" checked>'
@@ -134,51 +135,20 @@ def _measure_options(measured: Sequence[Measure]) -> str:
     return "\n".join(f'<optgroup label="{name.capitalize()}">{each}</optgroup>' for name, each in groups.items())
 
 
-def _rows(facts: Sequence[tuple[str, str]]) -> str:
-    return "\n".join(f'<tr><th scope="row">{title}</th><td>{value}</td></tr>' for title, value in facts)
-
-
-def _mesh_facts(summary: Summary) -> str:
-    lengths, heights, leans = summary.edge_lengths_mm, summary.height_shares, summary.lean_shares_deg
-    return _rows(
-        [
-            ("Vertices, edges, faces", f"{summary.n_vertices}, {summary.n_edges}, {summary.n_faces}"),
-            ("Boundaries", str(summary.n_boundaries)),
-            ("Zero of the model is at", escape(summary.placed_at)),
-            ("Edges, shortest to longest", f"{lengths.min():.1f} to {lengths.max():.1f} mm"),
-            (
-                "Faces out of plane, as read <span class='unit'>(largest, of mean edge)</span>",
-                f"{summary.planarity_before:.1e}",
-            ),
-            ("Faces out of plane, as built", f"{summary.planarity_after:.1e}"),
-            (
-                "Vertices moved to make faces planar, largest",
-                f"{summary.largest_move_mm:.2f} mm<br>"
-                f"<small class='soft'>vertex {summary.farthest_vertex}, counted from 0</small>",
-            ),
-            ("Vertices moved, mean", f"{summary.mean_move_mm:.2f} mm"),
-            ("Gauss image", _gauss_image(summary)),
-            ("Parts that share a mark differ by less than", f"{summary.equal_within_mm:.2g} mm"),
-            (
-                "Distance of the parallel meshes, of nominal",
-                f"{100 * heights['least']:.2f} to {100 * heights['largest']:.2f} %",
-            ),
-            ("The same, of 95 % of the beams", f"{100 * heights['p2_5']:.2f} to {100 * heights['p97_5']:.2f} %"),
-            (
-                "Node axes off the normals, median, 95 %, largest",
-                f"{leans['median']:.1f}, {leans['p95']:.1f}, {leans['largest']:.1f} °",
-            ),
-            ("Panels lifted over the mesh faces", f"{summary.lift_mm:.1f} mm"),
-        ]
+def _mesh_facts(facts: Sequence[Fact]) -> str:
+    return "\n".join(
+        f'<tr><th scope="row">{escape(fact.name)}</th><td{_is_text(fact)}>{escape(fact.text)}{_note(fact)}</td></tr>'
+        for fact in facts
+        if REPORT in fact.shown
     )
 
 
-def _gauss_image(summary: Summary) -> str:
-    given = summary.gauss_image
-    checksum = ""
-    if isinstance(given, GivenGaussImage):
-        checksum = f"<br><small class='soft'>sha256 {given.sha256}</small>"
-    return escape(summary.gauss_image_origin) + checksum
+def _is_text(fact: Fact) -> str:
+    return ' class="text"' if any(isinstance(value, str) for value in fact.values) else ""
+
+
+def _note(fact: Fact) -> str:
+    return f"<br><small class='soft'>{escape(fact.note)}</small>" if fact.note else ""
 
 
 def _mended(summary: Summary) -> str:
@@ -190,24 +160,24 @@ def _mended(summary: Summary) -> str:
 
 def _misfits(summary: Summary, assembly: Assembly) -> str:
     """Median, 95th percentile and maximum of what would be zero for an ideal mesh, and the part it is largest at."""
-    beams, nodes = assembly.beams, assembly.nodes
+    beams, nodes = assembly.of(BEAM), assembly.of(NODE)
     rows = []
-    if nodes:
-        spread = np.array([node.top_spread_mm for node in nodes])
-        rows.append(_misfit("Beam tops out of level at a node, mm", spread, ".2f", nodes))
-        on_axis = np.array([node.axis_spread_mm for node in nodes])
-        rows.append(_misfit("Beam sides that miss each other on the node axis, mm", on_axis, ".2f", nodes))
-    if beams:
-        deviation = np.abs([beam.height_deviation_mm for beam in beams])
+    if len(nodes):
+        own = nodes.details
+        rows.append(_misfit("Beam tops out of level at a node, mm", own.top_spread_mm, ".2f", nodes))
+        title = "Beam sides that miss each other on the node axis, mm"
+        rows.append(_misfit(title, own.axis_spread_mm, ".2f", nodes))
+    if len(beams):
+        deviation = np.abs(beams.details.height_deviation_mm)
         rows.append(_misfit("Section height off the meshes' distance, mm", deviation, ".2f", beams))
-        rows.append(_misfit("Twist of a beam, °", np.abs([beam.twist_deg for beam in beams]), ".1e", beams))
+        rows.append(_misfit("Twist of a beam, °", np.abs(beams.details.twist_deg), ".1e", beams))
     return "\n".join(rows)
 
 
-def _misfit(title: str, values: FloatArray, form: str, parts: Sequence[Part]) -> str:
+def _misfit(title: str, values: FloatArray, form: str, parts: Parts[Any]) -> str:
     figures = (np.median(values), np.percentile(values, 95), values.max())
     cells = "".join(f"<td>{figure:{form}}</td>" for figure in figures)
-    worst = escape(parts[int(values.argmax())].mark)
+    worst = escape(parts.mark_names[parts.mark[values.argmax()]])
     return f'<tr><th scope="row">{title}</th>{cells}<td><button type="button" class="mark">{worst}</button></td></tr>'
 
 
@@ -241,25 +211,8 @@ def _measure_data(measure: Measure) -> dict[str, object]:
     }
 
 
-def _labels(assembly: Assembly) -> dict[str, list[str]]:
+def _labels(assembly: Assembly) -> dict[str, Sequence[str]]:
     """A line about each thing in the model, by group."""
-    node_marks = {node.element: node.mark for node in assembly.nodes}
-
-    def ends(beam: Beam) -> str:
-        return " to ".join(node_marks.get(vertex, f"vertex {vertex}") for vertex in beam.nodes)
-
-    def of_beam(beam: Beam) -> str:
-        return f"{beam.section.name}, {beam.material.name}; edge {beam.element}, {ends(beam)}"
-
-    def of_node(node: Node) -> str:
-        return f"{node.material.name}; vertex {node.element}, {len(node.beams)} beams"
-
-    def of_panel(panel: Panel) -> str:
-        return f"{panel.thickness_mm:g} mm {panel.material.name}; face {panel.element}"
-
-    return {
-        "beams": [of_beam(beam) for beam in assembly.beams],
-        "nodes": [of_node(node) for node in assembly.nodes],
-        "panels": [of_panel(panel) for panel in assembly.panels],
-        "left out": [left.reason for left in assembly.left_out if left.kind == "beam"],
-    }
+    around = Surroundings(assembly)
+    lines: dict[str, Sequence[str]] = {group.kind.group: group.kind.labels(group, around) for group in assembly.groups}
+    return lines | {"left out": [left.reason for left in assembly.left_out if left.kind == BEAM.name]}

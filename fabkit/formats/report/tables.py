@@ -23,11 +23,8 @@ def table_html(table: Table) -> str:
         f'<th scope="col"{kind}><button type="button">{escape(name)}</button></th>'
         for name, kind in zip(table.columns, classes, strict=True)
     )
-    texts = [table.text(row) for row in table.rows]
-    totals = table.text(table.totals)
-    widths = "".join(f'<col style="width: {width:.1f}ch">' for width in _widths(table, [*texts, totals]))
-    body = "\n".join(_row(_cells(table, row), classes) for row in texts)
-    foot = _row([escape(text) for text in totals], classes)
+    widths = "".join(f'<col style="width: {width:.1f}ch">' for width in _widths(table))
+    foot = _row([escape(text) for text in table.total_texts], classes)
     missing = "".join(f"<li>{escape(sentence)}</li>" for sentence in table.left_out)
     count = f"{len(table.rows)} mark{'' if len(table.rows) == 1 else 's'}"
     return (
@@ -35,26 +32,24 @@ def table_html(table: Table) -> str:
         f'<input type="search" data-table="{identifier}" placeholder="Filter" aria-label="Filter {title}"></div>\n'
         + (f'<ul class="missing">{missing}</ul>\n' if missing else "")
         + f'<div class="table" id="{identifier}" tabindex="0"><table><colgroup>{widths}</colgroup>'
-        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}\n</tbody>\n<tfoot>{foot}</tfoot></table></div>"
+        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{_rows(table, classes)}\n</tbody>\n"
+        f"<tfoot>{foot}</tfoot></table></div>"
     )
 
 
-def _widths(table: Table, rows: Sequence[Sequence[str]]) -> list[float]:
+def _widths(table: Table) -> list[float]:
     """Width of each column in digits: its longest text, up to a limit; headings may run over two or three lines."""
-    longest = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    longest = [max(map(len, column)) for column in zip(*table.texts, table.total_texts, strict=True)]
     words = [max(map(len, name.split())) for name in table.columns]
     return [max(min(text, _WIDEST), 1.2 * word) + 2.5 for text, word in zip(longest, words, strict=True)]
 
 
-def _row(cells: list[str], classes: list[str]) -> str:
+def _rows(table: Table, classes: Sequence[str]) -> str:
+    cells = {"Mark": '<button type="button" class="mark">{0}</button>', "File": '<a href="{0}">{0}</a>'}
+    forms = [cells.get(name, "{0}").replace("0", str(n)) for n, name in enumerate(table.columns)]
+    form = _row(forms, classes)
+    return "\n".join(form.format(*map(escape, row)) for row in table.texts)
+
+
+def _row(cells: Sequence[str], classes: Sequence[str]) -> str:
     return "<tr>" + "".join(f"<td{kind}>{cell}</td>" for kind, cell in zip(classes, cells, strict=True)) + "</tr>"
-
-
-def _cells(table: Table, texts: list[str]) -> list[str]:
-    cells = [escape(text) for text in texts]
-    for n, name in enumerate(table.columns):
-        if name == "Mark":
-            cells[n] = f'<button type="button" class="mark">{cells[n]}</button>'
-        elif name == "File":
-            cells[n] = f'<a href="{cells[n]}">{cells[n]}</a>'
-    return cells

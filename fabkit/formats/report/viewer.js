@@ -1,6 +1,6 @@
 "use strict";
 
-// The viewer: draws a model (report_model.js) as a camera (report_camera.js) sees it, and says which part is where.
+// The viewer: draws a model (model.js) as a camera (camera.js) sees it, and says which part is where.
 
 const SOLID_SHADER = [
   `attribute vec3 position; attribute vec3 normal; attribute vec4 colour;

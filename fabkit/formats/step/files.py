@@ -1,7 +1,7 @@
 """STEP files (ISO 10303-21, AP242 or AP214) of parts with planar faces, written without a CAD kernel.
 
-One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / beams,
-nodes, panels / part; no loose faces, no p-curves. One placement, which the groups share, puts the structure where the
+One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / group /
+part; no loose faces, no p-curves. One placement, which the groups share, puts the structure where the
 mesh file has it; the parts are placed near zero within it. A product is called as its mark, an instance of it as
 `instance_name` says. Each product carries its volume, surface area and centroid as geometric validation properties,
 its material and density, and the colour of its kind on its solid.
@@ -12,24 +12,25 @@ The same parts and arguments give the same bytes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import islice
+from dataclasses import replace
+from functools import lru_cache
+from io import StringIO
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 import numpy as np
 
 from fabkit.errors import OutputError
 from fabkit.formats.step.entities import Schema
-from fabkit.formats.step.writer import StepWriter, instance_name, solid_texts
-from fabkit.parts import Assembly, Part
+from fabkit.formats.step.solid import solid_numbers
+from fabkit.formats.step.text import reals, string
+from fabkit.formats.step.writer import BATCH, StepWriter, check_name, instance_name
+from fabkit.parts import Assembly, Kind, Material, Part, Parts, Stack, Topology
 from geometry.arrays import FloatArray
 
 __all__ = ["instance_name", "stream_step", "write_part_step", "write_part_steps", "write_step"]
-
-_BATCH = 64
-"""Parts worked on together: enough to make array operations worthwhile, few enough to stay in the processor's cache."""
 
 _NO_TIME = "1970-01-01T00:00:00"
 
@@ -53,7 +54,7 @@ def write_step(
     stream_step(
         target,
         assembly.name,
-        assembly.parts(),
+        assembly.groups,
         origin_mm=assembly.origin_mm,
         schema=schema,
         author=author,
@@ -65,7 +66,7 @@ def write_step(
 def stream_step(
     target: Path | str | TextIO,
     name: str,
-    parts: Iterable[Part],
+    groups: Iterable[Parts[Any]],
     *,
     origin_mm: FloatArray | None = None,
     schema: Schema = "AP242",
@@ -73,15 +74,13 @@ def stream_step(
     organisation: str = "",
     time_stamp: str = _NO_TIME,
 ) -> None:
-    """Write parts as they come as the structure `name`, its zero at origin_mm (3,); otherwise as `write_step`, which
-    holds them all at once."""
+    """Write parts as they come, some of a group at a time, as the structure `name`, its zero at origin_mm (3,);
+    otherwise as `write_step`, which holds them all at once."""
     with _opened(target) as stream:
         writer = StepWriter(stream, name, schema, author, organisation, time_stamp)
         writer.begin_structure(np.zeros(3) if origin_mm is None else origin_mm)
-        remaining = iter(parts)
-        while batch := list(islice(remaining, _BATCH)):
-            writer.write_shapes(batch)
-            writer.write_instances(batch)
+        for parts in groups:
+            writer.write_parts(parts)
         writer.end_structure()
 
 
@@ -97,22 +96,48 @@ def write_part_step(
     """Write one part in its own frame, as one product without any assembly; otherwise as `write_step`."""
     with _opened(target) as stream:
         writer = StepWriter(stream, part.mark, schema, author, organisation, time_stamp)
-        writer.write_shapes([part])
+        writer.write_shapes(Parts.of(part.kind, [part]), np.zeros(1, dtype=np.int64))
         writer.end()
 
 
-def write_part_steps(folder: Path, parts: Iterable[Part]) -> None:
-    """Write a file for each part, called as its mark, into an empty folder; otherwise as `write_part_step`.
+def write_part_steps(folder: Path, groups: Iterable[Parts[Any]]) -> None:
+    """Write a file for each mark, called like it, into an empty folder; otherwise as `write_part_step`."""
+    for parts in groups:
+        materials = parts.material[parts.firsts]
+        for number, material in enumerate(parts.materials):
+            own = np.flatnonzero(materials == number)
+            for stack in parts.solids.stacks(parts.shape[parts.firsts[own]]):
+                for start in range(0, len(stack.parts), BATCH):
+                    batch = stack[start : start + BATCH]
+                    marks = [parts.mark_names[k] for k in own[batch.parts].tolist()]
+                    _write_solids(folder, marks, parts.kind, material, batch)
 
-    What is to be computed is computed batch by batch: that is most of the work where there are thousands of them.
+
+def _write_solids(folder: Path, marks: Sequence[str], kind: Kind[Any], material: Material, stack: Stack) -> None:
+    """Write a file for each mark (k,) of parts that differ in nothing but the vertices of their solids.
+
+    All files have one text but for the mark and the numbers.
     """
-    remaining = iter(parts)
-    while batch := list(islice(remaining, _BATCH)):
-        for part, numbers in zip(batch, solid_texts(batch), strict=True):
-            with (folder / f"{part.mark}.step").open("w", encoding="ascii", newline="\n") as stream:
-                writer = StepWriter(stream, part.mark, "AP242", "", "", _NO_TIME)
-                writer.write_only_shape(part, numbers)
-                writer.end()
+    numbers = solid_numbers(stack, marks)
+    width, texts = numbers.shape[1], reals(numbers)
+    form = _file_form(kind, material, stack.topology, width)
+    n_names = form.replace("%%", "").count("%s") - width
+    for n, mark in enumerate(marks):
+        check_name(mark)
+        text = form % (*[string(mark)] * n_names, *texts[n * width : (n + 1) * width])
+        with open(folder / f"{mark}.step", "wb", buffering=0) as stream:
+            stream.write(text.encode("ascii"))
+
+
+@lru_cache(maxsize=256)
+def _file_form(kind: Kind[Any], material: Material, topology: Topology, n_numbers: int) -> str:
+    """A file of one part, with %s wherever its mark stands, then for each of its numbers."""
+    stream = StringIO()
+    writer = StepWriter(stream, "%s", "AP242", "", "", _NO_TIME)
+    material = replace(material, name=material.name.replace("%", "%%"))
+    writer.write_shape(kind, "%s", material, topology, ["%s"] * n_numbers)
+    writer.end()
+    return stream.getvalue()
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TextIO
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -33,14 +33,13 @@ from fabkit.formats.step.entities import (
 )
 from fabkit.formats.step.solid import TOLERANCE_MM, solid_entities, solid_numbers
 from fabkit.formats.step.text import Block, reals, string
-from fabkit.parts import Material, Part, Topology
-from fabkit.parts.palette import PALETTE
-from geometry.arrays import FloatArray
+from fabkit.parts import Kind, Material, Part, Parts, Solids, Topology
+from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["StepWriter", "instance_name", "solid_texts"]
+__all__ = ["BATCH", "StepWriter", "check_name", "instance_name", "solid_texts"]
 
-_GROUPS = {"beam": "beams", "node": "nodes", "panel": "panels"}
-_ELEMENTS = {"beam": "e", "node": "v", "panel": "f"}
+BATCH = 64
+"""Parts worked on together: enough to make array operations worthwhile, few enough to stay in the processor's cache."""
 _ITEMS_A_LINE = 16
 _FRAME_TOLERANCE = 1e-11  # moves a point of a part of 10 m by TOLERANCE_MM
 
@@ -48,7 +47,11 @@ _FRAME_TOLERANCE = 1e-11  # moves a point of a part of 10 m by TOLERANCE_MM
 def instance_name(part: Part) -> str:
     """The name of one instance of a mark: the mark, and the mesh edge (e), vertex (v) or face (f) it stands for:
     `B12 e37`."""
-    return f"{part.mark} {_ELEMENTS[part.kind]}{part.element}"
+    return _instance_name(part.kind, part.mark, part.element)
+
+
+def _instance_name(kind: Kind[Any], mark: str, element: int) -> str:
+    return f"{mark} {kind.element[0]}{element}"
 
 
 @dataclass(frozen=True)
@@ -75,10 +78,11 @@ class StepWriter:
         self._name = name
         self._free_id = FIRST_FREE_ID
         self._materials: dict[Material, int] = {}
-        self._styles: dict[str, int] = {}
+        self._styles: dict[tuple[float, float, float], int] = {}
         self._products: dict[str, int] = {}  # first id of the product of each mark
         self._contents: dict[str, int] = {}  # a hash of what each mark stands for
-        self._taken: tuple[str, ...] = ()  # names that no mark may have
+        self._groups: dict[str, _Assembly] = {}
+        self._taken: set[str] = set()  # names that no mark may have
         stream.write(
             HEADER.format(
                 name=string(name),
@@ -95,45 +99,61 @@ class StepWriter:
 
     def begin_structure(self, origin_mm: FloatArray) -> None:
         """The product that holds all others, and the placement of what is in it; origin_mm (3,): of that."""
-        self._taken = (self._name, *_GROUPS.values())
-        if self._name in _GROUPS.values():
-            raise OutputError(f"a structure cannot be called {self._name!r}, like its group; give it another name")
+        self._taken.add(self._name)
         self._root = self._add_assembly(self._name)
         at = reals(np.concatenate([origin_mm, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
         self._root.placements.append(self._add(PLACEMENT_BLOCK, at) + PLACEMENT)
-        self._groups: dict[str, _Assembly] = {}
 
-    def write_shapes(self, parts: Sequence[Part]) -> None:
-        """A product with its solid for each mark that was not written before."""
-        new: dict[str, Part] = {}
-        for part in parts:
-            self._check_mark(part)
-            if part.mark not in self._products:
-                new.setdefault(part.mark, part)
-        for part, numbers in zip(new.values(), solid_texts(list(new.values())), strict=True):
-            self._add_shape(part, numbers)
+    def write_parts(self, parts: Parts[Any]) -> None:
+        """Some parts of a group: a product with its solid for each mark that was not written before, and an instance
+        for each part."""
+        if parts.kind.group == self._name:
+            raise OutputError(f"a structure cannot be called {self._name!r}, like its group; give it another name")
+        self._taken.add(parts.kind.group)
+        if parts.kind.group in self._products:
+            raise _taken(parts.kind.group)
+        self._check_marks(parts)
+        for start in range(0, len(parts), BATCH):
+            rows = np.arange(start, min(start + BATCH, len(parts)))
+            first = parts.firsts[slice(*np.searchsorted(parts.firsts, [rows[0], rows[-1] + 1]))]
+            self.write_shapes(parts, first)
+            self._write_instances(parts, rows)
 
-    def write_only_shape(self, part: Part, numbers: Sequence[str]) -> None:
-        """The product of a file of one part; numbers: what `solid_texts` says of it."""
-        self._check_mark(part)
-        self._add_shape(part, numbers)
+    def write_shapes(self, parts: Parts[Any], rows: IntArray) -> None:
+        """A product with its solid for the mark of each of these parts, where that was not written before."""
+        new = np.array([k for k in rows.tolist() if parts.mark_names[parts.mark[k]] not in self._products], dtype=int)
+        names = [parts.mark_names[k] for k in parts.mark[new].tolist()]
+        texts = solid_texts(parts.solids, parts.shape[new], names)
+        for mark, material, shape, numbers in zip(
+            names, parts.material[new].tolist(), parts.shape[new].tolist(), texts, strict=True
+        ):
+            topology = parts.solids.topologies[parts.solids.topology[shape]]
+            self.write_shape(parts.kind, mark, parts.materials[material], topology, numbers)
 
-    def _add_shape(self, part: Part, numbers: Sequence[str]) -> None:
-        name, material, style = string(part.mark), self._material(part.material), self._style(part.kind)
-        values = (name, name, part.kind, str(material), str(material + DENSITY), str(style), name, *numbers)
-        self._products[part.mark] = self._add(_part_block(part.solid.topology), values)
+    def write_shape(self, kind: Kind[Any], mark: str, of: Material, topology: Topology, numbers: Sequence[str]) -> None:
+        """The product of a mark; numbers: what `solid_texts` says of its solid. Raises OutputError for a mark that is
+        no name."""
+        check_name(mark)
+        if mark in self._taken:
+            raise _taken(mark)
+        name, material, style = string(mark), self._material(of), self._style(kind.colour)
+        values = (name, name, kind.name, str(material), str(material + DENSITY), str(style), name, *numbers)
+        self._products[mark] = self._add(_part_block(topology), values)
 
-    def write_instances(self, parts: Sequence[Part]) -> None:
-        """Each part, placed in the group of its kind; shapes come first."""
-        numbers = reals(_placements(parts))
-        for n, part in enumerate(parts):
-            if part.kind not in self._groups:
-                self._groups[part.kind] = group = self._add_assembly(_GROUPS[part.kind])
-                place = (str(group.first_id + ORIGIN), str(self._root.placements[0]))
-                self._add(PLACED_BLOCK, (*place, *self._names(self._root, group.first_id, _GROUPS[part.kind])))
-            placement = numbers[9 * n : 9 * n + 9]
-            group, product = self._groups[part.kind], self._products[part.mark]
-            values = (*placement, str(product + ORIGIN), *self._names(group, product, instance_name(part)))
+    def _write_instances(self, parts: Parts[Any], rows: IntArray) -> None:
+        """These parts at their places, in their group."""
+        name, kind = parts.kind.group, parts.kind
+        if name not in self._groups:
+            group = self._groups[name] = self._add_assembly(name)
+            place = (str(group.first_id + ORIGIN), str(self._root.placements[0]))
+            self._add(PLACED_BLOCK, (*place, *self._names(self._root, group.first_id, name)))
+        group, numbers = self._groups[name], reals(_placements(parts, rows))
+        marks, elements = parts.mark[rows].tolist(), parts.elements[rows].tolist()
+        for n, (number, element) in enumerate(zip(marks, elements, strict=True)):
+            mark = parts.mark_names[number]
+            placement, product = numbers[9 * n : 9 * n + 9], self._products[mark]
+            instance = _instance_name(kind, mark, element)
+            values = (*placement, str(product + ORIGIN), *self._names(group, product, instance))
             group.placements.append(self._add(INSTANCE_BLOCK, values) + PLACEMENT)
 
     def end_structure(self) -> None:
@@ -169,22 +189,25 @@ class StepWriter:
         definitions = (str(into + DEFINITION), str(product + DEFINITION))
         return (*shapes, string(name), string(name), *definitions)
 
-    def _check_mark(self, part: Part) -> None:
-        """Raise OutputError for a mark that is no name, or stands for something else as well."""
-        solid = part.solid
-        content = hash((part.kind, part.material, solid.topology.corners.tobytes(), solid.vertices.tobytes()))
-        known = self._contents.setdefault(part.mark, content)
-        if known != content:
+    def _check_marks(self, parts: Parts[Any]) -> None:
+        """Raise OutputError for a mark that stands for something else as well."""
+        for k in parts.firsts.tolist():
+            self._check_content(parts, k)
+        first = parts.firsts[parts.mark]
+        differ = (parts.shape != parts.shape[first]) | (parts.material != parts.material[first])
+        for k in np.flatnonzero(differ).tolist():
+            self._check_content(parts, k)
+
+    def _check_content(self, parts: Parts[Any], k: int) -> None:
+        mark, shape = parts.mark_names[parts.mark[k]], parts.shape[k]
+        topology = parts.solids.topologies[parts.solids.topology[shape]]
+        corners, vertices = topology.corners.tobytes(), parts.solids.vertices[int(shape)].tobytes()
+        content = hash((parts.kind.name, parts.materials[parts.material[k]], corners, vertices))
+        if self._contents.setdefault(mark, content) != content:
             raise OutputError(
-                f"mark {part.mark} stands for two different parts, the second of them {instance_name(part)}; "
+                f"mark {mark} stands for two different parts, the second of them {instance_name(parts[k])}; "
                 "parts share a mark only where solid, kind and material are equal"
             )
-        if part.mark in self._products:
-            return
-        if not (part.mark and part.mark.isascii() and part.mark.isprintable()):
-            raise OutputError(f"mark {part.mark!r} is not printable ASCII, which names in STEP files should be")
-        if part.mark in self._taken:
-            raise OutputError(f"mark {part.mark} is also the name of the structure or a group; names must be unique")
 
     def _material(self, material: Material) -> int:
         if material not in self._materials:
@@ -193,26 +216,31 @@ class StepWriter:
             self._materials[material] = self._add(MATERIAL_BLOCK, (name, name, *density))
         return self._materials[material]
 
-    def _style(self, kind: str) -> int:
-        if kind not in self._styles:
-            self._styles[kind] = self._add(STYLE_BLOCK, reals(np.array(PALETTE[kind])))
-        return self._styles[kind]
+    def _style(self, colour: tuple[float, float, float]) -> int:
+        if colour not in self._styles:
+            self._styles[colour] = self._add(STYLE_BLOCK, reals(np.array(colour)))
+        return self._styles[colour]
 
 
-def solid_texts(parts: Sequence[Part]) -> list[list[str]]:
-    """Measures and numbers of the solid of each part, as text; worked out for all of one topology at once."""
-    members: dict[Topology, list[int]] = {}
-    for n, part in enumerate(parts):
-        members.setdefault(part.solid.topology, []).append(n)
-    rows: list[list[str]] = [[]] * len(parts)
-    for topology, chosen in members.items():
-        names = [parts[n].mark for n in chosen]
-        vertices = np.stack([parts[n].solid.vertices for n in chosen])
-        texts = reals(solid_numbers(vertices, topology, names))
-        width = len(texts) // len(chosen)
-        for row, n in enumerate(chosen):
-            rows[n] = texts[row * width : (row + 1) * width]
-    return rows
+def check_name(mark: str) -> None:
+    """Raise OutputError for a mark that is no name."""
+    if not (mark and mark.isascii() and mark.isprintable()):
+        raise OutputError(f"mark {mark!r} is not printable ASCII, which names in STEP files should be")
+
+
+def _taken(mark: str) -> OutputError:
+    return OutputError(f"mark {mark} is also the name of the structure or a group; names must be unique")
+
+
+def solid_texts(solids: Solids, chosen: IntArray, names: Sequence[str]) -> list[list[str]]:
+    """Measures and numbers of these solids (k,), of parts with these names, as text; worked out for all of one
+    topology at once."""
+    rows: dict[int, list[str]] = {}
+    for stack in solids.stacks(chosen):
+        texts = reals(solid_numbers(stack, [names[n] for n in stack.parts.tolist()]))
+        width = len(texts) // len(stack.parts)
+        rows |= {n: texts[row * width : (row + 1) * width] for row, n in enumerate(stack.parts.tolist())}
+    return [rows[n] for n in range(len(chosen))]
 
 
 @lru_cache(maxsize=256)
@@ -221,17 +249,17 @@ def _part_block(topology: Topology) -> Block:
     return Block([*PART, *solid_entities(topology, len(PART))])
 
 
-def _placements(parts: Sequence[Part]) -> FloatArray:
-    """(k, 9) origin, x axis and z axis of each part. Raises OutputError where that is not a rigid motion."""
-    axes = np.stack([part.placement.axes for part in parts])
-    origins = np.stack([part.placement.origin for part in parts])
+def _placements(parts: Parts[Any], rows: IntArray) -> FloatArray:
+    """(k, 9) origin, x axis and z axis of these parts. Raises OutputError where that is not a rigid motion."""
+    axes, origins = parts.axes[rows], parts.origins[rows]
     off = np.abs(np.cross(axes[:, 0], axes[:, 1]) - axes[:, 2]).max(axis=1)
     off = np.maximum(off, np.abs(axes @ axes.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2)))
     fine = (off <= _FRAME_TOLERANCE) & np.isfinite(origins).all(axis=1)
     if not fine.all():
         worst = int(np.argmin(fine))
         raise OutputError(
-            f"the placement of {instance_name(parts[worst])} is not a rigid motion: its origin is {origins[worst]}, "
-            f"its axes are {off[worst]:.2g} off a right-handed orthonormal frame, allowed {_FRAME_TOLERANCE:g}"
+            f"the placement of {instance_name(parts[int(rows[worst])])} is not a rigid motion: its origin is "
+            f"{origins[worst]}, its axes are {off[worst]:.2g} off a right-handed orthonormal frame, allowed "
+            f"{_FRAME_TOLERANCE:g}"
         )
     return np.concatenate([origins, axes[:, 0], axes[:, 2]], axis=1)

@@ -71,9 +71,9 @@ def minimise_quadratic(
     return ConstrainedQuadratic(H, A, penalty).minimise(g, b, tolerance=tolerance, max_steps=max_steps)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class ConstrainedQuadratic:
-    """x H x / 2 - g x under A x = b, for any g and b: one factor serves them all.
+    """x H x / 2 - g x under A x = b, for any g and b: one factor serves them all. It is kept, so this is no value.
 
     H (n, n) symmetric, positive definite; A (m, n) with rows of about unit length, dependent or not. order (n,): the
     `elimination` of an earlier one with the same pattern, which saves time. careful: for constraints that nearly
@@ -96,7 +96,7 @@ class ConstrainedQuadratic:
             found = self._minimise_large(g, b, tolerance)
             if found.reason is Reason.CONVERGED:
                 return found
-            self.__dict__.pop("_saddle_point")  # its memory is wanted for the factor in double precision
+            del self._saddle_point  # its memory is wanted for the factor in double precision
         best = self._corrected(g, b, tolerance, max_steps)
         for _ in range(REFINEMENTS):
             stalled = best.violation > tolerance and not self.careful

@@ -13,18 +13,27 @@ import numpy as np
 from fabkit.errors import ProjectError
 from fabkit.formats import whole_folder, write_manifest
 from fabkit.formats.drawings import pair_picture
-from fabkit.gauss_image import points_inwards
 from fabkit.wording import echo
-from geometry.arrays import BoolArray, FloatArray
+from geometry.arrays import FloatArray
 from geometry.curvature import face_curvatures
+from geometry.edge_offset.buildability import face_widths
 from geometry.files import write_mesh
-from geometry.gauss import edge_distances
+from geometry.gauss import Pair, edge_distances
 from geometry.mesh import Mesh
 from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
-from geometry.parallel import edge_factors, parallelity
+from geometry.parallel import parallelity
 from geometry.spheres import LaguerreTransformation
 
-__all__ = ["CLOSED", "SOLVED", "TOUCHING", "EdgeOffsetDesign", "check_count", "check_touching", "write_design"]
+__all__ = [
+    "CLOSED",
+    "SOLVED",
+    "TOUCHING",
+    "EdgeOffsetDesign",
+    "check_count",
+    "check_lengths",
+    "check_touching",
+    "write_design",
+]
 
 CLOSED, SOLVED = 250_000, 20_000
 """Most faces of designs in closed form, which take seconds, and of those that are solved for, which take minutes."""
@@ -41,14 +50,13 @@ SHORTEST = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class EdgeOffsetDesign:
-    """M and S over one combinatorics, S pointing outwards. kind: which command made it; settings: by which numbers;
+    """A pair with an S that points outwards. kind: which command made it; settings: by which numbers;
     notes: what is to be known of it, a sentence each; has_unit: whether M has the size of something given. origin (3,):
     what was taken out of a file that M lies near to, and is put back into its coordinates when it is written. inputs:
     the files it was made from, with the sha256 of what was read."""
 
     kind: str
-    mesh: Mesh
-    gauss_image: Mesh
+    pair: Pair
     settings: dict[str, Any]
     notes: tuple[str, ...] = ()
     has_unit: bool = False
@@ -56,11 +64,13 @@ class EdgeOffsetDesign:
     inputs: dict[Path, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, kind: str, mesh: Mesh, gauss_image: Mesh, settings: dict[str, Any]) -> EdgeOffsetDesign:
+    def of(cls, kind: str, pair: Pair, settings: dict[str, Any]) -> EdgeOffsetDesign:
         """With the faces of both turned to the side to which S points."""
-        if points_inwards(mesh, gauss_image):
-            mesh, gauss_image = mesh.reversed(), gauss_image.reversed()
-        return cls(kind, mesh, gauss_image, settings)
+        return cls(kind, pair.outwards(), settings)
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.pair.mesh
 
     def boosted(self, velocities: Sequence[Sequence[float]]) -> EdgeOffsetDesign:
         """After Laguerre boosts, one after the other: edge offset meshes stay so [Pottmann2007, 3.3, Prop. 4, Fig. 10].
@@ -73,57 +83,52 @@ class EdgeOffsetDesign:
         if not velocities:
             return self
         about = np.zeros(3) if self.origin is None else self.mesh.vertices.mean(axis=0)
-        mesh, gauss_image = self.mesh.translated(-about), self.gauss_image
+        pair = self.pair.translated(-about)
         for velocity in velocities:
-            mesh, gauss_image = LaguerreTransformation.boost(velocity).map_mesh(mesh, gauss_image)
+            pair = pair.laguerre(LaguerreTransformation.boost(velocity))
         settings = self.settings | {"boosts": [list(velocity) for velocity in velocities]}
-        boosted = EdgeOffsetDesign.of(self.kind, mesh.translated(about), gauss_image, settings)
-        return replace(boosted, notes=self.notes, has_unit=self.has_unit, origin=self.origin, inputs=self.inputs)
-
-    @property
-    def reversed_edges(self) -> BoolArray:
-        """(E,) which edges of M run against those of S."""
-        reversed_edges: BoolArray = edge_factors(self.mesh, self.gauss_image) < 0
-        return reversed_edges
+        return replace(self, pair=pair.translated(about).outwards(), settings=settings)
 
     def measures(self) -> dict[str, Any]:
         """What makes it an edge offset mesh, in numbers. mean_curvature: of the faces, one over the unit of the mesh.
 
         Raises ProjectError where it is none, naming the worst edge of S, or the edge of M that has shrunk to a point;
-        GeometryError where M and S are not parallel, or a face has no area.
+        GeometryError where a face has no area.
         """
-        lengths = self.mesh.edge_lengths
-        self._check_lengths()
-        check_touching(self.gauss_image)
-        mean = face_curvatures(self.mesh, self.gauss_image).mean
+        pair, lengths = self.pair, self.mesh.edge_lengths
+        check_lengths(self.mesh)
+        check_touching(pair.gauss_image)
+        mean = face_curvatures(pair).mean
         return {
             "vertices": self.mesh.n_vertices,
             "edges": self.mesh.n_edges,
             "faces": self.mesh.n_faces,
-            "edges_of_s_off_distance_1": float(np.abs(edge_distances(self.mesh, self.gauss_image) - 1).max()),
-            "edges_off_parallel": float(parallelity(self.mesh, self.gauss_image).max()),
+            "edges_of_s_off_distance_1": float(np.abs(pair.edge_distances - 1).max()),
+            "edges_off_parallel": float(parallelity(pair.mesh, pair.gauss_image).max()),
             "faces_off_plane": float(self.mesh.planarity.max()),
             "mean_curvature": {"least": mean.min(), "median": float(np.median(mean)), "largest": mean.max()},
             "edge_lengths": {"least": lengths.min(), "mean": lengths.mean(), "largest": lengths.max()},
-            "edges_reversed": int(self.reversed_edges.sum()),
+            "edges_reversed": int(pair.reversed_edges.sum()),
             "faces_that_cross_themselves": len(self_crossing_faces(self.mesh)),
             "pairs_of_faces_that_meet": len(intersecting_faces(self.mesh)),
         }
 
-    def _check_lengths(self) -> None:
-        lengths = self.mesh.edge_lengths / self.mesh.mean_edge_length
-        edge = int(lengths.argmin())
-        if not lengths[edge] >= SHORTEST:
-            raise ProjectError(
-                f"{self.mesh.combinatorics.edge_name(edge)} of the mesh has shrunk to {lengths[edge]:.1e} of the mean "
-                f"edge length (counted from 0), and at least {SHORTEST:.0e} is needed: there is no such mesh with all "
-                "these edges; ask for something nearer to what there is, or for other numbers"
-            )
-
     def proposed_mean_edge_mm(self) -> int:
         """1500, or less where panels would not go on common sheets: `WIDEST_PANEL_MM`."""
-        largest = float((_face_widths(self.mesh) / WIDEST_PANEL_MM).max())
+        largest = float((face_widths(self.mesh) / WIDEST_PANEL_MM).max())
         return max(1, min(1500, int(self.mesh.mean_edge_length / largest) // 50 * 50))
+
+
+def check_lengths(mesh: Mesh) -> None:
+    """Raise ProjectError where an edge of M has shrunk to a point."""
+    lengths = mesh.edge_lengths / mesh.mean_edge_length
+    edge = int(lengths.argmin())
+    if not lengths[edge] >= SHORTEST:
+        raise ProjectError(
+            f"{mesh.combinatorics.edge_name(edge)} of the mesh has shrunk to {lengths[edge]:.1e} of the mean "
+            f"edge length (counted from 0), and at least {SHORTEST:.0e} is needed: there is no such mesh with all "
+            "these edges; ask for something nearer to what there is, or for other numbers"
+        )
 
 
 def check_count(n_faces: int, most: int) -> None:
@@ -137,7 +142,7 @@ def check_count(n_faces: int, most: int) -> None:
 
 def check_touching(gauss_image: Mesh) -> None:
     """Raise ProjectError, naming the worst edge, where S is no Koebe polyhedron to `TOUCHING`."""
-    off = np.abs(edge_distances(gauss_image, gauss_image) - 1)
+    off = np.abs(edge_distances(gauss_image) - 1)
     edge = int(off.argmax())
     if not off[edge] <= TOUCHING:
         raise ProjectError(
@@ -147,33 +152,19 @@ def check_touching(gauss_image: Mesh) -> None:
         )
 
 
-def _face_widths(mesh: Mesh) -> FloatArray:
-    """(F, 2) least extent of each face across one of its edges, and largest distance of two of its corners."""
-    c = mesh.combinatorics
-    widths = np.empty((c.n_faces, 2))
-    for faces, corners in c.faces_by_size():
-        p = mesh.vertices[c.corners[corners]]
-        apart = p[:, None] - p[:, :, None]  # face, from, to
-        along = np.roll(p, -1, axis=1) - p
-        along /= np.linalg.norm(along, axis=2, keepdims=True)
-        across = np.linalg.norm(np.cross(apart, along[:, :, None]), axis=3).max(axis=2)
-        widths[faces] = np.stack([across.min(axis=1), np.linalg.norm(apart, axis=3).max(axis=(1, 2))], axis=1)
-    return widths
-
-
 def write_design(design: EdgeOffsetDesign, out: Path, *, force: bool = False) -> dict[str, Any]:
     """Write M.obj, S.obj, picture.svg and manifest.json into a folder that appears whole or not at all.
 
     Returns the measures. Raises OutputError where the folder may not be written.
     """
-    measures = design.measures()
+    measures, pair = design.measures(), design.pair
     with whole_folder(out, force=force, inputs=design.inputs) as folder:
-        write_mesh(folder / "M.obj", design.mesh, origin=np.zeros(3) if design.origin is None else design.origin)
-        write_mesh(folder / "S.obj", design.gauss_image)
+        write_mesh(folder / "M.obj", pair.mesh, origin=np.zeros(3) if design.origin is None else design.origin)
+        write_mesh(folder / "S.obj", pair.gauss_image)
         caption = (
             f"{design.kind}: {measures['faces']} faces, {measures['edges']} edges, {measures['edges_reversed']} red"
         )
-        picture = pair_picture(design.mesh, design.gauss_image, design.reversed_edges, caption)
+        picture = pair_picture(pair.mesh, pair.gauss_image, pair.reversed_edges, caption)
         (folder / "picture.svg").write_text(picture, encoding="utf-8", newline="\n")
         manifest = {
             "design": design.kind,

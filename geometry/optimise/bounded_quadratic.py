@@ -14,7 +14,7 @@ from scipy.sparse import csc_array, csr_array, triu, vstack
 
 from geometry.arrays import BoolArray, FloatArray
 from geometry.optimise.functional import SparseMatrix, apply, largest
-from geometry.optimise.semidefinite import minimise_semidefinite
+from geometry.optimise.semidefinite_quadratic import minimise_semidefinite
 from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["distances_from_zero", "minimise_bounded"]

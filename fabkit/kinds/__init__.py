@@ -1,0 +1,20 @@
+"""The kinds of part that a structure is made of, a file a kind: what is known of its parts, how it is listed, measured
+and labelled, and from where else a part may be seen."""
+
+from fabkit.kinds.beams import BEAM, BeamDetails
+from fabkit.kinds.columns import LEFT_OUT, NOTHING, marks_at
+from fabkit.kinds.nodes import NODE, NodeDetails
+from fabkit.kinds.panels import PANEL, PanelDetails, panel_outlines
+
+__all__ = [
+    "BEAM",
+    "LEFT_OUT",
+    "NODE",
+    "NOTHING",
+    "PANEL",
+    "BeamDetails",
+    "NodeDetails",
+    "PanelDetails",
+    "marks_at",
+    "panel_outlines",
+]

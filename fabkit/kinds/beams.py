@@ -1,0 +1,137 @@
+"""Beams: straight bars of constant section along the edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from fabkit.kinds.columns import (
+    LEFT_OUT,
+    counted,
+    files,
+    marks_and_counts,
+    marks_in,
+    masses,
+    materials,
+    of_first,
+    over_all,
+)
+from fabkit.parts import Column, Details, Kind, Measure, Parts, Surroundings, Symmetry, Turns, other_end
+from geometry.arrays import FloatArray, IntArray
+
+__all__ = ["BEAM", "BeamDetails", "ends_glyphs"]
+
+ANGLE_DECIMALS = 2
+"""An end whose angle rounds to zero in the list is cut square."""
+
+
+@dataclass(frozen=True, eq=False)
+class BeamDetails(Details):
+    """Of n beams.
+
+    Own frame of a beam: origin in the outer middle of end A, at its cut; x from end A to end B, z outwards in the
+    central plane; its corners are listed so that half a turn about z reverses their order.
+
+    nodes (n, 2): mesh vertices at ends A and B. section (n,): of each, a `Section`. cut_angles_deg (n, 2): angle
+    between each end's cut and a square cut, positive where the outer side is the longer one. long_point_mm and
+    short_point_mm (n,): longest and shortest extent along the axis. dihedral_deg (n,): angle through which the outside
+    turns over the edge, positive where convex, NaN at the boundary. height_deviation_mm (n,): how much more (or less)
+    than the section's height the two parallel meshes are apart at this edge. twist_deg (n,): angle between the central
+    plane at its two ends.
+    """
+
+    nodes: IntArray
+    section: npt.NDArray[Any]
+    cut_angles_deg: FloatArray
+    long_point_mm: FloatArray
+    short_point_mm: FloatArray
+    dihedral_deg: FloatArray
+    height_deviation_mm: FloatArray
+    twist_deg: FloatArray
+
+
+def ends_glyphs(cut_angles_deg: FloatArray) -> list[str]:
+    r"""Beams (n, 2) seen from the side, outer side up and end A on the left: \_/ is longest outside, |_| square."""
+    signs = np.sign(np.where(np.abs(cut_angles_deg) < 0.5 * 10**-ANGLE_DECIMALS, 0.0, cut_angles_deg)).astype(int)
+    return ["/|\\"[first + 1] + "_" + "\\|/"[second + 1] for first, second in signs.tolist()]
+
+
+def _turns(beams: Parts[BeamDetails], corners: FloatArray) -> Turns:
+    """As they are, and from their other ends, where the corner stands that takes the place of an outer one at end A."""
+    near = np.hypot(corners[..., 0], corners[..., 2]).argmin(axis=1)
+    length = corners[np.arange(len(corners)), corners.shape[1] - 1 - near, 0]
+    starts = np.zeros((len(corners), 2, 2))
+    starts[:, 1, 0] = length
+    along = np.tile([[1.0, 0.0], [-1.0, 0.0]], (len(corners), 1, 1))
+    return Turns(starts, along, other_end(corners.shape[1]))
+
+
+def _columns(beams: Parts[BeamDetails], around: Surroundings) -> list[Column]:
+    own = beams.details
+    ends = marks_in(around, "nodes", own.nodes.ravel())
+    return [
+        *marks_and_counts(beams),
+        Column("Section", None, [section.name for section in own.section[beams.firsts]]),
+        materials(beams),
+        of_first("Long point (mm)", 2, beams, own.long_point_mm),
+        of_first("Short point (mm)", 2, beams, own.short_point_mm),
+        of_first("End A (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 0]),
+        of_first("End B (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 1]),
+        Column("Ends", None, ends_glyphs(own.cut_angles_deg[beams.firsts])),
+        counted("Nodes A B", beams, [f"{a} {b}" for a, b in zip(ends[::2], ends[1::2], strict=True)]),
+        over_all("Dihedral (deg)", 2, beams, own.dihedral_deg),
+        over_all("Height deviation (mm)", 3, beams, own.height_deviation_mm),
+        *masses(beams),
+        files(beams, "parts/{}.step"),
+    ]
+
+
+def _measures(beams: Parts[BeamDetails]) -> list[Measure]:
+    own, measure = beams.details, partial(Measure, "beams")
+    return [
+        measure("Long-point length", "mm", 1, own.long_point_mm),
+        measure("Height deviation", "mm", 2, own.height_deviation_mm, signed=True),
+        measure("Fold over a beam", "°", 2, own.dihedral_deg, signed=True),
+        measure("Steeper end cut", "°", 2, np.abs(own.cut_angles_deg).max(axis=1)),
+        measure("Mass of a beam", "kg", 2, beams.masses_kg),
+    ]
+
+
+def _labels(beams: Parts[BeamDetails], around: Surroundings) -> list[str]:
+    vertices = beams.details.nodes.ravel()
+    marks = zip(marks_in(around, "nodes", vertices), vertices.tolist(), strict=True)
+    ends = [f"vertex {vertex}" if mark == LEFT_OUT else mark for mark, vertex in marks]
+    stock = [
+        f"{section.name}, {beams.materials[material].name}"
+        for section, material in zip(beams.details.section, beams.material.tolist(), strict=True)
+    ]
+    rows = zip(stock, beams.elements.tolist(), ends[::2], ends[1::2], strict=True)
+    return [f"{made_of}; edge {edge}, {a} to {b}" for made_of, edge, a, b in rows]
+
+
+BEAM = Kind(
+    name="beam",
+    group="beams",
+    element="edge",
+    letter="B",
+    colour=(0.36, 0.42, 0.47),
+    form="bar",
+    nothing=BeamDetails(
+        nodes=np.zeros((0, 2), dtype=np.int64),
+        section=np.zeros(0, dtype=object),
+        cut_angles_deg=np.zeros((0, 2)),
+        long_point_mm=np.zeros(0),
+        short_point_mm=np.zeros(0),
+        dihedral_deg=np.zeros(0),
+        height_deviation_mm=np.zeros(0),
+        twist_deg=np.zeros(0),
+    ),
+    symmetry=Symmetry(("nodes", "cut_angles_deg"), (), _turns),
+    columns=_columns,
+    measures=_measures,
+    labels=_labels,
+)

@@ -1,0 +1,134 @@
+"""Columns of cut lists that several kinds have, and the ways in which cells are worded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from fabkit.parts import Cell, Column, Parts, Ragged, Surroundings
+from geometry.arrays import FloatArray, IntArray
+
+__all__ = [
+    "LEFT_OUT",
+    "NOTHING",
+    "counted",
+    "each_value",
+    "files",
+    "grouped",
+    "joined",
+    "marks_and_counts",
+    "marks_at",
+    "marks_in",
+    "masses",
+    "materials",
+    "of_first",
+    "over_all",
+    "ranges",
+    "texts",
+]
+
+NOTHING = "-"
+"""Across a boundary edge."""
+LEFT_OUT = "left out"
+"""A mesh element whose part was not made."""
+
+
+def marks_and_counts(parts: Parts[Any]) -> list[Column]:
+    return [
+        Column("Mark", None, parts.mark_names, "Total"),
+        Column("Count", 0, parts.counts.tolist(), len(parts)),
+    ]
+
+
+def materials(parts: Parts[Any]) -> Column:
+    return Column("Material", None, [parts.materials[k].name for k in parts.material[parts.firsts].tolist()])
+
+
+def masses(parts: Parts[Any]) -> list[Column]:
+    each = parts.masses_kg[parts.firsts]
+    whole = (parts.counts * each).tolist()
+    return [Column("Mass each (kg)", 3, each.tolist()), Column("Mass (kg)", 3, whole, float(sum(whole)))]
+
+
+def files(parts: Parts[Any], pattern: str) -> Column:
+    """pattern: with {} in the place of the mark."""
+    return Column("File", None, [pattern.format(mark) for mark in parts.mark_names])
+
+
+def of_first(title: str, decimals: int, parts: Parts[Any], values: FloatArray | IntArray) -> Column:
+    """The value (n,) of the first part of each mark, in which equal parts agree."""
+    return Column(title, decimals, values[parts.firsts].tolist())
+
+
+def over_all(title: str, decimals: int, parts: Parts[Any], values: FloatArray) -> Column:
+    """Values (n,) that differ from place to place: the value or the range over all parts of each mark."""
+    return Column(title, decimals, ranges(values, parts.mark, decimals))
+
+
+def each_value(title: str, decimals: int, parts: Parts[Any], values: Ragged) -> Column:
+    """All values of the first part of each mark, in one text."""
+    first = values[parts.firsts]
+    return Column(title, None, joined(texts(first.values.tolist(), decimals), first.starts))
+
+
+def counted(title: str, parts: Parts[Any], words: Sequence[str]) -> Column:
+    """The words (n,) of all parts of each mark: each once, with how often it occurs where that is more than once."""
+    order = np.argsort(parts.mark, kind="stable").tolist()
+    cells = []
+    for own in grouped([words[k] for k in order], np.concatenate([[0], np.cumsum(parts.counts)])):
+        counts: dict[str, int] = {}
+        for word in own:
+            counts[word] = counts.get(word, 0) + 1
+        cells.append("; ".join(word if count == 1 else f"{word} (x{count})" for word, count in counts.items()))
+    return Column(title, None, cells)
+
+
+def marks_in(around: Surroundings, group: str, elements: IntArray) -> list[str]:
+    """The same of the parts of a group, which may be missing."""
+    for parts in around.assembly.groups:
+        if parts.kind.group == group:
+            return marks_at(parts, elements)
+    return [LEFT_OUT if element >= 0 else NOTHING for element in elements.tolist()]
+
+
+def marks_at(parts: Parts[Any], elements: IntArray) -> list[str]:
+    """The mark of the part on each mesh element (k,); NOTHING for a negative one, LEFT_OUT for one without a part."""
+    names = [*parts.mark_names, LEFT_OUT, NOTHING]
+    which = np.append(parts.mark, len(names) - 2)[parts.find(elements)]
+    return [names[k] for k in np.where(elements < 0, len(names) - 1, which).tolist()]
+
+
+def grouped(words: Sequence[str], starts: IntArray) -> Iterable[Sequence[str]]:
+    """The words in runs: run r has words[starts[r]:starts[r + 1]]."""
+    return (words[start:end] for start, end in pairwise(starts.tolist()))
+
+
+def joined(words: Sequence[str], starts: IntArray) -> list[str]:
+    return [" / ".join(own) for own in grouped(words, starts)]
+
+
+def texts(cells: Sequence[Cell], decimals: int | None) -> list[str]:
+    """Each cell as text, numbers with so many decimals; what rounds to zero has no sign."""
+    if decimals is None:
+        return ["" if cell is None else str(cell) for cell in cells]
+    form, zero = f"%.{decimals}f", f"{0:.{decimals}f}"
+    found = [cell if isinstance(cell, str) else "" if cell is None else form % cell for cell in cells]
+    return [zero if text == "-" + zero else text for text in found]
+
+
+def ranges(values: FloatArray, group: IntArray, decimals: int) -> list[Cell]:
+    """For each group (of the values (k,), numbered from 0, none empty) the first value, if all are the same to these
+    decimals; else from the least to the largest. None where all are NaN."""
+    if not len(values):
+        return []
+    order = np.argsort(group, kind="stable")
+    starts = np.flatnonzero(np.diff(group[order], prepend=-1))
+    own = values[order]
+    least, largest = np.fmin.reduceat(own, starts), np.fmax.reduceat(own, starts)
+    known = np.minimum.reduceat(np.where(np.isnan(own), len(own), np.arange(len(own))), starts)
+    first = np.append(own, np.nan)[known].tolist()
+    both = zip(first, texts(least.tolist(), decimals), texts(largest.tolist(), decimals), strict=True)
+    return [None if value != value else value if low == high else f"{low} to {high}" for value, low, high in both]

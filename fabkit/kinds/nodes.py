@@ -1,0 +1,142 @@
+"""Nodes: prisms along the node axes, with a facet for each beam."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fabkit.kinds.columns import (
+    counted,
+    each_value,
+    files,
+    joined,
+    marks_and_counts,
+    marks_in,
+    masses,
+    materials,
+    of_first,
+    over_all,
+)
+from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Turns, shifted
+from geometry.arrays import FloatArray, IntArray
+
+__all__ = ["NODE", "NodeDetails"]
+
+
+@dataclass(frozen=True, eq=False)
+class NodeDetails(Details):
+    """Of n nodes.
+
+    Own frame of a node: origin at the mesh vertex, z along the node axis outwards, x towards the first beam. The rows
+    run over its beams, counter-clockwise seen from outside.
+
+    beams: mesh edges. azimuths_deg: directions of the beams about the axis, the first one zero. inclinations_deg:
+    angles of the beams' axes above the plane perpendicular to the node axis. setbacks_mm: distances of the facets from
+    the axis. height_mm (n,): from bottom to top. top_spread_mm (n,): how far the outer edges of the beams' ends are
+    from level with each other. axis_spread_mm (n,): the same of the points in which the lines along the middles of the
+    beams' outer sides, or of their inner sides, meet the axis: zero in edge offset meshes, also where some beams fall
+    from the node and others rise, so that ends differ.
+    """
+
+    beams: Ragged
+    azimuths_deg: Ragged
+    inclinations_deg: Ragged
+    setbacks_mm: Ragged
+    height_mm: FloatArray
+    top_spread_mm: FloatArray
+    axis_spread_mm: FloatArray
+
+
+def _turns(nodes: Parts[NodeDetails], corners: FloatArray) -> Turns:
+    """With each of their beams in front."""
+    azimuths = np.radians(nodes.details.azimuths_deg.values).reshape(len(nodes), -1)
+    forwards = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=2)
+    facets = forwards * nodes.details.setbacks_mm.values.reshape(len(nodes), -1, 1)
+    n = corners.shape[1] // 2
+    first = _nearest((corners[:, :n, :2] + np.roll(corners[:, :n, :2], -1, axis=1)) / 2, facets)
+    first[:, :1] = 0
+    return Turns(np.zeros_like(forwards), forwards, shifted(first, n))
+
+
+def _nearest(points: FloatArray, wanted: FloatArray) -> IntArray:
+    """(m, t) which of its own points (m, n, 2) is nearest to each of the points wanted (m, t, 2) of m things."""
+    apart = 4 * np.abs(wanted).max(initial=0.0) + 4 * np.abs(points).max(initial=0.0)
+    layer = apart * np.arange(len(points), dtype=np.float64)[:, None, None]
+
+    def in_layers(flat: FloatArray) -> FloatArray:
+        return np.concatenate([flat, np.broadcast_to(layer, (*flat.shape[:2], 1))], axis=2).reshape(-1, 3)
+
+    found = cKDTree(in_layers(points)).query(in_layers(wanted))[1]
+    nearest: IntArray = found.reshape(wanted.shape[:2]) % points.shape[1]
+    return nearest
+
+
+def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
+    own = nodes.details
+    beams = joined(marks_in(around, "beams", own.beams.values), own.beams.starts)
+    return [
+        *marks_and_counts(nodes),
+        of_first("Valence", 0, nodes, own.beams.sizes),
+        materials(nodes),
+        counted("Beams", nodes, beams),
+        each_value("Azimuths (deg)", 2, nodes, own.azimuths_deg),
+        each_value("Inclinations (deg)", 2, nodes, own.inclinations_deg),
+        each_value("Setbacks (mm)", 2, nodes, own.setbacks_mm),
+        of_first("Height (mm)", 2, nodes, own.height_mm),
+        over_all("Top spread (mm)", 2, nodes, own.top_spread_mm),
+        over_all("Axis spread (mm)", 2, nodes, own.axis_spread_mm),
+        *masses(nodes),
+        files(nodes, "parts/{}.step"),
+    ]
+
+
+def _measures(nodes: Parts[NodeDetails]) -> list[Measure]:
+    own, measure = nodes.details, partial(Measure, "nodes")
+    return [
+        measure("Beam tops out of level", "mm", 2, own.top_spread_mm),
+        measure("Beam sides apart on the axis", "mm", 2, own.axis_spread_mm),
+        measure("Largest setback", "mm", 1, own.setbacks_mm.reduced(np.maximum)),
+        measure("Least angle of beams", "°", 1, _smallest_gaps(own.azimuths_deg)),
+        measure("Height of a node", "mm", 1, own.height_mm),
+        measure("Mass of a node", "kg", 2, nodes.masses_kg),
+    ]
+
+
+def _smallest_gaps(azimuths_deg: Ragged) -> FloatArray:
+    """(n,) degrees between neighbouring beams about the axis; NaN for fewer than two beams."""
+    following = azimuths_deg.rolled(np.ones(len(azimuths_deg), dtype=np.int64)).values
+    is_last = azimuths_deg.place == azimuths_deg.sizes[azimuths_deg.row] - 1
+    gaps = azimuths_deg.with_values(np.where(is_last, following + 360.0, following) - azimuths_deg.values)
+    return np.where(azimuths_deg.sizes < 2, np.nan, gaps.reduced(np.minimum))
+
+
+def _labels(nodes: Parts[NodeDetails], around: Surroundings) -> list[str]:
+    names = [f"{each.name}; vertex" for each in nodes.materials]
+    rows = zip(nodes.material.tolist(), nodes.elements.tolist(), nodes.details.beams.sizes.tolist(), strict=True)
+    return [f"{names[material]} {vertex}, {n_beams} beams" for material, vertex, n_beams in rows]
+
+
+NODE = Kind(
+    name="node",
+    group="nodes",
+    element="vertex",
+    letter="N",
+    colour=(0.80, 0.42, 0.16),
+    form="block",
+    nothing=NodeDetails(
+        beams=Ragged.of([], dtype=np.int64),
+        azimuths_deg=Ragged.of([]),
+        inclinations_deg=Ragged.of([]),
+        setbacks_mm=Ragged.of([]),
+        height_mm=np.zeros(0),
+        top_spread_mm=np.zeros(0),
+        axis_spread_mm=np.zeros(0),
+    ),
+    symmetry=Symmetry(("beams", "azimuths_deg", "inclinations_deg", "setbacks_mm"), ("azimuths_deg",), _turns),
+    columns=_columns,
+    measures=_measures,
+    labels=_labels,
+)

@@ -1,0 +1,149 @@
+"""Panels: planar plates with square edges over the faces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from fabkit.kinds.columns import (
+    NOTHING,
+    counted,
+    each_value,
+    files,
+    grouped,
+    joined,
+    marks_and_counts,
+    marks_at,
+    masses,
+    materials,
+    of_first,
+    ranges,
+    texts,
+)
+from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Turns, shifted
+from geometry.arrays import FloatArray, IntArray
+
+__all__ = ["PANEL", "PanelDetails", "panel_outlines"]
+
+
+@dataclass(frozen=True, eq=False)
+class PanelDetails(Details):
+    """Of n panels.
+
+    Own frame of a panel: outer side up (the plate is a prism between z = 0 and z = thickness), origin at the start of
+    the longest edge of the outline, x along it. The rows run over the edges of the outline, counter-clockwise, edge k
+    from corner k to corner k+1.
+
+    thickness_mm, area_mm2 (n,). lift_mm (n,): height of the lower side above the mesh face. edge_lengths_mm.
+    corner_angles_deg: inner angle at each corner. dihedrals_deg: as for beams. beams: the mesh edges. neighbours: the
+    faces across, -1 where none.
+    """
+
+    thickness_mm: FloatArray
+    lift_mm: FloatArray
+    area_mm2: FloatArray
+    edge_lengths_mm: Ragged
+    corner_angles_deg: Ragged
+    dihedrals_deg: Ragged
+    beams: Ragged
+    neighbours: Ragged
+
+
+def panel_outlines(panels: Parts[PanelDetails]) -> Ragged:
+    """Corners (k, 2) in mm of each panel in its own frame, counter-clockwise: the lower side of its solid."""
+    vertices = panels.solids.vertices
+    starts = np.concatenate([[0], np.cumsum(vertices.sizes // 2)])
+    below = vertices.place < vertices.sizes[vertices.row] // 2
+    return Ragged(vertices.values[below, :2], starts)[panels.shape]
+
+
+def _turns(panels: Parts[PanelDetails], corners: FloatArray) -> Turns:
+    """On each of their edges."""
+    n = corners.shape[1] // 2
+    outlines = corners[:, :n, :2]
+    sides = np.roll(outlines, -1, axis=1) - outlines
+    along = sides / np.linalg.norm(sides, axis=2, keepdims=True)
+    along[:, 0], starts = [1.0, 0.0], outlines.copy()
+    starts[:, 0] = 0.0
+    return Turns(starts, along, shifted(np.tile(np.arange(n), (len(panels), 1)), n))
+
+
+def _columns(panels: Parts[PanelDetails], around: Surroundings) -> list[Column]:
+    own, firsts = panels.details, panels.firsts
+    area, sheets = own.area_mm2[firsts] * 1e-6, around.sheets.get("panels")
+    areas = (panels.counts * own.area_mm2[firsts] * 1e-6).tolist()
+    across = joined(marks_at(panels, own.neighbours.values), own.neighbours.starts)
+    return [
+        *marks_and_counts(panels),
+        materials(panels),
+        of_first("Thickness (mm)", 1, panels, own.thickness_mm),
+        Column("Area each (m2)", 4, area.tolist()),
+        Column("Area (m2)", 4, areas, float(sum(areas))),
+        each_value("Edges (mm)", 2, panels, own.edge_lengths_mm),
+        each_value("Corners (deg)", 2, panels, own.corner_angles_deg),
+        _dihedrals(panels),
+        counted("Neighbours", panels, across),
+        *masses(panels),
+        Column("Sheets", None, [""] * len(firsts) if sheets is None else _sheets(panels, sheets)),
+        files(panels, "panels/{}.dxf"),
+    ]
+
+
+def _dihedrals(panels: Parts[PanelDetails]) -> Column:
+    """For each edge, over all panels of a mark, the angle or its range."""
+    angles = panels.details.dihedrals_deg
+    starts = np.concatenate([[0], np.cumsum(angles.sizes[panels.firsts])])
+    edge = starts[panels.mark[angles.row]] + angles.place
+    found = ranges(angles.values, edge, 2)
+    return Column("Dihedrals (deg)", None, joined([text or NOTHING for text in texts(found, 2)], starts))
+
+
+def _sheets(panels: Parts[PanelDetails], sheets: IntArray) -> list[str]:
+    """The sheets (n,) that hold panels of each mark, each once."""
+    pairs = np.unique(np.stack([panels.mark, sheets], axis=1), axis=0)
+    starts = np.concatenate([[0], np.cumsum(np.bincount(pairs[:, 0], minlength=len(panels.mark_names)))])
+    return [", ".join(own) for own in grouped([str(sheet) for sheet in pairs[:, 1].tolist()], starts)]
+
+
+def _measures(panels: Parts[PanelDetails]) -> list[Measure]:
+    own, measure = panels.details, partial(Measure, "panels")
+    folds = own.dihedrals_deg.with_values(np.abs(own.dihedrals_deg.values))
+    return [
+        measure("Area", "m²", 3, own.area_mm2 / 1e6),
+        measure("Longest edge", "mm", 1, own.edge_lengths_mm.reduced(np.maximum)),
+        measure("Smallest corner", "°", 1, own.corner_angles_deg.reduced(np.minimum)),
+        measure("Sharpest fold", "°", 2, folds.reduced(np.fmax)),
+        measure("Mass of a panel", "kg", 1, panels.masses_kg),
+    ]
+
+
+def _labels(panels: Parts[PanelDetails], around: Surroundings) -> list[str]:
+    names = [each.name for each in panels.materials]
+    rows = zip(panels.details.thickness_mm.tolist(), panels.material.tolist(), panels.elements.tolist(), strict=True)
+    return [f"{thickness:g} mm {names[material]}; face {face}" for thickness, material, face in rows]
+
+
+PANEL = Kind(
+    name="panel",
+    group="panels",
+    element="face",
+    letter="P",
+    colour=(0.55, 0.75, 0.85),
+    form="plate",
+    nothing=PanelDetails(
+        thickness_mm=np.zeros(0),
+        lift_mm=np.zeros(0),
+        area_mm2=np.zeros(0),
+        edge_lengths_mm=Ragged.of([]),
+        corner_angles_deg=Ragged.of([]),
+        dihedrals_deg=Ragged.of([]),
+        beams=Ragged.of([], dtype=np.int64),
+        neighbours=Ragged.of([], dtype=np.int64),
+    ),
+    symmetry=Symmetry(("edge_lengths_mm", "corner_angles_deg", "dihedrals_deg", "beams", "neighbours"), (), _turns),
+    columns=_columns,
+    measures=_measures,
+    labels=_labels,
+)

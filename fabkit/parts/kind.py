@@ -1,0 +1,100 @@
+"""Kinds of part, and what is told of the parts of a kind.
+
+To add a kind is to write one such value, with the record of what is known of its parts, beside the others in
+fabkit.kinds; nothing that draws, lists, checks or writes parts names one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, Generic, Literal, Self, TypeVar
+
+import numpy as np
+
+from fabkit.parts.symmetry import Symmetry
+from geometry.arrays import FloatArray, floats
+
+__all__ = ["Cell", "Column", "Details", "Kind", "Measure"]
+
+Cell = str | int | float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Details:
+    """What the parts of a kind are beside their solids: a record for each kind, of arrays over all its parts.
+
+    Fields are arrays (n, ...) or Ragged. details[k] is the same record of one part, its fields without the first axis;
+    details[chosen], by indices or a mask (n,), that of some.
+    """
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                value = value.copy()
+                value.flags.writeable = False
+                object.__setattr__(self, each.name, value)
+
+    def __getitem__(self, chosen: Any) -> Self:
+        return replace(self, **{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
+
+
+P = TypeVar("P")
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a cut list: a cell for each mark.
+
+    decimals: of its numbers, None for text. total: what stands below it, None for nothing.
+    """
+
+    title: str
+    decimals: int | None
+    cells: Sequence[Cell]
+    total: Cell = None
+
+
+@dataclass(frozen=True, eq=False)
+class Measure:
+    """One number for each part of a group, in the group's order.
+
+    values (n,), NaN where there is none; decimals: how many are worth showing; signed: whether zero is the aim and
+    both signs occur.
+    """
+
+    group: str
+    title: str
+    unit: str
+    decimals: int
+    values: FloatArray
+    signed: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", floats(self.values))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Kind(Generic[P]):
+    """A kind of part, of which P are some.
+
+    name: of one part; group: of all; element: what of the mesh a part stands for. letter: with which its marks begin.
+    colour: sRGB red, green and blue, 0 to 1. form: what it looks like to a viewer: plates hide what lies below them,
+    blocks are small. nothing: the details of no parts. symmetry: None where a part can be seen from one side only.
+
+    columns: of its cut list, with a cell for each mark. measures: numbers of parts for colours and histograms. labels:
+    a line about each part. Columns and labels are told the `Surroundings` of the parts.
+    """
+
+    name: str
+    group: str
+    element: Literal["vertex", "edge", "face"]
+    letter: str
+    colour: tuple[float, float, float]
+    form: Literal["bar", "block", "plate"]
+    nothing: Details
+    symmetry: Symmetry[P] | None = None
+    columns: Callable[[P, Any], Sequence[Column]]
+    measures: Callable[[P], Sequence[Measure]]
+    labels: Callable[[P, Any], Sequence[str]]

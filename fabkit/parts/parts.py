@@ -1,0 +1,228 @@
+"""The parts of one kind, as arrays; a part of its own for people who script."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any, Generic, TypeVar, overload
+
+import numpy as np
+
+from fabkit.parts.frame import Frame
+from fabkit.parts.kind import Details, Kind
+from fabkit.parts.material import Material
+from fabkit.parts.ragged import Ragged
+from fabkit.parts.solid import Solid, Stack
+from fabkit.parts.solids import Solids
+from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
+
+__all__ = ["Part", "Parts"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Part:
+    """A solid in its own frame, and where it stands.
+
+    mark: the name that equal parts share; ASCII. element: index of the mesh edge, vertex or face it stands for.
+    details: what is known beside, the record of the kind: `part.details.long_point_mm` of a beam.
+    """
+
+    kind: Kind[Any]
+    mark: str
+    solid: Solid
+    placement: Frame
+    material: Material
+    element: int
+    details: Any
+
+    @property
+    def mass_kg(self) -> float:
+        return self.material.mass_kg(self.solid.volume_mm3)
+
+
+D = TypeVar("D", bound=Details)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Parts(Sequence[Part], Generic[D]):
+    """All n parts of one kind; a sequence of `Part`, each made when it is asked for.
+
+    elements (n,): the mesh edge, vertex or face of each. solids: those that occur, in the parts' own frames; shape
+    (n,): which one each has, since equal parts share it. origins (n, 3) in mm, axes (n, 3, 3): their placements, as in
+    `Frame`. materials: those that occur; material (n,): which. mark_names: those that occur, in the order of the parts;
+    mark (n,): which.
+    """
+
+    kind: Kind[Any]
+    elements: IntArray
+    solids: Solids
+    shape: IntArray
+    origins: FloatArray
+    axes: FloatArray
+    materials: tuple[Material, ...]
+    material: IntArray
+    mark_names: tuple[str, ...]
+    mark: IntArray
+    details: D
+
+    def __post_init__(self) -> None:
+        for name in ("elements", "shape", "material", "mark"):
+            object.__setattr__(self, name, integers(getattr(self, name)))
+        for name in ("origins", "axes"):
+            object.__setattr__(self, name, floats(getattr(self, name)))
+
+    @classmethod
+    def of(cls, kind: Kind[Parts[D]], parts: Iterable[Part] = ()) -> Parts[D]:
+        """Parts made one by one, as arrays."""
+        given = list(parts)
+        solids = {id(part.solid): part.solid for part in given}
+        return cls(
+            kind=kind,
+            elements=np.array([part.element for part in given], dtype=np.int64),
+            solids=Solids.of(solids.values()),
+            shape=_numbered(solids, [id(part.solid) for part in given]),
+            origins=np.array([part.placement.origin for part in given]).reshape(-1, 3),
+            axes=np.array([part.placement.axes for part in given]).reshape(-1, 3, 3),
+            materials=tuple(dict.fromkeys(part.material for part in given)),
+            material=_numbered(dict.fromkeys(part.material for part in given), [part.material for part in given]),
+            mark_names=tuple(dict.fromkeys(part.mark for part in given)),
+            mark=_numbered(dict.fromkeys(part.mark for part in given), [part.mark for part in given]),
+            details=_stacked(kind.nothing, [part.details for part in given]),
+        )
+
+    @classmethod
+    def each_its_own(
+        cls,
+        kind: Kind[Parts[D]],
+        elements: IntArray,
+        solids: Solids,
+        origins: FloatArray,
+        axes: FloatArray,
+        material: Material,
+        details: D,
+    ) -> Parts[D]:
+        """Parts of one material, none of which shares its solid, marked by their mesh elements."""
+        n = len(elements)
+        return cls(
+            kind=kind,
+            elements=elements,
+            solids=solids,
+            shape=np.arange(n),
+            origins=origins,
+            axes=axes,
+            materials=(material,),
+            material=np.zeros(n, dtype=np.int64),
+            mark_names=tuple(f"{kind.letter}{element}" for element in elements.tolist()),
+            mark=np.arange(n),
+            details=details,
+        )
+
+    # --- one part, some parts
+
+    def __len__(self) -> int:
+        return len(self.elements)
+
+    @overload
+    def __getitem__(self, chosen: int) -> Part: ...
+    @overload
+    def __getitem__(self, chosen: slice) -> Parts[D]: ...
+    def __getitem__(self, chosen: int | slice) -> Part | Parts[D]:
+        if isinstance(chosen, slice):
+            return self.take(np.arange(len(self))[chosen])
+        return Part(
+            kind=self.kind,
+            mark=self.mark_names[self.mark[chosen]],
+            solid=self.solids[int(self.shape[chosen])],
+            placement=Frame(self.origins[chosen], self.axes[chosen]),
+            material=self.materials[self.material[chosen]],
+            element=int(self.elements[chosen]),
+            details=self.details[chosen],
+        )
+
+    def __iter__(self) -> Iterator[Part]:
+        return (self[k] for k in range(len(self)))
+
+    def take(self, chosen: BoolArray | IntArray) -> Parts[D]:
+        """The parts chosen by a mask or by indices, with the solids and marks that they need."""
+        shapes, shape = np.unique(self.shape[chosen], return_inverse=True)
+        _, first, mark = np.unique(self.mark[chosen], return_index=True, return_inverse=True)
+        order = np.argsort(first)
+        place = np.empty(len(order), dtype=np.int64)
+        place[order] = np.arange(len(order))
+        return replace(
+            self,
+            elements=self.elements[chosen],
+            solids=self.solids.take(shapes),
+            shape=shape,
+            origins=self.origins[chosen],
+            axes=self.axes[chosen],
+            material=self.material[chosen],
+            mark_names=tuple(self.mark_names[k] for k in self.mark[chosen][first[order]].tolist()),
+            mark=place[mark],
+            details=self.details[chosen],
+        )
+
+    def find(self, elements: IntArray) -> IntArray:
+        """Position of the part that stands for each of these mesh elements (...), -1 where there is none."""
+        if not len(self):
+            return np.full(np.shape(elements), -1, dtype=np.int64)
+        order = np.argsort(self.elements, kind="stable")
+        place = np.searchsorted(self.elements[order], elements, side="right") - 1
+        found: IntArray = np.where(self.elements[order[place]] == elements, order[place], -1)
+        return found
+
+    # --- marks
+
+    @property
+    def marks(self) -> list[str]:
+        """The mark of each part."""
+        return [self.mark_names[k] for k in self.mark.tolist()]
+
+    @cached_property
+    def firsts(self) -> IntArray:
+        """(m,) the first part of each mark."""
+        return integers(np.unique(self.mark, return_index=True)[1])
+
+    @cached_property
+    def counts(self) -> IntArray:
+        """(m,) number of parts of each mark."""
+        return integers(np.bincount(self.mark, minlength=len(self.mark_names)))
+
+    # --- measures
+
+    @property
+    def volumes_mm3(self) -> FloatArray:
+        """(n,)"""
+        return self.solids.volumes[self.shape]
+
+    @cached_property
+    def masses_kg(self) -> FloatArray:
+        """(n,)"""
+        densities = np.array([material.density_kg_m3 for material in self.materials])
+        return floats(densities[self.material] * self.volumes_mm3 * 1e-9)
+
+    def placed(self) -> list[Stack]:
+        """The parts in world coordinates, by topology; Stack.parts: positions in the group."""
+        return [
+            replace(stack, vertices=self.origins[stack.parts, None] + stack.vertices @ self.axes[stack.parts])
+            for stack in self.solids.stacks(self.shape)
+        ]
+
+
+def _numbered(known: Iterable[Any], given: list[Any]) -> IntArray:
+    """Which one each of the given things is of those known."""
+    numbers = {each: number for number, each in enumerate(known)}
+    return np.array([numbers[each] for each in given], dtype=np.int64)
+
+
+def _stacked(nothing: D, records: list[D]) -> D:
+    """The records of single parts as one, whose arrays are like those of no parts."""
+    stacked: dict[str, Any] = {}
+    for each in fields(nothing):
+        like, values = getattr(nothing, each.name), [getattr(record, each.name) for record in records]
+        if isinstance(like, Ragged):
+            stacked[each.name] = Ragged.of(values, dtype=like.values.dtype, shape=like.values.shape[1:])
+        else:
+            stacked[each.name] = np.array(values, dtype=like.dtype).reshape(len(values), *like.shape[1:])
+    return replace(nothing, **stacked)

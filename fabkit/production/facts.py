@@ -1,0 +1,133 @@
+"""What there is to say of one build, once: report, workbook, terminal and manifest show the same facts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabkit.kinds import PANEL
+from fabkit.parts import Assembly
+from fabkit.production.nests import Nest
+from fabkit.production.summary import GivenGaussImage, Summary
+
+__all__ = ["REPORT", "TERMINAL", "WORKBOOK", "BuildFacts", "Fact", "build_facts"]
+
+REPORT, WORKBOOK, TERMINAL = "report", "workbook", "terminal"
+EVERYWHERE = frozenset({REPORT, WORKBOOK, TERMINAL})
+NOWHERE: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Fact:
+    """name: what it is about. values: numbers, or one text. form: how a number is written, as `format` takes it; unit:
+    of the numbers. note: a few words more.
+
+    keys: of each value in the manifest, with dots where it is nested. shown: where people are shown it.
+    """
+
+    name: str
+    values: tuple[float | str, ...]
+    form: str = ""
+    unit: str = ""
+    note: str = ""
+    keys: tuple[str, ...] = ()
+    shown: frozenset[str] = EVERYWHERE
+
+    @property
+    def figures(self) -> str:
+        """The values in words, without the unit: `1455.3 to 1602.9`."""
+        texts = [value if isinstance(value, str) else format(value, self.form) for value in self.values]
+        return (" to " if len(texts) == 2 else ", ").join(texts)
+
+    @property
+    def text(self) -> str:
+        """The values in words: `1455.3 to 1602.9 mm`."""
+        return f"{self.figures} {self.unit}".strip()
+
+
+@dataclass(frozen=True)
+class BuildFacts:
+    """Of the mesh and what stands parallel to it, of the parts, of the sheets."""
+
+    mesh: tuple[Fact, ...]
+    parts: tuple[Fact, ...]
+    sheets: tuple[Fact, ...]
+
+    @property
+    def all(self) -> tuple[Fact, ...]:
+        return *self.parts, *self.sheets, *self.mesh
+
+
+def build_facts(summary: Summary, assembly: Assembly, nest: Nest | None) -> BuildFacts:
+    """All there is to say."""
+    return BuildFacts(tuple(_mesh(summary)), tuple(_parts(assembly)), tuple(_sheets(nest)))
+
+
+def _mesh(summary: Summary) -> Iterator[Fact]:
+    on_paper, lengths = frozenset({REPORT, WORKBOOK}), summary.edge_lengths_mm
+    yield Fact("Mesh file", (summary.source,), shown=frozenset({WORKBOOK}))
+    yield Fact("Unit of the mesh file", (summary.scale_mm,), "g", "mm", shown=frozenset({WORKBOOK}))
+    yield Fact("Zero of the model is at", (summary.placed_at,), shown=on_paper)
+    yield Fact("Vertices", (summary.n_vertices,), keys=("counts.vertices",), shown=on_paper)
+    yield Fact("Edges", (summary.n_edges,), keys=("counts.edges",), shown=on_paper)
+    yield Fact("Faces", (summary.n_faces,), keys=("counts.faces",), shown=on_paper)
+    yield Fact("Boundaries", (summary.n_boundaries,), shown=on_paper)
+    yield Fact("Edge lengths", (float(lengths.min()), float(lengths.max())), ".1f", "mm", shown=on_paper)
+    of_edge = ".1e", "of the mean edge"
+    yield Fact("Faces out of plane, as read", (summary.planarity_before,), *of_edge, keys=("planarity.before",))
+    yield Fact("Faces out of plane, as built", (summary.planarity_after,), *of_edge, keys=("planarity.after",))
+    moved = EVERYWHERE if summary.largest_move_mm > 0 else NOWHERE
+    yield Fact("Vertices moved, mean", (summary.mean_move_mm,), ".3f", "mm", keys=("moved_mm.mean",))
+    yield Fact("Vertices moved, largest", (summary.largest_move_mm,), ".3f", "mm", keys=("moved_mm.largest",))
+    farthest, counted = (summary.farthest_vertex,), "counted from 0"
+    yield Fact("Vertex moved most", farthest, note=counted, keys=("moved_mm.vertex",), shown=moved)
+    given = summary.gauss_image
+    checksum = f"sha256 {given.sha256}" if isinstance(given, GivenGaussImage) else ""
+    yield Fact("Gauss image", (summary.gauss_image_origin,), note=checksum)
+    heights, leans = summary.height_shares, summary.lean_shares_deg
+    yield _shares("Beam heights", heights, ".4f", "of nominal", "least, 2.5 %, median, 97.5 %, largest", "heights")
+    yield _shares("Node axes off the normals", leans, ".2f", "degrees", "median, 95 %, largest", "lean_deg")
+    twist = float(np.abs(summary.twists_deg).max())
+    yield Fact("Twist of the beams, largest", (twist,), ".1e", "degrees", keys=("largest_twist_deg",))
+    yield Fact("Panels lifted over the mesh faces", (summary.lift_mm,), ".1f", "mm", keys=("lift.mm",))
+    yield Fact("Lift asked for by", (summary.lift_reason,), keys=("lift.reason",))
+    within, key = (summary.equal_within_mm,), ("equal_within_mm",)
+    yield Fact("Parts that share a mark differ by less than", within, ".2g", "mm", keys=key, shown=on_paper)
+
+
+def _shares(name: str, shares: dict[str, float], form: str, unit: str, note: str, key: str) -> Fact:
+    return Fact(name, tuple(shares.values()), form, unit, note, tuple(f"{key}.{share}" for share in shares))
+
+
+def _parts(assembly: Assembly) -> Iterator[Fact]:
+    whole, in_cells = 0.0, frozenset({WORKBOOK})
+    for parts in assembly.groups:
+        n_marks, mass = len(parts.mark_names), float(parts.masses_kg.sum())
+        group, name = parts.kind.group, parts.kind.group.capitalize()
+        note = f"{n_marks} mark{'' if n_marks == 1 else 's'}, {mass:,.0f} kg"
+        yield Fact(name, (len(parts),), note=note, keys=(f"counts.{group}",))
+        yield Fact(f"{name}, marks", (n_marks,), keys=(f"counts.marks.{group}",), shown=in_cells)
+        yield Fact(f"{name}, mass", (mass,), ",.1f", "kg", shown=in_cells)
+        whole += mass
+    yield Fact("Mass", (whole,), ",.0f", "kg")
+    panels = assembly.of(PANEL)
+    if len(panels):
+        yield Fact("Area of the panels", (float(panels.details.area_mm2.sum()) * 1e-6,), ".2f", "m²")
+    yield Fact("Left out", (len(assembly.left_out),), keys=("counts.left_out",), shown=NOWHERE)
+
+
+def _sheets(nest: Nest | None) -> Iterator[Fact]:
+    in_cells, key = frozenset({WORKBOOK}), ("counts.sheets",)
+    if nest is None:
+        yield Fact("Sheets used", (0,), keys=key, shown=NOWHERE)
+        yield Fact("Panels were not nested", (), shown=in_cells)
+        return
+    used = 100 * nest.utilisation
+    yield Fact("Sheets used", (nest.n_sheets,), note=f"{used:.0f} % of their area", keys=key)
+    yield Fact("Utilisation", (used,), ".1f", "%", shown=in_cells)
+    yield Fact("Stock", (f"{nest.sheet.length_mm:g} x {nest.sheet.width_mm:g} mm",), shown=in_cells)
+    yield Fact("Gap between panels", (nest.gap_mm,), "g", "mm", shown=in_cells)
+    yield Fact("Border of a sheet", (nest.border_mm,), "g", "mm", shown=in_cells)
+    yield Fact("Nested by", (nest.engine,), shown=in_cells)

@@ -1,0 +1,71 @@
+"""What may be asked of a mesh M and its Gauss image S that are optimised together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+
+from geometry.errors import GeometryError
+
+__all__ = ["LEAST_HEIGHT_ERROR", "Aims"]
+
+LEAST_HEIGHT_ERROR = 0.002
+"""With less, heights weigh so much that faces turn over."""
+
+
+@dataclass(frozen=True)
+class Aims:
+    """What is asked of a pair M, S; any mix.
+
+    edges, vertices, faces: edge lines, vertices and face planes of S at distance 1 from the origin, as nearly as the
+      rest allows: beams, nodes or panels of constant height, over d.
+    height_error: by how much such a distance may be off, over what the other terms tolerate; what it is off by in the
+      end follows it as its power 0.6 or so. From `LEAST_HEIGHT_ERROR` up.
+    upright: no node axis leans from the normal by more than `objective.MOST_LEAN`, as nearly as the rest allows.
+    circular, conical: faces, or vertices, are exactly so.
+    mean, gaussian: H or K with respect to S, exactly constant, one over a length of M or its square; signs as in
+      `curvature.face_curvatures`.
+
+    Raises GeometryError for numbers out of range, aims that exclude each other, and where nothing is asked.
+    """
+
+    edges: bool = False
+    vertices: bool = False
+    faces: bool = False
+    height_error: float = 0.01
+    upright: bool = False
+    circular: bool = False
+    conical: bool = False
+    mean: float | None = None
+    gaussian: float | None = None
+
+    def __post_init__(self) -> None:
+        if not LEAST_HEIGHT_ERROR <= self.height_error < float("inf"):
+            raise GeometryError(
+                f"height_error is {self.height_error}: at least {LEAST_HEIGHT_ERROR} is needed, as faces turn over "
+                "where heights count for more",
+                value=self.height_error,
+                bound=LEAST_HEIGHT_ERROR,
+            )
+        for name, number in [("mean", self.mean), ("gaussian", self.gaussian)]:
+            if number is not None and not isfinite(number):
+                raise GeometryError(f"the {name} curvature is {number}: a number is needed", value=number)
+        if self.mean is not None and self.gaussian is not None:
+            raise GeometryError(
+                "mean and gaussian curvature exclude each other: only spheres, cylinders and planes have both of them "
+                "constant; ask for one"
+            )
+        if not (self.heights or self.upright or self.circular or self.conical or self.curved):
+            raise GeometryError(
+                "nothing is asked of the pair: name an aim, such as edges for beams of constant height, or upright"
+            )
+
+    @property
+    def heights(self) -> bool:
+        """Whether distances from the origin are asked for."""
+        return self.edges or self.vertices or self.faces
+
+    @property
+    def curved(self) -> bool:
+        """Whether a curvature is asked for."""
+        return self.mean is not None or self.gaussian is not None

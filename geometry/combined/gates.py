@@ -1,0 +1,157 @@
+"""What a pair must be before it is optimised, and after; if not, what is said."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.combined.aims import Aims
+from geometry.combined.measures import PairMeasures, faces_off_the_rim, fresh_curvatures
+from geometry.combined.objective import MOST_LEAN, Objective
+from geometry.errors import FoldedError, GeometryError, raise_worst
+from geometry.gauss import Pair, refuse_triangle_mesh
+from geometry.mesh import Mesh
+from geometry.optimise import ConvergenceError, Reason, Solution
+from geometry.surface import Surface
+
+__all__ = ["check_given", "check_outcome", "check_solution"]
+
+NEAR = 1.0
+"""What most vertices may be off Phi at the start, in l."""
+
+LEAST_LENGTH = 0.2
+"""Of an edge afterwards over what it was, below which it counts as collapsed."""
+
+CURVED_LEAN = np.radians(5.0)
+"""What most axes may lean where a curvature is asked for: with axes that lean, M has another one."""
+
+FRESH = 0.05
+"""What a curvature may be off with respect to a Gauss image of M alone, over its size, as the paper finds."""
+
+ROWS = 2
+"""Of faces at the rim where that is not asked: there a fresh Gauss image is less sure."""
+
+
+def _advice(aims: Aims) -> str:
+    """What to do where a pair cannot be as it is asked."""
+    less = (
+        "ask for a larger height_error" if aims.heights else "ask for edges, vertices or faces, which need not be exact"
+    )
+    less = "begin nearer to such a mesh, or free the boundary by keep_boundary=False" if aims.curved else less
+    return f"{less}, or lay the mesh along principal directions"
+
+
+def check_given(pair: Pair, surface: Surface | None) -> None:
+    """Raise GeometryError for what cannot be optimised."""
+    mesh, image = pair.mesh, pair.gauss_image
+    refuse_triangle_mesh(mesh)
+    used = mesh.combinatorics.is_used
+    normals = mesh.vertex_normals[used]
+    if surface is not None:
+        points = mesh.vertices[used]
+        feet, normals = surface.closest(points)
+        away = float(np.quantile(np.linalg.norm(points - feet, axis=1), 0.95)) / mesh.mean_edge_length
+        if away > NEAR:
+            raise GeometryError(
+                f"the surface is not that of the mesh: 5 % of the vertices are {away:.2g} mean edge lengths off it or "
+                f"more, allowed {NEAR:g}; give both in the same unit and place, or leave the surface out",
+                value=away,
+                bound=NEAR,
+            )
+        _check_side(normals, mesh.vertex_normals[used], "the surface looks to the other side than the mesh: reverse it")
+    _check_side(
+        image.vertices[used],
+        normals,
+        "the Gauss image looks to the other side than the mesh: take the pair of M and -S",
+    )
+
+
+def _check_side(vectors: np.ndarray, others: np.ndarray, message: str) -> None:
+    share = float((np.einsum("ni,ni->n", vectors, others) > 0).mean())
+    if share < 0.5:
+        raise GeometryError(message, value=share, bound=0.5)
+
+
+def check_solution(objective: Objective, solution: Solution, tolerance: float) -> None:
+    """Raise FoldedError for an edge that collapsed or a face that turned over, and ConvergenceError where the
+    constraints are not met."""
+    mesh = objective.mesh
+    if np.isfinite(solution.x).all():
+        after = objective.mesh_at(solution.x)
+        raise_worst(
+            after.edge_lengths / mesh.edge_lengths,
+            ">=",
+            LEAST_LENGTH,
+            lambda edge, share: (
+                f"{mesh.combinatorics.edge_name(edge)} collapsed to {share:.2g} of its length while the pair was "
+                f"optimised, allowed {LEAST_LENGTH}"
+            ),
+            error=FoldedError,
+            advice=_advice(objective.aims),
+        )
+        raise_worst(
+            np.einsum("fi,fi->f", mesh.face_normals, after.face_normals),
+            ">",
+            0.0,
+            lambda face, cosine: (
+                f"face {face} turned by {np.degrees(np.arccos(max(-1.0, cosine))):.0f} degrees while the pair was "
+                "optimised, allowed 90"
+            ),
+            error=FoldedError,
+            advice=_advice(objective.aims),
+        )
+    if solution.reason is not Reason.CONVERGED:
+        raise ConvergenceError(
+            "no pair near the given one is as asked: parallelity, planarity and what is to hold exactly are off by "
+            f"up to {solution.violation:.1e} after {solution.steps} Newton steps, allowed {tolerance:.0e}; "
+            f"{_advice(objective.aims)}",
+            solution=solution,
+            value=solution.violation,
+            bound=tolerance,
+        )
+
+
+def check_outcome(after: Mesh, aims: Aims, was: PairMeasures, now: PairMeasures) -> None:
+    """Raise GeometryError where axes lean, a distance that was asked for gained nothing, or a curvature is not one of
+    M."""
+    most = CURVED_LEAN if aims.curved else max(MOST_LEAN, was.lean[1])
+    if not now.lean[1] <= most:
+        raise GeometryError(
+            f"the axes came to lean: 5 % of them by {np.degrees(now.lean[1]):.1f} degrees or more, allowed "
+            f"{np.degrees(most):.1f}; {_advice(aims)}",
+            value=now.lean[1],
+            bound=most,
+        )
+    for kind in ("edge", "vertex", "face"):
+        before, found = (getattr(measures, f"{kind}_spread") for measures in (was, now))
+        asked = {"edge": aims.edges, "vertex": aims.vertices, "face": aims.faces}[kind]
+        if asked and not found <= max(before, aims.height_error):
+            raise GeometryError(
+                f"the {kind} distances spread by {found:.2g} afterwards and by {before:.2g} before: nothing is gained; "
+                f"{_advice(aims)}",
+                value=found,
+                bound=before,
+            )
+    if aims.curved:
+        _check_curvature(after, aims)
+
+
+def _check_curvature(after: Mesh, aims: Aims) -> None:
+    faces = faces_off_the_rim(after.combinatorics, ROWS)
+    if not len(faces):
+        return
+    gaussian = aims.mean is None
+    asked, name = (aims.gaussian, "K") if gaussian else (aims.mean, "H")
+    assert asked is not None
+    found, size = fresh_curvatures(after, gaussian=gaussian)
+    size = abs(asked) or size or 1.0
+    raise_worst(
+        np.abs(found[faces] - asked) / size,
+        "<=",
+        FRESH,
+        lambda face, off: (
+            f"no mesh near the given one has {name} = {asked:g}: S was tilted until it has, but with respect to a "
+            f"Gauss image of M alone face {face} has {found[face]:.3g}, off by {off:.2g} of the curvature, allowed "
+            f"{FRESH}; ask for a curvature nearer to that of the mesh, or free the boundary by keep_boundary=False"
+        ),
+        elements=faces,
+    )

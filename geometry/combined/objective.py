@@ -1,0 +1,249 @@
+"""What is minimised, and under which constraints, where M and S are optimised together [Pottmann2007, 4.4].
+
+The unknown x (6N,): M from its centroid in mean edge lengths l, then S. A term is (error / tolerated)^2, so its weight
+is one over the square of what is tolerated. All weights are without a unit, and none depends on the fineness of the
+mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import block_diag, csr_array, eye_array
+
+from geometry.arrays import FloatArray, IntArray, integers
+from geometry.combined.aims import Aims
+from geometry.functionals import (
+    Circularity,
+    CloseToNormals,
+    Conicality,
+    ConstantCurvature,
+    Convexity,
+    EdgeDistances,
+    EdgeStretch,
+    FaceAxes,
+    FaceDistances,
+    FaceTurns,
+    InsideCones,
+    OnCurve,
+    OnSmoothSurface,
+    Parallelity,
+    Planarity,
+    VertexDistances,
+    coordinates,
+    strain,
+)
+from geometry.gauss import Pair
+from geometry.mesh import Mesh
+from geometry.mesh.polygons import vector_areas
+from geometry.meshing import Guides
+from geometry.meshing.guides import MeshGuides, in_edge_lengths
+from geometry.optimise import AffineMap, At, Blocks, Functional, Hinge, LinearFunctional, SparseMatrix, Stack
+from geometry.surface import Surface
+
+__all__ = ["MOST_LEAN", "Objective"]
+
+HEIGHTS = 0.01
+"""Weight 1 / e^2 of distances from the origin, for a height error e, times this: such that e = .01 gives 100."""
+
+ON_SURFACE = 10.0
+"""Of distances from Phi in l: 3 % of an edge are tolerated."""
+
+ON_CURVES = 10.0
+"""Of distances from the boundary as it was. It may be left: boundaries that hold collapse edges beside them."""
+
+STRAIN, MOVES = 0.3, 0.01
+"""Of strains and moves of M, as it glides on Phi. Strain keeps a mesh fair, and weighs the same if it is refined."""
+
+LEAN = 1.0
+"""Of what axes lean, in radians. With more, the distances that are asked for are not reached."""
+
+MOST_LEAN = np.radians(15.0)
+"""What an axis may lean where they are to be upright."""
+
+UPRIGHT = 100.0
+"""Of what they lean beyond that."""
+
+LEAST_COSINE = 0.8
+"""Of the turn of a face. Where it turns further, its axes are upright on another shape."""
+
+KEPT = 100.0
+"""Of what faces turn further than that, what corners lack to be convex, and edges to be no shorter than this:"""
+
+LEAST_LENGTH = 0.6
+"""Of an edge over what it was. An edge without length has no direction, hence no condition on S, which would pay."""
+
+LEAST_TURN = 0.01
+"""Of a corner that was convex, in l, see `functionals.Convexity`."""
+
+IMAGE = 0.01
+"""Of the moves of S: enough to say where it is where nothing else does."""
+
+FACE_AXES, CURVED_STRAIN = 100.0, 0.05
+"""Of how faces lean in S, and of strain, where a curvature is asked for: otherwise S tilts until it has any curvature
+at all, and means nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """Terms and constraints of one pair M, S under aims; Phi = surface."""
+
+    pair: Pair
+    aims: Aims
+    surface: Surface | None
+    keep_boundary: bool
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.pair.mesh
+
+    @cached_property
+    def blocks(self) -> Blocks:
+        return Blocks({"M": self.mesh.vertices.shape, "S": self.mesh.vertices.shape})
+
+    @cached_property
+    def start(self) -> FloatArray:
+        return self.blocks.join(M=in_edge_lengths(self.mesh), S=self.pair.gauss_image.vertices)
+
+    @cached_property
+    def world(self) -> AffineMap:
+        """From M in x to the coordinates of the mesh."""
+        return AffineMap.scaling(
+            self.mesh.mean_edge_length, np.tile(self.mesh.vertices.mean(axis=0), self.mesh.n_vertices)
+        )
+
+    def mesh_at(self, x: FloatArray) -> Mesh:
+        return self.mesh.with_vertices(self.world(self.blocks.split(x)["M"].ravel()).reshape(-1, 3))
+
+    def pair_at(self, x: FloatArray) -> Pair:
+        """Raises ParallelityError where S is not parallel to M."""
+        return Pair(self.mesh_at(x), self.mesh.with_vertices(self.blocks.split(x)["S"]))
+
+    # --- constraints
+
+    @cached_property
+    def constraint(self) -> Functional:
+        """To be zero."""
+        c, of = self.mesh.combinatorics, self.blocks.of
+        x = self.blocks.split(self.start)["M"].ravel()
+        parts: list[Functional] = [of(Parallelity(c), "M", "S"), of(Planarity(c, x), "M")]
+        if self.aims.circular:
+            parts.append(of(Circularity(c), "M"))
+        if self.aims.conical:
+            parts.append(of(Conicality(c), "M"))
+        if self.aims.mean is not None:
+            H = self.aims.mean * self.mesh.mean_edge_length
+            parts.append(ConstantCurvature(c, H, (abs(H) or self._bending) * self._areas))
+        if self.aims.gaussian is not None:
+            K = self.aims.gaussian * self.mesh.mean_edge_length**2
+            parts.append(ConstantCurvature(c, -K, (abs(K) or self._bending**2) * self._areas, mixed=False))
+        return Stack(parts)
+
+    @property
+    def _areas(self) -> FloatArray:
+        """(F,) in l^2."""
+        return np.asarray(np.linalg.norm(self.mesh.vector_areas, axis=1) / self.mesh.mean_edge_length**2)
+
+    @property
+    def _bending(self) -> float:
+        """A curvature of M as given, over 1 / l: what zero is to be compared with."""
+        c = self.mesh.combinatorics
+        images = np.einsum("fi,fi->f", vector_areas(self.pair.gauss_image.vertices, c), self.mesh.face_normals)
+        return float(np.sqrt(np.median(np.abs(images) / self._areas))) or 1.0
+
+    # --- terms
+
+    @cached_property
+    def terms(self) -> list[tuple[float, Functional]]:
+        return [*self._heights, *self._near, *self._upright, *self._kept]
+
+    @property
+    def _heights(self) -> list[tuple[float, Functional]]:
+        c, aims, weight = self.mesh.combinatorics, self.aims, HEIGHTS / self.aims.height_error**2
+        found: list[tuple[float, Functional]] = []
+        if aims.edges:
+            found.append((weight, EdgeDistances(c)))
+        if aims.vertices:
+            found.append((weight, self.blocks.of(VertexDistances(c), "S")))
+        if aims.faces:
+            found.append((weight, FaceDistances(c)))
+        return found
+
+    @property
+    def _near(self) -> list[tuple[float, Functional]]:
+        found: list[tuple[float, Functional]] = []
+        if self.surface is not None:
+            distances = At(OnSmoothSurface(self.surface, self.mesh.combinatorics), self.world)
+            found.append((ON_SURFACE / self.mesh.mean_edge_length**2, self.blocks.of(distances, "M")))
+        if self.keep_boundary:
+            found += [(ON_CURVES, functional) for functional in self._on_boundary]
+        return found
+
+    @cached_property
+    def _on_boundary(self) -> list[Functional]:
+        """Distances from the curves through the boundary loops as they were; its corners from where they were."""
+        guides = MeshGuides.of(self.mesh, Guides(keep_boundary=True))
+        curves = [OnCurve(curve, sliding, self.mesh.n_vertices) for curve, sliding in guides.curves if len(sliding)]
+        columns = coordinates(np.flatnonzero(guides.is_fixed)).ravel()
+        rows = csr_array(csr_array(eye_array(len(self.start)))[columns])
+        return [*(self.blocks.of(curve, "M") for curve in curves), LinearFunctional(rows, self.start[columns])]
+
+    def boundary_distances(self, x: FloatArray) -> FloatArray:
+        """(b,) of the vertices on the boundary from where it was, in l."""
+        residuals = [on.residual(x) for on in self._on_boundary]
+        sizes = [2] * (len(residuals) - 1) + [3]
+        parts = [np.linalg.norm(r.reshape(-1, k), axis=1) for r, k in zip(residuals, sizes, strict=True)]
+        return np.concatenate(parts)
+
+    @property
+    def _upright(self) -> list[tuple[float, Functional]]:
+        c = self.mesh.combinatorics
+        if self.surface is None:
+            return [(FACE_AXES, FaceAxes(c))] if self.aims.curved else []
+        found: list[tuple[float, Functional]] = [(LEAN, CloseToNormals(c, self._normals))]
+        if self.aims.upright:
+            found.append((UPRIGHT, Hinge(InsideCones(c, self._normals, MOST_LEAN), 0.0)))
+        return found
+
+    def _normals(self, positions: FloatArray) -> FloatArray:
+        """(N, 3) of Phi at the feet of M."""
+        assert self.surface is not None
+        return self.surface.closest(self.world(positions.ravel()).reshape(-1, 3))[1]
+
+    @property
+    def _kept(self) -> list[tuple[float, Functional]]:
+        c, of = self.mesh.combinatorics, self.blocks.of
+        lengths = self.mesh.edge_lengths / self.mesh.mean_edge_length
+        return [
+            (KEPT, of(Hinge(EdgeStretch(c, lengths), float(np.log(LEAST_LENGTH))), "M")),
+            (KEPT, Hinge(FaceTurns(c, self.mesh.face_normals), LEAST_COSINE)),
+            (KEPT, of(Hinge(Convexity(c, self.convex), LEAST_TURN), "M")),
+        ]
+
+    @cached_property
+    def convex(self) -> IntArray:
+        """The faces that are convex in M as given."""
+        c = self.mesh.combinatorics
+        turns = Convexity(c, np.arange(c.n_faces)).residual(self.blocks.split(self.start)["M"].ravel())
+        return integers(np.flatnonzero(np.minimum.reduceat(turns, c.face_starts[:-1]) >= LEAST_TURN))
+
+    def no_longer_convex(self, x: FloatArray) -> IntArray:
+        """Those of them that are not any more."""
+        c, sizes = self.mesh.combinatorics, self.mesh.combinatorics.face_sizes[self.convex]
+        turns = Convexity(c, self.convex).residual(self.blocks.split(x)["M"].ravel())
+        return integers(np.unique(np.repeat(self.convex, sizes)[turns < 0]))
+
+    @cached_property
+    def metric(self) -> SparseMatrix:
+        fairness = CURVED_STRAIN if self.aims.curved else STRAIN
+        n = 3 * self.mesh.n_vertices
+        moves = MOVES * eye_array(n) + fairness * strain(self.mesh)
+        return csr_array(block_diag([moves, IMAGE * eye_array(n)], format="csr"))
+
+    @cached_property
+    def penalties(self) -> list[float]:
+        """Of the constraints: from the weights of the terms up."""
+        first = max(10.0, max(weight for weight, _ in self.terms) / 10)
+        return [first * 10.0**k for k in range(5)]

@@ -1,0 +1,132 @@
+"""M and its Gauss image S optimised together [Pottmann2007, 4.4]: where constant heights and upright axes come from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from geometry.arrays import FloatArray, IntArray, floats
+from geometry.combined.aims import Aims
+from geometry.combined.gates import check_given, check_outcome, check_solution
+from geometry.combined.measures import PairMeasures
+from geometry.combined.objective import Objective
+from geometry.errors import GeometryError
+from geometry.gauss import Pair
+from geometry.optimise import minimise_by_penalty
+from geometry.surface import Surface
+
+__all__ = ["OptimisedPair", "optimise_pair", "trade_of_heights"]
+
+TOLERANCE = 5e-13
+"""Of parallelity, planarity and curvature, in mean edge lengths and in S."""
+
+MAX_NEWTON_STEPS = 6
+"""More than three or four mean that something collapsed."""
+
+TRADE = (0.1, 0.03, 0.01, 0.003)
+"""Height errors of a trade: weights of heights from 1 to 1000."""
+
+
+@dataclass(frozen=True, eq=False)
+class OptimisedPair:
+    """A pair M, S as it came out, and what it took.
+
+    moves (N,): how far each vertex of M moved, in mean edge lengths of M as given. boundary_distance: of boundary
+    vertices from where the boundary was, in the same unit, the median and the largest; zero of closed meshes.
+    shortest_edge: the least length of an edge over what it was. turned: the most that a face turned, in radians.
+    no_longer_convex: faces that were convex and are not. newton_steps: on the constraints, at the end.
+    """
+
+    pair: Pair
+    aims: Aims
+    before: PairMeasures
+    after: PairMeasures
+    moves: FloatArray
+    boundary_distance: tuple[float, float]
+    shortest_edge: float
+    turned: float
+    no_longer_convex: IntArray
+    newton_steps: int
+
+
+def optimise_pair(
+    pair: Pair, aims: Aims, *, surface: Surface | None = None, keep_boundary: bool = True
+) -> OptimisedPair:
+    """Move M on Phi and S with it, so that they are parallel, M is planar and they are as the aims ask.
+
+    surface: Phi, on which the vertices of M glide; left out, the surface of M itself, but for a curvature, with which M
+    may leave where it is. A mesh that is laid along the right lines glides by a fifth of an edge or so. keep_boundary:
+    boundaries glide along themselves, nearly; without, they are free.
+    Edges keep most of their lengths, faces that are convex stay so, and strains are small. S is to be near the normals,
+    and M near zero, see `Mesh.near_zero`.
+
+    The result is parallel and planar to 1e-12. It is a local minimum of a sum of terms, found by a penalty method, see
+    `optimise.penalty`; the constraints are met to rounding at its end, without regard to the terms, from 1e-3 before.
+
+    Raises GeometryError where all faces are triangles, for a surface that is not that of M, and for axes that look to
+    the other side; ConvergenceError where M and S do not become parallel and planar, or as the aims ask; FoldedError
+    where an edge collapsed or a face turned over; and GeometryError where axes came to lean, distances gained nothing,
+    or a curvature is one of S but not of M.
+    """
+    check_given(pair, surface)
+    if surface is None and not aims.curved:
+        surface = Surface(pair.mesh)
+    objective = Objective(pair, aims, surface, keep_boundary)
+    solution = minimise_by_penalty(
+        objective.terms,
+        objective.metric,
+        objective.constraint,
+        objective.start,
+        penalties=objective.penalties,
+        tolerance=TOLERANCE,
+        max_newton_steps=MAX_NEWTON_STEPS,
+    )
+    check_solution(objective, solution, TOLERANCE)
+    found = objective.pair_at(solution.x)
+    mesh, moved = pair.mesh, found.mesh
+    length = mesh.mean_edge_length
+    optimised = OptimisedPair(
+        pair=found,
+        aims=aims,
+        before=PairMeasures.of(pair, surface, length),
+        after=PairMeasures.of(found, surface, length),
+        moves=floats(np.linalg.norm(moved.vertices - mesh.vertices, axis=1) / length),
+        boundary_distance=_median_and_largest(objective.boundary_distances(solution.x)),
+        shortest_edge=float((moved.edge_lengths / mesh.edge_lengths).min()),
+        turned=float(np.arccos(np.clip(np.einsum("fi,fi->f", mesh.face_normals, moved.face_normals).min(), -1, 1))),
+        no_longer_convex=objective.no_longer_convex(solution.x),
+        newton_steps=solution.steps,
+    )
+    check_outcome(moved, aims, optimised.before, optimised.after)
+    return optimised
+
+
+def _median_and_largest(values: FloatArray) -> tuple[float, float]:
+    return (float(np.median(values)), float(values.max())) if len(values) else (0.0, 0.0)
+
+
+def trade_of_heights(
+    pair: Pair,
+    aims: Aims,
+    *,
+    height_errors: Sequence[float] = TRADE,
+    surface: Surface | None = None,
+    keep_boundary: bool = True,
+) -> list[OptimisedPair]:
+    """The pairs for several height errors, from the largest down: what less spread costs in moves.
+
+    Ends before the first that `optimise_pair` refuses because something folds over or is not reached; raises that where
+    it is the largest.
+    """
+    found: list[OptimisedPair] = []
+    for error in sorted(height_errors, reverse=True):
+        try:
+            asked = replace(aims, height_error=error)
+            found.append(optimise_pair(pair, asked, surface=surface, keep_boundary=keep_boundary))
+        except GeometryError:
+            if not found:
+                raise
+            break
+    return found

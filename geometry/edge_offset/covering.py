@@ -1,0 +1,88 @@
+"""A surface covered by hexagons: S turned towards its normals, what touches, and the piece of it that can be built.
+
+[Pottmann2007, end of 3.3].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from geometry.arrays import FloatArray, IntArray, floats
+from geometry.edge_offset.buildability import largest_piece, sound_piece
+from geometry.edge_offset.tangent_hexagons import TangentMesh, tangent_mesh
+from geometry.mesh import Mesh
+from geometry.surface import Surface
+
+__all__ = ["SurfaceCover", "mean_normal", "surface_cover"]
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceCover:
+    """S as it was turned, the mesh parallel to it that touches the surface, and which faces of both are kept.
+
+    kept (k,): those that hang together and can be built.
+    times: how often the normals of the surface cover the faces of S that touch it, where its curvature is as wanted: 1
+    where each normal occurs once.
+    """
+
+    gauss_image: Mesh
+    found: TangentMesh
+    kept: IntArray
+    times: float
+
+    @property
+    def fitness(self) -> float:
+        """Shortest edge over the mean one, times the part of the faces that is kept."""
+        lengths = self.found.mesh.part(self.kept).edge_lengths
+        return float(lengths.min() / lengths.mean() * len(self.kept) / self.gauss_image.n_faces)
+
+
+def surface_cover(surface: Surface, gauss_image: Mesh, angle: float = 0.0, *, curvature: int = 0) -> SurfaceCover:
+    """What touches the surface of S, about the z axis, turned by an angle in radians about it and then by the shortest
+    way to the mean normal of the surface.
+
+    S ends where the surface has no more normals. curvature: as in `tangent_mesh`. Raises as that does.
+    """
+    axis, _ = mean_normal(surface.mesh)
+    turned = gauss_image.with_vertices(gauss_image.vertices @ _turned_to(axis, angle).T)
+    found = tangent_mesh(turned, surface, curvature=curvature)
+    times = _times_over(surface.mesh, curvature, turned, found)
+    turned = turned.part(largest_piece(turned, np.setdiff1d(np.arange(turned.n_faces), found.missing)))
+    found = tangent_mesh(turned, surface, curvature=curvature)
+    kept = sound_piece(found.mesh, largest_piece(turned, _running(found)))
+    return SurfaceCover(turned, found, kept, times)
+
+
+def mean_normal(mesh: Mesh) -> tuple[FloatArray, float]:
+    """(3,) the unit mean of the vertex normals, and the largest angle of one with it in radians."""
+    normals = mesh.vertex_normals[mesh.combinatorics.is_used]
+    mean = normals.mean(axis=0)
+    mean = mean / max(float(np.linalg.norm(mean)), np.finfo(float).tiny)
+    return floats(mean), float(np.arccos(np.clip((normals @ mean).min(), -1.0, 1.0)))
+
+
+def _times_over(surface: Mesh, curvature: int, gauss_image: Mesh, found: TangentMesh) -> float:
+    normals = surface.with_vertices(surface.vertex_normals)
+    covered = np.einsum("fk,fk->f", normals.vector_areas, surface.face_normals)
+    wanted = np.abs(covered[np.sign(covered) == curvature] if curvature else covered).sum()
+    touching = np.setdiff1d(np.arange(gauss_image.n_faces), found.missing)
+    return float(wanted / np.linalg.norm(gauss_image.vector_areas[touching], axis=1).sum())
+
+
+def _turned_to(axis: FloatArray, angle: float) -> FloatArray:
+    """(3, 3) the rotation by an angle about the z axis, then by the shortest way from there to a unit axis."""
+    c, s = np.cos(angle), np.sin(angle)
+    about = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    x, y, z = axis
+    if z <= -1 + 1e-12:
+        return np.asarray(np.diag([1.0, -1.0, -1.0]) @ about)
+    cross = np.array([[0.0, 0.0, x], [0.0, 0.0, y], [-x, -y, 0.0]])
+    return np.asarray((np.eye(3) + cross + cross @ cross / (1 + z)) @ about)
+
+
+def _running(found: TangentMesh) -> IntArray:
+    """The faces that run as most of them do."""
+    other = np.setdiff1d(np.arange(found.mesh.n_faces), found.reversed_faces)
+    return max(found.reversed_faces, other, key=len)

@@ -1,0 +1,136 @@
+"""Distances of the vertices, edges and faces of S from the origin where M moves with S [Pottmann2007, 4.4].
+
+x (6N,): the vertices of M, then those of S. While S is not quite parallel to M, an edge has the direction that it has
+in M and goes through the middle of its two ends in S, and a face has the normal that it has in M and goes through the
+mean of its corners in S.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from geometry.arrays import FloatArray, IntArray, integers
+from geometry.functionals.unknowns import coordinates
+from geometry.mesh import Combinatorics
+from geometry.mesh.polygons import face_centroids, vector_areas
+from geometry.optimise import SparseMatrix
+
+__all__ = ["EdgeDistances", "FaceAxes", "FaceDistances", "VertexDistances", "by_area_of", "face_rows"]
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeDistances:
+    """Distance - 1 for each edge line of S: what beam heights over d lack. Edges of M must have a length."""
+
+    combinatorics: Combinatorics
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.norm(self._feet(x)[0], axis=1) - 1.0)
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        feet, along, lengths = self._feet(x)
+        directions = feet / np.linalg.norm(feet, axis=1, keepdims=True)
+        turning = (along / lengths)[:, None] * directions  # with the edge of M, about the middle
+        values = np.stack([turning, -turning, directions / 2, directions / 2], axis=1)
+        c = self.combinatorics
+        columns = coordinates(np.concatenate([c.edges, c.edges + c.n_vertices], axis=1))
+        starts = np.arange(0, values.size + 1, 12)
+        return csr_array((values.ravel(), columns.ravel(), starts), shape=(c.n_edges, 6 * c.n_vertices))
+
+    def _feet(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Of the origin on the edge lines (E, 3); places of the middles along them (E,); edge lengths of M (E,)."""
+        mesh, image = x.reshape(2, -1, 3)
+        i, j = self.combinatorics.edges.T
+        vectors, middles = mesh[j] - mesh[i], (image[i] + image[j]) / 2
+        lengths = np.linalg.norm(vectors, axis=1)
+        along = np.einsum("ei,ei->e", middles, vectors) / lengths
+        return middles - (along / lengths)[:, None] * vectors, along, lengths
+
+
+@dataclass(frozen=True, eq=False)
+class VertexDistances:
+    """|s_i| - 1 for each vertex in use; x (3N,) is S alone."""
+
+    combinatorics: Combinatorics
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        return np.asarray(np.linalg.norm(x.reshape(-1, 3)[self._used], axis=1) - 1.0)
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        at = x.reshape(-1, 3)[self._used]
+        values = at / np.linalg.norm(at, axis=1, keepdims=True)
+        starts = np.arange(0, values.size + 1, 3)
+        shape = (len(at), 3 * self.combinatorics.n_vertices)
+        return csr_array((values.ravel(), coordinates(self._used).ravel(), starts), shape=shape)
+
+    @property
+    def _used(self) -> IntArray:
+        return integers(np.flatnonzero(self.combinatorics.is_used))
+
+
+@dataclass(frozen=True, eq=False)
+class FaceDistances:
+    """Distance - 1 for each face plane of S, along the normals of M."""
+
+    combinatorics: Combinatorics
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        normals, _, centres = _faces(self.combinatorics, x)
+        return np.asarray(np.einsum("fi,fi->f", normals, centres) - 1.0)
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        normals, areas, centres = _faces(self.combinatorics, x)
+        heights = np.einsum("fi,fi->f", normals, centres)
+        by_area = (centres - heights[:, None] * normals) / areas[:, None]
+        by_corner = (normals / self.combinatorics.face_sizes[:, None])[self.combinatorics.corner_face]
+        return face_rows(self.combinatorics, by_area_of(self.combinatorics, x, by_area[:, None]), by_corner[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class FaceAxes:
+    """The mean of the corners in S minus the normal in M, three residuals for each face: how its axis leans."""
+
+    combinatorics: Combinatorics
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        normals, _, centres = _faces(self.combinatorics, x)
+        return np.asarray((centres - normals).ravel())
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        normals, areas, _ = _faces(self.combinatorics, x)
+        across = normals[:, :, None] * normals[:, None, :] - np.eye(3)
+        by_mesh = by_area_of(self.combinatorics, x, across / areas[:, None, None])
+        sizes = self.combinatorics.face_sizes[self.combinatorics.corner_face]
+        return face_rows(self.combinatorics, by_mesh, np.eye(3) / sizes[:, None, None])
+
+
+def by_area_of(combinatorics: Combinatorics, x: FloatArray, derivatives: FloatArray) -> FloatArray:
+    """(C, r, 3) derivatives by the corners in M from those (F, r, 3) by the vector areas of the faces of M.
+
+    With A the vector area of a face, dA is half the sum of dp_i x (p_i+1 - p_i-1).
+    """
+    c, mesh = combinatorics, x[: 3 * combinatorics.n_vertices].reshape(-1, 3)
+    diagonals = mesh[c.corners[c.next_corner]] - mesh[c.corners[c.previous_corner]]
+    return np.asarray(np.cross(diagonals[:, None, :], derivatives[c.corner_face]) / 2)
+
+
+def face_rows(combinatorics: Combinatorics, by_mesh: FloatArray, by_image: FloatArray) -> SparseMatrix:
+    """The Jacobian (F r, 6N) of r residuals a face, from the derivatives (C, r, 3) by its corners in M and in S."""
+    c = combinatorics
+    rows = c.corner_face[:, None] * by_mesh.shape[1] + np.arange(by_mesh.shape[1])
+    values = np.stack([by_mesh, by_image])
+    columns = coordinates(np.stack([c.corners, c.corners + c.n_vertices]))[:, :, None, :]
+    places = tuple(np.broadcast_to(part, values.shape).ravel() for part in (rows[None, :, :, None], columns))
+    shape = (c.n_faces * by_mesh.shape[1], 6 * c.n_vertices)
+    return csr_array(coo_array((values.ravel(), places), shape=shape))
+
+
+def _faces(combinatorics: Combinatorics, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Unit normals (F, 3) and areas (F,) in M, means of the corners in S (F, 3)."""
+    mesh, image = x.reshape(2, -1, 3)
+    normals = vector_areas(mesh, combinatorics)
+    areas = np.linalg.norm(normals, axis=1)
+    return normals / areas[:, None], areas, face_centroids(image, combinatorics)

@@ -1,0 +1,121 @@
+"""How node axes lean, and how edges and faces change, while M and S move: residuals of x (6N,), M before S, or of M."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array, eye_array
+
+from geometry.arrays import FloatArray, floats
+from geometry.functionals.pair_distances import by_area_of, face_rows
+from geometry.functionals.unknowns import coordinates
+from geometry.mesh import Combinatorics
+from geometry.mesh.polygons import vector_areas
+from geometry.optimise import SparseMatrix
+
+__all__ = ["CloseToNormals", "EdgeStretch", "FaceTurns", "InsideCones"]
+
+
+@dataclass(frozen=True, eq=False)
+class CloseToNormals:
+    """s_i - n_i, three residuals a vertex, with unit normals n_i (N, 3) = normals(M (N, 3)).
+
+    The Jacobian holds the normals. Vertices without a normal, (0, 0, 0), are to be at the origin.
+    """
+
+    combinatorics: Combinatorics
+    normals: Callable[[FloatArray], FloatArray]
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        mesh, image = x.reshape(2, -1, 3)
+        return np.asarray((image - self.normals(mesh)).ravel())
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        n = 3 * self.combinatorics.n_vertices
+        return csr_array(eye_array(n, 2 * n, k=n))
+
+
+@dataclass(frozen=True, eq=False)
+class InsideCones:
+    """Signed distance of s_i from the cone of revolution about n_i with an opening angle, for each vertex.
+
+    |s_i| sin(angle - lean): positive inside. Normals and Jacobian as of `CloseToNormals`.
+    """
+
+    combinatorics: Combinatorics
+    normals: Callable[[FloatArray], FloatArray]
+    angle: float
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        return self._distances(x)[0]
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        values = self._distances(x)[1]
+        n = self.combinatorics.n_vertices
+        columns = coordinates(n + np.arange(n)).ravel()
+        return csr_array((values.ravel(), columns, np.arange(0, 3 * n + 1, 3)), shape=(n, 6 * n))
+
+    def _distances(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(N,) and their gradients by s_i (N, 3)."""
+        mesh, image = x.reshape(2, -1, 3)
+        normals = self.normals(mesh)
+        up = np.einsum("ni,ni->n", image, normals)
+        across = image - up[:, None] * normals
+        lengths = np.linalg.norm(across, axis=1)
+        directions = np.divide(across, lengths[:, None], out=np.zeros_like(across), where=lengths[:, None] > 0)
+        sine, cosine = np.sin(self.angle), np.cos(self.angle)
+        return sine * up - cosine * lengths, sine * normals - cosine * directions
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeStretch:
+    """log(|m_j - m_i| / length) for each edge, with given lengths (E,); x (3N,) is M alone."""
+
+    combinatorics: Combinatorics
+    lengths: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "lengths", floats(self.lengths))
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        return np.asarray(np.log(np.linalg.norm(self._vectors(x), axis=1) / self.lengths))
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        vectors = self._vectors(x)
+        slopes = vectors / np.einsum("ei,ei->e", vectors, vectors)[:, None]
+        values = np.stack([-slopes, slopes], axis=1)
+        c = self.combinatorics
+        starts = np.arange(0, values.size + 1, 6)
+        return csr_array((values.ravel(), coordinates(c.edges).ravel(), starts), shape=(c.n_edges, 3 * c.n_vertices))
+
+    def _vectors(self, x: FloatArray) -> FloatArray:
+        i, j = self.combinatorics.edges.T
+        return np.asarray(x.reshape(-1, 3)[j] - x.reshape(-1, 3)[i])
+
+
+@dataclass(frozen=True, eq=False)
+class FaceTurns:
+    """The cosine of the angle of each face normal of M with a given unit vector, normals (F, 3); x (6N,)."""
+
+    combinatorics: Combinatorics
+    normals: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normals", floats(self.normals))
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("fi,fi->f", self._now(x)[0], self.normals))
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        now, areas = self._now(x)
+        cosines = np.einsum("fi,fi->f", now, self.normals)
+        by_area = (self.normals - cosines[:, None] * now) / areas[:, None]
+        by_mesh = by_area_of(self.combinatorics, x, by_area[:, None])
+        return face_rows(self.combinatorics, by_mesh, np.zeros_like(by_mesh))
+
+    def _now(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        areas = vector_areas(x.reshape(2, -1, 3)[0], self.combinatorics)
+        sizes = np.linalg.norm(areas, axis=1)
+        return areas / sizes[:, None], sizes

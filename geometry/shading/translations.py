@@ -1,0 +1,152 @@
+"""The translate S + x of a Gauss image whose fins cast most shade on the panels [Pottmann2007, 4.4, Fig. 1]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import LinearConstraint, NonlinearConstraint, approx_fprime, minimize
+
+from geometry.arrays import FloatArray, IntArray, floats
+from geometry.errors import GeometryError
+from geometry.shading.fins import Fins
+from geometry.shading.panel_shadows import Shading, cast_shadows, face_suns, shadow_areas
+from geometry.shading.suns import Suns
+
+__all__ = ["MostShade", "most_shade"]
+
+SATURATED = 0.999
+"""Share of shade from which on all counts as in the shade: of translations that reach it, the shortest is sought."""
+
+NEARLY, DIFFERENCE = 1e-5, 1e-4
+"""By how much the shortest one may miss that, and the step of differences by which it is sought."""
+
+LEAST_RISE = 1e-3
+"""Of S + x above the plane of a panel at its corners, unless S itself rises less."""
+
+SAMPLE = 32
+"""Panels that say where to look; all of them say where the maximum is."""
+
+STARTS, BEST = 48, 2
+"""Translations of the largest length that are looked at, spread over the sphere, and those from which one goes on."""
+
+MOST_LOOKED_AT = 60
+"""Translations looked at from one start."""
+
+COARSE_STEPS, FINE_STEPS = (0.15, 0.01), (0.05, 0.0005)
+"""First and last ones of a translation, on the sample and on all panels."""
+
+
+@dataclass(frozen=True, eq=False)
+class MostShade:
+    """The translation x = shift (3,) with most shade, and the shade with S (before) and with S + x (after).
+
+    What fins are made from is `after.fins.pair.gauss_image`. Translated fins are larger: `shadow_per_fin_area` and the
+    areas of the fins, before and after, say how much of the gain is only that.
+    """
+
+    shift: FloatArray
+    before: Shading
+    after: Shading
+
+
+def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
+    """The x, |x| <= bound, with the largest area of shadow of fins over S + x, by the weights of the suns.
+
+    Where all panels can be wholly in the shade (a share of .999), a shortest x that does it. S + x stays above all
+    panels. The maximum is sought without derivatives from the best of many translations; it is the largest one seen,
+    with no proof that there is no larger one.
+
+    Raises GeometryError where the bound is not above 0 and below 1 or no panel faces any sun.
+    """
+    if not 0 < bound < 1:
+        raise GeometryError(
+            f"a translation by up to {bound:g} was asked for: the bound must be above 0 and below 1, or S + x is no "
+            "longer on the outer side of panels; the paper takes 0.99",
+            value=float(bound),
+            bound=1.0,
+        )
+    before = cast_shadows(fins, suns)
+    n = fins.mesh.n_faces
+    shining = np.flatnonzero(before.facing.any(axis=0))
+    sample = shining[np.unique(np.linspace(0, len(shining) - 1, SAMPLE).round().astype(np.int64))]
+    coarse, fine = (_cost(fins, suns, faces) for faces in (sample, np.arange(n)))
+    starts = [x for x in bound * _spread(STARTS) if _least_rise(fins, x) >= 0]
+    starts = sorted([np.zeros(3), *starts], key=coarse)[:BEST]
+    best = min((_best_near(coarse, start, fins, bound, COARSE_STEPS) for start in starts), key=coarse)
+    if -fine(best) < SATURATED:
+        best = min(np.zeros(3), _best_near(fine, best, fins, bound, FINE_STEPS), key=fine)
+    shift = _shortest(fine, best, fins) if -fine(best) >= SATURATED else best
+    return MostShade(floats(shift), before, cast_shadows(fins.tilted(shift), suns))
+
+
+def _cost(fins: Fins, suns: Suns, faces: IntArray) -> Callable[[FloatArray], float]:
+    """Minus the share of shade on faces (f,), for a translation x (3,)."""
+    levels = np.array([fins.lower, fins.lower, fins.upper, fins.upper])
+    facing = face_suns(fins.mesh, suns.directions)[:, faces]
+    whole = suns.weights @ facing @ np.linalg.norm(fins.mesh.vector_areas[faces], axis=1)
+
+    def cost(x: FloatArray) -> float:
+        areas = shadow_areas(fins.mesh, faces, fins.quads + levels[:, None] * x, suns.directions)
+        return -float(suns.weights @ areas.sum(axis=1) / whole)
+
+    return cost
+
+
+def _best_near(
+    cost: Callable[[FloatArray], float], start: FloatArray, fins: Fins, bound: float, steps: tuple[float, float]
+) -> FloatArray:
+    """(3,) the x of least cost near a start, |x| <= bound, with S + x above all panels."""
+    c = fins.mesh.combinatorics
+    least = min(LEAST_RISE, float(fins.rises.min()))
+    near = np.flatnonzero(fins.rises < bound + least)  # others rise enough for every x
+    constraints: list[NonlinearConstraint | LinearConstraint] = [
+        NonlinearConstraint(lambda x: x @ x, -np.inf, bound**2)
+    ]
+    if len(near):
+        normals = fins.mesh.face_normals[c.corner_face[near]]
+        constraints.append(LinearConstraint(normals, least - fins.rises[near], np.inf))
+    found = minimize(
+        cost,
+        start,
+        method="COBYQA",
+        constraints=constraints,
+        options={"initial_tr_radius": steps[0], "final_tr_radius": steps[1], "maxfev": MOST_LOOKED_AT},
+    )
+    return np.asarray(found.x * min(1.0, bound / max(float(np.linalg.norm(found.x)), 1e-300)))
+
+
+def _shortest(cost: Callable[[FloatArray], float], start: FloatArray, fins: Fins) -> FloatArray:
+    """(3,) a shortest translation near a start with all in the shade."""
+
+    def squared_length(x: FloatArray) -> float:
+        return float(x @ x)
+
+    def slope(x: FloatArray) -> FloatArray:
+        return np.asarray(approx_fprime(x, cost, DIFFERENCE))
+
+    found = minimize(
+        squared_length,
+        start,
+        method="SLSQP",
+        constraints=[NonlinearConstraint(lambda x: np.array([cost(x)]), -np.inf, -SATURATED, jac=slope)],
+        options={"maxiter": 12, "ftol": 1e-6},
+    )
+    usable = [x for x in (np.zeros(3), found.x) if cost(x) < NEARLY - SATURATED and _least_rise(fins, x) >= 0]
+    return min([*usable, start], key=np.linalg.norm)
+
+
+def _least_rise(fins: Fins, x: FloatArray) -> float:
+    """How far S + x rises above the panels where it does so least, over what it must."""
+    c = fins.mesh.combinatorics
+    rises = fins.rises + fins.mesh.face_normals[c.corner_face] @ x
+    return float(rises.min() - min(LEAST_RISE, fins.rises.min()))
+
+
+def _spread(n: int) -> FloatArray:
+    """(n, 3) unit vectors spread evenly over the sphere, along a spiral."""
+    z = 1 - (2 * np.arange(n) + 1) / n
+    turn = np.pi * (3 - np.sqrt(5)) * np.arange(n)
+    level = np.sqrt(1 - z * z)
+    return np.stack([level * np.cos(turn), level * np.sin(turn), z], axis=1)
