@@ -40,17 +40,19 @@ from geometry.gauss import (
     vertex_distances,
     vertex_offset_pair,
 )
+from geometry.layout import LaidMesh, lay_quads
 from geometry.mesh import Combinatorics, Mesh
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
-from geometry.surface import Surface
+from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed
 
 __all__ = [
     "Aims",
     "Combinatorics",
     "ConvergenceError",
+    "Curvature",
     "Effort",
     "FaceCurvatures",
     "FoldedError",
@@ -58,6 +60,7 @@ __all__ = [
     "Guides",
     "KoebePolyhedron",
     "LaguerreTransformation",
+    "LaidMesh",
     "Mesh",
     "MeshError",
     "MeshFile",
@@ -69,6 +72,7 @@ __all__ = [
     "ParallelSpace",
     "ParallelityError",
     "RankError",
+    "SmoothedSurface",
     "SupportStructure",
     "Surface",
     "approximate_pair",
@@ -84,6 +88,7 @@ __all__ = [
     "face_distances",
     "face_offset_pair",
     "koebe",
+    "lay_quads",
     "make_circular",
     "make_conical",
     "minimal_of_revolution",
@@ -95,7 +100,9 @@ __all__ = [
     "planarise",
     "read_mesh",
     "read_mesh_pair",
+    "refined",
     "rotational_koebe",
+    "smoothed",
     "steiner_area",
     "steiner_areas",
     "tangent_mesh",

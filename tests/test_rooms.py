@@ -31,6 +31,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.errors",
         "geometry.files",
         "geometry.gauss",
+        "geometry.layout",
         "geometry.mesh",
         "geometry.meshing",
         "geometry.optimise",

@@ -31,7 +31,7 @@ def cross_field(frames: TangentFrames, wanted: ComplexArray, weights: FloatArray
 
     The crosses wanted (F,), as fourth powers of unit length, count by weights (F,) per area:
     min of the integral of |grad z|^2 + weight |z - wanted|^2; then z is made unit and diffused in turns
-    [KnoeppelCranePinkallSchroeder2013; VaxmanCampenDiamantiPanozzo2016].
+    [KnoeppelCranePinkallSchroeder2013].
     """
     c = frames.combinatorics
     inner = ~c.is_boundary_edge

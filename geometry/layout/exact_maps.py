@@ -1,4 +1,4 @@
-"""(u, v) in whole numbers of 2^-20, so that what is decided of isolines is decided exactly."""
+"""(u, v) in whole numbers of 2^-20: what is decided of isolines is decided exactly [EbkeBommesCampenKobbelt2013]."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 A *wedge* is a part of the triangles about a vertex between cuts; (u, v) has one value in it. Across a cut, from its
 left to its right side, (u, v) is turned by quarters and moved by a vector of integers, the same one along the whole
-*arc* of the cut between two *nodes*: branches, ends, and vertices at the boundary.
+*arc* of the cut between two *nodes*: branches, ends, and vertices at the boundary [BommesZimmerKobbelt2009].
 """
 
 from __future__ import annotations
