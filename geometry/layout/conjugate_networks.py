@@ -22,6 +22,9 @@ singularities are decided, and then with these as they are."""
 UMBILIC = 0.05
 """Half the difference of the principal curvatures over their size, below which no direction is preferred."""
 
+FLAT = 1e-6
+"""Curvature times the size of the surface, below which it is plane."""
+
 ALIGN = 20.0
 """Weight of the boundary's direction in a triangle there, over that of its neighbours."""
 
@@ -58,10 +61,6 @@ def conjugate_network(
     network = Network.of(frames, *directions, curvature.triangle_tensors)
     undirected = float(frames.areas[strength == 0].sum() / frames.areas.sum())
     return network, combed, undirected
-
-
-FLAT = 1e-6
-"""Curvature times the size of the surface, below which it is plane."""
 
 
 def _solved(affine: FloatArray, vectors: FloatArray) -> FloatArray:

@@ -13,6 +13,8 @@ from geometry.mesh import Combinatorics, Mesh
 
 __all__ = ["TangentFrames"]
 
+PAIRS = ((0, 0), (0, 1), (1, 1))
+
 
 @dataclass(frozen=True, eq=False)
 class TangentFrames:
@@ -74,7 +76,7 @@ class TangentFrames:
         """(F,) of symmetric bilinear forms (F, 3, 3): |q| is half the difference of their two values, and q has twice
         the angle of the direction of the larger one.
         """
-        xx, xy, yy = (np.einsum("fi,fij,fj->f", self.axes[:, a], tensors, self.axes[:, b]) for a, b in _PAIRS)
+        xx, xy, yy = (np.einsum("fi,fij,fj->f", self.axes[:, a], tensors, self.axes[:, b]) for a, b in PAIRS)
         return np.asarray((xx - yy) / 2 + 1j * xy)
 
     @cached_property
@@ -89,6 +91,3 @@ class TangentFrames:
         turns = np.zeros(c.n_edges)
         turns[inner] = np.angle(-self.sides.ravel()[right] * self.sides.ravel()[left].conj())
         return floats(turns)
-
-
-_PAIRS = ((0, 0), (0, 1), (1, 1))
