@@ -10,7 +10,6 @@ from geometry.layout.combed_fields import CombedField, comb
 from geometry.layout.cross_fields import cross_field, followed_closer
 from geometry.layout.networks import Network
 from geometry.layout.tangent_frames import TangentFrames
-from geometry.mesh import Mesh
 from geometry.surface import Curvature
 
 __all__ = ["conjugate_network"]
@@ -41,10 +40,7 @@ def conjugate_network(
     if affine is None:
         image, tensors = frames, curvature.triangle_tensors
     else:
-        points = frames.mesh.vertices @ affine.T
-        if np.linalg.det(affine) < 0:
-            points = -points  # so that the surface is not seen from its other side
-        image = TangentFrames(Mesh(points, frames.combinatorics))
+        image = TangentFrames(frames.mesh.with_vertices(frames.mesh.vertices @ affine.T))
         tensors = Curvature.of(image.mesh).triangle_tensors
     traceless = image.traceless(tensors)
     sizes = np.sqrt((tensors**2).sum(axis=(1, 2)) / 2)

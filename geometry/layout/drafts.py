@@ -72,17 +72,18 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     kept = (cells.vertices >= 0) & (_is_corner(surface) | (field.indices != 0))[cells.vertices]
     numbers = integers(np.arange(len(positions)))
     polygons = tidied_rim(Polygons(positions, numbers, kept, cells.corners, cells.starts), h)
-    chi = polygons.combinatorics.euler_characteristic
-    if chi != c.euler_characteristic:
+    mesh = Mesh(polygons.positions, polygons.combinatorics)
+    chi = mesh.combinatorics.euler_characteristic
+    if chi != c.euler_characteristic or mesh.edge_lengths.min() == 0:
         raise GeometryError(
-            f"a hole or piece of the surface is too small for faces of edge length {h:.3g}: the mesh would have the "
-            f"Euler characteristic {chi}, the surface has {c.euler_characteristic}; fill holes, or give a shorter edge "
-            "length",
+            f"a hole or piece of the surface is too small for faces of edge length {h:.3g}: its rim would become a point "
+            f"or an edge, and the Euler characteristic {chi} instead of {c.euler_characteristic}; fill the hole, or give "
+            "a shorter edge length",
             value=float(chi),
             bound=float(c.euler_characteristic),
         )
     return Draft(
-        Mesh(polygons.positions, polygons.combinatorics),
+        mesh,
         cells.vertices[polygons.origins],
         problem.at(x, t.astype(np.float64), h),
         float(h),

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
+from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.layout import LaidMesh, lay_quads
 from geometry.mesh import Mesh, shapes
@@ -162,11 +163,21 @@ def test_several_pieces_and_polygons() -> None:
     assert result.quality.valences == {}
 
 
-def punched() -> Surface:
+def ring(hole: float) -> Surface:
+    """The unit disc with a round hole."""
+
+    def point(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
+        radius = hole + (1 - hole) * v
+        return radius * np.sin(2 * np.pi * u), radius * np.cos(2 * np.pi * u), 0 * u
+
+    return chart(48, 16, point, rings="u")
+
+
+def punched(triangle: int) -> Surface:
     """A plane without one of its triangles."""
     mesh = plane().mesh
     faces = mesh.combinatorics.faces()
-    del faces[37]
+    del faces[triangle]
     return Surface(Mesh.from_faces(mesh.vertices, faces))
 
 
@@ -181,7 +192,9 @@ def punched() -> Surface:
         (lambda: lay_quads(plane(), n_faces=10, boundary="half"), "it is 'open' or 'aligned'"),  # type: ignore[arg-type]
         (lambda: lay_quads(plane(), n_faces=10, affine=np.zeros((3, 3))), "an invertible matrix"),
         (lambda: lay_quads(plane().mesh, n_faces=10), "make it one by Surface"),  # type: ignore[arg-type]
-        (lambda: lay_quads(punched(), n_faces=12), "is met by no line of the mesh"),
+        (lambda: lay_quads(punched(37), n_faces=12), "is met by no line of the mesh"),
+        (lambda: lay_quads(punched(399), n_faces=12), "too small for faces of edge length"),
+        (lambda: lay_quads(ring(0.1), n_faces=20), "the Euler characteristic 1 instead of 0; fill the hole"),
         (lambda: lay_quads(Surface(triangle_mesh(np.eye(3), np.array([[0, 1, 2]]))), n_faces=9), "curvature needs 5"),
         (lambda: lay_quads(cylinder(n=3, m=2), edge_length=0.001), "divide its triangles"),
     ],

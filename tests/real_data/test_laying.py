@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from geometry.layout import lay_quads
+from geometry.layout.conjugate_networks import conjugate_network
+from geometry.layout.drafts import draft
 from geometry.layout.quality import corner_angles
+from geometry.layout.seams import seamless_maps
+from geometry.layout.tangent_frames import TangentFrames
+from geometry.layout.twists import twist_corrections
 from geometry.meshing import Guides, planarise
 from geometry.surface import refined
 from tests.geometry.design_surfaces import roof
@@ -39,3 +44,25 @@ def test_roofs(name: str, valences: dict[int, int]) -> None:
     assert off.max() < 0.1
     assert angles.min() > 20
     assert angles.max() < 172
+
+
+@needs_data
+def test_rims_keep_inner_vertices_regular() -> None:
+    """Half as high, the bubble has no umbilic, and no contraction at the rim makes one."""
+    laid = lay_quads(roof("botanic-garden-bubble"), n_faces=1000, affine=np.diag([1, 1, 0.5]))
+    assert len(laid.singularities) == 0
+    assert laid.quality.valences == {}
+
+
+@needs_data
+def test_measured_twist_lessens_the_moves() -> None:
+    surface = roof("botanic-garden-bubble")
+    frames = TangentFrames(surface.triangulated)
+    network, field, _ = conjugate_network(frames, None, np.zeros(frames.combinatorics.n_edges, dtype=bool))
+    maps = seamless_maps(frames.combinatorics, field)
+    first = draft(network, field, maps, 1000)
+    twists = twist_corrections(network, first.derivatives, first.mesh, first.edge_length)
+    second = draft(network.corrected(twists), field, maps, 1000)
+    smooth = Guides(surface=refined(surface))
+    moves = [planarise(step.mesh, smooth).mean_move for step in (first, second)]
+    assert moves[1] < 0.75 * moves[0]
