@@ -76,9 +76,9 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     chi = mesh.combinatorics.euler_characteristic
     if chi != c.euler_characteristic or mesh.edge_lengths.min() == 0:
         raise GeometryError(
-            f"a hole or piece of the surface is too small for faces of edge length {h:.3g}: its rim would become a point "
-            f"or an edge, and the Euler characteristic {chi} instead of {c.euler_characteristic}; fill the hole, or give "
-            "a shorter edge length",
+            f"a hole or piece of the surface is too small for faces of edge length {h:.3g}: its rim would become a "
+            f"point or an edge, and the Euler characteristic {chi} instead of {c.euler_characteristic}; fill the hole, "
+            "or give a shorter edge length",
             value=float(chi),
             bound=float(c.euler_characteristic),
         )
