@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, overload
+from typing import Any, ClassVar, Self, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +25,9 @@ class Ragged:
     (3, [1, 5], [1, 3, 4, 5, 1])
     """
 
+    SHAPE: ClassVar[tuple[int, ...]] = ()
+    """Of one value, where nothing else is said."""
+
     values: npt.NDArray[Any]
     starts: IntArray
 
@@ -35,8 +38,11 @@ class Ragged:
         object.__setattr__(self, "starts", integers(self.starts))
 
     @classmethod
-    def of(cls, rows: Sequence[Any], *, dtype: npt.DTypeLike = np.float64, shape: tuple[int, ...] = ()) -> Ragged:
+    def of(
+        cls, rows: Sequence[Any], *, dtype: npt.DTypeLike = np.float64, shape: tuple[int, ...] | None = None
+    ) -> Self:
         """Of sequences, each an array of values of this type and shape."""
+        shape = cls.SHAPE if shape is None else shape
         arrays = [np.asarray(row, dtype=dtype).reshape(-1, *shape) for row in rows]
         starts = np.cumsum([0, *map(len, arrays)])
         return cls(np.concatenate([np.zeros((0, *shape), dtype=dtype), *arrays]), starts)
@@ -50,8 +56,8 @@ class Ragged:
     @overload
     def __getitem__(self, chosen: int) -> npt.NDArray[Any]: ...
     @overload
-    def __getitem__(self, chosen: npt.NDArray[Any]) -> Ragged: ...
-    def __getitem__(self, chosen: int | npt.NDArray[Any]) -> npt.NDArray[Any] | Ragged:
+    def __getitem__(self, chosen: npt.NDArray[Any]) -> Self: ...
+    def __getitem__(self, chosen: int | npt.NDArray[Any]) -> npt.NDArray[Any] | Self:
         """One row (k, ...), or the rows chosen by indices or by a mask (n,)."""
         if not isinstance(chosen, np.ndarray):
             row = range(len(self))[chosen]
@@ -59,7 +65,7 @@ class Ragged:
         sizes = self.sizes[chosen]
         starts = np.concatenate([[0], np.cumsum(sizes)])
         places = np.repeat(self.starts[:-1][chosen] - starts[:-1], sizes) + np.arange(starts[-1])
-        return Ragged(self.values[places], starts)
+        return type(self)(self.values[places], starts)
 
     @cached_property
     def sizes(self) -> IntArray:
@@ -76,10 +82,10 @@ class Ragged:
         """(K,) the place of each value in its row."""
         return integers(np.arange(len(self.values)) - self.starts[self.row])
 
-    def with_values(self, values: npt.NDArray[Any]) -> Ragged:
-        return Ragged(values, self.starts)
+    def with_values(self, values: npt.NDArray[Any]) -> Self:
+        return type(self)(values, self.starts)
 
-    def rolled(self, places: IntArray) -> Ragged:
+    def rolled(self, places: IntArray) -> Self:
         """Each row from its place places[r] (n,) on, round to the one before it."""
         order = self.starts[self.row] + (self.place + places[self.row]) % self.sizes[self.row]
         return self.with_values(self.values[order])

@@ -64,7 +64,7 @@ class _Labels:
         x = self.along * self.height[:, None]
         y = np.stack([-x[:, 1], x[:, 0]], axis=1)
         start = self.foot - x * (text_widths(self.texts) / 2)[:, None]
-        of_point, points = text[curves.curve_of_point], curves.points
+        of_point, points = text[curves.row], curves.values
         placed = start[of_point] + points[:, :1] * x[of_point] + points[:, 1:] * y[of_point]
         return Curves(placed, curves.starts), self.panel[text]
 
@@ -84,7 +84,7 @@ def sheet_drawings(nest: Nest, panels: Parts[PanelDetails]) -> tuple[Drawing, ..
     outlines = Curves.of([_closed(moved(own[place.panel], place)) for place in nest.placements])
     strokes, panel = _marks(panels.marks, own, [""] * len(own.values))
     ends = strokes.starts[np.searchsorted(panel, np.arange(len(panels) + 1))]
-    points = map(moved, np.split(strokes.points, ends[1:-1]), nest.placements)
+    points = map(moved, np.split(strokes.values, ends[1:-1]), nest.placements)
     strokes = Curves(np.concatenate([np.empty((0, 2)), *points]), strokes.starts)
     cut, mark = outlines.grouped(sheets, nest.n_sheets), strokes.grouped(sheets[panel], nest.n_sheets)
     notes = (
@@ -144,7 +144,7 @@ def _marks(marks: Sequence[str], outlines: Ragged, edge_texts: Sequence[str]) ->
     edges, of_edges = _edge_labels(marks, outlines, edge_texts, shapes, radii).strokes()
     panel = np.concatenate([of_middle, of_edges])
     order = np.argsort(panel, kind="stable")
-    return Curves.joined([middle, edges]).take(order), panel[order]
+    return Curves.joined([middle, edges])[order], panel[order]
 
 
 def _middle_labels(texts: Sequence[str], centres: FloatArray, radii: FloatArray) -> _Labels:

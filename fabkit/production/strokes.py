@@ -94,9 +94,9 @@ def text_strokes(texts: Sequence[str]) -> tuple[Curves, IntArray]:
     counts = np.diff(_FIRST_STROKE)[glyph]
     character = np.repeat(np.arange(len(glyph)), counts)
     firsts = np.cumsum(counts) - counts
-    curves = _STROKES.take(np.arange(len(character)) + (_FIRST_STROKE[glyph] - firsts)[character])
-    right = np.stack([x[character[curves.curve_of_point]], np.zeros(len(curves.points))], axis=1)
-    return Curves((curves.points + right) / HEIGHT, curves.starts), integers(text[character])
+    curves = _STROKES[np.arange(len(character)) + (_FIRST_STROKE[glyph] - firsts)[character]]
+    right = np.stack([x[character[curves.row]], np.zeros(len(curves.values))], axis=1)
+    return Curves((curves.values + right) / HEIGHT, curves.starts), integers(text[character])
 
 
 def _glyphs(texts: Sequence[str]) -> tuple[IntArray, IntArray]:

@@ -45,13 +45,13 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
     handles = iter(range(template.first_handle, 2**62))
     write = _lwpolyline if version == "R2010" else _polyline
     curves = Curves.joined(drawing.layers.values())
-    curves = Curves(curves.points.round(DECIMALS) + 0.0, curves.starts)
+    curves = Curves(curves.values.round(DECIMALS) + 0.0, curves.starts)
     layers = [layer for layer, own in drawing.layers.items() for _ in range(len(own))]
     entities = [
         write(layer, points, closed, template.owner, handles)
         for layer, (points, closed) in zip(layers, _texts(curves), strict=True)
     ]
-    points = curves.points
+    points = curves.values
     text = template.fill("".join(entities), points.min(axis=0), points.max(axis=0), next(handles))
     if isinstance(target, Path):
         target.write_bytes(text.encode())
@@ -118,7 +118,7 @@ def _texts(curves: Curves) -> Iterator[tuple[list[str], int]]:
     """Of each curve the points to write, as text, and whether it is closed; of a closed one without the last point.
 
     pydantic's JSON writer is ten times as fast as repr."""
-    text = to_json(curves.points.tolist()).decode()[2:-2]
+    text = to_json(curves.values.tolist()).decode()[2:-2]
     points = text.replace("],[", ";").replace(",", "\n 20\n").split(";")
     starts, closed = curves.starts.tolist(), curves.is_closed.astype(int).tolist()
     for start, end, is_closed in zip(starts[:-1], starts[1:], closed, strict=True):

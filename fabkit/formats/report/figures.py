@@ -92,7 +92,7 @@ def sheet_picture(drawing: Drawing) -> str:
 
 def _path(curves: Curves) -> str:
     """The curves in relative steps, y downwards as SVG wants it; a closed curve is closed."""
-    points = np.round(curves.points * [1, -1]).astype(np.int64)
+    points = np.round(curves.values * [1, -1]).astype(np.int64)
     steps = np.diff(points, axis=0, prepend=0)
     steps[curves.starts[:-1]] = points[curves.starts[:-1]]
     words = [f"{x} {y}" for x, y in steps.tolist()]
@@ -105,8 +105,8 @@ def _path(curves: Curves) -> str:
 
 def _areas(closed: Curves) -> FloatArray:
     """(k,) signed areas within closed curves."""
-    (x, y), (next_x, next_y) = closed.points[:-1].T, closed.points[1:].T
-    inside = closed.curve_of_point[:-1] == closed.curve_of_point[1:]
+    (x, y), (next_x, next_y) = closed.values[:-1].T, closed.values[1:].T
+    inside = closed.row[:-1] == closed.row[1:]
     twice = (x * next_y - next_x * y) * inside
-    areas: FloatArray = np.bincount(closed.curve_of_point[:-1], twice, minlength=len(closed)) / 2
+    areas: FloatArray = np.bincount(closed.row[:-1], twice, minlength=len(closed)) / 2
     return areas
