@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray, floats
+from geometry.arrays import ComplexArray, FloatArray, IntArray, floats
 from geometry.circle_patterns import PlanePattern, closed_pattern, open_pattern
 from geometry.circle_patterns.planar_graphs import refuse_other_than_polyhedra
 from geometry.edge_offset.centring import centring_similarity, centring_transformation
@@ -21,7 +21,7 @@ from geometry.errors import GeometryError, raise_worst
 from geometry.gauss import edge_distances, edge_feet, face_distances
 from geometry.mesh import Combinatorics, Mesh
 from geometry.spheres import MoebiusTransformation, VertexCones
-from geometry.spheres.stereographic import ComplexArray, circle_planes, line_planes, pairs, poles
+from geometry.spheres.stereographic import circle_planes, line_planes, pairs, poles
 
 __all__ = ["KoebePolyhedron", "SphereCircles", "koebe", "lifted"]
 
@@ -193,16 +193,16 @@ def lifted(pattern: PlanePattern, coverage: float) -> KoebePolyhedron:
     if pattern.edge_at_infinity is not None:
         lines, planes = _lines_at_infinity(pattern, z0, factor)
         normals[lines], distances[lines] = planes
-    large = int(distances[: c.n_vertices].argmin())
-    if distances[large] < LEAST_DISTANCE:
-        raise GeometryError(
-            f"the plane of the circle of vertex {large} is at distance {distances[large]:.2g} from the middle of the "
+    raise_worst(
+        distances[: c.n_vertices],
+        ">=",
+        LEAST_DISTANCE,
+        lambda vertex, distance: (
+            f"the plane of the circle of vertex {vertex} is at distance {distance:.2g} from the middle of the "
             f"sphere, at least {LEAST_DISTANCE:.0e} is needed for its cone to have an apex: the circle pattern "
-            "overlaps itself, ask for radii or angles that vary less along the boundary",
-            elements=[large],
-            value=float(distances[large]),
-            bound=LEAST_DISTANCE,
-        )
+            "overlaps itself, ask for radii or angles that vary less along the boundary"
+        ),
+    )
     # counter-clockwise in the plane is counter-clockwise seen from inside the sphere: reflect it
     vertices = poles(normals[: c.n_vertices], distances[: c.n_vertices]) * [1, 1, -1]
     return KoebePolyhedron(Mesh(vertices, c))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from geometry.arrays import FloatArray, floats
-from geometry.errors import GeometryError, MeshError
+from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.gauss import Pair
 from geometry.mesh import Mesh
 
@@ -83,16 +83,16 @@ class Fins:
         return floats(np.einsum("ck,ck->c", normals, self.pair.gauss_image.vertices[c.corners]))
 
     def _check_planes(self) -> None:
-        face = int(self.mesh.planarity.argmax())
-        value = float(self.mesh.planarity[face])
-        if value > PLANE_TOLERANCE:
-            raise MeshError(
+        raise_worst(
+            self.mesh.planarity,
+            "<=",
+            PLANE_TOLERANCE,
+            lambda face, value: (
                 f"face {face} leaves its plane by {value:.1e} of its mean edge length, allowed {PLANE_TOLERANCE:.0e}: "
-                "planarise the mesh first",
-                elements=[face],
-                value=value,
-                bound=PLANE_TOLERANCE,
-            )
+                "planarise the mesh first"
+            ),
+            error=MeshError,
+        )
 
     def _check_rises(self) -> None:
         c, corner = self.mesh.combinatorics, int(self.rises.argmin())
