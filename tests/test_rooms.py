@@ -59,7 +59,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh",
         *GROUND,
     },
-    "geometry.circle_patterns": {"geometry.spheres", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.circle_patterns": {"geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.curvature": {"geometry.gauss", "geometry.parallel", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.combined": {
         "geometry.gauss",
@@ -241,7 +241,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "pair_curvature uprightness",
     ),
     "geometry.layout": (
-        "arrays integer_lattices mesh_polylines",
+        "quarter_turns integer_lattices mesh_polylines",
         "tangent_frames",
         "combed_fields cross_fields networks",
         "conjugate_networks seams twists quality",

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import ComplexArray, FloatArray, IntArray
 from geometry.circle_patterns.radii import KiteAngles
 from geometry.mesh import Combinatorics
 from geometry.mesh.spanning_forests import spanning_forest
 from geometry.optimise import GroundedLaplacian
-from geometry.spheres.stereographic import ComplexArray
 
 __all__ = ["circle_centres"]
 

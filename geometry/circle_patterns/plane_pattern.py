@@ -12,11 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray, floats
+from geometry.arrays import ComplexArray, FloatArray, IntArray, floats
 from geometry.circle_patterns.layout import circle_centres
 from geometry.circle_patterns.radii import CirclePattern, KiteAngles
 from geometry.mesh import Combinatorics
-from geometry.spheres.stereographic import ComplexArray
 
 __all__ = ["PlanePattern", "all_kites", "closed_pattern", "laid_out"]
 

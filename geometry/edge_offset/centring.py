@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import FloatArray
+from geometry.arrays import ComplexArray, FloatArray
 from geometry.errors import GeometryError
 from geometry.spheres import MoebiusTransformation
-from geometry.spheres.stereographic import ComplexArray, pairs, to_sphere
+from geometry.spheres.stereographic import pairs, to_sphere
 
 __all__ = ["centring_similarity", "centring_transformation"]
 

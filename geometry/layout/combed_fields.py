@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import BoolArray, IntArray, integers
-from geometry.errors import GeometryError
-from geometry.layout.arrays import ComplexArray, complexes
+from geometry.arrays import BoolArray, ComplexArray, IntArray, complexes, integers
+from geometry.errors import raise_worst
 from geometry.layout.tangent_frames import TangentFrames
 from geometry.mesh import Combinatorics
 from geometry.mesh.spanning_forests import spanning_forest
@@ -38,8 +37,7 @@ class CombedField:
 def comb(frames: TangentFrames, field: ComplexArray) -> CombedField:
     """Match neighbouring crosses by the least angle, find singularities, cut and comb."""
     c = frames.combinatorics
-    inner = np.flatnonzero(~c.is_boundary_edge)
-    left, right = c.edge_faces[inner].T
+    inner, left, right = frames.inner_edges
     turned = field[right] * (field[left] * np.exp(1j * frames.edge_turns[inner])).conj()
     quarters = np.rint(np.angle(turned) / (np.pi / 2)).astype(np.int64)
     residual = np.zeros(c.n_edges)
@@ -71,14 +69,15 @@ def _indices(frames: TangentFrames, residual: np.ndarray) -> IntArray:
     quarters = (defects + around) / (np.pi / 2)
     quarters[c.is_boundary_vertex | ~c.is_used] = 0.0
     indices = np.rint(quarters)
-    if np.abs(quarters - indices).max(initial=0.0) > LARGEST_RESIDUE:
-        vertex = int(np.abs(quarters - indices).argmax())
-        raise GeometryError(
+    raise_worst(
+        np.abs(quarters - indices),
+        "<=",
+        LARGEST_RESIDUE,
+        lambda vertex, _: (
             f"the field turns by {quarters[vertex]:.6f} quarters about vertex {vertex}, not by whole ones: "
-            "make triangles with angles near 0 or 180 degrees larger",
-            elements=[vertex],
-            value=float(quarters[vertex]),
-        )
+            "make triangles with angles near 0 or 180 degrees larger"
+        ),
+    )
     return integers(indices)
 
 

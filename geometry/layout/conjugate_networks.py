@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.arrays import BoolArray, FloatArray
-from geometry.layout.arrays import ComplexArray, complexes
+from geometry.arrays import BoolArray, ComplexArray, FloatArray, complexes
 from geometry.layout.combed_fields import CombedField, comb
 from geometry.layout.cross_fields import cross_field, followed_closer
 from geometry.layout.networks import Network

@@ -9,11 +9,11 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
-from geometry.arrays import FloatArray, IntArray
-from geometry.layout.arrays import ComplexArray
+from geometry.arrays import ComplexArray, FloatArray, IntArray
 from geometry.layout.tangent_frames import TangentFrames
+from geometry.optimise import factorise
 
-__all__ = ["cross_field"]
+__all__ = ["cross_field", "followed_closer"]
 
 DIFFUSION_STEPS = 20
 
@@ -33,11 +33,7 @@ def cross_field(frames: TangentFrames, wanted: ComplexArray, weights: FloatArray
     min of the integral of |grad z|^2 + weight |z - wanted|^2; then z is made unit and diffused in turns
     [KnoeppelCranePinkallSchroeder2013].
     """
-    c = frames.combinatorics
-    inner = ~c.is_boundary_edge
-    left, right = c.edge_faces[inner].T
-    lengths = frames.mesh.edge_lengths[inner]
-    stiffness = 3 * lengths**2 / (frames.areas[left] + frames.areas[right])
+    (inner, left, right), stiffness = frames.inner_edges, frames.stiffness
     carried = stiffness * np.exp(4j * frames.edge_turns[inner])
     n = frames.n_triangles
     diagonal = np.bincount(left, stiffness, n) + np.bincount(right, stiffness, n)
@@ -58,7 +54,7 @@ def cross_field(frames: TangentFrames, wanted: ComplexArray, weights: FloatArray
 
 def longest_direction(frames: TangentFrames) -> ComplexArray:
     """(F,) the direction in which the surface is longest, in the tangent planes, made unit; 1 where that is upright."""
-    points = frames.mesh.vertices[frames.triangles].mean(axis=1)
+    points = frames.centres
     weights = frames.areas / frames.areas.sum()
     offsets = points - weights @ points
     longest = np.linalg.eigh(np.einsum("f,fi,fj->ij", weights, offsets, offsets))[1][:, -1]
@@ -78,11 +74,7 @@ def followed_closer(
     Angles instead of fourth powers: min of the integral of |grad angle|^2 + weight sin^2(4 (angle - wanted)) / 16,
     where neighbours remain matched by the given quarter turns (E,).
     """
-    c = frames.combinatorics
-    inner = np.flatnonzero(~c.is_boundary_edge)
-    left, right = c.edge_faces[inner].T
-    lengths = frames.mesh.edge_lengths[inner]
-    stiffness = 3 * lengths**2 / (frames.areas[left] + frames.areas[right])
+    (inner, left, right), stiffness = frames.inner_edges, frames.stiffness
     n, m = frames.n_triangles, len(inner)
     rows = np.tile(np.arange(m), 2)
     signs = np.repeat([1.0, -1.0], m)
@@ -90,7 +82,7 @@ def followed_closer(
     smooth = difference.T @ diags_array(stiffness) @ difference
     pull = frames.areas * weights
     floor = PREFERENCE * frames.areas / frames.areas.sum()
-    factor = splu(csc_array(smooth + diags_array(pull + floor)))
+    factor = factorise(csr_array(smooth + diags_array(pull + floor)))
     for _ in range(ANGLE_STEPS):
         carried = first[left] * np.exp(1j * frames.edge_turns[inner]) * 1j ** (turns[inner] % 4)
         residual = np.angle(first[right] * carried.conj())

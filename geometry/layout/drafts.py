@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import BoolArray, FloatArray, IntArray, integers
+from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import FoldedError, GeometryError
 from geometry.layout.cells import cells_between_isolines
 from geometry.layout.combed_fields import CombedField
@@ -18,12 +18,9 @@ from geometry.layout.open_rims import Polygons, tidied_rim
 from geometry.layout.seams import SeamlessMaps
 from geometry.layout.singular_points import apart
 from geometry.mesh import Mesh
-from geometry.surface import on_curved_triangles
+from geometry.surface import boundary_corners, on_curved_triangles
 
 __all__ = ["Draft", "draft"]
-
-CORNER = np.radians(35.0)
-"""Turn of the boundary at a vertex of the surface, from which on the vertex is one of the mesh, too."""
 
 OTHER_LENGTHS = (1.0, 0.97, 1.03, 0.94, 1.06)
 """Factors of the edge length, tried in turns where triangles of the surface are turned over by the rounding."""
@@ -69,7 +66,7 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
         )
     cells = cells_between_isolines(exact)
     positions = on_curved_triangles(surface, surface.vertex_normals, cells.triangles, cells.weights)
-    kept = (cells.vertices >= 0) & (_is_corner(surface) | (field.indices != 0))[cells.vertices]
+    kept = (cells.vertices >= 0) & (boundary_corners(surface) | (field.indices != 0))[cells.vertices]
     numbers = integers(np.arange(len(positions)))
     polygons = tidied_rim(Polygons(positions, numbers, kept, cells.corners, cells.starts), h)
     mesh = Mesh(polygons.positions, polygons.combinatorics)
@@ -88,14 +85,3 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
         problem.at(x, t.astype(np.float64), h),
         float(h),
     )
-
-
-def _is_corner(surface: Mesh) -> BoolArray:
-    """(N,) where the boundary of a surface turns by CORNER or more."""
-    c = surface.combinatorics
-    rim = np.flatnonzero(c.twin < 0)
-    tails, heads = c.corners[rim], c.corners[c.next_corner[rim]]
-    before, after = np.zeros((2, c.n_vertices, 3))
-    after[tails] = before[heads] = surface.vertices[heads] - surface.vertices[tails]
-    turns = np.arctan2(np.linalg.norm(np.cross(before, after), axis=1), np.einsum("ni,ni->n", before, after))
-    return np.asarray(turns > CORNER)

@@ -9,7 +9,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import GeometryError
-from geometry.layout.arrays import quarter_turned
+from geometry.layout.quarter_turns import quarter_turned
 from geometry.layout.seams import SeamlessMaps
 from geometry.mesh import Combinatorics
 

@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
-from geometry.layout.arrays import quarter_turned
 from geometry.layout.exact_maps import ONE, ExactMap, cross
+from geometry.layout.quarter_turns import quarter_turned
 
 __all__ = ["Crossings", "GridPoints"]
 

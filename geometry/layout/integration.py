@@ -11,13 +11,12 @@ from functools import cached_property
 
 import numpy as np
 import scipy.linalg
-from scipy.sparse import coo_array, csc_array, csr_array
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse import coo_array, csr_array
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.layout.networks import Network
+from geometry.layout.networks import Network, determinants, forms_of_isolines
 from geometry.layout.seams import SeamlessMaps
-from geometry.optimise import SparseMatrix, apply
+from geometry.optimise import SparseMatrix, apply, factorise
 
 __all__ = ["Integration", "Relaxed"]
 
@@ -119,7 +118,7 @@ class Integration:
         matrix, right = self._quadratic(at, np.zeros(len(at)))
         reals, integers = self._derivatives
         _, times_integers, whole = self._normal(matrix)
-        factor = factored(whole)
+        factor = factorise(whole)
         mixed = (reals.T @ times_integers).toarray()
         following = factor.solve(mixed) if mixed.shape[1] else mixed
         gram = (integers.T @ times_integers).toarray() - mixed.T @ following
@@ -129,8 +128,8 @@ class Integration:
         if len(gram):
             values = scipy.linalg.lstsq(gram, _back(integers, side) - mixed.T @ free, cond=FREE)[0]
         x = free - following @ values
-        determinants = determinant(self.at(x, values, 1.0))
-        return Relaxed(values, (gram + gram.T) / 2, float(self.network.frames.areas @ determinants))
+        areas = determinants(self.at(x, values, 1.0))
+        return Relaxed(values, (gram + gram.T) / 2, float(self.network.frames.areas @ areas))
 
     def at(self, x: FloatArray, t: FloatArray, h: float) -> FloatArray:
         """(F, 4) p, q, r, s."""
@@ -146,15 +145,15 @@ class Integration:
         for _ in range(1 + CONJUGACY_STEPS):
             x = self._step(at, opening, whole, h)
             at = self.at(x, whole, h)
-        best, most = x, determinant(at).min()
+        best, most = x, determinants(at).min()
         for _ in range(OPENING_ROUNDS):
-            folded = determinant(at) < LEAST_DETERMINANT
+            folded = determinants(at) < LEAST_DETERMINANT
             if not folded.any():
                 return x
             opening = np.where(folded, np.maximum(OPENING_WEIGHT, 2 * opening), opening)
             x = x + DAMPING * (self._step(at, opening, whole, h) - x)
             at = self.at(x, whole, h)
-            least = determinant(at).min()
+            least = determinants(at).min()
             best, most = (x, least) if least > most else (best, most)
         return best
 
@@ -163,27 +162,17 @@ class Integration:
         reals, integers = self._derivatives
         times_reals, _, whole = self._normal(matrix)
         pull = _back(reals, right.T.ravel()) - h * _back(times_reals, apply(integers, t))
-        return np.asarray(factored(whole).solve(pull) / h)
+        return np.asarray(factorise(whole).solve(pull) / h)
 
 
 def conjugacy(forms: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(F,) II of the isolines' tangents over their area, per h^2, and its derivatives (F, 4); the area as constant."""
     p, q, r, s = at.T
     xx, xy, yy = forms.T
-    area = np.maximum(np.abs(determinant(at)), LEAST_DETERMINANT)
-    value = xy * (s * p + r * q) - xx * s * q - yy * r * p
+    area = np.maximum(np.abs(determinants(at)), LEAST_DETERMINANT)
+    value = forms_of_isolines(forms, at)
     slope = np.stack([xy * s - yy * r, xy * r - xx * s, xy * q - yy * p, xy * p - xx * q], axis=1)
     return value / area, slope / area[:, None]
-
-
-def determinant(at: FloatArray) -> FloatArray:
-    p, q, r, s = at.T
-    return np.asarray(p * s - q * r)
-
-
-def factored(matrix: SparseMatrix) -> SuperLU:
-    """Of a symmetric positive definite matrix."""
-    return splu(csc_array(matrix), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
 def _back(matrix: SparseMatrix, values: FloatArray) -> FloatArray:

@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geometry.arrays import FloatArray, floats
-from geometry.layout.arrays import ComplexArray
+from geometry.arrays import ComplexArray, FloatArray, floats
 from geometry.layout.tangent_frames import TangentFrames
 
-__all__ = ["Network"]
+__all__ = ["Network", "determinants", "forms_of_isolines"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,3 +44,16 @@ class Network:
         forms = self.forms.copy()
         forms[:, 1] += twists
         return replace(self, forms=floats(forms))
+
+
+def determinants(at: FloatArray) -> FloatArray:
+    """(F,) of p, q, r, s (F, 4), see `integration`."""
+    p, q, r, s = at.T
+    return np.asarray(p * s - q * r)
+
+
+def forms_of_isolines(forms: FloatArray, at: FloatArray) -> FloatArray:
+    """(F,) II of the tangents of the isolines of u and v, times the determinant of p, q, r, s (F, 4), per h^2."""
+    p, q, r, s = at.T
+    xx, xy, yy = forms.T
+    return np.asarray(xy * (s * p + r * q) - xx * s * q - yy * r * p)

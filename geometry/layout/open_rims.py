@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
-from geometry.layout.quality import corner_angles
 from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh.ragged_arrays import next_in_run, run_of_place
 
 __all__ = ["Polygons", "tidied_rim"]
 
@@ -43,7 +43,7 @@ class Polygons:
     def relabelled(self, target: IntArray) -> Polygons:
         """Each vertex replaced by another one (N,), or left out: -1. Faces of fewer than three corners vanish."""
         vertex = target[self.corners]
-        face = np.repeat(np.arange(len(self.starts) - 1), np.diff(self.starts))
+        face = run_of_place(self.starts)
         vertex, face = vertex[vertex >= 0], face[vertex >= 0]
         sizes = np.bincount(face, minlength=len(self.starts) - 1)
         starts = np.cumsum(sizes) - sizes
@@ -129,7 +129,7 @@ def _costs(polygons: Polygons, c: Combinatorics, edge_length: float) -> FloatArr
 
 def _sharpest(polygons: Polygons, c: Combinatorics) -> FloatArray:
     """(F,) the smallest angle of each face."""
-    angles = corner_angles(Mesh(polygons.positions, c))
+    angles = Mesh(polygons.positions, c).corner_angles
     sharpest = np.full(c.n_faces, np.inf)
     np.minimum.at(sharpest, c.corner_face, angles)
     return sharpest
@@ -175,9 +175,7 @@ def _contracted(polygons: Polygons, c: Combinatorics, chosen: IntArray) -> tuple
 def _faults(polygons: Polygons) -> IntArray:
     """Origins of vertices that a face meets twice, or at directed edges that two faces have, or where fans meet."""
     corners, starts = polygons.corners, polygons.starts
-    face = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
-    following = np.arange(1, len(corners) + 1)
-    following[starts[1:] - 1] = starts[:-1]
+    face, following = run_of_place(starts), next_in_run(starts)
     n = len(polygons.positions)
     wrong = []
     for keys, vertex in ((face * n + corners, corners), (corners * n + corners[following], corners)):

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
-from scipy.spatial import KDTree
 
-from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
+from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError
-from geometry.layout.arrays import ComplexArray
 from geometry.layout.conjugate_networks import conjugate_network
 from geometry.layout.drafts import draft
 from geometry.layout.mesh_polylines import mesh_polylines
 from geometry.layout.networks import Network
-from geometry.layout.quality import LayoutQuality, layout_quality
+from geometry.layout.quality import LayoutQuality, along_network, layout_quality
 from geometry.layout.seams import seamless_maps
 from geometry.layout.tangent_frames import TangentFrames
 from geometry.layout.twists import twist_corrections
@@ -87,15 +85,15 @@ def lay_quads(
     final = draft(network.corrected(twists), field, maps, corrected)
     indices = np.where(final.vertices >= 0, field.indices[final.vertices], 0)
     singular = np.flatnonzero(indices)
-    laid = final.mesh
+    laid, along = final.mesh, along_network(final.mesh, network)
     return LaidMesh(
         laid.translated(origin),
-        _families(laid, network),
+        _families(laid, along),
         integers(singular),
         integers(indices[singular]),
         final.edge_length,
         network,
-        layout_quality(laid, network, Surface(mesh), undirected),
+        layout_quality(laid, along, Surface(mesh), undirected),
     )
 
 
@@ -156,17 +154,9 @@ def _off(a: ComplexArray, b: ComplexArray) -> FloatArray:
     return np.asarray(np.minimum(angles, np.pi - angles))
 
 
-def _families(mesh: Mesh, network: Network) -> tuple[tuple[IntArray, ...], tuple[IntArray, ...]]:
-    c, frames = mesh.combinatorics, network.frames
-    lines, line_of_edge = mesh_polylines(c)
-    inner = np.flatnonzero(line_of_edge >= 0)
-    triangle = KDTree(frames.mesh.vertices[frames.triangles].mean(axis=1)).query(
-        mesh.vertices[c.edges[inner]].mean(axis=1)
-    )[1]
-    by_first, by_second = (
-        np.abs(np.einsum("ei,ei->e", mesh.edge_vectors[inner], frames.in_space(directions)[triangle]))
-        for directions in (network.first, network.second)
-    )
-    votes = np.bincount(line_of_edge[inner], np.sign(by_first - by_second), minlength=len(lines))
+def _families(mesh: Mesh, along: FloatArray) -> tuple[tuple[IntArray, ...], tuple[IntArray, ...]]:
+    """By which direction most edges inside the mesh are nearer to; along (2, n): see `along_network`."""
+    lines, line_of_edge = mesh_polylines(mesh.combinatorics)
+    votes = np.bincount(line_of_edge[line_of_edge >= 0], np.sign(along[0] - along[1]), minlength=len(lines))
     first = tuple(line for line, vote in zip(lines, votes.tolist(), strict=True) if vote >= 0)
     return first, tuple(line for line, vote in zip(lines, votes.tolist(), strict=True) if vote < 0)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from geometry.arrays import FloatArray, floats
 from geometry.layout.networks import Network
 from geometry.mesh import Mesh
+from geometry.mesh.polygons import face_centroids
 from geometry.surface import Surface
 
-__all__ = ["LayoutQuality", "corner_angles", "layout_quality"]
+__all__ = ["LayoutQuality", "along_network", "layout_quality"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,41 +35,28 @@ class LayoutQuality:
     undirected_share: float
 
 
-def layout_quality(mesh: Mesh, network: Network, surface: Surface, undirected_share: float) -> LayoutQuality:
+def layout_quality(mesh: Mesh, along: FloatArray, surface: Surface, undirected_share: float) -> LayoutQuality:
+    """along (2, n): see `along_network`."""
     c = mesh.combinatorics
     inside = c.is_used & ~c.is_boundary_vertex
     valences = np.bincount(c.vertex_degrees[inside])
-    sums = np.zeros((c.n_faces, 3))
-    np.add.at(sums, c.corner_face, mesh.vertices[c.corners])
-    centres = sums / c.face_sizes[:, None]
+    centres = face_centroids(mesh.vertices, c)
     return LayoutQuality(
         float((c.face_sizes == 4).mean()),
         {int(k): int(valences[k]) for k in np.flatnonzero(valences) if k != 4},
-        floats(corner_angles(mesh)),
+        mesh.corner_angles,
         floats(mesh.edge_lengths / mesh.mean_edge_length),
-        floats(_off_network(mesh, network)),
+        floats(np.arccos(np.clip(along.max(axis=0), 0.0, 1.0))),
         mesh.planarity,
         floats(np.linalg.norm(surface.closest(centres)[0] - centres, axis=1) / mesh.mean_edge_length),
         undirected_share,
     )
 
 
-def corner_angles(mesh: Mesh) -> FloatArray:
-    """(C,) between the two edges of each corner, up to pi."""
-    c = mesh.combinatorics
-    ahead = mesh.vertices[c.corners[c.next_corner]] - mesh.vertices[c.corners]
-    back = mesh.vertices[c.corners[c.previous_corner]] - mesh.vertices[c.corners]
-    return np.asarray(np.arctan2(np.linalg.norm(np.cross(ahead, back), axis=1), np.einsum("ci,ci->c", ahead, back)))
-
-
-def _off_network(mesh: Mesh, network: Network) -> FloatArray:
+def along_network(mesh: Mesh, network: Network) -> FloatArray:
+    """(2, n) cosines of the angles of the edges inside the mesh with the two directions of the network."""
     inner = ~mesh.combinatorics.is_boundary_edge
-    middles = mesh.vertices[mesh.combinatorics.edges[inner]].mean(axis=1)
-    frames = network.frames
-    triangle = KDTree(frames.mesh.vertices[frames.triangles].mean(axis=1)).query(middles)[1]
+    triangle = network.frames.nearest(mesh.vertices[mesh.combinatorics.edges[inner]].mean(axis=1))
     along = mesh.edge_directions[inner]
-    cosines = [
-        np.abs(np.einsum("ei,ei->e", along, frames.in_space(directions)[triangle]))
-        for directions in (network.first, network.second)
-    ]
-    return np.asarray(np.arccos(np.clip(np.maximum(*cosines), 0.0, 1.0)))
+    directions = [network.frames.in_space(each)[triangle] for each in (network.first, network.second)]
+    return np.abs([np.einsum("ei,ei->e", along, each) for each in directions])

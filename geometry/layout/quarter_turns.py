@@ -1,24 +1,12 @@
-"""Arrays of complex numbers, which are vectors of tangent planes, and turns by quarters."""
+"""Pairs of whole numbers turned by quarters."""
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
-
 import numpy as np
-import numpy.typing as npt
 
 from geometry.arrays import IntArray
 
-__all__ = ["ComplexArray", "complexes", "quarter_turned"]
-
-ComplexArray: TypeAlias = npt.NDArray[np.complex128]
-
-
-def complexes(values: Any) -> ComplexArray:
-    """A read-only complex array of its own with these values."""
-    array = np.array(values, dtype=np.complex128)
-    array.flags.writeable = False
-    return array
+__all__ = ["quarter_turned"]
 
 
 def quarter_turned(pairs: IntArray, turns: IntArray) -> IntArray:

@@ -12,9 +12,9 @@ import numpy as np
 
 from geometry.arrays import BoolArray, IntArray, integers
 from geometry.errors import GeometryError
-from geometry.layout.arrays import quarter_turned
 from geometry.layout.exact_maps import ONE, ExactMap, cross
 from geometry.layout.grid_points import GridPoints
+from geometry.layout.quarter_turns import quarter_turned
 from geometry.mesh import Combinatorics
 
 __all__ = ["Rays", "rays_between"]

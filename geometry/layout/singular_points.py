@@ -8,8 +8,8 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
 from geometry.arrays import IntArray, integers
-from geometry.layout.arrays import quarter_turned
 from geometry.layout.combed_fields import CombedField
+from geometry.layout.quarter_turns import quarter_turned
 from geometry.layout.seams import SeamlessMaps
 from geometry.layout.tangent_frames import TangentFrames
 from geometry.optimise import SparseMatrix
@@ -32,9 +32,8 @@ def apart(frames: TangentFrames, field: CombedField, maps: SeamlessMaps, edge_le
     if not len(pairs):
         return np.zeros((0, 2, m), dtype=np.int64)
     c = frames.combinatorics
-    inner = ~c.is_boundary_edge
-    left, right = c.edge_faces[inner].T
-    centres = frames.mesh.vertices[frames.triangles].mean(axis=1)
+    _, left, right = frames.inner_edges
+    centres = frames.centres
     lengths = np.linalg.norm(centres[left] - centres[right], axis=1)
     graph = coo_array((lengths, (left, right)), shape=(c.n_faces, c.n_faces)).tocsr()
     corner = np.zeros(c.n_vertices, dtype=np.int64)

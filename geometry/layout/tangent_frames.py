@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from geometry.arrays import FloatArray, IntArray, floats
-from geometry.layout.arrays import ComplexArray, complexes
+from geometry.arrays import ComplexArray, FloatArray, IntArray, complexes, floats, integers
 from geometry.mesh import Combinatorics, Mesh
 
 __all__ = ["TangentFrames"]
@@ -62,6 +62,33 @@ class TangentFrames:
     def gradients(self) -> ComplexArray:
         """(F, 3) of the linear functions that are 1 at one corner and 0 at the two others."""
         return complexes(1j * np.roll(self.sides, -1, axis=1) / (2 * self.areas[:, None]))
+
+    @cached_property
+    def centres(self) -> FloatArray:
+        """(F, 3)"""
+        return floats(self.mesh.vertices[self.triangles].mean(axis=1))
+
+    @cached_property
+    def inner_edges(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Edges inside (n,), and the triangles to their left and right (n,)."""
+        c = self.combinatorics
+        inner = np.flatnonzero(~c.is_boundary_edge)
+        left, right = c.edge_faces[inner].T
+        return integers(inner), integers(left), integers(right)
+
+    @cached_property
+    def stiffness(self) -> FloatArray:
+        """(n,) of the edges inside: weights of squared steps across them in the integral of |grad|^2."""
+        inner, left, right = self.inner_edges
+        return floats(3 * self.mesh.edge_lengths[inner] ** 2 / (self.areas[left] + self.areas[right]))
+
+    @cached_property
+    def _tree(self) -> KDTree:
+        return KDTree(self.centres)
+
+    def nearest(self, points: FloatArray) -> IntArray:
+        """(n,) the triangle whose centre is nearest to each point (n, 3)."""
+        return np.asarray(self._tree.query(points)[1])
 
     def flat(self, vectors: FloatArray) -> ComplexArray:
         """Vectors (F, ..., 3) in the frames, as (F, ...); components along normals are lost."""

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geometry.arrays import FloatArray
-from geometry.layout.networks import Network
+from geometry.layout.networks import Network, determinants, forms_of_isolines
 from geometry.mesh import Mesh
 
 __all__ = ["twist_corrections"]
@@ -34,8 +34,7 @@ def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) ->
         return np.zeros(frames.n_triangles)
     points = mesh.vertices[c.corners[c.face_starts[quads][:, None] + np.arange(4)]]
     centres = points.mean(axis=1)
-    triangle_centres = frames.mesh.vertices[frames.triangles].mean(axis=1)
-    nearest = KDTree(triangle_centres).query(centres)[1]
+    nearest = frames.nearest(centres)
     normals = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     twists = np.einsum("qi,qi->q", points[:, 0] - points[:, 1] + points[:, 2] - points[:, 3], normals)
@@ -43,15 +42,13 @@ def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) ->
     first, second = frames.in_space(network.first), frames.in_space(network.second)
 
     p, q, r, s = at.T
-    determinant = p * s - q * r
-    xx, xy, yy = network.forms.T
-    form = xy * (s * p + r * q) - xx * s * q - yy * r * p
+    form = forms_of_isolines(network.forms, at)
     measured = network.curvature * h**2
     sign = _along(side, first[nearest], second[nearest])
-    lacks = sign * twists * determinant[nearest] ** 2 / measured - form[nearest]
+    lacks = sign * twists * determinants(at)[nearest] ** 2 / measured - form[nearest]
     lacks = (lacks / np.maximum(p * s + q * r, 0.2)[nearest]).clip(-LARGEST, LARGEST)
 
-    distance, quad = KDTree(centres).query(triangle_centres, NEAREST)
+    distance, quad = KDTree(centres).query(frames.centres, NEAREST)
     weights = (np.asarray(distance) / h + NEARNESS) ** -2
     alike = sign[quad] * _along(side[quad], first[:, None], second[:, None])
     return np.asarray((weights * alike * lacks[quad]).sum(axis=1) / weights.sum(axis=1))

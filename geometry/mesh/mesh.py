@@ -176,16 +176,22 @@ class Mesh:
         return floats(self.plane_deviations / face_mean_edge_lengths(self.vertices, self.combinatorics))
 
     @cached_property
+    def corner_angles(self) -> FloatArray:
+        """(C,) angle in radians between the two edges of each corner, up to pi."""
+        c = self.combinatorics
+        ahead = self.vertices[c.corners[c.next_corner]] - self.vertices[c.corners]
+        back = self.vertices[c.corners[c.previous_corner]] - self.vertices[c.corners]
+        crossed = np.linalg.norm(np.cross(ahead, back), axis=1)
+        return floats(np.arctan2(crossed, np.einsum("ck,ck->c", ahead, back)))
+
+    @cached_property
     def vertex_normals(self) -> FloatArray:
         """(N, 3) unit normals at the vertices: the mean of the face normals, weighted by the faces' angles.
 
         Zero for a vertex that belongs to no face.
         """
         c = self.combinatorics
-        ahead = self.vertices[c.corners[c.next_corner]] - self.vertices[c.corners]
-        back = self.vertices[c.corners[c.previous_corner]] - self.vertices[c.corners]
-        angles = np.arctan2(np.linalg.norm(np.cross(ahead, back), axis=1), np.einsum("ck,ck->c", ahead, back))
         sums = np.zeros((self.n_vertices, 3))
-        np.add.at(sums, c.corners, angles[:, None] * self.face_normals[c.corner_face])
+        np.add.at(sums, c.corners, self.corner_angles[:, None] * self.face_normals[c.corner_face])
         lengths = np.linalg.norm(sums, axis=1, keepdims=True)
         return floats(np.divide(sums, lengths, out=np.zeros_like(sums), where=lengths > 0))

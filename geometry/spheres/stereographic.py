@@ -8,14 +8,10 @@ the side n . x > h. The disc within a circle of the plane, and the side of a lin
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-from geometry.arrays import FloatArray
+from geometry.arrays import ComplexArray, FloatArray
 
-__all__ = ["ComplexArray", "circle_planes", "line_planes", "pairs", "plane_circles", "poles", "to_plane", "to_sphere"]
-
-ComplexArray = npt.NDArray[np.complex128]
-"""Points of the plane as complex numbers."""
+__all__ = ["circle_planes", "line_planes", "pairs", "plane_circles", "poles", "to_plane", "to_sphere"]
 
 
 def pairs(points: ComplexArray) -> FloatArray:

@@ -3,7 +3,18 @@
 from geometry.surface.curvature import Curvature, Umbilics
 from geometry.surface.curve import Curve
 from geometry.surface.curved_triangles import on_curved_triangles, refined
+from geometry.surface.rim_corners import boundary_corners
 from geometry.surface.smoothing import SmoothedSurface, smoothed
 from geometry.surface.surface import Surface
 
-__all__ = ["Curvature", "Curve", "SmoothedSurface", "Surface", "Umbilics", "on_curved_triangles", "refined", "smoothed"]
+__all__ = [
+    "Curvature",
+    "Curve",
+    "SmoothedSurface",
+    "Surface",
+    "Umbilics",
+    "boundary_corners",
+    "on_curved_triangles",
+    "refined",
+    "smoothed",
+]

@@ -9,15 +9,13 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
-from geometry.arrays import BoolArray, FloatArray, IntArray, floats
+from geometry.arrays import FloatArray, IntArray, floats
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh
+from geometry.surface.rim_corners import boundary_corners
 from geometry.surface.surface import Surface
 
 __all__ = ["SmoothedSurface", "smoothed"]
-
-CORNER = np.radians(35.0)
-"""Turn of the boundary at a vertex from which on it is a corner, and stays one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +44,7 @@ def smoothed(surface: Surface, wavelength: float) -> SmoothedSurface:
     bending = diags_array(inner) @ stiffness + _along_boundary(mesh)
     scale = (wavelength / (2 * np.pi)) ** 4
     data = diags_array(masses)
-    corners = _corners(mesh)
-    held = np.where(corners, masses.sum(), 0.0)  # as good as fixed
+    held = np.where(boundary_corners(mesh), masses.sum(), 0.0)  # as good as fixed
     matrix = data + diags_array(held) + scale * (bending.T @ data @ bending)
     vertices = splu(csc_array(matrix)).solve((masses + held)[:, None] * mesh.vertices)
     moves = np.linalg.norm(vertices - mesh.vertices, axis=1)
@@ -62,15 +59,6 @@ def _boundary_steps(mesh: Mesh) -> tuple[IntArray, IntArray]:
     around = np.full((c.n_vertices, 2), -1)
     around[heads, 0], around[tails, 1] = tails, heads
     return around, np.flatnonzero(c.is_boundary_vertex)
-
-
-def _corners(mesh: Mesh) -> BoolArray:
-    around, rim = _boundary_steps(mesh)
-    into, out = mesh.vertices[rim] - mesh.vertices[around[rim, 0]], mesh.vertices[around[rim, 1]] - mesh.vertices[rim]
-    turns = np.arctan2(np.linalg.norm(np.cross(into, out), axis=1), np.einsum("ni,ni->n", into, out))
-    corners = np.zeros(mesh.n_vertices, dtype=bool)
-    corners[rim[turns > CORNER]] = True
-    return corners
 
 
 def _along_boundary(mesh: Mesh) -> csr_array[np.float64, tuple[int, int]]:

@@ -22,7 +22,6 @@ from rich.console import Console
 from geometry.errors import GeometryError
 from geometry.gauss import approximate_pair
 from geometry.layout import LaidMesh, lay_quads
-from geometry.layout.quality import corner_angles
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, OptimisedMesh, planarise
 from geometry.surface import Surface, refined
@@ -73,7 +72,7 @@ def row(name: str, surface: Surface, n_faces: int) -> tuple[list[str], list[floa
     clock.append(time.perf_counter())
     mesh = result.mesh
     off = np.linalg.norm(smooth.closest(mesh.vertices)[0] - mesh.vertices, axis=1) / laid.mesh.mean_edge_length
-    corners = np.degrees(corner_angles(mesh))
+    corners = np.degrees(mesh.corner_angles)
     sharpest = 20 if name in NAMES else 8
     move, far = np.quantile(result.moves, 0.95), np.quantile(off, 0.95)
     axes, heights = gauss(mesh, smooth)

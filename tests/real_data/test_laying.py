@@ -8,7 +8,6 @@ import pytest
 from geometry.layout import lay_quads
 from geometry.layout.conjugate_networks import conjugate_network
 from geometry.layout.drafts import draft
-from geometry.layout.quality import corner_angles
 from geometry.layout.seams import seamless_maps
 from geometry.layout.tangent_frames import TangentFrames
 from geometry.layout.twists import twist_corrections
@@ -37,7 +36,7 @@ def test_roofs(name: str, valences: dict[int, int]) -> None:
     planar = planarise(laid.mesh, Guides(surface=smooth))
     off = np.linalg.norm(smooth.closest(planar.mesh.vertices)[0] - planar.mesh.vertices, axis=1)
     off /= laid.mesh.mean_edge_length
-    angles = np.degrees(corner_angles(planar.mesh))
+    angles = np.degrees(planar.mesh.corner_angles)
     assert planar.mesh.planarity.max() < 1e-12
     assert np.quantile(planar.moves, 0.95) < 0.08
     assert np.quantile(off, 0.95) < 0.03

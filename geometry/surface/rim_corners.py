@@ -1,0 +1,25 @@
+"""Corners of the boundary of a surface: vertices that smoothing keeps in place and meshes have, too."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.arrays import BoolArray
+from geometry.mesh import Mesh
+
+__all__ = ["boundary_corners"]
+
+CORNER = np.radians(35.0)
+"""Turn of the boundary at a vertex, from which on it is a corner."""
+
+
+def boundary_corners(mesh: Mesh) -> BoolArray:
+    """(N,) where the boundary turns by more than CORNER."""
+    c = mesh.combinatorics
+    rim = np.flatnonzero(c.twin < 0)
+    tails, heads = c.corners[rim], c.corners[c.next_corner[rim]]
+    into, out = np.zeros((2, c.n_vertices, 3))
+    out[tails] = into[heads] = mesh.vertices[heads] - mesh.vertices[tails]
+    turns = np.arctan2(np.linalg.norm(np.cross(into, out), axis=1), np.einsum("ni,ni->n", into, out))
+    corners: BoolArray = turns > CORNER
+    return corners
