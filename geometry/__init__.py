@@ -5,7 +5,6 @@ of a mesh in `geometry.functionals`, measures of offsets in `geometry.parallel`,
 polyhedra and the meshes parallel to them in `geometry.edge_offset`.
 """
 
-from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heights
 from geometry.curvature import (
     FaceCurvatures,
     christoffel_dual,
@@ -44,12 +43,12 @@ from geometry.layout import LaidMesh, lay_quads
 from geometry.mesh import Combinatorics, Mesh
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
+from geometry.optimised_pairs import OptimisedPair, PairTargets, height_trade_off, optimise_pair
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed
 
 __all__ = [
-    "Aims",
     "Combinatorics",
     "ConvergenceError",
     "Curvature",
@@ -69,6 +68,7 @@ __all__ = [
     "OptimisedMesh",
     "OptimisedPair",
     "Pair",
+    "PairTargets",
     "ParallelSpace",
     "ParallelityError",
     "RankError",
@@ -87,6 +87,7 @@ __all__ = [
     "face_curvatures",
     "face_distances",
     "face_offset_pair",
+    "height_trade_off",
     "koebe",
     "lay_quads",
     "make_circular",
@@ -106,7 +107,6 @@ __all__ = [
     "steiner_area",
     "steiner_areas",
     "tangent_mesh",
-    "trade_of_heights",
     "vertex_distances",
     "vertex_offset_pair",
     "write_mesh",

@@ -18,7 +18,7 @@ from geometry.curvature import (
     minimal_of_revolution,
     radii_at_inflections,
 )
-from geometry.edge_offset import Pattern, enneper_koebe, rotational_koebe, rows_within
+from geometry.edge_offset import BandTiling, enneper_koebe, rotational_koebe, rows_within
 from geometry.errors import GeometryError
 from geometry.files import read_mesh, read_mesh_pair
 from geometry.gauss import Pair, edge_distances, nearest_parallel_pair, nearest_planar_mesh
@@ -51,9 +51,9 @@ class Faces(StrEnum):
     HEXAGONS = "hexagons"
 
     @property
-    def pattern(self) -> Pattern:
+    def pattern(self) -> BandTiling:
         """The faces around an axis."""
-        return Pattern.QUADS if self is Faces.QUADS else Pattern.STANDING_HEXAGONS
+        return BandTiling.QUADS if self is Faces.QUADS else BandTiling.POINTY_TOP_HEXAGONS
 
 
 def minimal_design(

@@ -1,7 +1,7 @@
 """What the things are: combinatorics, meshes, polygons, exact shapes. Knows no optimisation and no files."""
 
-from geometry.mesh import patterns, shapes, solids
+from geometry.mesh import shapes, solids, tilings
 from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.mesh import Mesh
 
-__all__ = ["Combinatorics", "Mesh", "patterns", "shapes", "solids"]
+__all__ = ["Combinatorics", "Mesh", "shapes", "solids", "tilings"]
