@@ -79,7 +79,7 @@ def test_without_a_kind_it_is_the_exact_one_or_the_nearest() -> None:
     assert nearest.kind is None
     np.testing.assert_allclose(nearest.face_distances, 0.1, atol=0.005)
     assert np.ptp(nearest.face_distances) > 1e-5
-    stretched = MESHES["face"].with_vertices(MESHES["face"].vertices * [1, 1, 1 + 1e-5])  # conical to some 1e-5
+    stretched = MESHES["face"].with_vertices(MESHES["face"].vertices * [1, 1, 1.0003])  # conical to some 1e-5
     assert [offset(stretched, 0.1, tolerance=tolerance).kind for tolerance in (1e-3, 1e-6)] == ["face", None]
     pair = approximate_pair(WAVY)
     assert offset(pair, 0.1).kind is None
