@@ -46,7 +46,7 @@ from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
-from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed
+from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed, subdivided
 
 __all__ = [
     "Aims",
@@ -105,6 +105,7 @@ __all__ = [
     "smoothed",
     "steiner_area",
     "steiner_areas",
+    "subdivided",
     "tangent_mesh",
     "trade_of_heights",
     "vertex_distances",
