@@ -258,7 +258,12 @@ def test_asking_for_more_than_rounding_leaves_is_seen(monkeypatch: pytest.Monkey
     places = [np.array([1.0, 0.5, 0.0]) * distance for distance in (0, 1e2, 1e3, 4e3)]
     meshes = [planarise(ellipsoid(8, (1.0, 2.0, 3.0)).translated(place)).mesh for place in places]
     images = [approximate_pair(mesh).gauss_image.vertices for mesh in meshes]
-    for name, value in (("ROUNDING_MULTIPLE", 0.0), ("CAREFUL_ROUNDING_MULTIPLE", 0.0), ("OPTIMUM_ACCURACY", 1e-15), ("CAREFUL_OPTIMUM_ACCURACY", 1e-15)):
+    for name, value in (
+        ("ROUNDING_MULTIPLE", 0.0),
+        ("CAREFUL_ROUNDING_MULTIPLE", 0.0),
+        ("OPTIMUM_ACCURACY", 1e-15),
+        ("CAREFUL_OPTIMUM_ACCURACY", 1e-15),
+    ):
         monkeypatch.setattr(optimality_module, name, value)
     refused = []
     for mesh, image in zip(meshes, images, strict=True):
@@ -272,7 +277,7 @@ def test_asking_for_more_than_rounding_leaves_is_seen(monkeypatch: pytest.Monkey
 
 def test_a_solver_that_stops_early_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = disc(0)
-    for name in ("AIM", "CAREFUL_AIM"):
+    for name in ("OPTIMUM_ACCURACY", "CAREFUL_OPTIMUM_ACCURACY"):
         monkeypatch.setattr(optimality_module, name, 1e-3)
     monkeypatch.setattr(constrained_quadratic, "CAREFUL_PENALTY", 1e4)
     monkeypatch.setattr(constrained_quadratic, "MAX_REFINEMENTS", 0)
