@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from geometry.arrays import FloatArray, IntArray
+if TYPE_CHECKING:  # numpy is not needed to say what is wrong
+    from geometry.arrays import FloatArray, IntArray
 
 __all__ = [
     "FoldedError",
