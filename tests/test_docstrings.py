@@ -64,7 +64,9 @@ def test_no_example_is_overlooked(package: str) -> None:
 
 
 def test_each_public_name_has_an_example() -> None:
-    without = {name for name, value in PUBLIC["public_objects"]().items() if ">>> " not in (inspect.getdoc(value) or "")}
+    without = {
+        name for name, value in PUBLIC["public_objects"]().items() if ">>> " not in (inspect.getdoc(value) or "")
+    }
     assert without - WITHOUT_EXAMPLE == set(), "these need an example in their docstring"
     assert WITHOUT_EXAMPLE - without == set(), (
         "these have an example, or are gone: take them out of without_example.txt"

@@ -1,4 +1,4 @@
-"""Docstrings as Markdown for the site: examples in fences, names of parameters as code, signs of mathematics escaped."""
+"""Docstrings as Markdown for the site: examples in fences, parameters as code, operators escaped."""
 
 from __future__ import annotations
 
@@ -25,13 +25,15 @@ def as_markdown(text: str, names: set[str]) -> str:
 
 def _prose(text: str, names: set[str]) -> str:
     def escaped(prose: str) -> str:
-        return re.sub(r"([*_<\\])", r"\\\1", prose)
+        return re.sub(r"([*_\\])", r"\\\1", prose).replace("<", "&lt;")
 
     parts = DESCRIBED.split(text)
     for place in range(1, len(parts), 2):
         described = parts[place].split(", ")
         is_named = names.issuperset(described)
-        parts[place] = ", ".join(f"**`{name}`**" for name in described) if is_named else escaped(parts[place])
+        paragraph = "\n\n" if parts[place - 1].strip() else ""
+        names_as_code = ", ".join(f"**`{name}`**" for name in described)
+        parts[place] = paragraph + names_as_code if is_named else escaped(parts[place])
     parts[::2] = [escaped(part) for part in parts[::2]]
     return "".join(parts)
 

@@ -29,7 +29,7 @@ def rooms() -> list[ModuleType]:
 
 
 def is_documented(value: object) -> bool:
-    """Functions and classes have docstrings; other values and aliases of types are documented where they are defined."""
+    """Functions and classes have docstrings; other values and aliases of types have none of their own."""
     return inspect.isclass(value) or inspect.isroutine(value)
 
 

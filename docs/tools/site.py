@@ -6,6 +6,7 @@ Links in Markdown are those of the repository, so that they work there too; here
 from __future__ import annotations
 
 import ast
+import html
 import inspect
 import posixpath
 import re
@@ -41,7 +42,9 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
     files.append(File.generated(config, "examples/index.md", content=_examples(scripts)))
     for path in scripts:
         files.append(File.generated(config, f"examples/{path.name}", content=path.read_bytes()))
-    files.append(File.generated(config, "code.css", content=HtmlFormatter(style="friendly").get_style_defs(".highlight")))
+    files.append(
+        File.generated(config, "code.css", content=HtmlFormatter(style="friendly").get_style_defs(".highlight"))
+    )
     documented: dict[int, str] = {}
     for room in sorted(PUBLIC["rooms"](), key=lambda room: -room.__name__.count(".")):
         page = _reference(room, documented)
@@ -98,11 +101,12 @@ def _reference(room: ModuleType, documented: dict[int, str]) -> str:
 def _value(value: object) -> str:
     if isinstance(value, int | float | str):
         return f"`{value!r}`"
-    alias = str(value).replace("|", "\\|")
-    return f"`{alias}`" if type(value).__module__ in ("typing", "types") else f"a `{type(value).__name__}`"
+    if type(value).__module__ in ("typing", "types"):
+        return f"<code>{html.escape(str(value).replace('typing.', '')).replace('|', '&#124;')}</code>"
+    return f"a `{type(value).__name__}`"
 
 
 def _first_sentence(text: str) -> str:
     paragraph = " ".join(text.split("\n\n")[0].split())
     sentence = re.split(r"(?<=[\w)\]][.])\s(?=[A-Z])", paragraph)[0]
-    return re.sub(r"([*<|\[])", r"\\\1", sentence)
+    return re.sub(r"([*|\[])", r"\\\1", sentence).replace("<", "&lt;")
