@@ -24,7 +24,8 @@ LARGEST_FILE, LARGEST_ROOM, LARGEST_SHARE = 350, 2500, 0.15
 GROUND = {"geometry.arrays", "geometry.errors"}
 
 MAY_IMPORT: dict[str, set[str]] = {
-    "geometry": {
+    "geometry": {"geometry.public"},
+    "geometry.public": {
         "geometry.optimised_pairs",
         "geometry.curvature",
         "geometry.edge_offset",
@@ -45,7 +46,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.mesh.intersections": {"geometry.mesh", "geometry.arrays"},
     "geometry.optimise": GROUND,
     "geometry.surface": {"geometry.mesh", *GROUND},
-    "geometry.files": {"geometry.mesh", *GROUND},
+    "geometry.colours": {"geometry.mesh", *GROUND},
+    "geometry.files": {"geometry.colours", "geometry.mesh", *GROUND},
     "geometry.functionals": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.meshing": {"geometry.functionals", "geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.layout": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
@@ -84,7 +86,9 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "geometry.shading": {"geometry.gauss", "geometry.mesh", *GROUND},
-    "fabkit": {"fabkit.pipeline", "fabkit.project", "fabkit.errors", "fabkit.signals"},
+    "fabkit": {"fabkit.public"},
+    "fabkit.public": {"fabkit.pipeline", "fabkit.project", "fabkit.errors"},
+    "fabkit.families": set(),
     "fabkit.__main__": {"fabkit.commands", "fabkit.signals"},
     "fabkit.signals": set(),
     "fabkit.errors": {"geometry.errors"},
@@ -169,6 +173,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.errors",
     },
     "fabkit.designs": {
+        "fabkit.families",
         "fabkit.formats",
         "fabkit.formats.drawings",
         "fabkit.wording",
@@ -186,6 +191,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "fabkit.commands": {
         "fabkit.designs",
+        "fabkit.families",
         "fabkit.pipeline",
         "fabkit.project",
         "fabkit.formats",
@@ -227,7 +233,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "newton",
     ),
     "geometry.files": (
-        "encoding number_rows clusters face_rings meeting_outlines polygon_soup",
+        "encoding number_rows clusters face_rings materials meeting_outlines polygon_soup",
         "obj off ply orientation overlaid_faces",
         "face_checks",
         "mending",
@@ -235,10 +241,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "mesh_pairs",
     ),
     "geometry.functionals": (
-        "unknowns rim_normals",
-        "closeness convexity fairness face_frames parallelity reference_planes",
-        "circularity conicality normals planarity pair_distances",
-        "pair_curvature uprightness",
+        "unknowns boundary_normals",
+        "closeness convex_faces fairness face_frames parallel_edges reference_planes",
+        "circular_faces conical_vertices gauss_image_terms planar_faces pair_distances",
+        "constant_curvature upright_axes",
     ),
     "geometry.layout": (
         "quarter_turns integer_lattices mesh_polylines",
@@ -253,7 +259,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "quads",
     ),
     "geometry.parallel": (
-        "edge_parallelity constraints homology face_unknowns",
+        "blending edge_parallelity constraints homology face_unknowns",
         "edge_closure optimality",
         "spectrum sampling minimising",
         "space",
@@ -265,6 +271,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "support_structure approximate_gauss_image exact_gauss_image nearest_pair",
         "offset_kinds rounded_mesh",
         "exact_or_approximate",
+        "constant_offset",
     ),
     "geometry.curvature": (
         "face_curvature fairness hexagon_levels rings",
@@ -287,7 +294,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "facts",
     ),
     "fabkit.formats": ("manifest renaming tables triangles", "folder gltf kernels", "documents"),
-    "fabkit.commands": ("terminal options facts", "inspection design", "command_line"),
+    "fabkit.commands": ("terminal options facts", "inspection", "printing", "design", "command_line"),
 }
 """The files of large rooms from the ground up: each imports only those of lines before its own; `a b` are peers."""
 

@@ -1,0 +1,113 @@
+"""What `import geometry` offers."""
+
+from geometry.curvature import (
+    FaceCurvatures,
+    christoffel_dual,
+    constant_mean,
+    constant_mean_of_revolution,
+    face_curvatures,
+    minimal_of_revolution,
+    steiner_area,
+    steiner_areas,
+)
+from geometry.edge_offset import (
+    KoebePolyhedron,
+    edge_offset_mesh,
+    koebe,
+    rotational_koebe,
+    tangent_mesh,
+)
+from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
+from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
+from geometry.gauss import (
+    OffsetMesh,
+    Pair,
+    SupportStructure,
+    approximate_pair,
+    edge_distances,
+    edge_offset_pair,
+    exact_pairs,
+    face_distances,
+    face_offset_pair,
+    nearest_parallel_pair,
+    node_axes,
+    offset,
+    parallel_from_axes,
+    vertex_distances,
+    vertex_offset_pair,
+)
+from geometry.layout import LaidMesh, lay_quads
+from geometry.mesh import Combinatorics, Mesh
+from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
+from geometry.optimise.solution import ConvergenceError
+from geometry.optimised_pairs import OptimisedPair, PairTargets, height_trade_off, optimise_pair
+from geometry.parallel import ParallelSpace, edge_factors, parallelity
+from geometry.spheres import LaguerreTransformation, MoebiusTransformation
+from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed, subdivided
+
+__all__ = [
+    "Combinatorics",
+    "ConvergenceError",
+    "Curvature",
+    "Effort",
+    "FaceCurvatures",
+    "FoldedError",
+    "GeometryError",
+    "Guides",
+    "KoebePolyhedron",
+    "LaguerreTransformation",
+    "LaidMesh",
+    "Mesh",
+    "MeshError",
+    "MeshFile",
+    "MeshFileError",
+    "MoebiusTransformation",
+    "OffsetMesh",
+    "OptimisedMesh",
+    "OptimisedPair",
+    "Pair",
+    "PairTargets",
+    "ParallelSpace",
+    "ParallelityError",
+    "RankError",
+    "SmoothedSurface",
+    "SupportStructure",
+    "Surface",
+    "approximate_pair",
+    "christoffel_dual",
+    "constant_mean",
+    "constant_mean_of_revolution",
+    "edge_distances",
+    "edge_factors",
+    "edge_offset_mesh",
+    "edge_offset_pair",
+    "exact_pairs",
+    "face_curvatures",
+    "face_distances",
+    "face_offset_pair",
+    "height_trade_off",
+    "koebe",
+    "lay_quads",
+    "make_circular",
+    "make_conical",
+    "minimal_of_revolution",
+    "nearest_parallel_pair",
+    "node_axes",
+    "offset",
+    "optimise_pair",
+    "parallel_from_axes",
+    "parallelity",
+    "planarise",
+    "read_mesh",
+    "read_mesh_pair",
+    "refined",
+    "rotational_koebe",
+    "smoothed",
+    "steiner_area",
+    "steiner_areas",
+    "subdivided",
+    "tangent_mesh",
+    "vertex_distances",
+    "vertex_offset_pair",
+    "write_mesh",
+]
