@@ -236,7 +236,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "geometry.files": (
         "encoding number_rows clusters face_rings meeting_outlines polygon_soup",
-        "obj off ply orientation overlaid_faces",
+        "obj off ply triangle_formats orientation overlaid_faces",
         "face_checks",
         "mending",
         "mesh_files",
