@@ -103,7 +103,13 @@ def lay_quads(
 
 
 def boundary_lengths(surface: Surface) -> FloatArray:
-    """Lengths of the boundary loops of a surface, longest first."""
+    """Lengths (k,) of the boundary loops of a surface, longest first.
+
+    >>> from geometry import Surface, boundary_lengths
+    >>> from geometry.mesh import shapes
+    >>> boundary_lengths(Surface(shapes.grid(2, 3))).tolist()
+    [10.0]
+    """
     return floats([length for _, length in _loops(surface.triangulated)])
 
 
