@@ -268,7 +268,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "quads",
     ),
     "geometry.parallel": (
-        "edge_parallelity constraints homology face_unknowns",
+        "blending edge_parallelity constraints homology face_unknowns",
         "edge_closure optimality",
         "spectrum sampling minimising",
         "space",
@@ -280,6 +280,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "support_structure approximate_gauss_image exact_gauss_image nearest_pair",
         "offset_kinds rounded_mesh",
         "best_pair",
+        "constant_offset",
     ),
     "geometry.curvature": (
         "faces fairness levels rings",
