@@ -77,7 +77,7 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
     inputs = [path for path in (project.mesh, project.gauss_image.file) if path]
     with whole_folder(project.out, force=force, inputs=inputs) as folder:
         built = design(project, stages)
-        write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
+        write_documents(folder, built.structure.pair, built.assembly, built.nest, built.summary, stages)
         write_manifest(folder, _manifest(project, built), built.facts.all)
     return built
 
