@@ -46,7 +46,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.mesh.intersections": {"geometry.mesh", "geometry.arrays"},
     "geometry.optimise": GROUND,
     "geometry.surface": {"geometry.mesh", *GROUND},
-    "geometry.files": {"geometry.mesh", *GROUND},
+    "geometry.colours": {"geometry.mesh", *GROUND},
+    "geometry.files": {"geometry.colours", "geometry.mesh", *GROUND},
     "geometry.functionals": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.meshing": {"geometry.functionals", "geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.layout": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
@@ -234,7 +235,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "newton",
     ),
     "geometry.files": (
-        "encoding number_rows clusters face_rings meeting_outlines polygon_soup",
+        "encoding number_rows clusters face_rings materials meeting_outlines polygon_soup",
         "obj off ply orientation overlaid_faces",
         "face_checks",
         "mending",
