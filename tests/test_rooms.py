@@ -243,10 +243,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "mesh_pairs",
     ),
     "geometry.functionals": (
-        "unknowns rim_normals",
-        "closeness convexity fairness face_frames parallelity reference_planes",
-        "circularity conicality normals planarity pair_distances",
-        "pair_curvature uprightness",
+        "unknowns boundary_normals",
+        "closeness convex_faces fairness face_frames parallel_edges reference_planes",
+        "circular_faces conical_vertices gauss_image_terms planar_faces pair_distances",
+        "constant_curvature upright_axes",
     ),
     "geometry.layout": (
         "quarter_turns integer_lattices mesh_polylines",
