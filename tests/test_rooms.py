@@ -37,6 +37,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.meshing",
         "geometry.optimise",
         "geometry.parallel",
+        "geometry.remeshing",
         "geometry.spheres",
         "geometry.surface",
     },
@@ -83,6 +84,14 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.optimise",
         "geometry.mesh",
         "geometry.mesh.intersections",
+        *GROUND,
+    },
+    "geometry.remeshing": {
+        "geometry.layout",
+        "geometry.meshing",
+        "geometry.gauss",
+        "geometry.surface",
+        "geometry.mesh",
         *GROUND,
     },
     "geometry.shading": {"geometry.gauss", "geometry.mesh", *GROUND},
@@ -236,7 +245,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "geometry.files": (
         "encoding number_rows clusters face_rings materials meeting_outlines polygon_soup",
-        "obj off ply orientation overlaid_faces",
+        "obj off ply triangle_formats orientation overlaid_faces",
         "face_checks",
         "mending",
         "mesh_files",
@@ -261,7 +270,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "quads",
     ),
     "geometry.parallel": (
-        "edge_parallelity constraints homology face_unknowns",
+        "blending edge_parallelity constraints homology face_unknowns",
         "edge_closure optimality",
         "spectrum sampling minimising",
         "space",
@@ -273,6 +282,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "support_structure approximate_gauss_image exact_gauss_image nearest_pair",
         "offset_kinds rounded_mesh",
         "best_pair",
+        "constant_offset",
     ),
     "geometry.curvature": (
         "faces fairness levels rings",
