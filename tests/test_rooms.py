@@ -165,6 +165,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.errors",
     },
     "fabkit.pipeline": {
+        "fabkit.checking",
         "fabkit.formats",
         "fabkit.production",
         "fabkit.detailing",
@@ -300,7 +301,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "curves nests equal_shapes rectangles_left",
         "strokes",
         "marks cut_lists drawing guillotine",
-        "irregular",
+        "irregular loose_panels",
         "sheet_nesting summary",
         "facts",
     ),
