@@ -14,14 +14,13 @@ from fabkit.commands.design import design_app
 from fabkit.commands.inspection import UNSIZED, Inspection, inspect_project
 from fabkit.commands.options import (
     RUN,
-    Allow,
+    Accept,
     Beam,
     Clearance,
     EqualWithin,
     Flip,
     GaussImage,
     Joint,
-    Lift,
     MeanEdge,
     MeshPath,
     NestMode,
@@ -30,12 +29,13 @@ from fabkit.commands.options import (
     Sheet,
     SkipUnbuildable,
     Thickness,
+    Underside,
     Unit,
     project_of,
     settings_of,
 )
 from fabkit.commands.terminal import ERR, OUT, Commands, facts_table, one_sentence, told
-from fabkit.fitness import TOLD_BY_NAME, Finding
+from fabkit.fitness import MAX_NAMED_ELEMENTS, Finding
 from fabkit.pipeline import Built, build
 from fabkit.production import TERMINAL
 from fabkit.project import Project
@@ -54,7 +54,7 @@ app = typer.Typer(
 
 app.add_typer(design_app, name="design")
 
-COLOURS = {"told": "yellow", "allowed": "yellow", "unfit": "red"}
+COLOURS = {"note": "yellow", "accepted": "yellow", "unfit": "red"}
 
 
 @app.command("build")
@@ -71,12 +71,12 @@ def build_command(
     clearance: Clearance = None,
     thickness: Thickness = None,
     joint: Joint = None,
-    lift: Lift = None,
+    underside: Underside = None,
     sheet: Sheet = None,
     nest: NestMode = None,
     nest_seconds: NestSeconds = None,
     equal_within: EqualWithin = None,
-    allow: Allow = None,
+    accept: Accept = None,
     skip_unbuildable: SkipUnbuildable = False,
     force: Annotated[
         bool, typer.Option("--force", help="Replace an earlier result in the folder.", rich_help_panel=RUN)
@@ -95,14 +95,14 @@ def build_command(
             flip=flip or None,
             skip_unbuildable=skip_unbuildable or None,
             equal_within_mm=equal_within,
-            allow=allow,
+            accept=accept,
             gauss_image={"file": gauss_image},
             beam=beam,
             reference=reference,
             clearance=clearance,
             thickness=thickness,
             joint=joint,
-            lift=lift,
+            underside=underside,
             sheet=sheet,
             nest=nest,
             nest_seconds=nest_seconds,
@@ -125,10 +125,10 @@ def inspect_command(
     clearance: Clearance = None,
     thickness: Thickness = None,
     joint: Joint = None,
-    lift: Lift = None,
+    underside: Underside = None,
     sheet: Sheet = None,
     nest: NestMode = None,
-    allow: Allow = None,
+    accept: Accept = None,
     skip_unbuildable: SkipUnbuildable = False,
 ) -> None:
     """Print what a mesh is fit for, by the rules that a build goes by.
@@ -142,18 +142,18 @@ def inspect_command(
             mean_edge_mm=mean_edge,
             flip=flip or None,
             skip_unbuildable=skip_unbuildable or None,
-            allow=allow,
+            accept=accept,
             gauss_image={"file": gauss_image},
             beam=beam,
             reference=reference,
             clearance=clearance,
             thickness=thickness,
             joint=joint,
-            lift=lift,
+            underside=underside,
             sheet=sheet,
             nest=nest,
         )
-        if mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "allow", "gauss_image"}:
+        if mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "accept", "gauss_image"}:
             found = inspect_project(project_of(mesh, settings))
         else:
             found = inspect_project(project_of(mesh, settings | UNSIZED), is_sized=False)
@@ -199,8 +199,10 @@ def _print_result(project: Project, built: Built) -> None:
     _add_findings(table, summary.fitness)
     OUT.print(table)
     reasons = [part.reason for part in built.assembly.left_out]
-    if len(reasons) > TOLD_BY_NAME:
-        reasons[TOLD_BY_NAME:] = [f"{len(reasons) - TOLD_BY_NAME} more, which the report and the manifest name"]
+    if len(reasons) > MAX_NAMED_ELEMENTS:
+        reasons[MAX_NAMED_ELEMENTS:] = [
+            f"{len(reasons) - MAX_NAMED_ELEMENTS} more, which the report and the manifest name"
+        ]
     for reason in reasons:
         OUT.print(Text.assemble(("left out: ", "bold red"), told(reason)))
     seconds = sum(built.seconds.values())

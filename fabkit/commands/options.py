@@ -12,14 +12,13 @@ from fabkit.errors import ProjectError
 from fabkit.project import Project, load_project, project_from
 
 __all__ = [
-    "Allow",
+    "Accept",
     "Beam",
     "Clearance",
     "EqualWithin",
     "Flip",
     "GaussImage",
     "Joint",
-    "Lift",
     "MeanEdge",
     "MeshPath",
     "NestMode",
@@ -28,6 +27,7 @@ __all__ = [
     "Sheet",
     "SkipUnbuildable",
     "Thickness",
+    "Underside",
     "Unit",
     "project_of",
     "settings_of",
@@ -60,7 +60,7 @@ Clearance = Annotated[
 ]
 Thickness = Annotated[float | None, typer.Option(help="Of the panels. Default: 10.", rich_help_panel=SIZES)]
 Joint = Annotated[float | None, typer.Option(help="Between panels. Default: 10.", rich_help_panel=SIZES)]
-Lift = Annotated[
+Underside = Annotated[
     float | None,
     typer.Option(
         help="Of the panels above the mesh. Default: the least that clears beams and nodes, plus 5.",
@@ -82,7 +82,7 @@ EqualWithin = Annotated[
         rich_help_panel=SHOP,
     ),
 ]
-Allow = Annotated[
+Accept = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME",
@@ -107,7 +107,7 @@ def settings_of(
     clearance: float | None = None,
     thickness: float | None = None,
     joint: float | None = None,
-    lift: float | None = None,
+    underside: float | None = None,
     sheet: str | None = None,
     nest: str | None = None,
     nest_seconds: float | None = None,
@@ -119,7 +119,7 @@ def settings_of(
             **whole,
             "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "reference": reference},
             "nodes": {"clearance_mm": clearance},
-            "panels": {"thickness_mm": thickness, "joint_mm": joint, "lift_mm": lift},
+            "panels": {"thickness_mm": thickness, "joint_mm": joint, "underside_mm": underside},
             "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
             "nesting": {"mode": nest, "seconds": nest_seconds},
         }

@@ -14,9 +14,9 @@ from rich.table import Table
 from rich.text import Text
 from typer.core import TyperGroup
 
-from fabkit.errors import FabkitError, in_one_sentence
-from fabkit.signals import ending_tidily
-from fabkit.wording import readable
+from fabkit.errors import FabkitError, error_sentence
+from fabkit.signals import exit_on_signal
+from fabkit.wording import printable
 from geometry.errors import GeometryError
 
 __all__ = ["ERR", "OUT", "Commands", "facts_table", "one_sentence", "told"]
@@ -55,7 +55,7 @@ class Commands(TyperGroup):
     """Commands of which everything that goes wrong is said in one sentence, how they are called included."""
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
-        with one_sentence(), ending_tidily():
+        with one_sentence(), exit_on_signal():
             _print_everything()
             try:
                 code = super().main(*arguments, **{**settings, "standalone_mode": False})
@@ -71,7 +71,7 @@ def one_sentence() -> Iterator[None]:
     try:
         yield
     except (FabkitError, GeometryError) as error:
-        _leave(in_one_sentence(error))
+        _leave(error_sentence(error))
     except MemoryError:
         _leave("there is not enough memory for so much: take a coarser mesh, or smaller counts")
     except RecursionError:
@@ -90,7 +90,7 @@ def one_sentence() -> Iterator[None]:
 
 def told(text: str) -> str:
     """Text on one line, without what a terminal would obey, and without its middle where it is long."""
-    plain = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in readable(text))
+    plain = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in printable(text))
     half = (LONGEST - len(GAP)) // 2
     return plain if len(plain) <= LONGEST else f"{plain[:half]}{GAP}{plain[-half:]}"
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fabkit.designs.edge_offset_design import CLOSED, TOUCHING, EdgeOffsetDesign, check_count, check_touching
-from fabkit.errors import ProjectError, in_one_sentence
+from fabkit.errors import ProjectError, error_sentence
 from geometry.curvature import (
     christoffel_dual,
     constant_mean,
@@ -104,7 +104,7 @@ def _dual_of(given: Mesh, name: str) -> Pair:
         if off <= EXACT:
             raise
         raise ProjectError(
-            f"{in_one_sentence(error)}; {name} is off the unit sphere by {off:.1e} of its radius, more than "
+            f"{error_sentence(error)}; {name} is off the unit sphere by {off:.1e} of its radius, more than "
             f"{EXACT:.0e}: write it with more digits"
         ) from error
 
