@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabkit.wording import printable
+from fabkit.wording import readable
 from geometry.errors import MeshError, ParallelityError, raise_worst
 from geometry.files import MeshFile, read_mesh_pair
 from geometry.gauss import edge_distances, points_inwards
@@ -56,7 +56,7 @@ def read_given_pair(mesh: Path, gauss_image: Path, *, flip: bool, tolerance: flo
     if flip:
         M, S = M.reversed(), -1.0 * S.reversed()
         mended = (*mended, "all faces turned round, as asked")
-    return GivenPair(replace(file, mesh=M, mended=mended), S, printable(gauss_image.name), file.companion_sha256)
+    return GivenPair(replace(file, mesh=M, mended=mended), S, readable(gauss_image.name), file.companion_sha256)
 
 
 def _check_size(mesh: Mesh, gauss_image: Mesh, path: Path) -> None:

@@ -33,7 +33,7 @@ from fabkit.production import (
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.units import MM_PER_UNIT
-from fabkit.wording import printable
+from fabkit.wording import readable
 from geometry.errors import FoldedError
 from geometry.files import MeshFile, read_mesh
 from geometry.gauss import SupportStructure, nearest_parallel_pair, pair_to_build
@@ -257,7 +257,7 @@ def _summary(
     moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
     return Summary(
         name=project.title,
-        source=printable(project.mesh.name),
+        source=readable(project.mesh.name),
         scale_mm=scale,
         origin=file.origin,
         n_vertices=mesh.n_vertices,

@@ -17,7 +17,7 @@ from fabkit.gauss_image import TOLERANCE
 from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
 from fabkit.units import MM_PER_UNIT, Unit
-from fabkit.wording import echo, printable
+from fabkit.wording import echo, readable
 
 __all__ = ["GaussImageRules", "Nesting", "PlanariseWeights", "Project", "load_project", "project_from"]
 
@@ -166,7 +166,7 @@ class Project(BaseModel):
 
     @property
     def title(self) -> str:
-        return printable(self.name or self.mesh.stem)
+        return readable(self.name or self.mesh.stem)
 
 
 def _rules_of(project: Project) -> DetailingRules:

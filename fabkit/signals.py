@@ -8,18 +8,10 @@ import sys
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from types import FrameType
 from typing import Any
 
-__all__ = [
-    "EXIT_SIGNALS",
-    "DeferredSignals",
-    "exit_at_once",
-    "exit_if_signalled",
-    "exit_on_signal",
-    "exit_while_importing",
-]
+__all__ = ["EXIT_SIGNALS", "DeferredSignals", "exit_at_once", "exit_if_signalled", "exit_on_signal"]
 
 _received: list[int] = []
 """Signals that have come inside `exit_on_signal`."""
@@ -64,22 +56,6 @@ def exit_if_signalled() -> None:
     """Leave where such a signal has come, and its exit was lost on the way."""
     if _received:
         raise SystemExit(128 + _received[0])
-
-
-@contextmanager
-def exit_while_importing() -> Iterator[None]:
-    """While the modules of a command are imported, a signal ends it at once, without the traceback of an import.
-
-    Only where this process is that command, as `fabkit`, `python -m` or `python -c` start it: another program that
-    imports the package keeps its own answers to signals.
-    """
-    is_command = Path(sys.argv[0] if sys.argv else "").stem == "fabkit" or sys.argv[:1] in (["-m"], ["-c"])
-    before = _handlers() if is_command else {}
-    try:
-        _answer(before, lambda number, frame: os._exit(128 + number))
-        yield
-    finally:
-        _restore(before)
 
 
 class DeferredSignals:

@@ -7,13 +7,13 @@ import reprlib
 from datetime import date, time
 from pathlib import Path
 
-__all__ = ["echo", "printable"]
+__all__ = ["echo", "readable"]
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 
 
-def printable(name: str) -> str:
+def readable(name: str) -> str:
     r"""A name as text that can be written everywhere: bytes of a file's name that are not UTF-8 as \xff."""
     bytes_shown = re.sub("[\udc80-\udcff]", lambda found: f"\\x{ord(found[0]) - 0xDC00:02x}", name)
     return bytes_shown.encode("utf-8", "backslashreplace").decode("utf-8")
