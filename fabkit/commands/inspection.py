@@ -34,7 +34,7 @@ class Inspection:
 
     gauss_image: as given, None where it is computed. moved: what making faces planar took, None for nothing.
     planar: the mesh after that; structure: it and its Gauss image; None where that failed. findings: what is unusual,
-    told, allowed or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made, or
+    noted, accepted or refused. trouble: why nothing can be built. is_sized: whether parts were made, or
     only what depends on no size was judged.
     """
 
@@ -73,7 +73,7 @@ class Inspection:
         if not self.is_sized:
             yield (
                 "not judged",
-                "room for beams and panels, node blocks, lift and sheets, which need sizes: say --unit or --mean-edge, "
+                "room for beams and panels, node blocks, heights, sheets, which need sizes: say --unit or --mean-edge, "
                 "or inspect a project file",
             )
         yield "verdict", self._verdict()
@@ -82,7 +82,7 @@ class Inspection:
         if self.is_unfit:
             return "unfit: a build would be refused"
         so_far = "" if self.is_sized else ", as far as it depends on no size"
-        return f"fit to build{so_far}; {'what is unusual is told above' if self.findings else 'nothing is unusual'}"
+        return f"fit to build{so_far}; {'what is unusual is noted above' if self.findings else 'nothing is unusual'}"
 
 
 def inspect_mesh(path: Path) -> Inspection:

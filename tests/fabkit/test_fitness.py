@@ -245,7 +245,7 @@ def test_bounds_in_the_project_file_hold(tmp_path: Path) -> None:
     found = inspect_project(project_from({"mesh": file, "unit": "m", "fitness": {"moves_refused": 0.9}}))
     assert of_name(found.findings, "moves").level == "note"
     assert run("inspect", project).exit_code == 0
-    project.write_text('mesh = "mesh.obj"\nunit = "m"\nallow = ["moves"]\n')
+    project.write_text('mesh = "mesh.obj"\nunit = "m"\naccept = ["moves"]\n')
     assert run("inspect", project).exit_code == 0
     assert "accepted" in run("inspect", project).stdout
 
