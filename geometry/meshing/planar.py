@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from geometry.mesh import Mesh
-from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh, optimised
-from geometry.meshing.outcome_checks import Aim
+from geometry.meshing.result_checks import Aim
+from geometry.meshing.vertex_guides import Effort, Guides
 
 __all__ = ["planarise"]
 
@@ -22,5 +22,5 @@ def planarise(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) 
     meant; ConvergenceError where faces do not become planar, or convex; and FoldedError where an edge or face
     folded over on the way.
     """
-    aim = Aim("planarising", "lay the mesh along conjugate directions", held_steps=16)
+    aim = Aim("planarising", "lay the mesh along conjugate directions", anchored_steps=16)
     return optimised(mesh, aim, guides, effort)
