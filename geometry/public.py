@@ -37,11 +37,12 @@ from geometry.gauss import (
     vertex_distances,
     vertex_offset_pair,
 )
-from geometry.layout import LaidMesh, lay_quads
+from geometry.layout import LaidMesh, boundary_lengths, lay_quads
 from geometry.mesh import Combinatorics, Mesh
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
+from geometry.remeshing import NetworkTrial, RemeshedSurface, affine_stretches, remesh, study_networks
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed, subdivided
 
@@ -63,6 +64,7 @@ __all__ = [
     "MeshFile",
     "MeshFileError",
     "MoebiusTransformation",
+    "NetworkTrial",
     "OffsetMesh",
     "OptimisedMesh",
     "OptimisedPair",
@@ -70,10 +72,13 @@ __all__ = [
     "ParallelSpace",
     "ParallelityError",
     "RankError",
+    "RemeshedSurface",
     "SmoothedSurface",
     "SupportStructure",
     "Surface",
+    "affine_stretches",
     "approximate_pair",
+    "boundary_lengths",
     "christoffel_dual",
     "constant_mean",
     "constant_mean_of_revolution",
@@ -100,10 +105,12 @@ __all__ = [
     "read_mesh",
     "read_mesh_pair",
     "refined",
+    "remesh",
     "rotational_koebe",
     "smoothed",
     "steiner_area",
     "steiner_areas",
+    "study_networks",
     "subdivided",
     "tangent_mesh",
     "trade_of_heights",
