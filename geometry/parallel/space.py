@@ -239,9 +239,9 @@ class ParallelSpace:
 
         Edges are parallel and fixed vertices in place within `ELEMENT_TOLERANCE` times the largest coordinate; bounds
         hold within `FACTOR_BOUND_TOLERANCE` times that. Raises GeometryError where fixed vertices or bounds contradict
-        each other or leave nothing free (see `free_dimension`), where there is no least value, and for values that are not finite or of the wrong shape;
-        ConvergenceError where the solver does not reach that accuracy, or not the minimum; RankError, naming edges and
-        singular values, where rounding decides about the minimum.
+        each other or leave nothing free (see `free_dimension`), where there is no least value, and for values that are
+        not finite or of the wrong shape; ConvergenceError where the solver does not reach that accuracy, or not the
+        minimum; RankError, naming edges and singular values, where rounding decides about the minimum.
         """
         return minimum(
             self._unknowns,
