@@ -25,7 +25,7 @@ from geometry.spheres.stereographic import circle_planes, line_planes, pairs, po
 
 __all__ = ["KoebePolyhedron", "SphereCircles", "koebe", "lifted"]
 
-KOEBE_TOLERANCE = 1e-9
+EDGE_TANGENCY_TOLERANCE = 1e-9
 """How far an edge line may be from touching the sphere, and a face from its plane, over its mean edge length: ten
 digits in a file pass."""
 
@@ -70,7 +70,7 @@ class KoebePolyhedron:
     """
 
     mesh: Mesh
-    tolerance: float = KOEBE_TOLERANCE
+    tolerance: float = EDGE_TANGENCY_TOLERANCE
 
     def __post_init__(self) -> None:
         S = self.mesh

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.edge_offset.contradictory_signs import check_faces_can_close, check_signs_fit_together, checked_signs
-from geometry.edge_offset.koebe_polyhedra import KOEBE_TOLERANCE, KoebePolyhedron
+from geometry.edge_offset.koebe_polyhedra import EDGE_TANGENCY_TOLERANCE, KoebePolyhedron
 from geometry.errors import GeometryError, raise_worst
 from geometry.functionals import laplacian
 from geometry.gauss import edge_feet
@@ -192,7 +192,7 @@ def _mirrored(vectors: FloatArray, normals: FloatArray) -> FloatArray:
 
 def _checked_pole(pole: Any) -> FloatArray:
     point = floats(pole)
-    if point.shape != (3,) or not abs(np.linalg.norm(point) - 1) <= KOEBE_TOLERANCE:
+    if point.shape != (3,) or not abs(np.linalg.norm(point) - 1) <= EDGE_TANGENCY_TOLERANCE:
         raise GeometryError(f"the pole is {point.tolist()}, a point of the unit sphere is needed")
     return point
 
