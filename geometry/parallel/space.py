@@ -15,9 +15,10 @@ from geometry.errors import GeometryError, MeshError
 from geometry.functionals import parallel_to
 from geometry.mesh import Mesh
 from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatrix
+from geometry.parallel.blending import weight_ranges
 from geometry.parallel.constraints import FactorBounds, Fixed, Objective
 from geometry.parallel.edge_closure import EdgeClosure
-from geometry.parallel.edge_parallelity import check_parallel, check_planar, parallelity
+from geometry.parallel.edge_parallelity import check_parallel, check_planar, edge_factors, parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.minimising import ELEMENT_TOLERANCE, minimum
 from geometry.parallel.optimality import optimum
@@ -160,19 +161,39 @@ class ParallelSpace:
         return bool(parallelity(self.mesh, mesh).max() <= self._allowed(mesh))
 
     def blend(self, weights: Sequence[float], members: Sequence[Mesh]) -> Mesh:
-        """The linear combination of members of P(M) [Pottmann2007, Fig. 5].
+        """The linear combination of members of P(M) [Pottmann2007, Fig. 5]; `blend_ranges` says how far weights may go.
 
         Raises ParallelityError, naming the edge, for a mesh that is no member, and GeometryError where
         weights are not finite or not as many as members.
         """
+        self._check_blend(weights, members)
+        vertices = np.einsum("k,kni->ni", np.asarray(weights, dtype=np.float64), [m.vertices for m in members])
+        return self.mesh.with_vertices(vertices)
+
+    def blend_ranges(self, weights: Sequence[float], members: Sequence[Mesh]) -> FloatArray:
+        """(k, 2) from where to where each weight of a blend may go, the others unchanged, until an edge collapses.
+
+        Beyond these limits the edge runs the other way than in the blend; infinite where no edge sets a limit. Raises
+        as `blend` does, and GeometryError, naming the edge, where one has no length in the blend.
+
+        >>> from geometry import ParallelSpace
+        >>> from geometry.mesh import shapes
+        >>> box = shapes.box(1, 2, 3)
+        >>> wider, higher = shapes.box(2, 2, 3), shapes.box(1, 2, 4)
+        >>> ParallelSpace(box).blend_ranges([1, 0, 0], [box, wider, higher]).tolist()
+        [[0.0, inf], [-0.5, inf], [-0.75, inf]]
+        """
+        self._check_blend(weights, members)
+        factors = np.stack([edge_factors(self.mesh, member) for member in members])
+        return weight_ranges(np.asarray(weights, dtype=np.float64), factors)
+
+    def _check_blend(self, weights: Sequence[float], members: Sequence[Mesh]) -> None:
         if len(weights) != len(members) or not len(members):
             raise GeometryError(f"{len(weights)} weights are given for {len(members)} members: one each is needed")
         for place, (weight, member) in enumerate(zip(weights, members, strict=True)):
             if not np.isfinite(weight):
                 raise GeometryError(f"the weight of member {place} is {weight}", elements=[place], value=weight)
             check_parallel(self.mesh, member, self._allowed(member), what=f"member {place}")
-        vertices = np.einsum("k,kni->ni", np.asarray(weights, dtype=np.float64), [m.vertices for m in members])
-        return self.mesh.with_vertices(vertices)
 
     def minimise(
         self,
