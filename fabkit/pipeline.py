@@ -117,7 +117,7 @@ def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path
 
 
 def _write(folder: Path, built: Built, stages: Stages) -> None:
-    write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
+    write_documents(folder, built.structure.pair, built.assembly, built.nest, built.summary, stages)
     write_manifest(folder, _manifest(built), built.facts.all)
 
 

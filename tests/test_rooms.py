@@ -142,6 +142,8 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.signals",
         "fabkit.stages",
         "fabkit.errors",
+        "geometry.files",
+        "geometry.gauss",
         "geometry.mesh",
         "geometry.arrays",
     },

@@ -34,6 +34,12 @@ class OffsetMesh:
 
     mesh: the offset, with the faces of M, parallel to M. pair: M and S. distance: d. kind: what is at the distance |d|
     everywhere, "edge", "face" or "vertex"; None where nothing is, exactly.
+
+    >>> from geometry import offset
+    >>> from geometry.mesh import solids
+    >>> layer = offset(solids.cube(), 0.1, "edge")
+    >>> set(layer.edge_distances.round(9).tolist()), set(layer.face_distances.round(2).tolist())
+    ({0.1}, {0.07})
     """
 
     mesh: Mesh
