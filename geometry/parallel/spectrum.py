@@ -10,7 +10,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, RankError
 from geometry.parallel.edge_closure import EdgeClosure
 
-__all__ = ["Spectrum", "least_singular_vectors", "zero_threshold"]
+__all__ = ["Spectrum", "least_singular_vectors", "null_dimension", "zero_threshold"]
 
 LEAST_SPECTRAL_GAP = 100.0
 """Least ratio of the first singular value that is not zero to the largest one that passes for zero."""
@@ -67,6 +67,22 @@ class Spectrum:
                 bound=needed,
             )
         return cls(spare + kept, float(last), first)
+
+
+def null_dimension(matrix: FloatArray) -> int:
+    """The dimension of the x (n,) with A x = 0, A (m, n) of orthonormal directions; RankError where there is no gap."""
+    values = np.linalg.svd(matrix, compute_uv=False)
+    positive = values[values > ZERO_SINGULAR_VALUE]
+    needed = LEAST_SPECTRAL_GAP * ZERO_SINGULAR_VALUE
+    if positive.min(initial=np.inf) < needed:
+        raise RankError(
+            f"the singular values have no gap that shows what the fixed vertices leave free: it is "
+            f"{matrix.shape[1] - len(positive)} dimensions if those up to {ZERO_SINGULAR_VALUE:.0e} are zero, but the "
+            f"next is {positive.min():.1e}, and at least {needed:.1e} is needed; fix other vertices",
+            value=float(positive.min()),
+            bound=needed,
+        )
+    return int(matrix.shape[1] - len(positive))
 
 
 def zero_threshold(deviation: float) -> float:
