@@ -199,7 +199,7 @@ def _solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_ed
         _Rule(
             bulge,
             bulge <= fit_mm,
-            f"has a face that leaves its plane by {{:.3g}} mm, allowed {fit_mm:g} mm",
+            f"has a face that is off its plane by {{:.3g}} mm, allowed {fit_mm:g} mm",
             "planarise the mesh first",
         ),
         _Rule(

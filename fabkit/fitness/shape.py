@@ -99,7 +99,7 @@ def folded(error: FoldedError) -> Finding:
         error.value or 0.0,
         error.bound or 0.0,
         "",
-        f"{error.happened} (counted from 0)",
+        f"{error.problem} (counted from 0)",
         f"{LINES}; or give fairness under [planarise] in the project file a larger value than 0.3",
         "",
         error.elements,

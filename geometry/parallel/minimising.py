@@ -234,7 +234,9 @@ def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> No
     def say(edge: int, value: float) -> str:
         cure = "ask for some closeness beside fairness"
         if ROUNDING_MULTIPLE * max_norm(rounding(mesh, found)) > bound:
-            cure = f"faces of M leave their planes by {coarseness(mesh):.1e}, planarise the mesh further, at the origin"
+            cure = (
+                f"faces of M are off their planes by {coarseness(mesh):.1e}, planarise the mesh further, at the origin"
+            )
         return (
             f"{mesh.combinatorics.edge_name(edge)} is off the direction of its edge of M by {value:.1e}, allowed "
             f"{bound:.1e}: the solver stopped since {solution.reason.value}; {cure}"

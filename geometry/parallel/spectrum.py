@@ -36,7 +36,7 @@ class Spectrum:
     """The dimension of P(M), and the singular values on either side of the gap that shows it.
 
     They are those of the closing of faces and loops with edge lengths in the directions of M as unknowns (pure numbers,
-    the largest about 2). last_kept also bounds what faces that leave their planes add to them.
+    the largest about 2). last_kept also bounds what faces that are off their planes add to them.
     """
 
     dimension: int
@@ -86,7 +86,7 @@ def null_dimension(matrix: FloatArray) -> int:
 
 
 def zero_threshold(deviation: float) -> float:
-    """What passes for zero where faces leave their planes such that singular values change by up to `deviation`."""
+    """What passes for zero where faces are off their planes such that singular values change by up to `deviation`."""
     return min(max(ZERO_SINGULAR_VALUE, deviation), LARGEST_ZERO_SINGULAR_VALUE)
 
 

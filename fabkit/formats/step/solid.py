@@ -64,7 +64,7 @@ def solid_numbers(batch: SolidArray, names: Sequence[str]) -> FloatArray:
     then points of vertices, directions of edges, normals of faces.
 
     Raises OutputError, with the name of the solid, where a number is not finite, an edge is shorter or a face narrower
-    than TOLERANCE_MM, a face leaves its plane by more than that, or the volume is not positive.
+    than TOLERANCE_MM, a face is off its plane by more than that, or the volume is not positive.
     """
     t, of = batch.topology, Measures(batch.topology, batch.vertices)
     extents = np.abs(batch.vertices).max(axis=(1, 2))
