@@ -58,7 +58,7 @@ CAP = Kind(
     letter="C",  # of its marks: C001
     colour=(0.85, 0.55, 0.15),
     form="plate",
-    nothing=CapDetails(np.zeros(0)),
+    empty_details=CapDetails(np.zeros(0)),
     columns=columns,
     measures=lambda caps: [Measure("caps", "Screw", "mm", 0, caps.details.screw_mm)],
     labels=lambda caps, around: [f"screw {length:.0f} mm" for length in caps.details.screw_mm],
@@ -71,7 +71,7 @@ def main(out: Path = Path("capped-dome"), mesh: Path = Path("dome.obj")) -> dict
     nodes = built.assembly["nodes"]
     panels = built.assembly["panels"].details
     top = np.array([node.solid.vertices[:, 2].max() for node in nodes])  # above the vertex, along the node axis
-    over_glass = np.maximum(top, panels.lift_mm.max() + panels.thickness_mm.max()) + GAP_MM + 20.0
+    over_glass = np.maximum(top, panels.underside_mm.max() + panels.thickness_mm.max()) + GAP_MM + 20.0
     turns = 2 * np.pi * np.arange(CORNERS) / CORNERS
     plate = prism_vertices(RADIUS_MM * np.stack([np.cos(turns), np.sin(turns)], axis=1), 0.0, THICKNESS_MM)
     caps = Parts.each_its_own(
