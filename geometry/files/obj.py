@@ -72,7 +72,7 @@ def read_obj(text: str) -> PolygonSoup:
 def obj_text(mesh: Mesh) -> str:
     """A mesh as OBJ, coordinates in as many digits as give back the same double."""
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    lines += ["f " + " ".join(str(vertex + 1) for vertex in face) for face in mesh.combinatorics.faces()]
+    lines += ["f " + " ".join(str(vertex + 1) for vertex in face.tolist()) for face in mesh.faces]
     return "\n".join(lines) + "\n"
 
 

@@ -54,7 +54,7 @@ def off_text(mesh: Mesh) -> str:
     """A mesh as OFF, coordinates in as many digits as give back the same double."""
     lines = ["OFF", f"{mesh.n_vertices} {mesh.n_faces} {mesh.n_edges}"]
     lines += [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    lines += [" ".join(map(str, [len(face), *face])) for face in mesh.combinatorics.faces()]
+    lines += [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
     return "\n".join(lines) + "\n"
 
 

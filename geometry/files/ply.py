@@ -135,7 +135,7 @@ def ply_text(mesh: Mesh) -> str:
     lines += [f"property double {axis}" for axis in "xyz"]
     lines += [f"element face {mesh.n_faces}", f"property list {size_type} int vertex_indices", "end_header"]
     lines += [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    lines += [" ".join(map(str, [len(face), *face])) for face in mesh.combinatorics.faces()]
+    lines += [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
     return "\n".join(lines) + "\n"
 
 

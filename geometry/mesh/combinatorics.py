@@ -107,9 +107,10 @@ class Combinatorics:
         """Vertices of one face."""
         return self.corners[self.face_starts[face] : self.face_starts[face + 1]]
 
-    def faces(self) -> list[list[int]]:
-        """All faces as lists of vertices."""
-        return [part.tolist() for part in np.split(self.corners, self.face_starts[1:-1])]
+    @cached_property
+    def faces(self) -> tuple[IntArray, ...]:
+        """The vertices of each face, read-only, so that `vertices[face]` are its corners."""
+        return tuple(np.split(self.corners, self.face_starts[1:-1]))
 
     def faces_by_size(self) -> list[tuple[IntArray, IntArray]]:
         """For each size k: the faces with k corners (n,) and their corners (n, k)."""

@@ -66,6 +66,11 @@ class Mesh:
     def n_faces(self) -> int:
         return self.combinatorics.n_faces
 
+    @property
+    def faces(self) -> tuple[IntArray, ...]:
+        """The vertices of each face, counter-clockwise, read-only; flat arrays of all are in `combinatorics`."""
+        return self.combinatorics.faces
+
     # --- the vector space of combinatorially equivalent meshes
 
     def __add__(self, other: Mesh) -> Mesh:
