@@ -1,10 +1,18 @@
-"""From a freeform mesh with planar faces to torsion-free beams, nodes and panels, and the shop's documents."""
+"""From a freeform mesh with planar faces to torsion-free beams, nodes and panels, and the shop's documents.
 
-from fabkit.signals import starting
+The names are those of `fabkit.public`, which is imported when one of them is first used.
+"""
 
-with starting():
-    from fabkit.errors import FabkitError
-    from fabkit.pipeline import Built, build, design
-    from fabkit.project import Project, load_project
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["Built", "FabkitError", "Project", "build", "design", "load_project"]
+if TYPE_CHECKING:
+    from fabkit.public import *  # noqa: F403
+    from fabkit.public import __all__ as __all__
+else:
+
+    def __getattr__(name: str) -> Any:
+        return getattr(import_module("fabkit.public"), name)
+
+    def __dir__() -> list[str]:
+        return import_module("fabkit.public").__all__

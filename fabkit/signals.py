@@ -8,11 +8,10 @@ import sys
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from types import FrameType
 from typing import Any
 
-__all__ = ["ENDING", "SignalsWait", "end_at_once", "end_if_told", "ending_tidily", "starting"]
+__all__ = ["ENDING", "SignalsWait", "end_at_once", "end_if_told", "ending_tidily"]
 
 _told: list[int] = []
 """Signals that have come inside `ending_tidily`."""
@@ -57,22 +56,6 @@ def end_if_told() -> None:
     """Leave where such a signal has come, and its exit was lost on the way."""
     if _told:
         raise SystemExit(128 + _told[0])
-
-
-@contextmanager
-def starting() -> Iterator[None]:
-    """While the modules of a command are imported, a signal ends it at once, without the traceback of an import.
-
-    Only where this process is that command, as `fabkit`, `python -m` or `python -c` start it: another program that
-    imports the package keeps its own answers to signals.
-    """
-    is_command = Path(sys.argv[0] if sys.argv else "").stem == "fabkit" or sys.argv[:1] in (["-m"], ["-c"])
-    before = _handlers() if is_command else {}
-    try:
-        _answer(before, lambda number, frame: os._exit(128 + number))
-        yield
-    finally:
-        _restore(before)
 
 
 class SignalsWait:

@@ -3,111 +3,20 @@
 What most people need is here; exact shapes are in `geometry.mesh.shapes` and `geometry.mesh.solids`, what may be asked
 of a mesh in `geometry.functionals`, measures of offsets in `geometry.parallel`, combinatorics and signs for Koebe
 polyhedra and the meshes parallel to them in `geometry.edge_offset`.
+
+The names are those of `geometry.public`, which is imported when one of them is first used.
 """
 
-from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heights
-from geometry.curvature import (
-    FaceCurvatures,
-    christoffel_dual,
-    constant_mean,
-    constant_mean_of_revolution,
-    face_curvatures,
-    minimal_of_revolution,
-    steiner_area,
-    steiner_areas,
-)
-from geometry.edge_offset import (
-    KoebePolyhedron,
-    edge_offset_mesh,
-    koebe,
-    rotational_koebe,
-    tangent_mesh,
-)
-from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
-from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
-from geometry.gauss import (
-    Pair,
-    SupportStructure,
-    approximate_pair,
-    edge_distances,
-    edge_offset_pair,
-    exact_pairs,
-    face_distances,
-    face_offset_pair,
-    nearest_parallel_pair,
-    node_axes,
-    parallel_from_axes,
-    vertex_distances,
-    vertex_offset_pair,
-)
-from geometry.layout import LaidMesh, lay_quads
-from geometry.mesh import Combinatorics, Mesh
-from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
-from geometry.optimise.solution import ConvergenceError
-from geometry.parallel import ParallelSpace, edge_factors, parallelity
-from geometry.spheres import LaguerreTransformation, MoebiusTransformation
-from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-__all__ = [
-    "Aims",
-    "Combinatorics",
-    "ConvergenceError",
-    "Curvature",
-    "Effort",
-    "FaceCurvatures",
-    "FoldedError",
-    "GeometryError",
-    "Guides",
-    "KoebePolyhedron",
-    "LaguerreTransformation",
-    "LaidMesh",
-    "Mesh",
-    "MeshError",
-    "MeshFile",
-    "MeshFileError",
-    "MoebiusTransformation",
-    "OptimisedMesh",
-    "OptimisedPair",
-    "Pair",
-    "ParallelSpace",
-    "ParallelityError",
-    "RankError",
-    "SmoothedSurface",
-    "SupportStructure",
-    "Surface",
-    "approximate_pair",
-    "christoffel_dual",
-    "constant_mean",
-    "constant_mean_of_revolution",
-    "edge_distances",
-    "edge_factors",
-    "edge_offset_mesh",
-    "edge_offset_pair",
-    "exact_pairs",
-    "face_curvatures",
-    "face_distances",
-    "face_offset_pair",
-    "koebe",
-    "lay_quads",
-    "make_circular",
-    "make_conical",
-    "minimal_of_revolution",
-    "nearest_parallel_pair",
-    "node_axes",
-    "optimise_pair",
-    "parallel_from_axes",
-    "parallelity",
-    "planarise",
-    "read_mesh",
-    "read_mesh_pair",
-    "refined",
-    "rotational_koebe",
-    "smoothed",
-    "steiner_area",
-    "steiner_areas",
-    "tangent_mesh",
-    "trade_of_heights",
-    "vertex_distances",
-    "vertex_offset_pair",
-    "write_mesh",
-]
+if TYPE_CHECKING:
+    from geometry.public import *  # noqa: F403
+    from geometry.public import __all__ as __all__
+else:
+
+    def __getattr__(name: str) -> Any:
+        return getattr(import_module("geometry.public"), name)
+
+    def __dir__() -> list[str]:
+        return import_module("geometry.public").__all__

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from geometry.arrays import FloatArray, IntArray
+if TYPE_CHECKING:  # numpy is not needed to say what is wrong
+    from geometry.arrays import FloatArray, IntArray
 
 __all__ = [
     "FoldedError",
@@ -93,6 +94,7 @@ def raise_worst(
     say: the sentence, from the element and its value. elements (m,): what the values belong to; their numbers without.
     error: the class, called with the sentence, `elements`, `value`, `bound` and what `more` it asks for.
 
+    >>> import numpy as np
     >>> raise_worst(np.array([0.1, 0.4]), "<=", 0.2, lambda face, value: f"face {face} is off by {value}, allowed 0.2")
     Traceback (most recent call last):
     geometry.errors.GeometryError: face 1 is off by 0.4, allowed 0.2

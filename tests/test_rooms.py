@@ -24,7 +24,8 @@ LARGEST_FILE, LARGEST_ROOM, LARGEST_SHARE = 350, 2500, 0.15
 GROUND = {"geometry.arrays", "geometry.errors"}
 
 MAY_IMPORT: dict[str, set[str]] = {
-    "geometry": {
+    "geometry": {"geometry.public"},
+    "geometry.public": {
         "geometry.combined",
         "geometry.curvature",
         "geometry.edge_offset",
@@ -45,7 +46,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.mesh.intersections": {"geometry.mesh", "geometry.arrays"},
     "geometry.optimise": GROUND,
     "geometry.surface": {"geometry.mesh", *GROUND},
-    "geometry.files": {"geometry.mesh", *GROUND},
+    "geometry.colours": {"geometry.mesh", *GROUND},
+    "geometry.files": {"geometry.colours", "geometry.mesh", *GROUND},
     "geometry.functionals": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.meshing": {"geometry.functionals", "geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.layout": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
@@ -84,7 +86,9 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "geometry.shading": {"geometry.gauss", "geometry.mesh", *GROUND},
-    "fabkit": {"fabkit.pipeline", "fabkit.project", "fabkit.errors", "fabkit.signals"},
+    "fabkit": {"fabkit.public"},
+    "fabkit.public": {"fabkit.pipeline", "fabkit.project", "fabkit.errors"},
+    "fabkit.families": set(),
     "fabkit.__main__": {"fabkit.commands", "fabkit.signals"},
     "fabkit.signals": set(),
     "fabkit.errors": {"geometry.errors"},
@@ -169,6 +173,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.errors",
     },
     "fabkit.designs": {
+        "fabkit.families",
         "fabkit.formats",
         "fabkit.formats.drawings",
         "fabkit.wording",
@@ -186,6 +191,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "fabkit.commands": {
         "fabkit.designs",
+        "fabkit.families",
         "fabkit.pipeline",
         "fabkit.project",
         "fabkit.formats",
@@ -227,7 +233,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "newton",
     ),
     "geometry.files": (
-        "encoding number_rows clusters face_rings meeting_outlines polygon_soup",
+        "encoding number_rows clusters face_rings materials meeting_outlines polygon_soup",
         "obj off ply orientation overlaid_faces",
         "face_checks",
         "mending",
@@ -287,7 +293,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "facts",
     ),
     "fabkit.formats": ("manifest renaming tables triangles", "folder gltf kernels", "documents"),
-    "fabkit.commands": ("terminal options facts", "inspection design", "command_line"),
+    "fabkit.commands": ("terminal options facts", "inspection", "printing", "design", "command_line"),
 }
 """The files of large rooms from the ground up: each imports only those of lines before its own; `a b` are peers."""
 

@@ -1,6 +1,8 @@
-"""What people type: `fabkit build`, `inspect`, `design`, and how they are answered."""
+"""What people type: `fabkit build`, `inspect`, `design`, and how they are answered.
+
+`--help` waits for no numerics: what a command does is imported when it runs.
+"""
 
 from fabkit.commands.command_line import app
-from fabkit.commands.inspection import Inspection, inspect_mesh, inspect_pair, inspect_project
 
-__all__ = ["Inspection", "app", "inspect_mesh", "inspect_pair", "inspect_project"]
+__all__ = ["app"]

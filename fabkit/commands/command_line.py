@@ -6,12 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
-from rich.table import Table
-from rich.text import Text
 
 from fabkit.commands.design import design_app
-from fabkit.commands.inspection import UNSIZED, Inspection, inspect_project
 from fabkit.commands.options import (
     RUN,
     Allow,
@@ -31,14 +27,9 @@ from fabkit.commands.options import (
     SkipUnbuildable,
     Thickness,
     Unit,
-    project_of,
     settings_of,
 )
-from fabkit.commands.terminal import ERR, OUT, Commands, facts_table, one_sentence, told
-from fabkit.fitness import TOLD_BY_NAME, Finding
-from fabkit.pipeline import Built, build
-from fabkit.production import TERMINAL
-from fabkit.project import Project
+from fabkit.commands.terminal import Commands, exit_on_error
 
 __all__ = ["app"]
 
@@ -53,8 +44,6 @@ app = typer.Typer(
 )
 
 app.add_typer(design_app, name="design")
-
-COLOURS = {"told": "yellow", "allowed": "yellow", "unfit": "red"}
 
 
 @app.command("build")
@@ -86,7 +75,9 @@ def build_command(
 
     Faces may have any number of corners; they are made planar if they are not. The folder appears whole or not at all.
     """
-    with one_sentence():
+    with exit_on_error():
+        from fabkit.commands.printing import build_and_print
+
         settings = settings_of(
             out=out,
             name=name,
@@ -107,10 +98,7 @@ def build_command(
             nest=nest,
             nest_seconds=nest_seconds,
         )
-        project = project_of(mesh, settings)
-        with _progress() as progress:
-            built = build(project, force=force, listener=_Display(progress))
-        _print_result(project, built)
+        build_and_print(mesh, settings, force=force)
 
 
 @app.command("inspect")
@@ -136,7 +124,9 @@ def inspect_command(
     With a unit, a mean edge or a project file all that a build does is tried, short of writing; without, what depends
     on no size. Ends with 0 where a build would go through, with 1 where it would be refused.
     """
-    with one_sentence():
+    with exit_on_error():
+        from fabkit.commands.printing import inspect_and_print
+
         settings = settings_of(
             unit=unit,
             mean_edge_mm=mean_edge,
@@ -153,67 +143,6 @@ def inspect_command(
             sheet=sheet,
             nest=nest,
         )
-        if mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "allow", "gauss_image"}:
-            found = inspect_project(project_of(mesh, settings))
-        else:
-            found = inspect_project(project_of(mesh, settings | UNSIZED), is_sized=False)
-        _print_inspection(found)
-    if found.is_unfit:
+        is_unfit = inspect_and_print(mesh, settings)
+    if is_unfit:
         raise typer.Exit(1)
-
-
-# --- output
-
-
-def _progress() -> Progress:
-    return Progress(
-        SpinnerColumn(finished_text="[green]✓[/]"),
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=24),
-        TimeElapsedColumn(),
-        console=ERR,
-    )
-
-
-class _Display:
-    """Shows the stages of a build, one line each."""
-
-    def __init__(self, progress: Progress) -> None:
-        self._progress = progress
-        self._tasks: dict[str, TaskID] = {}
-
-    def __call__(self, stage: str, share: float) -> None:
-        if stage not in self._tasks:
-            self._tasks[stage] = self._progress.add_task(stage, total=None)
-        total = 1.0 if share > 0 else None
-        self._progress.update(self._tasks[stage], completed=share, total=total)
-
-
-def _print_result(project: Project, built: Built) -> None:
-    summary, table = built.summary, facts_table()
-    for fact in built.facts.all:
-        if TERMINAL in fact.shown:
-            table.add_row(fact.name, told(f"{fact.text} ({fact.note})" if fact.note else fact.text))
-    for note in summary.mended:
-        table.add_row("mended", told(note))
-    _add_findings(table, summary.fitness)
-    OUT.print(table)
-    reasons = [part.reason for part in built.assembly.left_out]
-    if len(reasons) > TOLD_BY_NAME:
-        reasons[TOLD_BY_NAME:] = [f"{len(reasons) - TOLD_BY_NAME} more, which the report and the manifest name"]
-    for reason in reasons:
-        OUT.print(Text.assemble(("left out: ", "bold red"), told(reason)))
-    seconds = sum(built.seconds.values())
-    OUT.print(Text.assemble("written to ", (told(str(project.out)), "bold"), f" in {seconds:.1f} s"))
-
-
-def _print_inspection(found: Inspection) -> None:
-    table = facts_table()
-    for name, fact in found.facts():
-        table.add_row(Text(name, style=COLOURS.get(name, "")), told(fact))
-    OUT.print(table)
-
-
-def _add_findings(table: Table, findings: tuple[Finding, ...]) -> None:
-    for finding in findings:
-        table.add_row(Text(finding.level, style=COLOURS[finding.level]), told(f"{finding.name}: {finding.sentence}"))

@@ -2,30 +2,14 @@
 
 from __future__ import annotations
 
-import re
-import shlex
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.text import Text
 
-from fabkit.commands.terminal import OUT, facts_table, one_sentence, told
-from fabkit.designs import (
-    Bend,
-    EdgeOffsetDesign,
-    Faces,
-    MinimalShape,
-    Tiles,
-    cmc_design,
-    cmc_near_design,
-    hexagons_design,
-    koebe_design,
-    minimal_design,
-    write_design,
-)
+from fabkit.commands.terminal import exit_on_error
 from fabkit.errors import ProjectError
-from fabkit.formats import check_replaceable
+from fabkit.families import Bend, Faces, MinimalShape, Tiles
 
 __all__ = ["design_app"]
 
@@ -69,7 +53,11 @@ def koebe_command(
     force: Force = False,
 ) -> None:
     """The fairest mesh parallel to a Koebe polyhedron of quads, hexagons, pentagons or faces of your own."""
-    with one_sentence():
+    with exit_on_error():
+        from fabkit.commands.printing import write_and_print
+        from fabkit.designs import koebe_design
+        from fabkit.formats import check_replaceable
+
         check_replaceable(out, force=force)
         if combinatorics:
             _refuse_beside(context, "--combinatorics has faces of its own", "tiles", "count")
@@ -84,7 +72,7 @@ def koebe_command(
             bend=bend,
             direction_deg=direction,
         )
-        _finish(design, out, boost, force)
+        write_and_print(design, out, boost, force=force)
 
 
 @design_app.command("minimal")
@@ -105,12 +93,16 @@ def minimal_command(
     force: Force = False,
 ) -> None:
     """A mesh of mean curvature zero: catenoid, surface of Enneper, or with a Gauss image of your own."""
-    with one_sentence():
+    with exit_on_error():
+        from fabkit.commands.printing import write_and_print
+        from fabkit.designs import minimal_design
+        from fabkit.formats import check_replaceable
+
         check_replaceable(out, force=force)
         if gauss_image:
             _refuse_beside(context, "--gauss-image decides the shape", "shape", "faces", "count", "turn")
         design = minimal_design(shape=shape, faces=faces, count=count, turn_deg=turn, gauss_image=gauss_image)
-        _finish(design, out, boost, force)
+        write_and_print(design, out, boost, force=force)
 
 
 @design_app.command("cmc")
@@ -143,7 +135,11 @@ def cmc_command(
     force: Force = False,
 ) -> None:
     """A mesh of constant mean curvature: bulges and necks about an axis as soap films have them, or near to a mesh."""
-    with one_sentence():
+    with exit_on_error():
+        from fabkit.commands.printing import write_and_print
+        from fabkit.designs import cmc_design, cmc_near_design
+        from fabkit.formats import check_replaceable
+
         check_replaceable(out, force=force)
         if start and gauss_image:
             _refuse_beside(context, "--start decides the shape", "faces", "count", "rows", "folds", "bulge")
@@ -152,7 +148,7 @@ def cmc_command(
             raise ProjectError("--start needs the files of both meshes: --start M.obj --gauss-image S.obj")
         else:
             design = cmc_design(faces=faces, count=count, rows=rows, folds=folds, bulge=bulge)
-        _finish(design, out, boost, force)
+        write_and_print(design, out, boost, force=force)
 
 
 @design_app.command("hexagons")
@@ -169,10 +165,14 @@ def hexagons_command(
     force: Force = False,
 ) -> None:
     """Hexagons with beams of one height whose planes touch a surface."""
-    with one_sentence():
+    with exit_on_error():
+        from fabkit.commands.printing import write_and_print
+        from fabkit.designs import hexagons_design
+        from fabkit.formats import check_replaceable
+
         check_replaceable(out, force=force)
         design = hexagons_design(surface, count=count, curvature=curvature, turn_deg=turn, flip=flip)
-        _finish(design, out, boost, force)
+        write_and_print(design, out, boost, force=force)
 
 
 def _refuse_beside(context: typer.Context, reason: str, *options: str) -> None:
@@ -181,46 +181,3 @@ def _refuse_beside(context: typer.Context, reason: str, *options: str) -> None:
         source = context.get_parameter_source(option)
         if source is not None and source.name == "COMMANDLINE":
             raise ProjectError(f"{reason}, so --{option} would do nothing: leave out one of the two")
-
-
-def _finish(design: EdgeOffsetDesign, out: Path, boosts: list[str] | None, force: bool) -> None:
-    """Boost, write and tell."""
-    made = design.boosted([_vector(text) for text in boosts or []])
-    measures = write_design(made, out, force=force)
-    mean, lengths = measures["mean_curvature"], measures["edge_lengths"]
-    table = facts_table()
-    table.add_row("mesh", f"{measures['vertices']} vertices, {measures['edges']} edges, {measures['faces']} faces")
-    shortest, longest = lengths["least"] / lengths["mean"], lengths["largest"] / lengths["mean"]
-    table.add_row("edges", f"{shortest:.2f} to {longest:.2f} of their mean; {measures['edges_reversed']} run against S")
-    table.add_row("edges of S", f"at distance 1 from the origin to {measures['edges_of_s_off_distance_1']:.1e}")
-    table.add_row("parallel", f"to {measures['edges_off_parallel']:.1e}, planar to {measures['faces_off_plane']:.1e}")
-    table.add_row("mean curvature", f"{mean['least']:.6g} to {mean['largest']:.6g}, median {mean['median']:.6g}")
-    crossed, met = measures["faces_that_cross_themselves"], measures["pairs_of_faces_that_meet"]
-    if crossed or met:
-        table.add_row("meets itself", f"{crossed} faces cross themselves, {met} pairs of faces do: it cannot be built")
-    for note in made.notes:
-        table.add_row("note", told(note))
-    OUT.print(table)
-    folder = told(str(out))
-    unit = " (or the unit of the surface)" if made.has_unit else ""
-    OUT.print(Text.assemble("written to ", (folder, "bold"), f"; build it with{unit}"))
-    size = "--unit m" if made.has_unit else f"--mean-edge {made.proposed_mean_edge_mm()}"
-    mesh, image, built = (_as_typed(path) for path in (out / "M.obj", out / "S.obj", Path(f"{out}-built")))
-    OUT.print(f"  fabkit build {mesh} --gauss-image {image} {size} -o {built}")
-
-
-def _as_typed(path: Path) -> str:
-    """As a shell takes it for a path: quoted where it has blanks and the like, and never for an option."""
-    text = told(str(path))
-    return shlex.quote(f"./{text}" if text.startswith("-") else text)
-
-
-def _vector(text: str) -> tuple[float, float, float]:
-    number = r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"
-    found = re.fullmatch(f"{number},{number},{number}", text)
-    if not found:
-        raise ProjectError(f"--boost is {text!r}, but needs three numbers such as 0.3,0,-0.1")
-    x, y, z = (float(word) for word in found.groups())
-    if not max(abs(x), abs(y), abs(z)) < 1e9:  # squares of these are finite
-        raise ProjectError(f"--boost is {text!r}, and together its numbers have to be shorter than 1")
-    return x, y, z

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from fabkit.errors import ProjectError
-from fabkit.project import Project, load_project, project_from
+
+if TYPE_CHECKING:
+    from fabkit.project import Project
 
 __all__ = [
     "Allow",
@@ -113,8 +115,8 @@ def settings_of(
     nest_seconds: float | None = None,
     **whole: Any,
 ) -> dict[str, Any]:
-    """What was said, nested as in a project file; whole: keys of the file's first level."""
-    return _said(
+    """The options that were given, nested as in a project file; whole: keys of the file's first level."""
+    return _drop_unset(
         {
             **whole,
             "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "reference": reference},
@@ -128,14 +130,16 @@ def settings_of(
 
 def project_of(mesh: Path, settings: dict[str, Any]) -> Project:
     """The project in a project file, over which the settings win; or of a mesh file and the settings."""
+    from fabkit.project import load_project, project_from
+
     if mesh.suffix.lower() == ".toml":
         return load_project(mesh, settings)
     return project_from({"mesh": mesh, **settings})
 
 
-def _said(settings: dict[str, Any]) -> dict[str, Any]:
+def _drop_unset(settings: dict[str, Any]) -> dict[str, Any]:
     """Settings without those that were not given, on both levels."""
-    nested = {k: _said(v) if isinstance(v, dict) else v for k, v in settings.items()}
+    nested = {k: _drop_unset(v) if isinstance(v, dict) else v for k, v in settings.items()}
     return {key: value for key, value in nested.items() if value is not None and value not in ({}, [])}
 
 

@@ -19,9 +19,9 @@ from fabkit.signals import ending_tidily
 from fabkit.wording import readable
 from geometry.errors import GeometryError
 
-__all__ = ["ERR", "OUT", "Commands", "facts_table", "one_sentence", "told"]
+__all__ = ["ERR", "OUT", "Commands", "exit_on_error", "facts_table", "printable"]
 
-LONGEST = 590
+LONGEST_SENTENCE = 590
 """Letters of what is said of an error: with what stands before it, three lines of a wide terminal, of 200 each. Of
 more, the middle is left out."""
 
@@ -31,7 +31,7 @@ Misuse = cast(type[Exception], typer.BadParameter.__base__)
 """UsageError, which typer brings along or takes from click."""
 
 
-class _Standing:
+class _StandardError:
     """Standard error as far as there is one: that it is gone, or its device full, stops no build."""
 
     def write(self, text: str) -> int:
@@ -48,51 +48,51 @@ class _Standing:
 
 
 OUT = Console(soft_wrap=True, highlight=False, markup=False, emoji=False)
-ERR = Console(file=cast(TextIO, _Standing()), soft_wrap=True, highlight=False, markup=False, emoji=False)
+ERR = Console(file=cast(TextIO, _StandardError()), soft_wrap=True, highlight=False, markup=False, emoji=False)
 
 
 class Commands(TyperGroup):
     """Commands of which everything that goes wrong is said in one sentence, how they are called included."""
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
-        with one_sentence(), ending_tidily():
-            _print_everything()
+        with exit_on_error(), ending_tidily():
+            _escape_unprintable()
             try:
                 code = super().main(*arguments, **{**settings, "standalone_mode": False})
             except Misuse as error:
-                _say_misuse(error)
+                _report_misuse(error)
                 code = 2
             sys.exit(code if isinstance(code, int) else 0)
 
 
 @contextmanager
-def one_sentence() -> Iterator[None]:
+def exit_on_error() -> Iterator[None]:
     """Say what is wrong in one sentence on standard error, and leave with exit code 2."""
     try:
         yield
     except (FabkitError, GeometryError) as error:
-        _leave(in_one_sentence(error))
+        _exit_with_sentence(in_one_sentence(error))
     except MemoryError:
-        _leave("there is not enough memory for so much: take a coarser mesh, or smaller counts")
+        _exit_with_sentence("there is not enough memory for so much: take a coarser mesh, or smaller counts")
     except RecursionError:
-        _leave("the input is nested too deeply: write it flatter")
+        _exit_with_sentence("the input is nested too deeply: write it flatter")
     except KeyboardInterrupt:
         raise SystemExit(130) from None
     except OSError as error:
-        _print_no_more()
+        _discard_output()
         said = error.strerror or str(error)
-        _leave(
+        _exit_with_sentence(
             f"{error.filename}: {said}"
             if error.filename
             else f"{said}: what is printed is lost, what is written is whole"
         )
 
 
-def told(text: str) -> str:
+def printable(text: str) -> str:
     """Text on one line, without what a terminal would obey, and without its middle where it is long."""
     plain = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in readable(text))
-    half = (LONGEST - len(GAP)) // 2
-    return plain if len(plain) <= LONGEST else f"{plain[:half]}{GAP}{plain[-half:]}"
+    half = (LONGEST_SENTENCE - len(GAP)) // 2
+    return plain if len(plain) <= LONGEST_SENTENCE else f"{plain[:half]}{GAP}{plain[-half:]}"
 
 
 def facts_table() -> Table:
@@ -103,27 +103,29 @@ def facts_table() -> Table:
     return table
 
 
-def _leave(sentence: str) -> None:
-    ERR.print(Text.assemble(("fabkit: ", "bold red"), told(sentence)))
+def _exit_with_sentence(sentence: str) -> None:
+    ERR.print(Text.assemble(("fabkit: ", "bold red"), printable(sentence)))
     raise SystemExit(2)
 
 
-def _say_misuse(error: Any) -> None:
+def _report_misuse(error: Any) -> None:
     if "NoArgs" in type(error).__name__:
         error.show()
         return
     command = error.ctx.command_path if error.ctx else "fabkit"
-    _leave(f"{error.format_message().rstrip('.').replace(' Value error, ', ' ')}; {command} --help lists what there is")
+    _exit_with_sentence(
+        f"{error.format_message().rstrip('.').replace(' Value error, ', ' ')}; {command} --help lists what there is"
+    )
 
 
-def _print_everything() -> None:
+def _escape_unprintable() -> None:
     """From now on what the encoding of the terminal lacks is printed as its number."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
 
 
-def _print_no_more() -> None:
+def _discard_output() -> None:
     """What waits to be printed would fail again at the end."""
     with suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

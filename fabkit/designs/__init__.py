@@ -1,22 +1,12 @@
 """Edge offset meshes to start from: M and S from a few numbers, so that beams of one height align at all nodes."""
 
-from fabkit.designs.constant_curvature import (
-    Faces,
-    MinimalShape,
-    cmc_design,
-    cmc_near_design,
-    minimal_design,
-)
+from fabkit.designs.constant_curvature import cmc_design, cmc_near_design, minimal_design
 from fabkit.designs.edge_offset_design import EdgeOffsetDesign, write_design
 from fabkit.designs.hexagons import hexagons_design
-from fabkit.designs.koebe import Bend, Tiles, koebe_design
+from fabkit.designs.koebe import koebe_design
 
 __all__ = [
-    "Bend",
     "EdgeOffsetDesign",
-    "Faces",
-    "MinimalShape",
-    "Tiles",
     "cmc_design",
     "cmc_near_design",
     "hexagons_design",

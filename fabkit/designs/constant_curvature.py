@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
 
 import numpy as np
 
 from fabkit.designs.edge_offset_design import CLOSED, TOUCHING, EdgeOffsetDesign, check_count, check_touching
 from fabkit.errors import ProjectError, in_one_sentence
+from fabkit.families import Faces, MinimalShape
 from geometry.curvature import (
     christoffel_dual,
     constant_mean,
@@ -24,7 +24,7 @@ from geometry.files import read_mesh, read_mesh_pair
 from geometry.gauss import Pair, edge_distances, nearest_parallel_pair, nearest_planar_mesh
 from geometry.mesh import Mesh
 
-__all__ = ["Faces", "MinimalShape", "cmc_design", "cmc_near_design", "minimal_design"]
+__all__ = ["cmc_design", "cmc_near_design", "minimal_design"]
 
 
 EXACT = 1e-10
@@ -39,21 +39,7 @@ MOST_CURVED = 1e3
 """Mean curvature times mean edge length of a start, beyond which a sphere is a thousandth of an edge."""
 
 
-class MinimalShape(StrEnum):
-    """Minimal surfaces that have meshes in closed form, or nearly so."""
-
-    CATENOID = "catenoid"
-    ENNEPER = "enneper"
-
-
-class Faces(StrEnum):
-    QUADS = "quads"
-    HEXAGONS = "hexagons"
-
-    @property
-    def pattern(self) -> Pattern:
-        """The faces around an axis."""
-        return Pattern.QUADS if self is Faces.QUADS else Pattern.STANDING_HEXAGONS
+PATTERNS = {Faces.QUADS: Pattern.QUADS, Faces.HEXAGONS: Pattern.STANDING_HEXAGONS}
 
 
 def minimal_design(
@@ -82,9 +68,9 @@ def minimal_design(
     told = {"shape": str(shape), "faces": str(faces), "count": count, "turn_deg": turn_deg}
     check_count(count, CLOSED)
     if shape is MinimalShape.CATENOID:
-        rows = rows_within(faces.pattern, count, turn)
+        rows = rows_within(PATTERNS[faces], count, turn)
         check_count(count * rows, CLOSED)
-        S = rotational_koebe(faces.pattern, count, rows)
+        S = rotational_koebe(PATTERNS[faces], count, rows)
         return EdgeOffsetDesign.of("minimal", minimal_of_revolution(S), told)
     if faces is not Faces.QUADS:
         raise ProjectError("the surface of Enneper is made of quads; leave out the hexagons, or take the catenoid")
@@ -139,7 +125,7 @@ def cmc_design(
             f"a band of hexagons cannot fold over itself, and {folds} folds are asked for: take quads, or no folds"
         )
     check_count(max(count, 0) * max(rows, 0) * (max(folds, 0) + 1), CLOSED)
-    S = rotational_koebe(faces.pattern, count, rows, folds=folds)
+    S = rotational_koebe(PATTERNS[faces], count, rows, folds=folds)
     low, high = radii_at_inflections(S)
     if bulge is not None and bulge > WIDEST:
         raise ProjectError(f"a bulge of {bulge:g} is asked for, and at most {WIDEST:g} is made; a sphere has 1")

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from fabkit.designs.edge_offset_design import SOLVED, EdgeOffsetDesign, check_count, check_lengths
-from fabkit.designs.koebe import Tiles
+from fabkit.designs.koebe import patch
 from fabkit.errors import ProjectError
+from fabkit.families import Tiles
 from geometry.arrays import IntArray
 from geometry.edge_offset import TangentMesh, koebe, mean_normal, surface_cover
 from geometry.edge_offset.buildability import NARROWEST
@@ -62,7 +63,7 @@ def hexagons_design(
         )
     coverage = min(1.0, ROOM * (1 - np.cos(np.radians(widest))) / 2)
     turns = TURNS_DEG if turn_deg is None else (turn_deg,)
-    polyhedron = koebe(Tiles.HEXAGONS.patch(count), coverage=coverage)
+    polyhedron = koebe(patch(Tiles.HEXAGONS, count), coverage=coverage)
     covers = {turn: surface_cover(phi, polyhedron.mesh, np.radians(turn), curvature=curvature) for turn in turns}
     turn_deg, best = max(covers.items(), key=lambda cover: cover[1].fitness)
     kept, found = best.kept, best.found

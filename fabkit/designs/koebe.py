@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from fabkit.designs.edge_offset_design import SOLVED, EdgeOffsetDesign, check_count
 from fabkit.errors import ProjectError, in_one_sentence
+from fabkit.families import Bend, Tiles
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset import edge_offset_mesh, koebe, saddle_signs
 from geometry.edge_offset.buildability import without_unsound_rim
@@ -20,7 +20,7 @@ from geometry.gauss import Pair
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.patterns import dual, hexagon_patch, pentagon_patch, quad_patch
 
-__all__ = ["Bend", "Tiles", "koebe_design"]
+__all__ = ["koebe_design", "patch"]
 
 SOUTH = (0.0, 0.0, -1.0)
 """Opposite the middle of an open polyhedron: directions on it are those of the plane seen from there."""
@@ -34,25 +34,14 @@ RARE, RARE_LENGTH = 0.4, 1.5
 lengths the two zigzags of a hexagon would just touch, and mostly cross."""
 
 
-class Tiles(StrEnum):
-    QUADS = "quads"
-    HEXAGONS = "hexagons"
-    PENTAGONS = "pentagons"
-
-    def patch(self, count: int) -> Combinatorics:
-        """About as long as wide. Raises ProjectError for more faces than are made."""
-        check_count(max(count, 0) ** 2, SOLVED)
-        if self is Tiles.QUADS:
-            return quad_patch(count, count)
-        if self is Tiles.PENTAGONS:
-            return pentagon_patch(count, count)
-        return hexagon_patch(count, round(count * 2 / 3**0.5))
-
-
-class Bend(StrEnum):
-    DOME = "dome"
-    SADDLE = "saddle"
-    SPHERE = "sphere"
+def patch(tiles: Tiles, count: int) -> Combinatorics:
+    """About as long as wide. Raises ProjectError for more faces than are made."""
+    check_count(max(count, 0) ** 2, SOLVED)
+    if tiles is Tiles.QUADS:
+        return quad_patch(count, count)
+    if tiles is Tiles.PENTAGONS:
+        return pentagon_patch(count, count)
+    return hexagon_patch(count, round(count * 2 / 3**0.5))
 
 
 def koebe_design(
@@ -81,7 +70,7 @@ def koebe_design(
     told: dict[str, Any] = {"tiles": str(tiles), "count": count}
     inputs: dict[Path, str] = {}
     if combinatorics is None:
-        faces = tiles.patch(count)
+        faces = patch(tiles, count)
     else:
         file = read_mesh(combinatorics)
         faces, inputs, told = (

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 from stat import S_ISDIR, S_ISREG
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from geometry.arrays import FloatArray, floats
+from geometry.colours import ElementColours, element_colours
 from geometry.errors import MeshError, MeshFileError, shown
 from geometry.files.encoding import decoded
 from geometry.files.face_checks import COINCIDENCE
+from geometry.files.materials import face_materials
 from geometry.files.mending import mend_soup
 from geometry.files.obj import obj_text, read_obj
 from geometry.files.off import off_text, read_off
@@ -25,7 +28,11 @@ from geometry.mesh.origin import rounding
 
 __all__ = ["MeshFile", "about", "path_name", "read_mesh", "read_soup", "write_mesh"]
 
-_WRITERS = {".obj": obj_text, ".off": off_text, ".ply": ply_text}
+_WRITERS: dict[str, Callable[[Mesh, ElementColours | None], str]] = {
+    ".obj": obj_text,
+    ".off": off_text,
+    ".ply": ply_text,
+}
 
 _LONGEST_NAME = 240
 """Characters of a path in a sentence."""
@@ -83,20 +90,53 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
     return MeshFile(path, mesh, mended, sha256)
 
 
-def write_mesh(path: str | PathLike[str], mesh: Mesh, *, origin: Any = (0.0, 0.0, 0.0)) -> None:
+def write_mesh(
+    path: str | PathLike[str],
+    mesh: Mesh,
+    *,
+    values: Any = None,
+    colours: Any = None,
+    on: Literal["faces", "vertices"] | None = None,
+    value_range: tuple[float, float] | None = None,
+    origin: Any = (0.0, 0.0, 0.0),
+) -> None:
     """Write OBJ, OFF or PLY (by suffix), as text from which `read_mesh` gets the same doubles back.
 
+    values: numbers (F,) of faces or (N,) of vertices to be shown as colours, see `geometry.colours.ColourScale`; NaN is
+    grey. value_range: the numbers at the two ends of the scale; otherwise the least and the largest, as far below zero
+    as above if they have both signs. colours: instead of values, red, green and blue (F, 3) or (N, 3), integers up to
+    255 or other numbers up to 1. on: whether they belong to faces or vertices, where the mesh has as many of both.
+    OBJ has colours of faces in materials, of `COLOUR_STEPS` values, which are written to a file .mtl of the same name.
     origin (3,): what was taken out of the mesh and is put back, see `MeshFile.near_zero`.
 
-    Raises MeshFileError for another suffix, a folder that does not exist, and where the file cannot be written.
+    Raises MeshFileError for another suffix, a folder that does not exist, and where a file cannot be written;
+    GeometryError where values or colours fit neither faces nor vertices, or may belong to both.
+
+    >>> import tempfile
+    >>> from geometry.mesh import shapes
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "grid.ply")
+    ...     write_mesh(path, shapes.grid(2, 3), values=[0, 1, 2, 3, 4, 5])
+    ...     print(path.read_text().splitlines()[2])
+    comment colours show values from 0 to 5, viridis
     """
     path = Path(path)
-    writer = _WRITERS.get(path.suffix.lower())
-    if writer is None:
+    suffix = path.suffix.lower()
+    if suffix not in _WRITERS:
         raise MeshFileError(f"{path_name(path)}: {_unknown_suffix(path)}")
-    text = writer(mesh.translated(origin))
+    placed = mesh.translated(origin)
+    coloured = element_colours(mesh, values, colours, on=on, value_range=value_range)
+    if suffix == ".obj" and coloured and coloured.on == "faces":
+        materials = face_materials(coloured, path.with_suffix(".mtl").name)
+        _write_text(path.with_suffix(".mtl"), materials.text)
+        _write_text(path, obj_text(placed, coloured, materials))
+    else:
+        _write_text(path, _WRITERS[suffix](placed, coloured))
+
+
+def _write_text(path: Path, text: str) -> None:
     try:
-        path.write_text(text, encoding="ascii", newline="\n")
+        path.write_text(text, encoding="utf-8", newline="\n")
     except FileNotFoundError as error:
         raise MeshFileError(f"{path_name(path)}: there is no folder {path_name(path.parent)}; make it first") from error
     except (OSError, ValueError) as error:

@@ -6,11 +6,14 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
 from geometry.arrays import IntArray, integers
+from geometry.colours import ElementColours
 from geometry.errors import MeshFileError, shown
+from geometry.files.materials import Materials
 from geometry.files.number_rows import likewise, parse_numbers, whole
 from geometry.files.polygon_soup import PolygonSoup
 from geometry.mesh import Mesh
@@ -69,11 +72,28 @@ def read_obj(text: str) -> PolygonSoup:
     return PolygonSoup.from_arrays(positions, corners, sizes, count_from=1, mended=tuple(ignored))
 
 
-def obj_text(mesh: Mesh) -> str:
-    """A mesh as OBJ, coordinates in as many digits as give back the same double."""
+def obj_text(mesh: Mesh, colours: ElementColours | None = None, materials: Materials | None = None) -> str:
+    """A mesh as OBJ, coordinates in as many digits as give back the same double.
+
+    Colours of vertices stand behind their coordinates, where many programs read them; faces have their materials.
+    """
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    lines += ["f " + " ".join(str(vertex + 1) for vertex in face.tolist()) for face in mesh.faces]
-    return "\n".join(lines) + "\n"
+    faces = ["f " + " ".join(str(vertex + 1) for vertex in face.tolist()) for face in mesh.faces]
+    if materials is not None:
+        names = materials.of_faces
+        changes = [True, *(name != before for before, name in pairwise(names))]
+        faces = [
+            f"usemtl {name}\n{face}" if change else face
+            for name, change, face in zip(names, changes, faces, strict=True)
+        ]
+        lines = [f"mtllib {materials.library}", *lines]
+    elif colours is not None:
+        rgb = colours.rgb.tolist()
+        lines = [
+            f"{line} {red:.6f} {green:.6f} {blue:.6f}" for line, (red, green, blue) in zip(lines, rgb, strict=True)
+        ]
+    comment = [f"# {colours.comment}"] if colours and colours.comment else []
+    return "\n".join([*comment, *lines, *faces]) + "\n"
 
 
 def _sorted(text: str) -> _Words:

@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
+from geometry.colours import ElementColours
 from geometry.errors import MeshFileError, shown
 from geometry.files.number_rows import NumberRows, likewise, whole, word_lines
 from geometry.files.polygon_soup import PolygonSoup
@@ -50,12 +51,24 @@ def read_off(text: str) -> PolygonSoup:
     return PolygonSoup.from_arrays(vertices, corners, sizes)
 
 
-def off_text(mesh: Mesh) -> str:
-    """A mesh as OFF, coordinates in as many digits as give back the same double."""
-    lines = ["OFF", f"{mesh.n_vertices} {mesh.n_faces} {mesh.n_edges}"]
-    lines += [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    lines += [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
-    return "\n".join(lines) + "\n"
+def off_text(mesh: Mesh, colours: ElementColours | None = None) -> str:
+    """A mesh as OFF, coordinates in as many digits as give back the same double.
+
+    Colours of vertices make it a COFF file, with red, green, blue and opacity from 0 to 255 behind the coordinates.
+    Those of faces stand behind their corners as fractions, which cannot be taken for the number of corners of a face.
+    """
+    vertices = [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
+    faces = [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
+    header = "OFF"
+    if colours and colours.on == "vertices":
+        header, rgb = "COFF", colours.eight_bits.tolist()
+        vertices = [f"{line} {red} {green} {blue} 255" for line, (red, green, blue) in zip(vertices, rgb, strict=True)]
+    elif colours:
+        fractions = colours.rgb.tolist()
+        faces = [f"{line} {r:.6f} {g:.6f} {b:.6f}" for line, (r, g, b) in zip(faces, fractions, strict=True)]
+    comment = [f"# {colours.comment}"] if colours and colours.comment else []
+    counts = f"{mesh.n_vertices} {mesh.n_faces} {mesh.n_edges}"
+    return "\n".join([header, *comment, counts, *vertices, *faces]) + "\n"
 
 
 Rows = list[tuple[int, list[str]]]

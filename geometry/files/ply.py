@@ -10,6 +10,7 @@ from struct import Struct
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
+from geometry.colours import ElementColours
 from geometry.errors import MeshFileError, shown
 from geometry.files.encoding import decoded, spelled_out
 from geometry.files.number_rows import NumberRows, whole, word_lines
@@ -128,15 +129,29 @@ def read_ply(data: bytes) -> PolygonSoup:
     return PolygonSoup.from_arrays(vertices, corners, sizes)
 
 
-def ply_text(mesh: Mesh) -> str:
-    """A mesh as PLY text, coordinates in as many digits as give back the same double."""
+def ply_text(mesh: Mesh, colours: ElementColours | None = None) -> str:
+    """A mesh as PLY text, coordinates in as many digits as give back the same double; colours in 8 bits."""
     size_type = "uchar" if mesh.combinatorics.face_sizes.max() < 256 else "uint"
-    lines = ["ply", "format ascii 1.0", f"element vertex {mesh.n_vertices}"]
-    lines += [f"property double {axis}" for axis in "xyz"]
-    lines += [f"element face {mesh.n_faces}", f"property list {size_type} int vertex_indices", "end_header"]
-    lines += [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    lines += [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
-    return "\n".join(lines) + "\n"
+    channels = [f"property uchar {channel}" for channel in ("red", "green", "blue")]
+    header = ["ply", "format ascii 1.0"]
+    if colours and colours.comment:
+        header.append(f"comment {colours.comment}")
+    header += [f"element vertex {mesh.n_vertices}", *(f"property double {axis}" for axis in "xyz")]
+    vertices = [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
+    faces = [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
+    if colours and colours.on == "vertices":
+        header += channels
+        vertices = _with_columns(vertices, colours)
+    header += [f"element face {mesh.n_faces}", f"property list {size_type} int vertex_indices"]
+    if colours and colours.on == "faces":
+        header += channels
+        faces = _with_columns(faces, colours)
+    return "\n".join([*header, "end_header", *vertices, *faces]) + "\n"
+
+
+def _with_columns(lines: list[str], colours: ElementColours) -> list[str]:
+    rgb = colours.eight_bits.tolist()
+    return [f"{line} {red} {green} {blue}" for line, (red, green, blue) in zip(lines, rgb, strict=True)]
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int, int]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array, eye_array
+from scipy.sparse import csr_array
 
-from geometry.arrays import FloatArray, IntArray, integers
-from geometry.errors import MeshError
+from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.errors import GeometryError, MeshError
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import two_across
@@ -19,10 +21,52 @@ from geometry.surface.surface import Surface, check_points
 __all__ = ["OnCurve", "OnSmoothSurface", "OnSurface", "close_to"]
 
 
-def close_to(points: FloatArray) -> LinearFunctional:
-    """x - points, for all vertices; points (N, 3). Raises GeometryError for points that are not finite."""
+def close_to(
+    points: Any, vertices: Sequence[int] | IntArray | None = None, *, n_vertices: int | None = None, weights: Any = None
+) -> LinearFunctional:
+    """x - points, for all vertices, or for chosen ones only; x (3N,) is all coordinates.
+
+    points (N, 3); or, with `vertices` (k,) and the number `n_vertices` of all of them, points (k, 3): one for each
+    chosen vertex, which may occur several times. weights: of the squared distances, one number from 0 upwards for each
+    point; left out, all 1.
+
+    Raises GeometryError for points that are not finite, for points, weights and vertices that are not equally many,
+    and for weights that are negative or not finite; MeshError for a vertex that does not exist.
+
+    >>> import numpy as np
+    >>> from geometry import ParallelSpace
+    >>> from geometry.functionals import close_to
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(4, 4)
+    >>> corners, heights = [0, 4, 20, 24], np.array([[0.0, 0, 1], [0, 4, 1], [6, 0, 1], [6, 4, 1]])
+    >>> nearest = ParallelSpace(grid).minimise([(1.0, close_to(heights, corners, n_vertices=25))])
+    >>> nearest.vertices[corners].round(6).tolist()  # longer in one direction, lifted by 1
+    [[0.0, 0.0, 1.0], [0.0, 4.0, 1.0], [6.0, 0.0, 1.0], [6.0, 4.0, 1.0]]
+    """
     targets = check_points(points)
-    return LinearFunctional(csr_array(eye_array(targets.size)), targets.ravel())
+    if vertices is None:
+        chosen, n = integers(np.arange(len(targets))), len(targets)
+    elif n_vertices is None:
+        raise GeometryError("vertices are chosen: give n_vertices too, the number of all vertices of the mesh")
+    else:
+        chosen, n = _checked(integers(vertices), n_vertices), n_vertices
+    factors = np.ones(len(targets)) if weights is None else floats(weights)
+    if not len(chosen) == len(targets) == factors.size:
+        raise GeometryError(
+            f"there are {len(targets)} points, {len(chosen)} vertices and {factors.size} weights: one of each is needed"
+        )
+    wrong = np.flatnonzero(~(np.isfinite(factors) & (factors >= 0)))
+    if len(wrong):
+        value = float(factors[wrong[0]])
+        raise GeometryError(
+            f"the weight of point {wrong[0]} is {value}: weights are numbers from 0 upwards",
+            elements=wrong.tolist(),
+            value=value,
+            bound=0.0,
+        )
+    scale = np.repeat(np.sqrt(factors), 3)
+    places = (scale, coordinates(chosen).ravel(), np.arange(3 * len(chosen) + 1))
+    return LinearFunctional(csr_array(places, shape=(3 * len(chosen), 3 * n)), scale * targets.ravel())
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from geometry.surface.curve import Curve
 from geometry.surface.curved_triangles import on_curved_triangles, refined
 from geometry.surface.rim_corners import boundary_corners
 from geometry.surface.smoothing import SmoothedSurface, smoothed
+from geometry.surface.subdivision import subdivided
 from geometry.surface.surface import Surface
 
 __all__ = [
@@ -17,4 +18,5 @@ __all__ = [
     "on_curved_triangles",
     "refined",
     "smoothed",
+    "subdivided",
 ]

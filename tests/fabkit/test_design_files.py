@@ -11,9 +11,6 @@ import pytest
 
 from fabkit.designs import (
     EdgeOffsetDesign,
-    Faces,
-    MinimalShape,
-    Tiles,
     cmc_near_design,
     hexagons_design,
     koebe_design,
@@ -21,6 +18,7 @@ from fabkit.designs import (
     write_design,
 )
 from fabkit.errors import ProjectError
+from fabkit.families import Faces, MinimalShape, Tiles
 from geometry.edge_offset.buildability import NARROWEST, face_necks, sound_piece, without_unsound_rim
 from geometry.errors import GeometryError
 from geometry.files import write_mesh
@@ -107,7 +105,7 @@ def test_counts_beyond_memory_get_a_sentence(tmp_path: Path, monkeypatch: pytest
     def too_much(**_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("fabkit.commands.design.cmc_design", too_much)
+    monkeypatch.setattr("fabkit.designs.cmc_design", too_much)
     assert "not enough memory" in refused("design", "cmc", "-o", tmp_path / "out")
 
 

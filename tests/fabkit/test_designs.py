@@ -17,11 +17,7 @@ from fabkit import Built, Project
 from fabkit import design as built
 from fabkit.commands.command_line import app
 from fabkit.designs import (
-    Bend,
     EdgeOffsetDesign,
-    Faces,
-    MinimalShape,
-    Tiles,
     cmc_design,
     hexagons_design,
     koebe_design,
@@ -29,6 +25,7 @@ from fabkit.designs import (
     write_design,
 )
 from fabkit.errors import OutputError, ProjectError
+from fabkit.families import Bend, Faces, MinimalShape, Tiles
 from geometry.curvature import face_curvatures
 from geometry.errors import GeometryError
 from geometry.files import read_mesh, read_mesh_pair, write_mesh

@@ -18,7 +18,7 @@ from rich.text import Text
 from typer.testing import CliRunner, Result
 
 from fabkit.commands.command_line import app
-from fabkit.commands.terminal import LONGEST, told
+from fabkit.commands.terminal import LONGEST_SENTENCE, printable
 
 ROOT = Path(__file__).parents[2]
 FULL = Path("/dev/full")
@@ -92,27 +92,27 @@ def program(*arguments: str, **settings: object) -> subprocess.Popen[str]:
 def test_arguments_that_make_no_sense_get_one_sentence(place: Path, arguments: list[str], sentence: str) -> None:
     said = refused(*arguments)
     assert sentence in said
-    assert len(said) < LONGEST + 20
+    assert len(said) < LONGEST_SENTENCE + 20
     assert [path.name for path in place.iterdir()] == ["mesh.obj"]
 
 
-def test_names_with_what_a_terminal_would_obey_are_built_and_told(place: Path) -> None:
+def test_names_with_what_a_terminal_would_obey_are_built_and_printed(place: Path) -> None:
     for name in (r"x\[b]", "[red]", ":warning:", "a\x1b[31mb", "tab\tand\nline"):
         result = run("build", "mesh.obj", "--unit", "m", "--nest", "off", "-o", name)
         assert result.exit_code == 0, result.output
-        assert f"written to {told(name)} in" in result.stdout
+        assert f"written to {printable(name)} in" in result.stdout
         assert (place / name / "manifest.json").is_file()
 
 
 @given(st.text())
 def test_what_is_told_is_one_line_and_is_told_as_it_is(text: str) -> None:
-    said = told(text)
+    said = printable(text)
     assert len(said.splitlines()) <= 1
     assert said.isprintable()
     said.encode("utf-8")
-    assert len(said) <= LONGEST
-    assert len(f"fabkit: {told(text * 1000)}") <= 3 * 200
-    if text.isprintable() and len(text) <= LONGEST:
+    assert len(said) <= LONGEST_SENTENCE
+    assert len(f"fabkit: {printable(text * 1000)}") <= 3 * 200
+    if text.isprintable() and len(text) <= LONGEST_SENTENCE:
         assert said == text
     assert Text(said).plain == said
 
@@ -224,12 +224,14 @@ STARTING = """
 import signal, sys
 
 class Interrupt:
+    module, number = sys.argv[1:]
+
     def find_spec(self, name, *_):
-        if name == sys.argv[1]:
-            signal.raise_signal(int(sys.argv[2]))
+        if name == self.module:
+            signal.raise_signal(int(self.number))
 
 sys.meta_path.insert(0, Interrupt())
-sys.argv[0] = "fabkit"
+sys.argv[:] = ["fabkit", "inspect", "mesh.obj"]
 from fabkit.__main__ import main
 main()
 """
@@ -237,7 +239,7 @@ main()
 
 @pytest.mark.parametrize("module", ["numpy", "scipy", "fabkit.project", "typer", "fabkit.commands.design"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_while_modules_are_imported_is_silent(number: signal.Signals, module: str) -> None:
+def test_an_interrupt_while_modules_are_imported_is_silent(place: Path, number: signal.Signals, module: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", STARTING, module, str(int(number))],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
@@ -250,9 +252,7 @@ def test_an_interrupt_while_modules_are_imported_is_silent(number: signal.Signal
 
 
 def test_programs_that_import_the_package_keep_their_answers_to_signals() -> None:
-    script = STARTING.replace('"fabkit"\n', '"theirs"\n').replace(
-        "from fabkit.__main__ import main\nmain()", "import fabkit"
-    )
+    script = STARTING.replace("from fabkit.__main__ import main\nmain()", "import fabkit\nfabkit.build")
     done = subprocess.run(
         [sys.executable, "-c", script, "scipy", str(int(signal.SIGINT))],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
@@ -261,3 +261,43 @@ def test_programs_that_import_the_package_keep_their_answers_to_signals() -> Non
         timeout=60,
     )
     assert "KeyboardInterrupt" in done.stderr
+
+
+HEAVY = {"numpy", "scipy", "igl", "clarabel", "pyamg", "shapely", "ezdxf", "xlsxwriter", "fabkit.project"}
+"""What numerics, formats and project files need, and help does not. Typer itself imports pydantic for some commands."""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["build", "--help"], ["inspect", "--help"], ["design", "--help"], ["design", "koebe", "--help"], []],
+)
+def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
+    script = (
+        "import sys, atexit\n"
+        "atexit.register(lambda: print('imported:', *sys.modules))\n"
+        f"sys.argv[:] = ['fabkit', *{arguments}]\n"
+        "from fabkit.__main__ import main\n"
+        "main()\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=60, check=False
+    )
+    assert "Usage: fabkit" in done.stdout + done.stderr
+    imported = done.stdout.split("imported:")[1].split()
+    assert "typer" in imported
+    assert HEAVY.isdisjoint(imported)
+
+
+@pytest.mark.parametrize("package", ["geometry", "fabkit"])
+def test_packages_offer_their_names_without_importing_them(package: str) -> None:
+    script = (
+        "import sys\n"
+        f"import {package}\n"
+        "assert 'numpy' not in sys.modules\n"
+        f"assert set({package}.__all__) <= set(dir({package}))\n"
+        f"assert all(hasattr({package}, name) for name in {package}.__all__)\n"
+        "assert 'numpy' in sys.modules\n"
+        f"assert not hasattr({package}, 'nonsense')\n"
+    )
+    subprocess.run([sys.executable, "-c", script], env={**os.environ, "PYTHONPATH": str(ROOT)}, timeout=60, check=True)

@@ -101,3 +101,37 @@ def test_distances_from_a_smooth_surface_are_those_along_its_normals() -> None:
     at = np.arange(mesh.n_vertices)
     np.testing.assert_allclose(rows[at, at], surface.closest(points)[1], atol=1e-15)
     assert np.count_nonzero(rows.any(axis=2)) == mesh.n_vertices
+
+
+@given(seeds, st.integers(1, 9))
+def test_close_to_chosen_vertices_with_weights(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, chosen, points, weights = (
+        rng.normal(size=30),
+        rng.integers(0, 10, count),
+        rng.normal(size=(count, 3)),
+        rng.random(count),
+    )
+    term = close_to(points, chosen, n_vertices=10, weights=weights)
+    squares = np.square(x.reshape(-1, 3)[chosen] - points).sum(axis=1)
+    np.testing.assert_allclose(np.square(term.residual(x)).sum(), weights @ squares, rtol=1e-12)
+    assert term.matrix.shape == (3 * count, 30)
+    everywhere = rng.normal(size=(10, 3))
+    np.testing.assert_array_equal(
+        close_to(everywhere, np.arange(10), n_vertices=10).residual(x), close_to(everywhere).residual(x)
+    )
+
+
+def test_what_close_to_refuses() -> None:
+    points = np.zeros((2, 3))
+    with pytest.raises(GeometryError, match="vertices are chosen: give n_vertices too"):
+        close_to(points, [0, 1])
+    with pytest.raises(MeshError, match="there is no vertex 7: the vertices end at 4"):
+        close_to(points, [0, 7], n_vertices=5)
+    with pytest.raises(GeometryError, match="there are 2 points, 3 vertices and 2 weights"):
+        close_to(points, [0, 1, 2], n_vertices=5)
+    with pytest.raises(GeometryError, match="there are 2 points, 2 vertices and 3 weights"):
+        close_to(points, weights=[1, 2, 3])
+    for wrong in (-1.0, np.nan, np.inf):
+        with pytest.raises(GeometryError, match=f"the weight of point 1 is {wrong}"):
+            close_to(points, weights=[1.0, wrong])

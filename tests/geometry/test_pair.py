@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import doctest
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import geometry.gauss.pair as module
 from geometry.errors import GeometryError, MeshError, ParallelityError
 from geometry.gauss import PARALLEL_TOLERANCE, Pair, approximate_pair, edge_distances, points_inwards
 from geometry.mesh import Mesh, shapes, solids
@@ -25,12 +22,6 @@ def random_pair(name: str, seed: int) -> Pair:
     """A random M in P(S) of an opened solid S that touches the sphere with its edges."""
     S = opened(solid(name, "edge"), seed)
     return Pair(member(S, seed), S)
-
-
-def test_the_examples_in_its_docstrings_run() -> None:
-    done = doctest.testmod(module)
-    assert done.attempted >= 5
-    assert done.failed == 0
 
 
 @given(names, seeds)

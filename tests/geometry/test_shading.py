@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
-import importlib
 import re
 import sys
 from datetime import UTC, datetime, timedelta, timezone
@@ -326,13 +324,6 @@ def test_meshes_that_bear_no_fins() -> None:
 
 
 # --- what the documents show
-
-
-@pytest.mark.parametrize("name", ["suns", "fins", "panel_shadows"])
-def test_examples_in_docstrings_are_right(name: str) -> None:
-    found = doctest.testmod(importlib.import_module(f"geometry.shading.{name}"))
-    assert found.attempted > 0
-    assert found.failed == 0
 
 
 def test_the_how_to_on_shading_runs() -> None:
