@@ -36,7 +36,7 @@ from geometry.gauss import (
     vertex_offset_pair,
 )
 from geometry.layout import LaidMesh, lay_quads
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import Combinatorics, Mesh, as_mesh, to_compas, to_meshio, to_trimesh
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
@@ -71,6 +71,7 @@ __all__ = [
     "SupportStructure",
     "Surface",
     "approximate_pair",
+    "as_mesh",
     "christoffel_dual",
     "constant_mean",
     "constant_mean_of_revolution",
@@ -102,6 +103,9 @@ __all__ = [
     "steiner_areas",
     "subdivided",
     "tangent_mesh",
+    "to_compas",
+    "to_meshio",
+    "to_trimesh",
     "trade_of_heights",
     "vertex_distances",
     "vertex_offset_pair",

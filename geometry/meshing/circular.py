@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry.arrays import IntArray, integers
 from geometry.functionals import Circularity
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import Combinatorics, MeshLike, as_mesh
 from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh, optimised
 from geometry.meshing.outcome_checks import Aim
@@ -14,7 +14,7 @@ from geometry.meshing.outcome_checks import Aim
 __all__ = ["make_circular"]
 
 
-def make_circular(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
+def make_circular(mesh: MeshLike, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
     """Move vertices so that each face is planar and its corners are on a circle, to the tolerance in mean edge lengths.
 
     Both are asked at once, in the way of `planarise`. That takes small moves where edges follow the principal
@@ -23,6 +23,7 @@ def make_circular(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort
 
     Raises as `planarise` does, and ConvergenceError where corners are not on circles.
     """
+    mesh = as_mesh(mesh)
     c = mesh.combinatorics
     aim = Aim(
         "making the mesh circular",

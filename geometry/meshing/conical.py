@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry.arrays import IntArray, integers
 from geometry.functionals import Conicality, closed_fans
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import Combinatorics, MeshLike, as_mesh
 from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh, optimised
 from geometry.meshing.outcome_checks import Aim
@@ -14,7 +14,7 @@ from geometry.meshing.outcome_checks import Aim
 __all__ = ["make_conical"]
 
 
-def make_conical(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
+def make_conical(mesh: MeshLike, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
     """Move vertices so that each face is planar and the faces at each interior vertex are tangent to a cone.
 
     Planar to the tolerance in mean edge lengths, conical to the tolerance in radians. Both are asked at once, in the
@@ -23,6 +23,7 @@ def make_conical(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort(
 
     Raises as `planarise` does, and ConvergenceError where faces are not tangent to cones.
     """
+    mesh = as_mesh(mesh)
     c = mesh.combinatorics
     aim = Aim(
         "making the mesh conical",

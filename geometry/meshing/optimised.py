@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray, floats, integers
+from geometry.arrays import FloatArray, floats, integers, short_repr
 from geometry.errors import GeometryError
 from geometry.functionals import Convexity, OnCurve, OnSurface, Planarity, face_deviations, strain
 from geometry.mesh import Mesh
@@ -38,6 +38,8 @@ class OptimisedMesh:
     from the surface, None without one. Lengths are parts of the mean edge length l of the mesh as given. `reason` says
     why the method stopped.
     """
+
+    __repr__ = short_repr
 
     mesh: Mesh
     iterations: int

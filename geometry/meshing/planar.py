@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from geometry.mesh import Mesh
+from geometry.mesh import MeshLike, as_mesh
 from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh, optimised
 from geometry.meshing.outcome_checks import Aim
@@ -10,7 +10,7 @@ from geometry.meshing.outcome_checks import Aim
 __all__ = ["planarise"]
 
 
-def planarise(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
+def planarise(mesh: MeshLike, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
     """Move vertices so that no corner is further than the tolerance from its face's plane, in mean edge lengths.
 
     Constrained Newton steps of least |moves|^2 + fairness * strain. Faces have any number of corners; a mesh that is as
@@ -22,5 +22,6 @@ def planarise(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) 
     meant; ConvergenceError where faces do not become planar, or convex; and FoldedError where an edge or face
     folded over on the way.
     """
+    mesh = as_mesh(mesh)
     aim = Aim("planarising", "lay the mesh along conjugate directions", held_steps=16)
     return optimised(mesh, aim, guides, effort)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, floats, short_repr
 from geometry.errors import GeometryError, MeshError
 from geometry.functionals import parallel_to
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatrix
 from geometry.parallel.constraints import FactorBounds, Fixed, Objective
 from geometry.parallel.edge_closure import Closing
@@ -45,7 +45,12 @@ class ParallelSpace:
     length, and for other meshes that have not the faces of M. Factors are kept for the next call.
     """
 
+    __repr__ = short_repr
+
     mesh: Mesh
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mesh", as_mesh(self.mesh))
 
     @cached_property
     def matrix(self) -> SparseMatrix:
@@ -131,12 +136,13 @@ class ParallelSpace:
             raise GeometryError(f"{count} elements are asked for, it must be 1 or more", value=count, bound=1)
         return [self.mesh.with_vertices(vertices) for vertices in self._orthonormal(count, seed)]
 
-    def project(self, mesh: Mesh) -> Mesh:
+    def project(self, mesh: MeshLike) -> Mesh:
         """The member of P(M) nearest to a mesh: the sum of squared distances of the vertices is least.
 
         Parallel to M within `PARALLEL` times the size of that mesh; raises ConvergenceError where that is not reached,
         and RankError, naming edges and singular values, where rounding decides which member is the nearest.
         """
+        mesh = as_mesh(mesh)
         if not self.mesh.combinatorics.same_as(mesh.combinatorics):
             raise MeshError("the two meshes do not have the same faces, so they cannot be parallel")
         centre = mesh.vertices.mean(axis=0)  # translations are members: they can be kept out of rounding
@@ -153,8 +159,9 @@ class ParallelSpace:
         )
         return found.with_vertices(found.vertices + centre)
 
-    def contains(self, mesh: Mesh) -> bool:
+    def contains(self, mesh: MeshLike) -> bool:
         """Whether a mesh is parallel to M, within `PARALLEL` times its largest coordinate."""
+        mesh = as_mesh(mesh)
         return bool(parallelity(self.mesh, mesh).max() <= self._allowed(mesh))
 
     def blend(self, weights: Sequence[float], members: Sequence[Mesh]) -> Mesh:
