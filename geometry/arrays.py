@@ -60,6 +60,8 @@ def short_repr(value: Any) -> str:
     has_counts = hasattr(counted, "n_edges")
     parts = [f"{counted.n_vertices} vertices, {counted.n_faces} faces, {counted.n_edges} edges"] if has_counts else []
     for field in fields(value):
+        if has_counts and field.name == "n_vertices":
+            continue
         held = getattr(value, field.name)
         default = field.default_factory() if field.default_factory is not MISSING else field.default
         parts += _shown_field(field.name, held, default, has_counts)

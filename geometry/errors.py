@@ -22,10 +22,10 @@ __all__ = [
     "shown",
 ]
 
-NAMED = 10
+MAX_NAMED_FINDINGS = 10
 """Findings of one kind that a sentence names; it counts the rest."""
 
-ECHO = 40
+MAX_QUOTED_CHARACTERS = 40
 """Characters of a damaged word or line that a sentence repeats."""
 
 
@@ -75,7 +75,7 @@ class RankError(GeometryError):
     """The singular values have no gap, so that the dimension of a space cannot be told."""
 
 
-HOLDS = {"<=": operator.le, ">=": operator.ge, ">": operator.gt}
+COMPARISONS = {"<=": operator.le, ">=": operator.ge, ">": operator.gt}
 """What may be demanded of values; NaN is nothing of it."""
 
 
@@ -104,7 +104,7 @@ def raise_worst(
         return
     worst = int(values.argmax() if demand == "<=" else values.argmin())  # either is the first NaN, if there is one
     value = float(values[worst])
-    if HOLDS[demand](value, bound):
+    if COMPARISONS[demand](value, bound):
         return
     element = worst if elements is None else int(elements[worst])
     raise error(say(element, value), elements=[element], value=value, bound=bound, **more)
@@ -112,7 +112,7 @@ def raise_worst(
 
 def listed(names: Iterable[object], count: int) -> str:
     """ "1, 2 and 3", or "1, 2, 3 and 37 more": the first of `count` names, which need not all be made."""
-    first = [str(name) for _, name in zip(range(min(count, NAMED)), names, strict=False)]
+    first = [str(name) for _, name in zip(range(min(count, MAX_NAMED_FINDINGS)), names, strict=False)]
     if count > len(first):
         return f"{', '.join(first)} and {count - len(first)} more"
     return " and ".join(part for part in (", ".join(first[:-1]), first[-1]) if part)
@@ -126,7 +126,7 @@ def described(given: object) -> str:
     return f"an array of shape {shape}" if isinstance(shape, tuple) else f"a value of type {type(given).__name__}"
 
 
-def shown(text: object, length: int = ECHO) -> str:
+def shown(text: object, length: int = MAX_QUOTED_CHARACTERS) -> str:
     """Text from outside as a sentence may repeat it: on one line, printable everywhere, no longer than that.
 
     Bytes of a file's name that are not UTF-8 are told as such. The middle is left out, not the end, which tells file

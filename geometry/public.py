@@ -21,6 +21,7 @@ from geometry.edge_offset import (
 from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
 from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
 from geometry.gauss import (
+    OffsetMesh,
     Pair,
     SupportStructure,
     approximate_pair,
@@ -31,6 +32,7 @@ from geometry.gauss import (
     face_offset_pair,
     nearest_parallel_pair,
     node_axes,
+    offset,
     parallel_from_axes,
     vertex_distances,
     vertex_offset_pair,
@@ -61,6 +63,7 @@ __all__ = [
     "MeshFile",
     "MeshFileError",
     "MoebiusTransformation",
+    "OffsetMesh",
     "OptimisedMesh",
     "OptimisedPair",
     "Pair",
@@ -90,6 +93,7 @@ __all__ = [
     "minimal_of_revolution",
     "nearest_parallel_pair",
     "node_axes",
+    "offset",
     "optimise_pair",
     "parallel_from_axes",
     "parallelity",

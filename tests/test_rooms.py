@@ -241,10 +241,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "mesh_pairs",
     ),
     "geometry.functionals": (
-        "unknowns rim_normals",
-        "closeness convexity fairness face_frames parallelity reference_planes",
-        "circularity conicality normals planarity pair_distances",
-        "pair_curvature uprightness",
+        "unknowns boundary_normals",
+        "closeness convex_faces fairness face_frames parallel_edges reference_planes",
+        "circular_faces conical_vertices gauss_image_terms planar_faces pair_distances",
+        "constant_curvature upright_axes",
     ),
     "geometry.layout": (
         "quarter_turns integer_lattices mesh_polylines",
@@ -259,7 +259,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "quads",
     ),
     "geometry.parallel": (
-        "edge_parallelity constraints homology face_unknowns",
+        "blending edge_parallelity constraints homology face_unknowns",
         "edge_closure optimality",
         "spectrum sampling minimising",
         "space",
@@ -271,6 +271,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "support_structure approximate_gauss_image exact_gauss_image nearest_pair",
         "offset_kinds rounded_mesh",
         "best_pair",
+        "constant_offset",
     ),
     "geometry.curvature": (
         "faces fairness levels rings",

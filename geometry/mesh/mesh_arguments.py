@@ -18,7 +18,15 @@ __all__ = ["CombinatoricsLike", "HasMesh", "MeshLike", "as_combinatorics", "as_g
 
 
 class HasMesh(Protocol):
-    """What holds a mesh: MeshFile, OptimisedMesh, KoebePolyhedron, LaidMesh, Pair, Surface and others."""
+    """What holds a mesh: MeshFile, OptimisedMesh, KoebePolyhedron, LaidMesh, Pair, Surface, or a class of one's own.
+
+    >>> from geometry import planarise
+    >>> from geometry.mesh.solids import cube
+    >>> class Roof:
+    ...     mesh = cube()
+    >>> planarise(Roof()).mesh.n_faces
+    6
+    """
 
     @property
     def mesh(self) -> Mesh: ...

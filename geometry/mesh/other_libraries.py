@@ -23,7 +23,7 @@ def to_trimesh(mesh: MeshLike) -> Any:
     >>> from geometry import to_trimesh
     >>> from geometry.mesh.solids import cube
     >>> box = to_trimesh(cube())
-    >>> box.faces.shape, round(box.volume, 9), box.metadata["face"].tolist()[:4]
+    >>> box.faces.shape, round(box.volume.item(), 9), box.metadata["face"].tolist()[:4]
     ((12, 3), 8.0, [0, 0, 1, 1])
     """
     trimesh = _library("trimesh", "trimesh")

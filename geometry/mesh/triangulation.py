@@ -8,7 +8,7 @@ import shapely
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
 from geometry.errors import MeshError
 from geometry.mesh.mesh import Mesh
-from geometry.mesh.polygons import two_across
+from geometry.mesh.polygons import perpendicular_pair
 
 __all__ = ["triangulated"]
 
@@ -60,7 +60,7 @@ def _constrained(mesh: Mesh, faces: IntArray) -> tuple[IntArray, IntArray]:
     """Corners (T, 3) of the triangles of some faces (k,), and the face (T,) of each."""
     c = mesh.combinatorics
     corners, owner = c.corners_of(faces)
-    across = two_across(mesh.face_normals[faces])[owner]
+    across = perpendicular_pair(mesh.face_normals[faces])[owner]
     centred = mesh.vertices[c.corners[corners]] - mesh.vertices[c.corners[c.face_starts[faces]]][owner]
     flat = np.einsum("cik,ck->ci", across, centred)
     polygons = shapely.polygons(shapely.linearrings(flat, indices=owner))

@@ -2,8 +2,8 @@
 
 from geometry.meshing.circular import make_circular
 from geometry.meshing.conical import make_conical
-from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh
 from geometry.meshing.planar import planarise
+from geometry.meshing.vertex_guides import Effort, Guides
 
 __all__ = ["Effort", "Guides", "OptimisedMesh", "make_circular", "make_conical", "planarise"]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import IntArray, integers
-from geometry.functionals import Circularity
+from geometry.functionals import CircularFaces
 from geometry.mesh import Combinatorics, MeshLike, as_mesh
-from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh, optimised
-from geometry.meshing.outcome_checks import Aim
+from geometry.meshing.result_checks import Aim
+from geometry.meshing.vertex_guides import Effort, Guides
 
 __all__ = ["make_circular"]
 
@@ -28,8 +28,8 @@ def make_circular(mesh: MeshLike, guides: Guides = Guides(), effort: Effort = Ef
     aim = Aim(
         "making the mesh circular",
         "lay the mesh along principal curvature lines",
-        held_steps=8,
-        functional=Circularity(c),
+        anchored_steps=8,
+        functional=CircularFaces(c),
         elements=_faces_of_residuals(c),
         noun="face",
         lacks="is off a circle",
@@ -39,6 +39,6 @@ def make_circular(mesh: MeshLike, guides: Guides = Guides(), effort: Effort = Ef
 
 
 def _faces_of_residuals(combinatorics: Combinatorics) -> IntArray:
-    """(m,) the face of each residual of `Circularity`."""
+    """(m,) the face of each residual of `CircularFaces`."""
     parts = [np.repeat(faces, corners.shape[1] - 3) for faces, corners in combinatorics.faces_by_size()]
     return integers(np.concatenate(parts))

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import IntArray, integers
-from geometry.functionals import Conicality, closed_fans
+from geometry.functionals import ConicalVertices, closed_fans
 from geometry.mesh import Combinatorics, MeshLike, as_mesh
-from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh, optimised
-from geometry.meshing.outcome_checks import Aim
+from geometry.meshing.result_checks import Aim
+from geometry.meshing.vertex_guides import Effort, Guides
 
 __all__ = ["make_conical"]
 
@@ -28,8 +28,8 @@ def make_conical(mesh: MeshLike, guides: Guides = Guides(), effort: Effort = Eff
     aim = Aim(
         "making the mesh conical",
         "lay the mesh along principal curvature lines",
-        held_steps=8,
-        functional=Conicality(c),
+        anchored_steps=8,
+        functional=ConicalVertices(c),
         elements=_vertices_of_residuals(c),
         noun="vertex",
         lacks="is not conical",
@@ -39,7 +39,7 @@ def make_conical(mesh: MeshLike, guides: Guides = Guides(), effort: Effort = Eff
 
 
 def _vertices_of_residuals(combinatorics: Combinatorics) -> IntArray:
-    """(m,) the vertex of each residual of `Conicality`."""
+    """(m,) the vertex of each residual of `ConicalVertices`."""
     fans = [fan for fan in closed_fans(combinatorics) if fan.shape[1] > 3]
     parts = [np.repeat(combinatorics.corners[fan[:, 0]], fan.shape[1] - 3) for fan in fans]
     return integers(np.concatenate([np.zeros(0), *parts]))

@@ -10,19 +10,29 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, floats, integers, short_repr
 from geometry.errors import GeometryError
-from geometry.functionals import Convexity, OnCurve, OnSurface, Planarity, face_deviations, strain
+from geometry.functionals import ConvexFaces, OnCurve, OnSurface, PlanarFaces, relative_plane_deviations, strain
 from geometry.mesh import Mesh
-from geometry.meshing.guides import Effort, Guides, MeshGuides, in_edge_lengths
-from geometry.meshing.outcome_checks import LEAST_TURN, Aim, check_fixed_faces, check_outcome
-from geometry.optimise import AffineMap, At, Blocks, Functional, Reason, Solution, SparseMatrix, Stack, nearest_feasible
+from geometry.meshing.result_checks import LEAST_CONVEX_TURN, Aim, check_fixed_faces, check_outcome
+from geometry.meshing.vertex_guides import Effort, Guides, MeshGuides, in_edge_lengths
+from geometry.optimise import (
+    AffineMap,
+    Blocks,
+    ComposedFunctional,
+    Functional,
+    Reason,
+    Solution,
+    SparseMatrix,
+    StackedFunctional,
+    nearest_feasible,
+)
 
 __all__ = ["OptimisedMesh", "optimised"]
 
-LONGEST_STEP = 0.6
+LONGEST_VERTEX_STEP = 0.6
 """Longest move of a vertex in one step, over the mean edge length: as far as one moves in the mean of all directions
 whose largest coordinate moves by a half."""
 
-SURFACE = 10.0
+SURFACE_WEIGHT = 10.0
 """Weight of squared distances from a surface, over that of squared moves. With more, vertices come nearer in the mean,
 but glide so far that edges collapse: Newton's steps leave out how constraints curve."""
 
@@ -110,13 +120,13 @@ class _Task:
         return (
             self.planarity_before <= tolerance
             and self.deviation_before <= tolerance
-            and (not len(convex) or float(self.turns.residual(self.start).min()) >= LEAST_TURN - tolerance)
+            and (not len(convex) or float(self.turns.residual(self.start).min()) >= LEAST_CONVEX_TURN - tolerance)
             and (self.surface_distance(self.mesh) or 0.0) <= tolerance
         )
 
     @cached_property
     def planarity_before(self) -> float:
-        return float(face_deviations(self.mesh).max())
+        return float(relative_plane_deviations(self.mesh).max())
 
     @cached_property
     def deviation_before(self) -> float:
@@ -128,25 +138,25 @@ class _Task:
     def constraint(self) -> Functional:
         """To be zero."""
         n = self.mesh.n_vertices
-        planar = Planarity(self.mesh.combinatorics, self.start)
+        planar = PlanarFaces(self.mesh.combinatorics, self.start)
         aims = [] if self.aim.functional is None else [self.aim.functional]
         curves = [OnCurve(curve, vertices, n) for curve, vertices in self.guides.curves if len(vertices)]
-        return Stack([planar, *aims, *curves]) if aims or curves else planar
+        return StackedFunctional([planar, *aims, *curves]) if aims or curves else planar
 
     @cached_property
-    def turns(self) -> Convexity:
-        """To be at least `LEAST_TURN`."""
-        return Convexity(self.mesh.combinatorics, self.guides.convex)
+    def turns(self) -> ConvexFaces:
+        """To be at least `LEAST_CONVEX_TURN`."""
+        return ConvexFaces(self.mesh.combinatorics, self.guides.convex)
 
     @cached_property
-    def wishes(self) -> list[tuple[float, Functional]]:
+    def soft_terms(self) -> list[tuple[float, Functional]]:
         """To be small, with their weights."""
         surface = self.guides.surface
         if surface is None:
             return []
         vertices = integers(np.flatnonzero(self.mesh.combinatorics.is_used))
-        distances = At(OnSurface(surface, vertices, self.mesh.n_vertices), self.world)
-        return [(SURFACE / self.mesh.mean_edge_length**2, distances)]
+        distances = ComposedFunctional(OnSurface(surface, vertices, self.mesh.n_vertices), self.world)
+        return [(SURFACE_WEIGHT / self.mesh.mean_edge_length**2, distances)]
 
     @cached_property
     def metric(self) -> SparseMatrix:
@@ -159,23 +169,23 @@ class _Task:
         if fixed.all():
             violation = float(np.abs(self.constraint.residual(self.start)).max(initial=0.0))
             return Solution(self.start, np.zeros(0), violation, 0, Reason.STALLED)
-        some, rest = bool(fixed.any()), AffineMap.holding(self.start, fixed)
+        some, rest = bool(fixed.any()), AffineMap.fixing(self.start, fixed)
 
         def of_free(functional: Functional) -> Functional:
-            return At(functional, rest) if some else functional
+            return ComposedFunctional(functional, rest) if some else functional
 
         free = np.flatnonzero(~fixed)
         found = nearest_feasible(
             of_free(self.constraint),
             self.start[free],
             csr_array(self.metric[free][:, free]) if some else self.metric,
-            wishes=[(weight, of_free(functional)) for weight, functional in self.wishes],
+            soft_terms=[(weight, of_free(functional)) for weight, functional in self.soft_terms],
             inequality=of_free(self.turns) if len(self.guides.convex) else None,
-            least=LEAST_TURN,
+            least=LEAST_CONVEX_TURN,
             tolerance=effort.tolerance / 4,  # a corner's distance is at most its face's residuals' norm
-            longest_step=LONGEST_STEP,
+            longest_step=LONGEST_VERTEX_STEP,
             blocks=Blocks({"free vertices": (len(free) // 3, 3)}),
-            held_steps=self.aim.held_steps if effort.held_steps is None else effort.held_steps,
+            anchored_steps=self.aim.anchored_steps if effort.anchored_steps is None else effort.anchored_steps,
             max_steps=effort.max_steps,
         )
         return Solution(rest(found.x), found.multipliers, found.violation, found.steps, found.reason)
@@ -196,7 +206,7 @@ class _Task:
             mesh=result,
             iterations=iterations,
             planarity_before=self.planarity_before,
-            planarity_after=float(face_deviations(result).max()),
+            planarity_after=float(relative_plane_deviations(result).max()),
             deviation_before=self.deviation_before,
             deviation_after=float(self.aim.deviations(result).max(initial=0.0)),
             largest_move=float(moves.max()),

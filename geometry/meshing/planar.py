@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from geometry.mesh import MeshLike, as_mesh
-from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh, optimised
-from geometry.meshing.outcome_checks import Aim
+from geometry.meshing.result_checks import Aim
+from geometry.meshing.vertex_guides import Effort, Guides
 
 __all__ = ["planarise"]
 
@@ -23,5 +23,5 @@ def planarise(mesh: MeshLike, guides: Guides = Guides(), effort: Effort = Effort
     folded over on the way.
     """
     mesh = as_mesh(mesh)
-    aim = Aim("planarising", "lay the mesh along conjugate directions", held_steps=16)
+    aim = Aim("planarising", "lay the mesh along conjugate directions", anchored_steps=16)
     return optimised(mesh, aim, guides, effort)

@@ -12,7 +12,7 @@ from geometry.gauss.distances import circularity, vertex_distances
 from geometry.gauss.exact_gauss_image import edge_offset_pair, exact_pairs, face_offset_pair, vertex_offset_pair
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.edge_parallelity import parallelity
-from tests.geometry.members import SIMPLE, SOLIDS, boosted, member, solid
+from tests.geometry.parallel_elements import SIMPLE, SOLIDS, boosted, member, solid
 
 seeds = st.integers(0, 2**32 - 1)
 ROUNDING = 1e-10  # what planes of 1e-13 and edges of a hundredth of the mean leave of numbers near 1

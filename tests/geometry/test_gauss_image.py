@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError
-from geometry.functionals.rim_normals import extrapolated_normals
+from geometry.functionals.boundary_normals import extrapolated_normals
 from geometry.gauss import Pair
 from geometry.gauss.approximate_gauss_image import approximate_pair, refuse_triangle_mesh
 from geometry.gauss.distances import vertex_distances

@@ -150,7 +150,7 @@ def test_a_pyramid_with_many_sides() -> None:
 def test_multigrid_and_factor_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     c = random_polyhedron(np.random.default_rng(5), 600, "dual of mixed")
     direct = koebe(c).mesh.vertices
-    monkeypatch.setattr("geometry.optimise.grounded_laplacian.DIRECT", 100)
+    monkeypatch.setattr("geometry.optimise.grounded_laplacian.MAX_DIRECT_UNKNOWNS", 100)
     assert np.abs(koebe(c).mesh.vertices - direct).max() <= 1e-10
 
 

@@ -14,7 +14,7 @@ from scipy.sparse import csr_array, eye_array
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.functionals.fairness import laplacian
-from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
+from geometry.functionals.gauss_image_terms import close_to_vertex_normals, faces_at_unit_distance
 from geometry.gauss.approximate_gauss_image import approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.optimise.functional import LinearFunctional, normal_equations
@@ -87,7 +87,7 @@ def test_fair_members_through_fixed_vertices(mesh: Mesh, seed: int) -> None:
 
 @pytest.mark.parametrize("mesh", [DISC, HEXAGONS, TORUS])
 def test_the_gauss_image_is_such_a_minimum(mesh: Mesh) -> None:
-    terms = [(1.0, unit_face_distances(mesh)), (0.1, close_to_vertex_normals(mesh))]
+    terms = [(1.0, faces_at_unit_distance(mesh)), (0.1, close_to_vertex_normals(mesh))]
     found = ParallelSpace(mesh).minimise(terms)
     np.testing.assert_allclose(found.vertices, approximate_pair(mesh).gauss_image.vertices, atol=1e-9)
 

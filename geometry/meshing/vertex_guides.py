@@ -41,7 +41,7 @@ class Guides:
     curves: paths of vertices along edges, closed where the first vertex is the last one too. Their vertices
       slide on the spline through them, see `Curve.through`; ends, corners and crossings stay.
     keep_boundary: the same for all boundary loops.
-    convex: faces whose corners are to turn to one side, each by `outcome_checks.LEAST_TURN` l or more; or "all".
+    convex: faces whose corners are to turn to one side, each by `result_checks.LEAST_CONVEX_TURN` l or more; or "all".
 
     Raises GeometryError for what is not a Surface, and a fairness that is negative or not finite.
     """
@@ -66,18 +66,18 @@ class Effort:
     """How far to go. Raises GeometryError for numbers that are negative or not finite.
 
     tolerance: what planes, circles, cones and curves may be missed by, in mean edge lengths or radians.
-    held_steps: Newton steps that pull towards the given vertices. Each later one takes the shortest way to what is
+    anchored_steps: Newton steps that pull towards the given vertices. Each later one takes the shortest way to what is
       asked, as the pull is in the way of quadratic convergence. None: 16 where only planes are asked, else 8.
     max_steps: Newton steps in all.
     """
 
     tolerance: float = 1e-12
-    held_steps: int | None = None
+    anchored_steps: int | None = None
     max_steps: int = 50
 
     def __post_init__(self) -> None:
         _check_number("tolerance", self.tolerance)
-        _check_number("held_steps", 0 if self.held_steps is None else self.held_steps)
+        _check_number("anchored_steps", 0 if self.anchored_steps is None else self.anchored_steps)
         _check_number("max_steps", self.max_steps)
 
 

@@ -8,23 +8,22 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.errors import FoldedError, raise_worst
-from geometry.functionals import Convexity, OnCurve, face_deviations
+from geometry.functionals import ConvexFaces, OnCurve, relative_plane_deviations
 from geometry.mesh import Mesh
 from geometry.mesh.place import cure_of_place
-from geometry.meshing.guides import MeshGuides, in_edge_lengths
-from geometry.optimise import ConvergenceError, Functional, Reason, Solution, largest
+from geometry.meshing.vertex_guides import MeshGuides, in_edge_lengths
+from geometry.optimise import ConvergenceError, Functional, Reason, Solution, max_norm
 
-__all__ = ["LEAST_TURN", "Aim", "check_fixed_faces", "check_outcome"]
+__all__ = ["LEAST_CONVEX_TURN", "Aim", "check_fixed_faces", "check_outcome"]
 
-LEAST_LENGTH = 0.05
+COLLAPSED_LENGTH_RATIO = 0.05
 """Length of an edge afterwards over its length before, below which it counts as collapsed."""
 
-LEAST_TURN = 0.01
-"""What is asked of a corner that is to be convex, in mean edge lengths, see `Convexity`: it turns by about 0.6 degrees
-between edges of mean length. A corner that is straight could be either."""
+LEAST_CONVEX_TURN = 0.01
+"""Least turn of a corner that has to be convex, in mean edge lengths, see `ConvexFaces`: about 0.6 degrees between two
+edges of mean length. A straight corner would be neither convex nor concave."""
 
-
-ROUNDINGS = 100.0
+ROUNDING_LIMITED_RATIO = 100.0
 """What is left, over the rounding of coordinates, up to which that is what is in the way."""
 
 
@@ -34,12 +33,12 @@ class Aim:
 
     task: what is being done. functional: its residuals belong to the elements (m,), faces or vertices as `noun` says;
     `lacks` and `unit` say by what words and in what they are off. advice: what to do where that is not reached.
-    held_steps: those of an `Effort` that leaves them open.
+    anchored_steps: those of an `Effort` that leaves them open.
     """
 
     task: str
     advice: str
-    held_steps: int
+    anchored_steps: int
     functional: Functional | None = None
     elements: IntArray | None = None
     noun: str = ""
@@ -58,7 +57,7 @@ def check_fixed_faces(mesh: Mesh, guides: MeshGuides, tolerance: float) -> None:
     """Raise ConvergenceError, before anything is done, for a face that is not planar and cannot move."""
     c = mesh.combinatorics
     is_fixed = np.logical_and.reduceat(guides.is_fixed[c.corners], c.face_starts[:-1])
-    deviations = np.where(is_fixed, face_deviations(mesh), 0.0)
+    deviations = np.where(is_fixed, relative_plane_deviations(mesh), 0.0)
     raise_worst(
         deviations,
         "<=",
@@ -68,7 +67,7 @@ def check_fixed_faces(mesh: Mesh, guides: MeshGuides, tolerance: float) -> None:
             "its vertices are fixed, or ends, corners or crossings of curves: free one of them"
         ),
         error=ConvergenceError,
-        solution=Solution(in_edge_lengths(mesh).ravel(), np.zeros(0), largest(deviations), 0, Reason.INFEASIBLE),
+        solution=Solution(in_edge_lengths(mesh).ravel(), np.zeros(0), max_norm(deviations), 0, Reason.INFEASIBLE),
     )
 
 
@@ -92,7 +91,7 @@ def check_outcome(
 def _ending(after: Mesh, aim: Aim, solution: Solution, value: float) -> str:
     """Why something is off by a value, and what to do."""
     rounding = float(np.spacing(np.abs(after.vertices).max())) / after.mean_edge_length
-    if solution.reason is Reason.CONVERGED or solution.violation <= ROUNDINGS * rounding:
+    if solution.reason is Reason.CONVERGED or solution.violation <= ROUNDING_LIMITED_RATIO * rounding:
         cure = cure_of_place(after, value)
         coarse = f"because coordinates are rounded to {rounding:.0e} mean edge lengths; allow more"
         return f"because {cure}, or allow more" if cure else coarse
@@ -101,7 +100,7 @@ def _ending(after: Mesh, aim: Aim, solution: Solution, value: float) -> str:
 
 def _check_planar(after: Mesh, aim: Aim, solution: Solution, tolerance: float) -> None:
     raise_worst(
-        face_deviations(after),
+        relative_plane_deviations(after),
         "<=",
         tolerance,
         lambda face, value: (
@@ -145,16 +144,17 @@ def _check_on_curves(after: Mesh, aim: Aim, guides: MeshGuides, solution: Soluti
 
 
 def _check_convex(after: Mesh, aim: Aim, guides: MeshGuides, solution: Solution, tolerance: float) -> None:
-    turns = Convexity(after.combinatorics, guides.convex).residual(solution.x)
-    if turns.min(initial=np.inf) >= LEAST_TURN - tolerance:
+    turns = ConvexFaces(after.combinatorics, guides.convex).residual(solution.x)
+    if turns.min(initial=np.inf) >= LEAST_CONVEX_TURN - tolerance:
         return
     raise_worst(
         turns,
         ">=",
-        LEAST_TURN,
+        LEAST_CONVEX_TURN,
         lambda face, value: (
             f"face {face} is not convex: a corner turns by {value:.2g} (of the mean edge length), at least "
-            f"{LEAST_TURN} is asked, {_ending(after, aim, solution, LEAST_TURN - value)}, or ask for fewer convex faces"
+            f"{LEAST_CONVEX_TURN} is asked, {_ending(after, aim, solution, LEAST_CONVEX_TURN - value)}, or ask for "
+            "fewer convex faces"
         ),
         elements=np.repeat(guides.convex, after.combinatorics.face_sizes[guides.convex]),
         error=ConvergenceError,
@@ -177,10 +177,10 @@ def _check_not_folded(before: Mesh, after: Mesh, aim: Aim) -> None:
     raise_worst(
         np.einsum("ei,ei->e", before.edge_vectors, after.edge_vectors) / before.edge_lengths**2,
         ">=",
-        LEAST_LENGTH,
+        COLLAPSED_LENGTH_RATIO,
         lambda edge, share: (
             f"{before.combinatorics.edge_name(edge)} folded over while {aim.task}: along its old direction it has "
-            f"{share:.2g} times its old length, at least {LEAST_LENGTH} is allowed"
+            f"{share:.2g} times its old length, at least {COLLAPSED_LENGTH_RATIO} is allowed"
         ),
         error=FoldedError,
         advice=aim.advice,
