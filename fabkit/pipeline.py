@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import platform
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fabkit.checking import FIT_MM, check_fit
 from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
@@ -17,7 +20,7 @@ from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
 from fabkit.formats import whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
-from fabkit.parts import Assembly, LeftOut
+from fabkit.parts import Assembly, LeftOut, Parts
 from fabkit.production import (
     BuildFacts,
     ExactGaussImage,
@@ -40,7 +43,7 @@ from geometry.gauss import SupportStructure, nearest_parallel_pair, pair_to_buil
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
 
-__all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm"]
+__all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm", "write_built"]
 
 ROUNDED = 4.0
 """What rounding of the coordinates of a mesh file does to equal parts, in the distance of neighbouring doubles there: 2
@@ -52,6 +55,7 @@ class Built:
     """What a build made, in memory: near zero, `assembly.origin_mm` from where the mesh file has it. seconds: by stage;
     sha256: of the mesh file as it was read."""
 
+    project: Project
     structure: SupportStructure
     assembly: Assembly
     nest: Nest | None
@@ -64,6 +68,17 @@ class Built:
         """What there is to say of it."""
         return build_facts(self.summary, self.assembly, self.nest)
 
+    def with_parts(self, parts: Parts[Any]) -> Built:
+        """With parts of a kind of one's own, in the place of those of that kind: equal ones share a mark.
+
+        Raises DetailingError where they share volume with other parts, or two of them stand for one mesh element.
+        """
+        within = self.summary.equal_within_mm
+        (shared,) = share_equal_parts(Assembly(self.assembly.name, (parts,)), within_mm=within).groups
+        assembly = self.assembly.with_group(shared)
+        check_fit(assembly, fit_mm=max(FIT_MM, 2 * within))
+        return replace(self, assembly=assembly)
+
 
 def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
     """Design the structure and write it to the folder `project.out`, which appears whole or not at all.
@@ -71,15 +86,39 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
     An earlier result there is replaced only with `force`. Raises GeometryError or FabkitError, in one sentence,
     where something in the mesh, the project or the output folder is not as it must be.
     """
+    stages = Stages(listener)
+    with _output_folder(project, force) as folder:
+        built = design(project, stages)
+        _write(folder, built, stages)
+    return built
+
+
+def write_built(built: Built, *, force: bool = False, listener: Listener | None = None) -> None:
+    """Write what was designed to the folder `built.project.out`, as `build` does.
+
+    >>> from fabkit import Project, design, write_built
+    >>> from geometry import write_mesh
+    >>> from geometry.mesh.shapes import dome
+    >>> write_mesh("dome.obj", dome(6, 2))
+    >>> built = design(Project(mesh="dome.obj", mean_edge_mm=1500, out="dome"))
+    >>> write_built(built)
+    >>> sorted(path.name for path in Path("dome/sheets").iterdir())
+    ['sheet-001.dxf', 'sheet-002.dxf', 'sheet-003.dxf']
+    """
+    with _output_folder(built.project, force) as folder:
+        _write(folder, built, Stages(listener))
+
+
+def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path]:
     if project.out is None:
         raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
-    stages = Stages(listener)
     inputs = [path for path in (project.mesh, project.gauss_image.file) if path]
-    with whole_folder(project.out, force=force, inputs=inputs) as folder:
-        built = design(project, stages)
-        write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
-        write_manifest(folder, _manifest(project, built), built.facts.all)
-    return built
+    return whole_folder(project.out, force=force, inputs=inputs)
+
+
+def _write(folder: Path, built: Built, stages: Stages) -> None:
+    write_documents(folder, built.structure.pair, built.assembly, built.nest, built.summary, stages)
+    write_manifest(folder, _manifest(built), built.facts.all)
 
 
 def design(project: Project, stages: Stages | None = None) -> Built:
@@ -105,7 +144,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     summary = replace(
         _summary(project, file, scale, structure, detailed), gauss_image=told, equal_within_mm=within, fitness=found
     )
-    return Built(structure, assembly, nest, summary, stages.seconds, file.sha256)
+    return Built(project, structure, assembly, nest, summary, stages.seconds, file.sha256)
 
 
 def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
@@ -279,8 +318,8 @@ def _summary(
     )
 
 
-def _manifest(project: Project, built: Built) -> dict[str, Any]:
-    summary, assembly = built.summary, built.assembly
+def _manifest(built: Built) -> dict[str, Any]:
+    project, summary, assembly = built.project, built.summary, built.assembly
     return {
         "name": summary.name,
         "input": {"file": summary.source, "sha256": built.sha256},

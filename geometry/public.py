@@ -11,13 +11,7 @@ from geometry.curvature import (
     steiner_area,
     steiner_areas,
 )
-from geometry.edge_offset import (
-    KoebePolyhedron,
-    edge_offset_mesh,
-    koebe,
-    rotational_koebe,
-    tangent_mesh,
-)
+from geometry.edge_offset import KoebePolyhedron, edge_offset_mesh, koebe, rotational_koebe, tangent_mesh
 from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
 from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
 from geometry.gauss import (
@@ -37,11 +31,12 @@ from geometry.gauss import (
     vertex_distances,
     vertex_offset_pair,
 )
-from geometry.layout import LaidMesh, lay_quads
+from geometry.layout import LaidMesh, boundary_lengths, lay_quads
 from geometry.mesh import Combinatorics, Mesh, as_mesh, to_compas, to_meshio, to_trimesh
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
+from geometry.remeshing import NetworkTrial, RemeshedSurface, affine_stretches, remesh, study_networks
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed, subdivided
 
@@ -63,6 +58,7 @@ __all__ = [
     "MeshFile",
     "MeshFileError",
     "MoebiusTransformation",
+    "NetworkTrial",
     "OffsetMesh",
     "OptimisedMesh",
     "OptimisedPair",
@@ -70,11 +66,14 @@ __all__ = [
     "ParallelSpace",
     "ParallelityError",
     "RankError",
+    "RemeshedSurface",
     "SmoothedSurface",
     "SupportStructure",
     "Surface",
+    "affine_stretches",
     "approximate_pair",
     "as_mesh",
+    "boundary_lengths",
     "christoffel_dual",
     "constant_mean",
     "constant_mean_of_revolution",
@@ -101,10 +100,12 @@ __all__ = [
     "read_mesh",
     "read_mesh_pair",
     "refined",
+    "remesh",
     "rotational_koebe",
     "smoothed",
     "steiner_area",
     "steiner_areas",
+    "study_networks",
     "subdivided",
     "tangent_mesh",
     "to_compas",

@@ -2,9 +2,10 @@
 
 from fabkit.checking.clash import clashes, clashing_pairs
 from fabkit.checking.panel_cells import panels_outside_cells
-from fabkit.checking.placed_parts import Violation, check_fit, in_one_sentence, violations
+from fabkit.checking.placed_parts import FIT_MM, Violation, check_fit, in_one_sentence, violations
 
 __all__ = [
+    "FIT_MM",
     "Violation",
     "check_fit",
     "clashes",

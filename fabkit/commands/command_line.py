@@ -1,4 +1,4 @@
-"""The command line: `fabkit build` and `fabkit inspect`; `fabkit design` has its commands in a file of its own."""
+"""The command line: `fabkit build` and `fabkit inspect`; the commands of `fabkit design` are in `design.py`."""
 
 from __future__ import annotations
 
@@ -119,10 +119,10 @@ def inspect_command(
     allow: Allow = None,
     skip_unbuildable: SkipUnbuildable = False,
 ) -> None:
-    """Print what a mesh is fit for, by the rules that a build goes by.
+    """Print what a mesh is fit for, by the rules of a build.
 
-    With a unit, a mean edge or a project file all that a build does is tried, short of writing; without, what depends
-    on no size. Ends with 0 where a build would go through, with 1 where it would be refused.
+    With a unit, a mean edge or a project file the whole build is tried, except for writing; without, only what does not
+    depend on size is judged. The exit code is 0 where a build would succeed, and 1 where it would be refused.
     """
     with exit_on_error():
         from fabkit.commands.printing import inspect_and_print

@@ -34,8 +34,8 @@ class Inspection:
 
     gauss_image: as given, None where it is computed. moved: what making faces planar took, None for nothing.
     planar: the mesh after that; structure: it and its Gauss image; None where that failed. findings: what is unusual,
-    told, allowed or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made, or
-    only what depends on no size was judged.
+    reported, allowed or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made,
+    or only what depends on no size was judged.
     """
 
     file: MeshFile
@@ -73,8 +73,8 @@ class Inspection:
         if not self.is_sized:
             yield (
                 "not judged",
-                "room for beams and panels, node blocks, lift and sheets, which need sizes: say --unit or --mean-edge, "
-                "or inspect a project file",
+                "room for beams and panels, node blocks, lift and sheets, which need sizes: give --unit or --mean-edge,"
+                " or inspect a project file",
             )
         yield "verdict", self._verdict()
 
@@ -82,7 +82,7 @@ class Inspection:
         if self.is_unfit:
             return "unfit: a build would be refused"
         so_far = "" if self.is_sized else ", as far as it depends on no size"
-        return f"fit to build{so_far}; {'what is unusual is told above' if self.findings else 'nothing is unusual'}"
+        return f"fit to build{so_far}; {'what is unusual is reported above' if self.findings else 'nothing is unusual'}"
 
 
 def inspect_mesh(path: Path) -> Inspection:
@@ -97,7 +97,7 @@ def inspect_pair(mesh: Path, gauss_image: Path) -> Inspection:
 
 def inspect_project(project: Project, *, is_sized: bool = True) -> Inspection:
     """Do all that a build would do, short of writing, and judge it by the same rules; what a build would refuse, and
-    what it says where it fails, is part of the answer.
+    the error where it fails, are part of the result.
 
     is_sized: whether the sizes in the project are meant; otherwise only what depends on none is judged. Raises
     GeometryError where a file cannot be read or does not hold a usable mesh, or the faces of the two files differ.

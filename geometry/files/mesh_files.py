@@ -1,4 +1,4 @@
-"""Read and write polygon meshes: OBJ, OFF, PLY."""
+"""Read and write polygon meshes: OBJ, OFF, PLY; read triangles also from STL, GLB and glTF files."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from geometry.files.obj import obj_text, read_obj
 from geometry.files.off import off_text, read_off
 from geometry.files.ply import ply_text, read_ply
 from geometry.files.polygon_soup import PolygonSoup
+from geometry.files.triangle_formats import TRIANGLE_SUFFIXES, read_triangles
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.mesh.origin import rounding
 
@@ -73,7 +74,9 @@ class MeshFile:
 
 
 def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: float = COINCIDENCE) -> MeshFile:
-    """Read an OBJ, OFF or PLY file (by suffix) and mend it; see `geometry.files.mending.mend`.
+    """Read a mesh file (by suffix) and mend it; see `geometry.files.mending.mend`.
+
+    OBJ, OFF and PLY files hold polygons; STL, GLB and glTF files, which trimesh reads, hold triangles.
 
     `flip` turns all faces round at the end, where outside came out inside. `coincidence`, a part of the mean edge
     length, is the distance below which vertices are one. Coordinates stay those of the file, in its unit; where they
@@ -126,7 +129,7 @@ def write_mesh(
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
-        raise MeshFileError(f"{path_name(path)}: {_unknown_suffix(path)}")
+        raise MeshFileError(f"{path_name(path)}: {_unknown_suffix(path, 'written to', tuple(_WRITERS))}")
     placed = mesh.translated(origin)
     coloured = element_colours(mesh, values, colours, on=on, value_range=value_range)
     if suffix == ".obj" and coloured and coloured.on == "faces":
@@ -152,15 +155,17 @@ def read_soup(path: Path) -> tuple[PolygonSoup, str]:
     Raises MeshFileError where it cannot be read.
     """
     suffix = path.suffix.lower()
-    if suffix not in _WRITERS:
-        raise MeshFileError(_unknown_suffix(path))
+    if suffix not in (*_WRITERS, *TRIANGLE_SUFFIXES):
+        raise MeshFileError(_unknown_suffix(path, "read from", (*_WRITERS, *TRIANGLE_SUFFIXES)))
     data = _contents(path)
-    return _soup(data, suffix), hashlib.sha256(data).hexdigest()
+    return _soup(data, suffix, path.parent), hashlib.sha256(data).hexdigest()
 
 
-def _soup(data: bytes, suffix: str) -> PolygonSoup:
+def _soup(data: bytes, suffix: str, folder: Path) -> PolygonSoup:
     if not data.strip():
         raise MeshFileError("the file is empty; export the mesh again")
+    if suffix in TRIANGLE_SUFFIXES:
+        return read_triangles(data, suffix, folder)
     if suffix == ".ply":
         return read_ply(data)
     text = decoded(data)
@@ -197,6 +202,6 @@ def _reason(error: OSError | ValueError) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
-def _unknown_suffix(path: Path) -> str:
+def _unknown_suffix(path: Path, what: str, known: tuple[str, ...]) -> str:
     suffix = shown(path.suffix) or "a name without suffix"
-    return f"meshes are read from and written to .obj, .off and .ply, not {suffix}"
+    return f"meshes are {what} {', '.join(known[:-1])} and {known[-1]}, not {suffix}"

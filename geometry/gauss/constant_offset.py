@@ -36,9 +36,10 @@ class OffsetMesh:
     everywhere, "edge", "face" or "vertex"; None where nothing is, exactly.
 
     >>> from geometry import offset
-    >>> from geometry.mesh.solids import cube
-    >>> offset(cube(), 0.25, "face")
-    OffsetMesh(8 vertices, 6 faces, 12 edges, distance=0.25, kind='face')
+    >>> from geometry.mesh import solids
+    >>> layer = offset(solids.cube(), 0.1, "edge")
+    >>> set(layer.edge_distances.round(9).tolist()), set(layer.face_distances.round(2).tolist())
+    ({0.1}, {0.07})
     """
 
     __repr__ = short_repr

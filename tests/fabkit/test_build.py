@@ -39,6 +39,8 @@ def test_every_document_is_there(made: tuple[Path, Built]) -> None:
     out, built = made
     names = {path.name for path in out.iterdir()}
     assert names == {
+        "M.obj",
+        "S.obj",
         "model.step",
         "parts",
         "sheets",

@@ -110,7 +110,7 @@ def test_without_sizes_inspect_says_what_needs_them(tmp_path: Path) -> None:
     file = written(tmp_path, unfit.narrow())
     unsized = inspect_mesh(file)
     assert not unsized.is_unfit
-    assert "say --unit or --mean-edge" in dict(unsized.facts())["not judged"]
+    assert "give --unit or --mean-edge" in dict(unsized.facts())["not judged"]
     sized = run("inspect", file, "--unit", "m")
     assert sized.exit_code == 1
     assert "has no room" in " ".join(sized.stdout.split())

@@ -22,7 +22,7 @@ from geometry.curvature import christoffel_dual
 from geometry.errors import GeometryError, ParallelityError
 from geometry.files import read_mesh, write_mesh
 from geometry.gauss import nearest_parallel_pair
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
 from geometry.parallel import parallelity
 from tests.fabkit.edge_offsets import revolved_pair
@@ -76,6 +76,30 @@ def test_every_document_says_that_it_was_given(tmp_path: Path) -> None:
     assert sha256 in report
     cells = [cell.value for row in load_workbook(out / "cutlist.xlsx")["Summary"].iter_rows() for cell in row]
     assert any(isinstance(value, str) and value.startswith("given by S.obj") for value in cells)
+
+
+@pytest.mark.parametrize("settings", [{"unit": "ft"}, {"unit": "m", "flip": True}], ids=str)
+def test_a_build_folder_holds_the_pair_that_builds_the_same_parts(tmp_path: Path, settings: dict[str, Any]) -> None:
+    """Faces are planarised and S computed in the first build only; M.obj stands where the mesh file has it."""
+    move = [5e5, -2e5, 300.0]
+    dome = 20.0 * shapes.dome(16, 6)
+    bumpy = dome.with_vertices(dome.vertices + 0.02 * np.sin(2 * dome.vertices[:, [1, 2, 0]]))
+    write_mesh(tmp_path / "mesh.obj", bumpy.translated(move))
+    first, again = tmp_path / "first", tmp_path / "again"
+    one = build(Project(mesh=tmp_path / "mesh.obj", out=first, nesting=OFF, **settings))
+    assert np.abs(read_mesh(first / "M.obj").mesh.vertices - bumpy.vertices - move).max() < 0.1
+    settings.pop("flip", None)  # faces are written as they were turned
+    pair = {"mesh": first / "M.obj", "gauss_image": first / "S.obj"}
+    two = build(Project(out=again, nesting=OFF, **pair, **settings))
+    assert one.structure.mesh.planarity.max() < 1e-9 < bumpy.planarity.max()
+    assert two.summary.largest_move_mm < 1e-5
+    for here, there in zip(one.assembly.parts(), two.assembly.parts(), strict=True):
+        assert (here.kind, here.element, here.mark) == (there.kind, there.element, there.mark)
+        corners = [
+            part.placement.to_world(part.solid.vertices) + made.assembly.origin_mm
+            for part, made in ((here, one), (there, two))
+        ]
+        assert np.abs(corners[0] - corners[1]).max() < 1e-4  # doubles are 1e-7 mm apart there
 
 
 @pytest.mark.parametrize("digits", [6, 4])
