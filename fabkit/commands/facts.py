@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fabkit.detailing import Ends, axis_spreads, beam_ends
+from fabkit.detailing import Ends, axis_misalignments, beam_ends
 from fabkit.gauss_image import TOLERANCE
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
@@ -163,7 +163,7 @@ def _reversed(pair: Pair) -> str:
 
 def _alignment(structure: SupportStructure) -> str:
     """How far tops and bottoms of beams of one height miss each other on the node axes."""
-    spreads = axis_spreads(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
+    spreads = axis_misalignments(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
     return (
         f"tops and bottoms of beams miss each other on the node axes by {np.nanmedian(spreads):.1e} of the beam height "
         f"in the median, {np.nanmax(spreads):.1e} at most"

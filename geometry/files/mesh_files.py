@@ -14,7 +14,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, floats, short_repr
 from geometry.colours import ElementColours, element_colours
-from geometry.errors import MeshError, MeshFileError, shown
+from geometry.errors import MeshError, MeshFileError, printable
 from geometry.files.encoding import decoded
 from geometry.files.face_checks import COINCIDENCE
 from geometry.files.materials import face_materials
@@ -174,7 +174,7 @@ def _soup(data: bytes, suffix: str, folder: Path) -> PolygonSoup:
 
 def path_name(path: Path) -> str:
     """A path as a sentence may say it, whatever bytes it is made of."""
-    return shown(path, _LONGEST_NAME)
+    return printable(path, _LONGEST_NAME)
 
 
 def about(name: str, error: MeshFileError | MeshError) -> MeshFileError | MeshError:
@@ -203,5 +203,5 @@ def _reason(error: OSError | ValueError) -> str:
 
 
 def _unknown_suffix(path: Path, what: str, known: tuple[str, ...]) -> str:
-    suffix = shown(path.suffix) or "a name without suffix"
+    suffix = printable(path.suffix) or "a name without suffix"
     return f"meshes are {what} {', '.join(known[:-1])} and {known[-1]}, not {suffix}"

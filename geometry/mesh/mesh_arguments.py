@@ -10,7 +10,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from geometry.errors import MeshError, described, listed, shown
+from geometry.errors import MeshError, described, listed, printable
 from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.mesh import Mesh
 
@@ -93,7 +93,7 @@ def as_combinatorics(given: Any) -> Combinatorics:
 def _refusal(given: Any) -> str:
     """What was given, and what to do."""
     if isinstance(given, (str, PathLike)):
-        return f"a mesh is needed, not the path {shown(given)}: read the file by read_mesh(path)"
+        return f"a mesh is needed, not the path {printable(given)}: read the file by read_mesh(path)"
     if isinstance(given, Combinatorics):
         return "a mesh is needed, not a Combinatorics: give it vertices by Mesh(vertices, combinatorics)"
     if isinstance(given, (np.ndarray, list)):

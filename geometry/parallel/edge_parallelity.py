@@ -65,7 +65,7 @@ def check_planar(mesh: Mesh) -> None:
         "<=",
         PLANARITY_TOLERANCE,
         lambda face, value: (
-            f"face {face} leaves its plane by {value:.1e} of the mean edge length, allowed {PLANARITY_TOLERANCE:.0e}; "
+            f"face {face} is off its plane by {value:.1e} of the mean edge length, allowed {PLANARITY_TOLERANCE:.0e}; "
             f"{' and '.join(filter(None, [cure_of_place(mesh, value), 'planarise the mesh first']))}"
         ),
     )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray, floats, short_repr
+from geometry.arrays import FloatArray, IntArray, floats, short_repr
 from geometry.errors import GeometryError, MeshError
 from geometry.functionals import parallel_to
 from geometry.mesh import Mesh, MeshLike, as_mesh
@@ -23,7 +23,7 @@ from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.minimising import ELEMENT_TOLERANCE, minimum
 from geometry.parallel.optimality import optimum
 from geometry.parallel.sampling import ElementSampler
-from geometry.parallel.spectrum import Spectrum, least_singular_vectors, zero_threshold
+from geometry.parallel.spectrum import Spectrum, least_singular_vectors, null_dimension, zero_threshold
 
 __all__ = ["ParallelSpace"]
 
@@ -74,6 +74,31 @@ class ParallelSpace:
     def dimension(self) -> int:
         """The dimension that the gap in `spectrum` shows, translations included."""
         return self.spectrum.dimension
+
+    def free_dimension(self, fixed: Sequence[int] | IntArray) -> int:
+        """What is left of the dimension when some vertices are fixed: 0 where nothing else can move within P(M).
+
+        fixed (k,): vertices. That of the meshes in P(M) that have these vertices at the origin. Takes a basis, so
+        raises as `basis` does; GeometryError for a vertex that does not exist; and RankError, with the singular values,
+        where rounding decides about the dimension.
+
+        >>> from geometry import ParallelSpace
+        >>> from geometry.mesh import shapes
+        >>> grid = shapes.grid(4, 3)
+        >>> space, boundary = ParallelSpace(grid), grid.combinatorics.is_boundary_vertex.nonzero()[0]
+        >>> space.dimension, space.free_dimension([0]), space.free_dimension([0, 19]), space.free_dimension(boundary)
+        (10, 7, 5, 0)
+        """
+        vertices = np.unique(np.asarray(fixed, dtype=np.int64))
+        wrong = vertices[(vertices < 0) | (vertices >= self.mesh.n_vertices)]
+        if len(wrong):
+            raise GeometryError(
+                f"vertex {wrong[0]} is to be fixed, but there are {self.mesh.n_vertices} vertices",
+                elements=wrong.tolist(),
+                value=float(wrong[0]),
+                bound=self.mesh.n_vertices - 1,
+            )
+        return null_dimension(self.basis[:, vertices].reshape(self.dimension, -1).T)
 
     @cached_property
     def spectrum(self) -> Spectrum:
@@ -221,9 +246,9 @@ class ParallelSpace:
 
         Edges are parallel and fixed vertices in place within `ELEMENT_TOLERANCE` times the largest coordinate; bounds
         hold within `FACTOR_BOUND_TOLERANCE` times that. Raises GeometryError where fixed vertices or bounds contradict
-        each other, where there is no least value, and for values that are not finite or of the wrong shape;
-        ConvergenceError where the solver does not reach that accuracy, or not the minimum; RankError, naming edges and
-        singular values, where rounding decides about the minimum.
+        each other or leave nothing free (see `free_dimension`), where there is no least value, and for values that are
+        not finite or of the wrong shape; ConvergenceError where the solver does not reach that accuracy, or not the
+        minimum; RankError, naming edges and singular values, where rounding decides about the minimum.
         """
         return minimum(
             self._unknowns,

@@ -189,7 +189,7 @@ def test_faces_that_are_not_planar_and_tolerances_that_are_none_are_refused() ->
     vertices = mesh.vertices.copy()
     vertices[7, 2] += 1e-3
     for kind in (vertex_offset_pair, edge_offset_pair, face_offset_pair, exact_pairs):
-        with pytest.raises(GeometryError, match=r"leaves its plane by .* planarise the mesh first"):
+        with pytest.raises(GeometryError, match=r"is off its plane by .* planarise the mesh first"):
             kind(mesh.with_vertices(vertices))
         for tolerance in (0.0, np.nan):
             with pytest.raises(GeometryError, match="it must be above 0"):

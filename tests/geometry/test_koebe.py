@@ -193,7 +193,7 @@ def test_a_face_that_is_not_planar_is_refused() -> None:
     vertices = poles(*circle_planes(centres * 0.2, np.full(6, 0.2)))
     mesh = Mesh.from_faces(vertices, [range(6)])
     np.testing.assert_allclose(edge_distances(mesh), 1, atol=1e-15)
-    with pytest.raises(GeometryError, match=r"face 0 leaves its plane by .* planarise the mesh first"):
+    with pytest.raises(GeometryError, match=r"face 0 is off its plane by .* planarise the mesh first"):
         KoebePolyhedron(mesh)
 
 

@@ -35,8 +35,8 @@ def test_faces_become_planar_and_vertices_move_little(mesh: Mesh, seed: int, amo
     bent = shaken(mesh, amount, seed)
     result = planarise(bent)
     assert out_of_plane(result.mesh) <= TOLERANCE
-    assert result.planarity_before == pytest.approx(out_of_plane(bent), rel=1e-5, abs=1e-14)
-    assert result.planarity_after <= TOLERANCE
+    assert result.plane_deviation_before == pytest.approx(out_of_plane(bent), rel=1e-5, abs=1e-14)
+    assert result.plane_deviation_after <= TOLERANCE
     # a planar mesh lies within sqrt(3) times the amount; in the strain metric short edges may ask for twice that
     assert result.mean_move <= 2 * 3**0.5 * amount
     assert result.mean_move <= result.largest_move
@@ -165,7 +165,7 @@ def test_holding_on_to_the_start_moves_vertices_less() -> None:
 
 def test_quads_along_asymptotic_lines_are_refused() -> None:
     # a hypar along its rulings: every face would have to degenerate, and how that shows is a matter of rounding
-    with pytest.raises(GeometryError, match=r"folded over while planarising|still leaves its plane"):
+    with pytest.raises(GeometryError, match=r"folded over while planarising|off its plane"):
         planarise(graph(12, lambda x, y: 0.4 * x * y))
 
 
@@ -188,7 +188,7 @@ def test_an_edge_that_folds_over_is_named() -> None:
 
 def test_too_few_steps_are_reported_with_the_worst_face() -> None:
     bent = shaken(vault(), 0.05, 4)
-    with pytest.raises(ConvergenceError, match=r"face \d+ still leaves its plane by .* after 1 steps") as raised:
+    with pytest.raises(ConvergenceError, match=r"face \d+ is still off its plane by .* after 1 steps") as raised:
         planarise(bent, effort=Effort(max_steps=1))
     assert raised.value.bound == TOLERANCE
     assert raised.value.value is not None
@@ -240,7 +240,7 @@ def test_moves_are_told_of_each_vertex(seed: int, amount: float) -> None:
 def test_a_shape_that_collapses_is_seen_in_the_moves() -> None:
     """Along asymptotic lines no mesh is planar but flat ones: all vertices move, and nothing else tells."""
     result = planarise(graph(8, lambda x, y: 0.12 * x * y))
-    assert result.planarity_after <= TOLERANCE
+    assert result.plane_deviation_after <= TOLERANCE
     assert result.move_of(0.95) > 0.3
 
 
