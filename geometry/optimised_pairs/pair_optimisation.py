@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray, floats
+from geometry.arrays import FloatArray, IntArray, floats, short_repr
 from geometry.errors import GeometryError
-from geometry.gauss import Pair
+from geometry.gauss import Pair, PairLike, as_pair
+from geometry.mesh import Mesh
 from geometry.optimise import minimise_by_penalty
 from geometry.optimised_pairs.pair_checks import check_given, check_outcome, check_solution
 from geometry.optimised_pairs.pair_measures import PairMeasures
@@ -39,6 +40,8 @@ class OptimisedPair:
     no_longer_convex: faces that were convex and are not. newton_steps: on the constraints, at the end.
     """
 
+    __repr__ = short_repr
+
     pair: Pair
     targets: PairTargets
     before: PairMeasures
@@ -50,9 +53,17 @@ class OptimisedPair:
     no_longer_convex: IntArray
     newton_steps: int
 
+    @property
+    def mesh(self) -> Mesh:
+        return self.pair.mesh
+
+    @property
+    def gauss_image(self) -> Mesh:
+        return self.pair.gauss_image
+
 
 def optimise_pair(
-    pair: Pair, targets: PairTargets, *, surface: Surface | None = None, keep_boundary: bool = True
+    pair: PairLike, targets: PairTargets, *, surface: Surface | None = None, keep_boundary: bool = True
 ) -> OptimisedPair:
     """Move M on Phi and S with it, so that they are parallel, M is planar and they are as the targets ask.
 
@@ -70,6 +81,7 @@ def optimise_pair(
     where an edge collapsed or a face turned over; and GeometryError where axes came to lean, distances gained nothing,
     or a curvature is one of S but not of M.
     """
+    pair = as_pair(pair)
     check_given(pair, surface)
     if surface is None and not targets.curved:
         surface = Surface(pair.mesh)
@@ -108,7 +120,7 @@ def _median_and_largest(values: FloatArray) -> tuple[float, float]:
 
 
 def height_trade_off(
-    pair: Pair,
+    pair: PairLike,
     targets: PairTargets,
     *,
     height_errors: Sequence[float] = TRADE_OFF_HEIGHT_ERRORS,
@@ -120,6 +132,7 @@ def height_trade_off(
     Ends before the first that `optimise_pair` refuses because something folds over or is not reached; raises that where
     it is the largest.
     """
+    pair = as_pair(pair)
     found: list[OptimisedPair] = []
     for error in sorted(height_errors, reverse=True):
         try:
