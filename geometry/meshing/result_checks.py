@@ -68,6 +68,8 @@ def check_fixed_faces(mesh: Mesh, guides: MeshGuides, tolerance: float) -> None:
         ),
         error=ConvergenceError,
         solution=Solution(in_edge_lengths(mesh).ravel(), np.zeros(0), max_norm(deviations), 0, Reason.INFEASIBLE),
+        value=0.0,
+        bound=1.0,
     )
 
 
@@ -78,6 +80,8 @@ def check_free_vertices(mesh: Mesh, requirement: Requirement, guides: MeshGuides
             "the mesh does not meet what is required, and cannot change, as all its vertices are fixed, or ends, "
             f"corners or crossings of curves: free some of them before {requirement.activity}",
             solution=Solution(in_edge_lengths(mesh).ravel(), np.zeros(0), np.inf, 0, Reason.INFEASIBLE),
+            value=0.0,
+            bound=1.0,
         )
 
 

@@ -54,7 +54,7 @@ def test_faces_that_cannot_move_are_named() -> None:
 
 
 def test_where_no_vertex_is_free_nothing_is_returned() -> None:
-    plane = shapes.grid(3, 2)  # planar, but for its rectangles as wanted: not on the surface, not convex, not conical
+    plane = shapes.grid(3, 2)  # planar, but not on the surface
     surface = Surface(shapes.grid(3, 2).translated([0, 0, 0.5]))
     everything = range(plane.n_vertices)
     with pytest.raises(ConvergenceError, match=r"cannot change, as all its vertices are fixed.* before planarising"):
