@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 else:
 
     def __getattr__(name: str) -> Any:
-        return getattr(import_module("fabkit.public"), name)
+        public = import_module("fabkit.public")
+        return globals()[name] if name in globals() else getattr(public, name)  # rooms are there once it is imported
 
     def __dir__() -> list[str]:
         return import_module("fabkit.public").__all__

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import platform
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fabkit.checking import FIT_MM, check_fit
 from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
-from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
-from fabkit.fitness.parts import blocks, lift, mitres_of, sheets
+from fabkit.fitness import Finding, FitnessError, check_fit_to_build, with_accepted
+from fabkit.fitness.parts import block_heights, mitres_of, sheets, underside
 from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
 from fabkit.formats import whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
-from fabkit.parts import Assembly, LeftOut
+from fabkit.parts import Assembly, LeftOut, Parts
 from fabkit.production import (
     BuildFacts,
     ExactGaussImage,
@@ -40,11 +43,20 @@ from geometry.gauss import SupportStructure, nearest_parallel_pair, pair_to_buil
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
 
-__all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm"]
+__all__ = [
+    "Built",
+    "build",
+    "checked_image",
+    "checked_pair",
+    "checked_planar",
+    "design",
+    "mesh_in_mm",
+    "write_built",
+]
 
-ROUNDED = 4.0
-"""What rounding of the coordinates of a mesh file does to equal parts, in the distance of neighbouring doubles there: 2
-at map coordinates of symmetric meshes, where each coordinate of two parts is off by half of it."""
+COPY_ROUNDING = 4.0
+"""Difference that rounding of file coordinates makes between equal parts, in the spacing of doubles there. It is 2 at
+map coordinates of symmetric meshes, where each coordinate of two parts is off by half a spacing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +64,7 @@ class Built:
     """What a build made, in memory: near zero, `assembly.origin_mm` from where the mesh file has it. seconds: by stage;
     sha256: of the mesh file as it was read."""
 
+    project: Project
     structure: SupportStructure
     assembly: Assembly
     nest: Nest | None
@@ -64,6 +77,17 @@ class Built:
         """What there is to say of it."""
         return build_facts(self.summary, self.assembly, self.nest)
 
+    def with_parts(self, parts: Parts[Any]) -> Built:
+        """With parts of a kind of one's own, in the place of those of that kind: equal ones share a mark.
+
+        Raises DetailingError where they share volume with other parts, or two of them stand for one mesh element.
+        """
+        within = self.summary.equal_within_mm
+        (shared,) = share_equal_parts(Assembly(self.assembly.name, (parts,)), within_mm=within).groups
+        assembly = self.assembly.with_group(shared)
+        check_fit(assembly, fit_mm=max(FIT_MM, 2 * within))
+        return replace(self, assembly=assembly)
+
 
 def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
     """Design the structure and write it to the folder `project.out`, which appears whole or not at all.
@@ -71,15 +95,39 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
     An earlier result there is replaced only with `force`. Raises GeometryError or FabkitError, in one sentence,
     where something in the mesh, the project or the output folder is not as it must be.
     """
+    stages = Stages(listener)
+    with _output_folder(project, force) as folder:
+        built = design(project, stages)
+        _write(folder, built, stages)
+    return built
+
+
+def write_built(built: Built, *, force: bool = False, listener: Listener | None = None) -> None:
+    """Write what was designed to the folder `built.project.out`, as `build` does.
+
+    >>> from fabkit import Project, design, write_built
+    >>> from geometry import write_mesh
+    >>> from geometry.mesh.shapes import dome
+    >>> write_mesh("dome.obj", dome(6, 2))
+    >>> built = design(Project(mesh="dome.obj", mean_edge_mm=1500, out="dome"))
+    >>> write_built(built)
+    >>> sorted(path.name for path in Path("dome/sheets").iterdir())
+    ['sheet-001.dxf', 'sheet-002.dxf', 'sheet-003.dxf']
+    """
+    with _output_folder(built.project, force) as folder:
+        _write(folder, built, Stages(listener))
+
+
+def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path]:
     if project.out is None:
         raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
-    stages = Stages(listener)
     inputs = [path for path in (project.mesh, project.gauss_image.file) if path]
-    with whole_folder(project.out, force=force, inputs=inputs) as folder:
-        built = design(project, stages)
-        write_documents(folder, built.structure.mesh, built.assembly, built.nest, built.summary, stages)
-        write_manifest(folder, _manifest(project, built), built.facts.all)
-    return built
+    return whole_folder(project.out, force=force, inputs=inputs)
+
+
+def _write(folder: Path, built: Built, stages: Stages) -> None:
+    write_documents(folder, built.structure.pair, built.assembly, built.nest, built.summary, stages)
+    write_manifest(folder, _manifest(built), built.facts.all)
 
 
 def design(project: Project, stages: Stages | None = None) -> Built:
@@ -89,23 +137,23 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         file, given = _read(project)
         scale = _scale(project, file.mesh)
         mesh = file.mesh * scale
-    structure, told, found = _structure(project, mesh, file.rounding * scale, given, stages)
+    structure, image, found = _structure(project, mesh, file.rounding * scale, given, stages)
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
-        within = max(project.equal_within_mm, ROUNDED * file.rounding * scale)
+        within = max(project.equal_within_mm, COPY_ROUNDING * file.rounding * scale)
         assembly = share_equal_parts(detailed.assembly, within_mm=within)
         assembly = replace(assembly, origin_mm=file.origin * scale)
     with stages("Nest"):
         reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
-        found = _judged(project, found, _unusual_parts(project, detailed, assembly, reasons))
+        found = _checked(project, found, _unusual_parts(project, detailed, assembly, reasons))
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(assembly, reasons)
         nest = _nest(project, assembly, stages)
     summary = replace(
-        _summary(project, file, scale, structure, detailed), gauss_image=told, equal_within_mm=within, fitness=found
+        _summary(project, file, scale, structure, detailed), gauss_image=image, equal_within_mm=within, fitness=found
     )
-    return Built(structure, assembly, nest, summary, stages.seconds, file.sha256)
+    return Built(project, structure, assembly, nest, summary, stages.seconds, file.sha256)
 
 
 def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
@@ -127,47 +175,47 @@ def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None]:
 def _structure(
     project: Project, mesh: Mesh, rounding_mm: float, given: GivenPair | None, stages: Stages
 ) -> tuple[SupportStructure, GivenGaussImage | ExactGaussImage | None, tuple[Finding, ...]]:
-    """Between the planar mesh and its Gauss image, computed or given; what is to be told of it; and what is unusual."""
+    """The structure between the planar mesh and its Gauss image; where that image is from; the findings so far."""
     if given is not None:
-        return judged_pair(project, mesh, given, stages)
-    planar, found = judged_planar(project, mesh, stages)
-    return judged_image(project, mesh, planar, rounding_mm, found, stages)
+        return checked_pair(project, mesh, given, stages)
+    planar, found = checked_planar(project, mesh, stages)
+    return checked_image(project, mesh, planar, rounding_mm, found, stages)
 
 
-def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
-    """The mesh with planar faces, and what is unusual about it. Raises FitnessError for what is not allowed."""
+def checked_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
+    """The mesh with planar faces, and the findings about it. Raises FitnessError if a finding is refused."""
     with stages("Planarise"):
         planar = _planar(project, mesh)
-        return planar, _judged(project, (), of_planar_mesh(mesh, planar, project.fitness))
+        return planar, _checked(project, (), of_planar_mesh(mesh, planar, project.fitness))
 
 
-def judged_image(
+def checked_image(
     project: Project, mesh: Mesh, planar: Mesh, rounding_mm: float, before: tuple[Finding, ...], stages: Stages
 ) -> tuple[SupportStructure, ExactGaussImage | None, tuple[Finding, ...]]:
-    """With the Gauss image that is computed, and all findings up to here; mesh: before it was made planar;
-    rounding_mm: of its coordinates as read.
+    """The structure with a computed Gauss image, and the findings so far.
 
-    Raises FitnessError as above.
+    mesh: before it was made planar; rounding_mm: of its coordinates as read; before: the findings about `planar`.
+    Raises FitnessError if a finding is refused.
     """
     with stages("Gauss image"):
         moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
         pair, offset = pair_to_build(planar, moved=moved, rounding=rounding_mm, **project.gauss_image.weights)
         structure = SupportStructure(pair, project.beams.height_mm)
-        told = None if offset is None else ExactGaussImage(offset)
-        return structure, told, _judged(project, before, of_gauss_image(structure, project.fitness))
+        image = None if offset is None else ExactGaussImage(offset)
+        return structure, image, _checked(project, before, of_gauss_image(structure, project.fitness))
 
 
-def judged_pair(
+def checked_pair(
     project: Project, mesh: Mesh, given: GivenPair, stages: Stages
 ) -> tuple[SupportStructure, GivenGaussImage, tuple[Finding, ...]]:
-    """The same with a Gauss image that is given. Raises FitnessError as above."""
+    """The structure with a given Gauss image. Raises FitnessError if a finding is refused."""
     with stages("Planar and parallel"):
         pair = nearest_parallel_pair(mesh, given.gauss_image, tolerance=project.gauss_image.tolerance)
         _, moves = pair.moves_from(mesh, given.gauss_image)
-        told = GivenGaussImage(given.name, given.sha256, float(moves.max()), float(moves.mean()))
-        found = _judged(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
+        image = GivenGaussImage(given.name, given.sha256, float(moves.max()), float(moves.mean()))
+        found = _checked(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
         structure = SupportStructure(pair, project.beams.height_mm)
-        return structure, told, _judged(project, found, of_gauss_image(structure, project.fitness))
+        return structure, image, _checked(project, found, of_gauss_image(structure, project.fitness))
 
 
 def _planar(project: Project, mesh: Mesh) -> Mesh:
@@ -177,9 +225,9 @@ def _planar(project: Project, mesh: Mesh) -> Mesh:
         raise FitnessError([folded(error)]) from None
 
 
-def _judged(project: Project, before: tuple[Finding, ...], found: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """All findings up to here. Raises FitnessError where one is refused and not allowed."""
-    findings = (*before, *allowed(found, project.allow))
+def _checked(project: Project, before: tuple[Finding, ...], found: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """All findings so far. Raises FitnessError if one is refused and not accepted."""
+    findings = (*before, *with_accepted(found, project.accept))
     check_fit_to_build(findings)
     return findings
 
@@ -195,9 +243,9 @@ def _unusual_parts(
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
     found = (
         mitres_of(assembly.of(BEAM), rules),
-        blocks(nodes, height, rules),
-        lift(detailed.asked_mm, marks, height, rules) if project.panels.lift_mm is None else None,
-        sheets(faces, of_panels, "refused" if is_refused else "told"),
+        block_heights(nodes, height, rules),
+        underside(detailed.needed_mm, marks, height, rules) if project.panels.underside_mm is None else None,
+        sheets(faces, of_panels, "refused" if is_refused else "note"),
     )
     return tuple(finding for finding in found if finding)
 
@@ -274,13 +322,13 @@ def _summary(
         heights=structure.heights,
         leans_deg=np.degrees(structure.pair.leans),
         twists_deg=np.degrees(structure.twists),
-        lift_mm=detailed.lift_mm,
-        lift_reason=detailed.lift_reason,
+        underside_mm=detailed.underside_mm,
+        underside_reason=detailed.underside_reason,
     )
 
 
-def _manifest(project: Project, built: Built) -> dict[str, Any]:
-    summary, assembly = built.summary, built.assembly
+def _manifest(built: Built) -> dict[str, Any]:
+    project, summary, assembly = built.project, built.summary, built.assembly
     return {
         "name": summary.name,
         "input": {"file": summary.source, "sha256": built.sha256},

@@ -17,21 +17,33 @@ ComplexArray = npt.NDArray[np.complex128]
 
 
 def floats(values: Any) -> FloatArray:
-    """A read-only float array of its own with these values."""
+    """A read-only copy of the values as an array of floats.
+
+    >>> floats([1, 2]).tolist(), floats([1, 2]).flags.writeable
+    ([1.0, 2.0], False)
+    """
     array = np.array(values, dtype=np.float64)
     array.flags.writeable = False
     return array
 
 
 def integers(values: Any) -> IntArray:
-    """A read-only integer array of its own with these values."""
+    """A read-only copy of the values as an array of integers.
+
+    >>> integers([1, 2]).dtype.name, integers([1, 2]).flags.writeable
+    ('int64', False)
+    """
     array = np.array(values, dtype=np.int64)
     array.flags.writeable = False
     return array
 
 
 def complexes(values: Any) -> ComplexArray:
-    """A read-only complex array of its own with these values."""
+    """A read-only copy of the values as an array of complex numbers.
+
+    >>> complexes([1, 2]).tolist()
+    [(1+0j), (2+0j)]
+    """
     array = np.array(values, dtype=np.complex128)
     array.flags.writeable = False
     return array

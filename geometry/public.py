@@ -21,6 +21,7 @@ from geometry.edge_offset import (
 from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
 from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
 from geometry.gauss import (
+    OffsetMesh,
     Pair,
     SupportStructure,
     approximate_pair,
@@ -31,16 +32,18 @@ from geometry.gauss import (
     face_offset_pair,
     nearest_parallel_pair,
     node_axes,
+    offset,
     parallel_from_axes,
     vertex_distances,
     vertex_offset_pair,
 )
-from geometry.layout import LaidMesh, lay_quads
+from geometry.layout import LaidMesh, boundary_lengths, lay_quads
 from geometry.mesh import Combinatorics, Mesh
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from geometry.pictures import plot
+from geometry.remeshing import NetworkTrial, RemeshedSurface, affine_stretches, remesh, study_networks
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed, subdivided
 
@@ -62,16 +65,21 @@ __all__ = [
     "MeshFile",
     "MeshFileError",
     "MoebiusTransformation",
+    "NetworkTrial",
+    "OffsetMesh",
     "OptimisedMesh",
     "OptimisedPair",
     "Pair",
     "ParallelSpace",
     "ParallelityError",
     "RankError",
+    "RemeshedSurface",
     "SmoothedSurface",
     "SupportStructure",
     "Surface",
+    "affine_stretches",
     "approximate_pair",
+    "boundary_lengths",
     "christoffel_dual",
     "constant_mean",
     "constant_mean_of_revolution",
@@ -90,6 +98,7 @@ __all__ = [
     "minimal_of_revolution",
     "nearest_parallel_pair",
     "node_axes",
+    "offset",
     "optimise_pair",
     "parallel_from_axes",
     "parallelity",
@@ -98,10 +107,12 @@ __all__ = [
     "read_mesh",
     "read_mesh_pair",
     "refined",
+    "remesh",
     "rotational_koebe",
     "smoothed",
     "steiner_area",
     "steiner_areas",
+    "study_networks",
     "subdivided",
     "tangent_mesh",
     "trade_of_heights",

@@ -1,24 +1,22 @@
 """Examples in docstrings run, and each public name of a room has one.
 
-Public is what a folder of geometry or fabkit names in its `__all__`, and what the modules named there name in theirs.
+`docs/tools/public_names.py` says what is public.
 """
 
 from __future__ import annotations
 
 import doctest
-import importlib
 import inspect
-import pkgutil
+import runpy
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("geometry", "fabkit")
+PUBLIC = runpy.run_path(str(ROOT / "docs" / "tools" / "public_names.py"))
 KERNELS = {"to_build123d": "build123d", "to_cadquery": "cadquery"}
 """Examples that call these functions need the kernel and run with `-m kernel`."""
 
@@ -26,17 +24,9 @@ WITHOUT_EXAMPLE = frozenset((ROOT / "tests" / "without_example.txt").read_text(e
 """Public names that have no example yet. Names are only taken out of that file, never added."""
 
 
-def modules() -> Iterator[ModuleType]:
-    for package in PACKAGES:
-        top = importlib.import_module(package)
-        yield top
-        for found in pkgutil.walk_packages(top.__path__, f"{package}."):
-            yield importlib.import_module(found.name)
-
-
 def examples() -> Iterator[Any]:
     """Each docstring with examples, as a parameter named after what it documents."""
-    for module in modules():
+    for module in PUBLIC["modules"]():
         for found in doctest.DocTestFinder(exclude_empty=True).find(module):
             kernels = {
                 kernel
@@ -62,10 +52,10 @@ def test_examples_print_what_they_say(
     assert done.failed == 0, "".join(said)
 
 
-@pytest.mark.parametrize("package", PACKAGES)
+@pytest.mark.parametrize("package", PUBLIC["PACKAGES"])
 def test_no_example_is_overlooked(package: str) -> None:
     """All lines that begin with >>> are found, as they are not in strings that are no docstrings."""
-    for module in modules():
+    for module in PUBLIC["modules"]():
         if module.__name__.split(".")[0] != package:
             continue
         text = Path(str(module.__file__)).read_text(encoding="utf-8")
@@ -73,23 +63,10 @@ def test_no_example_is_overlooked(package: str) -> None:
         assert found == sum(line.lstrip().startswith(">>> ") for line in text.splitlines()), module.__name__
 
 
-def public_objects() -> dict[str, Any]:
-    """Functions and classes that are public, by their shortest public name."""
-    found: dict[int, tuple[str, Any]] = {}
-    rooms = [module for module in modules() if hasattr(module, "__path__")]
-    for room in rooms:
-        named = [getattr(room, name) for name in getattr(room, "__all__", ())]
-        rooms.extend(module for module in named if isinstance(module, ModuleType) and module not in rooms)
-    for room in sorted(rooms, key=lambda room: (room.__name__.count("."), room.__name__)):
-        for name in getattr(room, "__all__", ()):
-            value = getattr(room, name)
-            if inspect.isclass(value) or inspect.isroutine(value):  # values and aliases of types show themselves
-                found.setdefault(id(value), (f"{room.__name__}.{name}", value))
-    return dict(found.values())
-
-
 def test_each_public_name_has_an_example() -> None:
-    without = {name for name, value in public_objects().items() if ">>> " not in (inspect.getdoc(value) or "")}
+    without = {
+        name for name, value in PUBLIC["public_objects"]().items() if ">>> " not in (inspect.getdoc(value) or "")
+    }
     assert without - WITHOUT_EXAMPLE == set(), "these need an example in their docstring"
     assert WITHOUT_EXAMPLE - without == set(), (
         "these have an example, or are gone: take them out of without_example.txt"

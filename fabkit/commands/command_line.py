@@ -1,4 +1,4 @@
-"""The command line: `fabkit build` and `fabkit inspect`; `fabkit design` has its commands in a file of its own."""
+"""The command line: `fabkit build` and `fabkit inspect`; the commands of `fabkit design` are in `design.py`."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ import typer
 from fabkit.commands.design import design_app
 from fabkit.commands.options import (
     RUN,
-    Allow,
+    Accept,
     Beam,
     Clearance,
     EqualWithin,
     Flip,
     GaussImage,
     Joint,
-    Lift,
     MeanEdge,
     MeshPath,
     NestMode,
@@ -26,6 +25,7 @@ from fabkit.commands.options import (
     Sheet,
     SkipUnbuildable,
     Thickness,
+    Underside,
     Unit,
     settings_of,
 )
@@ -60,12 +60,12 @@ def build_command(
     clearance: Clearance = None,
     thickness: Thickness = None,
     joint: Joint = None,
-    lift: Lift = None,
+    underside: Underside = None,
     sheet: Sheet = None,
     nest: NestMode = None,
     nest_seconds: NestSeconds = None,
     equal_within: EqualWithin = None,
-    allow: Allow = None,
+    accept: Accept = None,
     skip_unbuildable: SkipUnbuildable = False,
     force: Annotated[
         bool, typer.Option("--force", help="Replace an earlier result in the folder.", rich_help_panel=RUN)
@@ -86,14 +86,14 @@ def build_command(
             flip=flip or None,
             skip_unbuildable=skip_unbuildable or None,
             equal_within_mm=equal_within,
-            allow=allow,
+            accept=accept,
             gauss_image={"file": gauss_image},
             beam=beam,
             reference=reference,
             clearance=clearance,
             thickness=thickness,
             joint=joint,
-            lift=lift,
+            underside=underside,
             sheet=sheet,
             nest=nest,
             nest_seconds=nest_seconds,
@@ -113,16 +113,16 @@ def inspect_command(
     clearance: Clearance = None,
     thickness: Thickness = None,
     joint: Joint = None,
-    lift: Lift = None,
+    underside: Underside = None,
     sheet: Sheet = None,
     nest: NestMode = None,
-    allow: Allow = None,
+    accept: Accept = None,
     skip_unbuildable: SkipUnbuildable = False,
 ) -> None:
-    """Print what a mesh is fit for, by the rules that a build goes by.
+    """Print what a mesh is fit for, by the rules of a build.
 
-    With a unit, a mean edge or a project file all that a build does is tried, short of writing; without, what depends
-    on no size. Ends with 0 where a build would go through, with 1 where it would be refused.
+    With a unit, a mean edge or a project file the whole build is tried, except for writing; without, only what does not
+    depend on size is judged. The exit code is 0 where a build would succeed, and 1 where it would be refused.
     """
     with exit_on_error():
         from fabkit.commands.printing import inspect_and_print
@@ -132,14 +132,14 @@ def inspect_command(
             mean_edge_mm=mean_edge,
             flip=flip or None,
             skip_unbuildable=skip_unbuildable or None,
-            allow=allow,
+            accept=accept,
             gauss_image={"file": gauss_image},
             beam=beam,
             reference=reference,
             clearance=clearance,
             thickness=thickness,
             joint=joint,
-            lift=lift,
+            underside=underside,
             sheet=sheet,
             nest=nest,
         )

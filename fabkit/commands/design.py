@@ -42,17 +42,18 @@ def koebe_command(
     coverage: Annotated[
         float | None,
         typer.Option(
-            help="Part of the sphere that S covers, if open; more bends more. Default: 0.4, saddle of pentagons: 0.2."
+            help="Share of the sphere that an open S covers; a larger one bends more. "
+            "Default: 0.4, saddle of pentagons: 0.2."
         ),
     ] = None,
     bend: Annotated[
-        Bend, typer.Option(help="Convex, with edges reversed across a direction, or S itself.")
+        Bend, typer.Option(help="dome: convex; saddle: edges reversed across a direction; sphere: S itself.")
     ] = Bend.DOME,
-    direction: Annotated[float, typer.Option(help="Of a saddle, in degrees from the x axis.")] = 45.0,
+    direction: Annotated[float, typer.Option(help="Direction of a saddle, in degrees from the x axis.")] = 45.0,
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
-    """The fairest mesh parallel to a Koebe polyhedron of quads, hexagons, pentagons or faces of your own."""
+    """The fairest mesh parallel to a Koebe polyhedron of quads, hexagons, pentagons or faces that you give."""
     with exit_on_error():
         from fabkit.commands.printing import write_and_print
         from fabkit.designs import koebe_design
@@ -60,7 +61,7 @@ def koebe_command(
 
         check_replaceable(out, force=force)
         if combinatorics:
-            _refuse_beside(context, "--combinatorics has faces of its own", "tiles", "count")
+            _refuse_beside(context, "--combinatorics gives the faces", "tiles", "count")
         if bend is not Bend.SADDLE:
             _refuse_beside(context, f"--bend {bend} has no direction", "direction")
         design = koebe_design(
@@ -79,8 +80,8 @@ def koebe_command(
 def minimal_command(
     context: typer.Context,
     out: Out,
-    shape: Annotated[MinimalShape, typer.Option(help="Which surface.")] = MinimalShape.CATENOID,
-    faces: Annotated[Faces, typer.Option(help="Of a catenoid.")] = Faces.QUADS,
+    shape: Annotated[MinimalShape, typer.Option(help="The minimal surface.")] = MinimalShape.CATENOID,
+    faces: Annotated[Faces, typer.Option(help="Faces of a catenoid.")] = Faces.QUADS,
     count: Annotated[int, typer.Option(help="Faces around a catenoid, or along a side of Enneper's surface.")] = 24,
     turn: Annotated[float, typer.Option(help="Degrees by which normals turn from the middle to the rim.")] = 60.0,
     gauss_image: Annotated[
@@ -92,7 +93,7 @@ def minimal_command(
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
-    """A mesh of mean curvature zero: catenoid, surface of Enneper, or with a Gauss image of your own."""
+    """A mesh of mean curvature zero: catenoid, surface of Enneper, or with a Gauss image that you give."""
     with exit_on_error():
         from fabkit.commands.printing import write_and_print
         from fabkit.designs import minimal_design
@@ -109,7 +110,9 @@ def minimal_command(
 def cmc_command(
     context: typer.Context,
     out: Out,
-    faces: Annotated[Faces, typer.Option(help="Hexagons bulge once; they cannot fold.")] = Faces.QUADS,
+    faces: Annotated[
+        Faces, typer.Option(help="Faces around the axis. Hexagons make one bulge; they cannot fold.")
+    ] = Faces.QUADS,
     count: Annotated[int, typer.Option(help="Faces around the axis.")] = 24,
     rows: Annotated[int, typer.Option(help="Rows of faces from one inflection to the next.")] = 6,
     folds: Annotated[
@@ -124,12 +127,12 @@ def cmc_command(
     ] = None,
     start: Annotated[
         Path | None,
-        typer.Option(help="Instead of all that: mesh file of an M to stay near to.", rich_help_panel=NEAR),
+        typer.Option(help="Instead of these: mesh file of an M to stay near to.", rich_help_panel=NEAR),
     ] = None,
     gauss_image: Annotated[Path | None, typer.Option(help="The S of that M.", rich_help_panel=NEAR)] = None,
     mean: Annotated[
         float | None,
-        typer.Option(help="Its mean curvature, negative for a dome. Default: the median of M.", rich_help_panel=NEAR),
+        typer.Option(help="Mean curvature, negative for a dome. Default: the median of M.", rich_help_panel=NEAR),
     ] = None,
     boost: Boosts = None,
     force: Force = False,
@@ -156,11 +159,17 @@ def hexagons_command(
     surface: Annotated[Path, typer.Argument(metavar="SURFACE", help="Mesh file of a surface, finely meshed.")],
     out: Out,
     count: Annotated[int, typer.Option(help="Hexagons across the normals of the surface.")] = 12,
-    curvature: Annotated[int, typer.Option(help="1 or -1: touch only where it bulges, or is a saddle.")] = 0,
+    curvature: Annotated[
+        int,
+        typer.Option(help="1: touch the surface only where it is convex or concave; -1: only where it is a saddle."),
+    ] = 0,
     turn: Annotated[
-        float | None, typer.Option(help="Degrees by which the hexagons are turned. Default: what suits them best.")
+        float | None,
+        typer.Option(help="Degrees by which the hexagons are turned. Default: the most buildable of 0, 15, 30 and 45."),
     ] = None,
-    flip: Annotated[bool, typer.Option("--flip", help="Turn the outside of the surface round.")] = False,
+    flip: Annotated[
+        bool, typer.Option("--flip", help="Turn all faces of the surface over, so that the other side is outside.")
+    ] = False,
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
@@ -176,8 +185,8 @@ def hexagons_command(
 
 
 def _refuse_beside(context: typer.Context, reason: str, *options: str) -> None:
-    """Raise ProjectError where one of these options was said, since it would do nothing."""
+    """Raise ProjectError where one of these options was given, since it would have no effect."""
     for option in options:
         source = context.get_parameter_source(option)
         if source is not None and source.name == "COMMANDLINE":
-            raise ProjectError(f"{reason}, so --{option} would do nothing: leave out one of the two")
+            raise ProjectError(f"{reason}, so --{option} would have no effect: leave out one of the two")

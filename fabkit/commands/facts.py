@@ -1,4 +1,4 @@
-"""What there is to say of a mesh, or of a pair M and S, as it stands: name and sentence of each fact."""
+"""Facts about a mesh, or a pair M and S, as read: name and sentence of each."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fabkit.detailing import Ends, axis_spreads, beam_ends
+from fabkit.detailing import Ends, axis_misalignments, beam_ends
 from fabkit.gauss_image import TOLERANCE
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
@@ -26,9 +26,9 @@ from geometry.parallel import parallelity
 
 __all__ = ["as_read", "beam_heights", "ends_of_all", "moves", "offset_kinds", "pair_fit"]
 
-EXACT, NEARLY = 1e-6, 1e-2
-"""Largest deviation, as a part of the edge length or in radians, up to which a property is said to hold or nearly to
-hold: drawing programs write seven digits; a hundredth of an edge is what one sees."""
+EXACT_PROPERTY_TOLERANCE, NEAR_PROPERTY_TOLERANCE = 1e-6, 1e-2
+"""Largest deviation up to which a property holds, and nearly holds, relative to an edge or in radians: drawing programs
+write seven digits; a hundredth of an edge is visible."""
 
 
 def as_read(file: MeshFile) -> Iterator[tuple[str, str]]:
@@ -42,7 +42,7 @@ def as_read(file: MeshFile) -> Iterator[tuple[str, str]]:
     yield "edge lengths", f"{lengths.min():.4g} to {lengths.max():.4g}, mean {lengths.mean():.4g}"
     for note in file.mended:
         yield "mended", note
-    yield "planarity", f"{mesh.planarity.max():.1e} of the edge length at worst, as read"
+    yield "planarity", f"{mesh.planarity.max():.1e} of the mean edge length at most, as read"
 
 
 def _counts(values: IntArray, wording: str) -> str:
@@ -66,7 +66,7 @@ def moves(before: Mesh, after: Mesh) -> str | None:
     if not moves.any():
         return None
     return (
-        f"to {after.planarity.max():.1e} by moving vertices by {moves.mean():.2g} of the edge length in the mean, "
+        f"to {after.planarity.max():.1e} by moving vertices by {moves.mean():.2g} of the mean edge length on average, "
         f"{np.percentile(moves, 95):.2g} at 95 %, {moves.max():.2g} at most (vertex {moves.argmax()}, counted from 0)"
     )
 
@@ -83,10 +83,10 @@ def offset_kinds(mesh: Mesh) -> Iterator[tuple[str, str]]:
 
 
 def _offset(deviation: float, offers: str) -> str:
-    if deviation > NEARLY:
+    if deviation > NEAR_PROPERTY_TOLERANCE:
         return f"no: not {offers}"
     answer = "yes" if deviation <= EXACT_OFFSET else "nearly"
-    return f"{answer}: {offers}, to {deviation:.1e} of it at worst"
+    return f"{answer}: {offers}, to {deviation:.1e} of it at most"
 
 
 def _verdict(deviations: FloatArray, unit: str) -> str:
@@ -94,8 +94,8 @@ def _verdict(deviations: FloatArray, unit: str) -> str:
     if not len(asked):
         return "nothing is asked of this mesh"
     worst, median = float(asked.max()), float(np.median(asked))
-    answer = "yes" if worst <= EXACT else "nearly" if worst <= NEARLY else "no"
-    return f"{answer}: off by {median:.1e} {unit} in the median, {worst:.1e} at worst"
+    answer = "yes" if worst <= EXACT_PROPERTY_TOLERANCE else "nearly" if worst <= NEAR_PROPERTY_TOLERANCE else "no"
+    return f"{answer}: off by {median:.1e} {unit} in the median, {worst:.1e} at most"
 
 
 def beam_heights(heights: FloatArray) -> str:
@@ -119,7 +119,7 @@ def pair_fit(mesh: Mesh, gauss_image: Mesh) -> Iterator[tuple[str, str]]:
         pair = nearest_parallel_pair(mesh, gauss_image)
         structure = SupportStructure(pair, 1.0)  # no node axis lies in an edge
     except GeometryError:
-        return  # a build fails by the same reason, which is told
+        return  # a build fails by the same reason, which is reported
     yield "made exact", _pair_moves(*pair.moves_from(mesh, gauss_image))
     yield from _distances(pair)
     yield "reversed", _reversed(pair)
@@ -146,8 +146,8 @@ def _distances(pair: Pair) -> Iterator[tuple[str, str]]:
     ):
         size = np.abs(distances)
         spread = float(np.ptp(size) / size.mean())
-        verdict = f"constant to {spread:.1e}, {offers}" if spread <= EXACT else f"so not {offers}"
-        if EXACT < spread <= NEARLY:
+        verdict = f"constant to {spread:.1e}, {offers}" if spread <= EXACT_PROPERTY_TOLERANCE else f"so not {offers}"
+        if EXACT_PROPERTY_TOLERANCE < spread <= NEAR_PROPERTY_TOLERANCE:
             verdict = f"constant to {spread:.1e}, nearly {offers}"
         yield name, f"{size.min():.4g} to {size.max():.4g} from the origin, {verdict}"
 
@@ -163,7 +163,7 @@ def _reversed(pair: Pair) -> str:
 
 def _alignment(structure: SupportStructure) -> str:
     """How far tops and bottoms of beams of one height miss each other on the node axes."""
-    spreads = axis_spreads(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
+    spreads = axis_misalignments(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
     return (
         f"tops and bottoms of beams miss each other on the node axes by {np.nanmedian(spreads):.1e} of the beam height "
         f"in the median, {np.nanmax(spreads):.1e} at most"

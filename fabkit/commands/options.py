@@ -14,14 +14,13 @@ if TYPE_CHECKING:
     from fabkit.project import Project
 
 __all__ = [
-    "Allow",
+    "Accept",
     "Beam",
     "Clearance",
     "EqualWithin",
     "Flip",
     "GaussImage",
     "Joint",
-    "Lift",
     "MeanEdge",
     "MeshPath",
     "NestMode",
@@ -30,6 +29,7 @@ __all__ = [
     "Sheet",
     "SkipUnbuildable",
     "Thickness",
+    "Underside",
     "Unit",
     "project_of",
     "settings_of",
@@ -46,26 +46,34 @@ Unit = Annotated[str | None, typer.Option(help="Unit of the mesh file: mm, cm, m
 MeanEdge = Annotated[
     float | None, typer.Option(help="Instead of a unit: scale the mesh so that its mean edge has this many mm.")
 ]
-Flip = Annotated[bool, typer.Option("--flip", help="Turn the outside round.")]
+Flip = Annotated[bool, typer.Option("--flip", help="Turn all faces over, so that the other side is outside.")]
 Beam = Annotated[
     str | None, typer.Option(metavar="WxH", help="Section of the beams. Default: 50x120.", rich_help_panel=SIZES)
 ]
 Reference = Annotated[
     str | None,
     typer.Option(
-        help="What of the beams lies on the mesh: outer, centre or inner. Default: outer.", rich_help_panel=SIZES
+        help="Side of the beams that lies on the mesh: outer, centre or inner. Default: outer.", rich_help_panel=SIZES
     ),
 ]
 Clearance = Annotated[
     float | None,
-    typer.Option(help="Between beams at a node, beyond what is needed. Default: 5.", rich_help_panel=SIZES),
+    typer.Option(help="Between beams at a node, in addition to what is needed. Default: 5.", rich_help_panel=SIZES),
 ]
+Thickness = Annotated[float | None, typer.Option(help="Thickness of the panels. Default: 10.", rich_help_panel=SIZES)]
+Joint = Annotated[
+    float | None, typer.Option(help="Width of the joints between panels. Default: 10.", rich_help_panel=SIZES)
+]
+<<<<<<< HEAD
 Thickness = Annotated[float | None, typer.Option(help="Of the panels. Default: 10.", rich_help_panel=SIZES)]
 Joint = Annotated[float | None, typer.Option(help="Between panels. Default: 10.", rich_help_panel=SIZES)]
+Underside = Annotated[
+=======
 Lift = Annotated[
+>>>>>>> int11
     float | None,
     typer.Option(
-        help="Of the panels above the mesh. Default: the least that clears beams and nodes, plus 5.",
+        help="Height of the panels above the mesh. Default: the least that clears beams and nodes, plus 5.",
         rich_help_panel=SIZES,
     ),
 ]
@@ -76,19 +84,22 @@ NestMode = Annotated[
     str | None,
     typer.Option(help="Lay panels on sheets: quick, best or off. Default: quick.", rich_help_panel=SHOP),
 ]
-NestSeconds = Annotated[float | None, typer.Option(help="What best may take. Default: 60.", rich_help_panel=SHOP)]
+NestSeconds = Annotated[
+    float | None, typer.Option(help="Time limit of the nesting mode best. Default: 60.", rich_help_panel=SHOP)
+]
 EqualWithin = Annotated[
     float | None,
     typer.Option(
-        help="Parts that differ by less share a mark, and stand off by as much; at most 1. Default: 1e-7.",
+        help="Parts that differ by less share a mark, and are misplaced by up to this tolerance; at most 1. "
+        "Default: 1e-7.",
         rich_help_panel=SHOP,
     ),
 ]
-Allow = Annotated[
+Accept = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME",
-        help="Accept what would be refused: moves, lean or self-intersection. May be said several times.",
+        help="Accept what would be refused: moves, lean or self-intersection. May be repeated.",
         rich_help_panel=RUN,
     ),
 ]
@@ -109,7 +120,7 @@ def settings_of(
     clearance: float | None = None,
     thickness: float | None = None,
     joint: float | None = None,
-    lift: float | None = None,
+    underside: float | None = None,
     sheet: str | None = None,
     nest: str | None = None,
     nest_seconds: float | None = None,
@@ -121,7 +132,7 @@ def settings_of(
             **whole,
             "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "reference": reference},
             "nodes": {"clearance_mm": clearance},
-            "panels": {"thickness_mm": thickness, "joint_mm": joint, "lift_mm": lift},
+            "panels": {"thickness_mm": thickness, "joint_mm": joint, "underside_mm": underside},
             "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
             "nesting": {"mode": nest, "seconds": nest_seconds},
         }

@@ -1,4 +1,4 @@
-"""What all commands share at the terminal: where they write, and how they say what is wrong."""
+"""What all commands share at the terminal: where they write, and how they report errors."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from rich.table import Table
 from rich.text import Text
 from typer.core import TyperGroup
 
-from fabkit.errors import FabkitError, in_one_sentence
-from fabkit.signals import ending_tidily
+from fabkit.errors import FabkitError, error_sentence
+from fabkit.signals import exit_on_signal
 from fabkit.wording import readable
 from geometry.errors import GeometryError
 
 __all__ = ["ERR", "OUT", "Commands", "exit_on_error", "facts_table", "printable"]
 
 LONGEST_SENTENCE = 590
-"""Letters of what is said of an error: with what stands before it, three lines of a wide terminal, of 200 each. Of
-more, the middle is left out."""
+"""Characters of an error message: with its prefix, three lines of a wide terminal, of 200 each. The middle of longer
+ones is left out."""
 
 GAP = " ... "
 
@@ -32,7 +32,7 @@ Misuse = cast(type[Exception], typer.BadParameter.__base__)
 
 
 class _StandardError:
-    """Standard error as far as there is one: that it is gone, or its device full, stops no build."""
+    """Standard error where there is one: a build goes on where it is closed or its device is full."""
 
     def write(self, text: str) -> int:
         with suppress(OSError, AttributeError):  # it is None where nothing was opened
@@ -52,10 +52,10 @@ ERR = Console(file=cast(TextIO, _StandardError()), soft_wrap=True, highlight=Fal
 
 
 class Commands(TyperGroup):
-    """Commands of which everything that goes wrong is said in one sentence, how they are called included."""
+    """Commands that report every error in one sentence, wrong arguments included."""
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
-        with exit_on_error(), ending_tidily():
+        with exit_on_error(), exit_on_signal():
             _escape_unprintable()
             try:
                 code = super().main(*arguments, **{**settings, "standalone_mode": False})
@@ -67,29 +67,29 @@ class Commands(TyperGroup):
 
 @contextmanager
 def exit_on_error() -> Iterator[None]:
-    """Say what is wrong in one sentence on standard error, and leave with exit code 2."""
+    """Report an error in one sentence on standard error, and exit with code 2."""
     try:
         yield
     except (FabkitError, GeometryError) as error:
-        _exit_with_sentence(in_one_sentence(error))
+        _exit_with_sentence(error_sentence(error))
     except MemoryError:
-        _exit_with_sentence("there is not enough memory for so much: take a coarser mesh, or smaller counts")
+        _exit_with_sentence("there is not enough memory: take a coarser mesh, or smaller counts")
     except RecursionError:
         _exit_with_sentence("the input is nested too deeply: write it flatter")
     except KeyboardInterrupt:
         raise SystemExit(130) from None
     except OSError as error:
         _discard_output()
-        said = error.strerror or str(error)
+        reason = error.strerror or str(error)
         _exit_with_sentence(
-            f"{error.filename}: {said}"
+            f"{error.filename}: {reason}"
             if error.filename
-            else f"{said}: what is printed is lost, what is written is whole"
+            else f"{reason}: the output to the terminal is lost, written files are complete"
         )
 
 
 def printable(text: str) -> str:
-    """Text on one line, without what a terminal would obey, and without its middle where it is long."""
+    """Text on one line, with control characters escaped, and without its middle where it is long."""
     plain = "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in readable(text))
     half = (LONGEST_SENTENCE - len(GAP)) // 2
     return plain if len(plain) <= LONGEST_SENTENCE else f"{plain[:half]}{GAP}{plain[-half:]}"
@@ -114,18 +114,18 @@ def _report_misuse(error: Any) -> None:
         return
     command = error.ctx.command_path if error.ctx else "fabkit"
     _exit_with_sentence(
-        f"{error.format_message().rstrip('.').replace(' Value error, ', ' ')}; {command} --help lists what there is"
+        f"{error.format_message().rstrip('.').replace(' Value error, ', ' ')}; {command} --help lists the options"
     )
 
 
 def _escape_unprintable() -> None:
-    """From now on what the encoding of the terminal lacks is printed as its number."""
+    """Print characters that the encoding of the terminal lacks as their numbers from now on."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
 
 
 def _discard_output() -> None:
-    """What waits to be printed would fail again at the end."""
+    """Drop buffered output, which would fail again when the program ends."""
     with suppress(OSError, ValueError, AttributeError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -7,8 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+<<<<<<< HEAD
 from fabkit.designs.edge_offset_design import CLOSED, TOUCHING, EdgeOffsetDesign, check_count, check_touching
+from fabkit.errors import ProjectError, error_sentence
+=======
+from fabkit.designs.edge_offset_design import (
+    KOEBE_TOLERANCE,
+    MAX_FACES_IN_CLOSED_FORM,
+    EdgeOffsetDesign,
+    check_count,
+    check_touching,
+)
 from fabkit.errors import ProjectError, in_one_sentence
+>>>>>>> int11
 from fabkit.families import Faces, MinimalShape
 from geometry.curvature import (
     christoffel_dual,
@@ -27,15 +38,15 @@ from geometry.mesh import Mesh
 __all__ = ["cmc_design", "cmc_near_design", "minimal_design"]
 
 
-EXACT = 1e-10
+EXACT_KOEBE_DEVIATION = 1e-10
 """Distance of the edges of S from the unit sphere, beyond which the file is blamed where there is no dual."""
 
 
-WIDEST = 1e6
+LARGEST_BULGE_RADIUS = 1e6
 """Radius of a bulge with mean curvature 1, beyond which squares of it leave nothing of 1."""
 
 
-MOST_CURVED = 1e3
+LARGEST_RELATIVE_CURVATURE = 1e3
 """Mean curvature times mean edge length of a start, beyond which a sphere is a thousandth of an edge."""
 
 
@@ -65,33 +76,38 @@ def minimal_design(
         return replace(design, inputs={gauss_image: file.sha256})
     _check_turn(turn_deg)
     turn = float(np.radians(turn_deg))
-    told = {"shape": str(shape), "faces": str(faces), "count": count, "turn_deg": turn_deg}
-    check_count(count, CLOSED)
+    settings = {"shape": str(shape), "faces": str(faces), "count": count, "turn_deg": turn_deg}
+    check_count(count, MAX_FACES_IN_CLOSED_FORM)
     if shape is MinimalShape.CATENOID:
         rows = rows_within(PATTERNS[faces], count, turn)
-        check_count(count * rows, CLOSED)
+        check_count(count * rows, MAX_FACES_IN_CLOSED_FORM)
         S = rotational_koebe(PATTERNS[faces], count, rows)
-        return EdgeOffsetDesign.of("minimal", minimal_of_revolution(S), told)
+        return EdgeOffsetDesign.of("minimal", minimal_of_revolution(S), settings)
     if faces is not Faces.QUADS:
         raise ProjectError("the surface of Enneper is made of quads; leave out the hexagons, or take the catenoid")
-    check_count(max(count, 0) ** 2, CLOSED)
+    check_count(max(count, 0) ** 2, MAX_FACES_IN_CLOSED_FORM)
     S = enneper_koebe(count, reach=float(np.tan(turn / 2)))
-    return EdgeOffsetDesign.of("minimal", christoffel_dual(S), told)
+    return EdgeOffsetDesign.of("minimal", christoffel_dual(S), settings)
 
 
 def _dual_of(given: Mesh, name: str) -> Pair:
     """The Koebe polyhedron read from a file, planar to the last digit, and its Christoffel dual."""
     check_touching(given)
-    S = nearest_planar_mesh(given, tolerance=TOUCHING)
+    S = nearest_planar_mesh(given, tolerance=KOEBE_TOLERANCE)
     try:
         return christoffel_dual(S)
     except GeometryError as error:
         off = float(np.abs(edge_distances(given) - 1).max())
-        if off <= EXACT:
+        if off <= EXACT_KOEBE_DEVIATION:
             raise
         raise ProjectError(
-            f"{in_one_sentence(error)}; {name} is off the unit sphere by {off:.1e} of its radius, more than "
+<<<<<<< HEAD
+            f"{error_sentence(error)}; {name} is off the unit sphere by {off:.1e} of its radius, more than "
             f"{EXACT:.0e}: write it with more digits"
+=======
+            f"{in_one_sentence(error)}; {name} is off the unit sphere by {off:.1e} of its radius, more than "
+            f"{EXACT_KOEBE_DEVIATION:.0e}: write it with more digits"
+>>>>>>> int11
         ) from error
 
 
@@ -124,11 +140,13 @@ def cmc_design(
         raise ProjectError(
             f"a band of hexagons cannot fold over itself, and {folds} folds are asked for: take quads, or no folds"
         )
-    check_count(max(count, 0) * max(rows, 0) * (max(folds, 0) + 1), CLOSED)
+    check_count(max(count, 0) * max(rows, 0) * (max(folds, 0) + 1), MAX_FACES_IN_CLOSED_FORM)
     S = rotational_koebe(PATTERNS[faces], count, rows, folds=folds)
     low, high = radii_at_inflections(S)
-    if bulge is not None and bulge > WIDEST:
-        raise ProjectError(f"a bulge of {bulge:g} is asked for, and at most {WIDEST:g} is made; a sphere has 1")
+    if bulge is not None and bulge > LARGEST_BULGE_RADIUS:
+        raise ProjectError(
+            f"a bulge of {bulge:g} is asked for, and at most {LARGEST_BULGE_RADIUS:g} is made; a sphere has 1"
+        )
     if bulge is None:
         bulge = None if folds else (2 * high + low) / 2
     elif low < bulge < high and not np.isclose(bulge, [low, high], rtol=1e-9, atol=0).any():
@@ -137,8 +155,8 @@ def cmc_design(
             f"{high:.4f}, or a neck of at most {low:.4f}; take fewer rows, or leave it out"
         )
     pair = constant_mean_of_revolution(S, -1.0, radius=bulge)
-    told = {"faces": str(faces), "count": count, "rows": rows, "folds": folds, "bulge": bulge}
-    return EdgeOffsetDesign.of("cmc", pair, told)
+    settings = {"faces": str(faces), "count": count, "rows": rows, "folds": folds, "bulge": bulge}
+    return EdgeOffsetDesign.of("cmc", pair, settings)
 
 
 def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None) -> EdgeOffsetDesign:
@@ -153,19 +171,19 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
     file, S = read_mesh_pair(start, gauss_image)
     file = file.near_zero()
     check_touching(S)
-    pair = nearest_parallel_pair(file.mesh, S, tolerance=TOUCHING)
+    pair = nearest_parallel_pair(file.mesh, S, tolerance=KOEBE_TOLERANCE)
     median = float(np.median(face_curvatures(pair).mean))
-    S = nearest_planar_mesh(S, tolerance=TOUCHING)  # itself if it is planar, however coarse M is
+    S = nearest_planar_mesh(S, tolerance=KOEBE_TOLERANCE)  # itself if it is planar, however coarse M is
     wanted = median if mean is None else mean
-    most = MOST_CURVED / pair.mesh.mean_edge_length
+    most = LARGEST_RELATIVE_CURVATURE / pair.mesh.mean_edge_length
     if np.isfinite(wanted) and abs(wanted) > most:
         raise ProjectError(
             f"a mean curvature of {wanted:g} is asked for, and of edges as long as those of {start.name} at most "
             f"{most:g} is made: that of {start.name} is {median:g} in the median"
         )
     pair = _where(pair.mesh, constant_mean(S, wanted, pair.mesh))
-    told = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
-    design = EdgeOffsetDesign.of("cmc", pair, told)
+    settings = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
+    design = EdgeOffsetDesign.of("cmc", pair, settings)
     return replace(design, origin=file.origin, inputs={start: file.sha256, gauss_image: file.companion_sha256})
 
 

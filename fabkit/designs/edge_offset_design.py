@@ -25,9 +25,9 @@ from geometry.parallel import parallelity
 from geometry.spheres import LaguerreTransformation
 
 __all__ = [
-    "CLOSED",
-    "SOLVED",
-    "TOUCHING",
+    "KOEBE_TOLERANCE",
+    "MAX_FACES_IN_CLOSED_FORM",
+    "MAX_FACES_SOLVED_FOR",
     "EdgeOffsetDesign",
     "check_count",
     "check_lengths",
@@ -35,16 +35,16 @@ __all__ = [
     "write_design",
 ]
 
-CLOSED, SOLVED = 250_000, 20_000
+MAX_FACES_IN_CLOSED_FORM, MAX_FACES_SOLVED_FOR = 250_000, 20_000
 """Most faces of designs in closed form, which take seconds, and of those that are solved for, which take minutes."""
 
-WIDEST_PANEL_MM = (3000.0, 5700.0)
+LARGEST_PANEL_MM = (3000.0, 5700.0)
 """Width and length of faces that leave panels for sheets of 3210 x 6000 mm."""
 
-TOUCHING = 1e-5
+KOEBE_TOLERANCE = 1e-5
 """How far the edges of S may be off the unit sphere, in its radius: what files with six digits leave of it."""
 
-SHORTEST = 1e-6
+LEAST_RELATIVE_EDGE_LENGTH = 1e-6
 """Length of an edge over the mean, below which its direction is noise: solvers promise nine digits of the whole."""
 
 
@@ -114,8 +114,8 @@ class EdgeOffsetDesign:
         }
 
     def proposed_mean_edge_mm(self) -> int:
-        """1500, or less where panels would not go on common sheets: `WIDEST_PANEL_MM`."""
-        largest = float((face_widths(self.mesh) / WIDEST_PANEL_MM).max())
+        """1500, or less where panels would not go on common sheets: `LARGEST_PANEL_MM`."""
+        largest = float((face_widths(self.mesh) / LARGEST_PANEL_MM).max())
         return max(1, min(1500, int(self.mesh.mean_edge_length / largest) // 50 * 50))
 
 
@@ -123,11 +123,11 @@ def check_lengths(mesh: Mesh) -> None:
     """Raise ProjectError where an edge of M has shrunk to a point."""
     lengths = mesh.edge_lengths / mesh.mean_edge_length
     edge = int(lengths.argmin())
-    if not lengths[edge] >= SHORTEST:
+    if not lengths[edge] >= LEAST_RELATIVE_EDGE_LENGTH:
         raise ProjectError(
             f"{mesh.combinatorics.edge_name(edge)} of the mesh has shrunk to {lengths[edge]:.1e} of the mean "
-            f"edge length (counted from 0), and at least {SHORTEST:.0e} is needed: there is no such mesh with all "
-            "these edges; ask for something nearer to what there is, or for other numbers"
+            f"edge length (counted from 0), and at least {LEAST_RELATIVE_EDGE_LENGTH:.0e} is needed: there is no such "
+            "mesh with all these edges; ask for something nearer to what there is, or for other numbers"
         )
 
 
@@ -141,14 +141,14 @@ def check_count(n_faces: int, most: int) -> None:
 
 
 def check_touching(gauss_image: Mesh) -> None:
-    """Raise ProjectError, naming the worst edge, where S is no Koebe polyhedron to `TOUCHING`."""
+    """Raise ProjectError, naming the worst edge, where S is no Koebe polyhedron to `KOEBE_TOLERANCE`."""
     off = np.abs(edge_distances(gauss_image) - 1)
     edge = int(off.argmax())
-    if not off[edge] <= TOUCHING:
+    if not off[edge] <= KOEBE_TOLERANCE:
         raise ProjectError(
             f"{gauss_image.combinatorics.edge_name(edge)} of the Gauss image is off the unit sphere by {off[edge]:.1e} "
-            f"of its radius (counted from 0), allowed {TOUCHING:.0e}, so beams on it have no common height: give a "
-            "Koebe polyhedron, all of whose edges touch the sphere, such as an S.obj, with all its digits"
+            f"of its radius (counted from 0), allowed {KOEBE_TOLERANCE:.0e}, so beams on it have no common height: "
+            "give a Koebe polyhedron, all of whose edges touch the sphere, such as an S.obj, with all its digits"
         )
 
 

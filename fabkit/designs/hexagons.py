@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fabkit.designs.edge_offset_design import SOLVED, EdgeOffsetDesign, check_count, check_lengths
+from fabkit.designs.edge_offset_design import MAX_FACES_SOLVED_FOR, EdgeOffsetDesign, check_count, check_lengths
 from fabkit.designs.koebe import patch
 from fabkit.errors import ProjectError
 from fabkit.families import Tiles
@@ -20,21 +20,22 @@ from geometry.surface import Surface
 
 __all__ = ["hexagons_design"]
 
-ROOM = 1.3
-"""Part of the sphere that S covers at first over that within the widest turn of the normals: a patch is not round."""
+COVERAGE_MARGIN = 1.3
+"""Share of the sphere that S covers at first over the share within the largest turn of the normals: a patch is not
+round."""
 
-WIDEST_DEG = 90.0
+LARGEST_NORMAL_TURN_DEG = 90.0
 """Turn of the normals from their mean, beyond which a patch does not cover them all."""
 
-OFTEN = 1.5
-"""How often the normals of a surface cover what touches it, from which on it is told; on a smooth one that only bulges
-it is once, and the rim and rough meshes add to it."""
+REPORTED_COVERINGS = 1.5
+"""How often the normals of a surface cover what touches it, from which on it is reported; on a smooth convex one it is
+once, and the rim and rough meshes add to it."""
 
-LEAST = 0.5
-"""Part of the faces which touch that has to be left; where fewer are, M jumps between places of the same normal."""
+LEAST_KEPT_SHARE = 0.5
+"""Least share of the touching faces to be kept; where fewer are, M jumps between places of the same normal."""
 
 TURNS_DEG = (0.0, 15.0, 30.0, 45.0)
-"""Of the hexagons about the mean normal, of which the fittest is taken; by 60 degrees they come back to themselves."""
+"""Turns of the hexagons about the mean normal, of which the most buildable is taken; 60 degrees is a symmetry."""
 
 
 def hexagons_design(
@@ -50,25 +51,25 @@ def hexagons_design(
     unit of the surface, near zero; the origin of the design is that of the surface.
 
     Raises GeometryError where nothing can touch, for surfaces that are not usable and numbers out of range;
-    ProjectError where less than `LEAST` of the faces is left.
+    ProjectError where less than `LEAST_KEPT_SHARE` of the faces is left.
     """
     _check_numbers(count, turn_deg)
     file = read_mesh(surface, flip=flip).near_zero()
     phi = Surface(file.mesh)
     widest = float(np.degrees(mean_normal(phi.mesh)[1]))
-    if not widest < WIDEST_DEG:
+    if not widest < LARGEST_NORMAL_TURN_DEG:
         raise ProjectError(
-            f"the normals of {surface.name} turn by {widest:.0f} degrees from their mean, and less than {WIDEST_DEG:g} "
-            "is needed: cut the surface into parts"
+            f"the normals of {surface.name} turn by {widest:.0f} degrees from their mean, and less than "
+            f"{LARGEST_NORMAL_TURN_DEG:g} is needed: cut the surface into parts"
         )
-    coverage = min(1.0, ROOM * (1 - np.cos(np.radians(widest))) / 2)
+    coverage = min(1.0, COVERAGE_MARGIN * (1 - np.cos(np.radians(widest))) / 2)
     turns = TURNS_DEG if turn_deg is None else (turn_deg,)
     polyhedron = koebe(patch(Tiles.HEXAGONS, count), coverage=coverage)
     covers = {turn: surface_cover(phi, polyhedron.mesh, np.radians(turn), curvature=curvature) for turn in turns}
     turn_deg, best = max(covers.items(), key=lambda cover: cover[1].fitness)
     kept, found = best.kept, best.found
     _check_enough(len(kept), best.gauss_image.n_faces, surface.name, best.times)
-    told = {
+    settings = {
         "surface": surface.name,
         "count": count,
         "curvature": curvature,
@@ -77,13 +78,13 @@ def hexagons_design(
     }
     mesh = found.mesh.part(kept)
     check_lengths(mesh)  # planes may meet in edges of no length, to which nothing is parallel
-    design = EdgeOffsetDesign.of("hexagons", Pair(mesh, best.gauss_image.part(kept)), told)
+    design = EdgeOffsetDesign.of("hexagons", Pair(mesh, best.gauss_image.part(kept)), settings)
     notes = _notes(found, kept, surface.name, best.times)
     return replace(design, notes=notes, has_unit=True, origin=file.origin, inputs={surface: file.sha256})
 
 
 def _check_numbers(count: int, turn_deg: float | None) -> None:
-    check_count(max(count, 0) ** 2, SOLVED)
+    check_count(max(count, 0) ** 2, MAX_FACES_SOLVED_FOR)
     if count < 2:
         raise ProjectError(f"{count} hexagons across are asked for, at least 2 are needed")
     if turn_deg is not None and not np.isfinite(turn_deg):
@@ -95,23 +96,27 @@ def _notes(found: TangentMesh, kept: IntArray, surface: str, times: float) -> tu
     touching = int(np.isin(kept, found.missing, invert=True).sum())
     cut = f"; {n - len(kept)} were cut off, as they crossed, folded over or were too narrow" if len(kept) < n else ""
     notes = [f"{touching} of {len(kept)} faces touch the surface{cut}"]
-    if times > OFTEN:
+    if times > REPORTED_COVERINGS:
         notes.append(_covered_often(surface, times))
     return tuple(notes)
 
 
 def _check_enough(n_kept: int, n: int, surface: str, times: float) -> None:
-    if n_kept < LEAST * n:
+    if n_kept < LEAST_KEPT_SHARE * n:
         raise ProjectError(
             f"only {n_kept} of {n} hexagons that touch {surface} can be built together, as others cross, fold over or "
             f"are narrower than {NARROWEST:g} of the mean edge length; "
-            + (_covered_often(surface, times) if times > OFTEN else "turn them by other degrees, or take more of them")
+            + (
+                _covered_often(surface, times)
+                if times > REPORTED_COVERINGS
+                else "turn them by other degrees, or take more of them"
+            )
         )
 
 
 def _covered_often(surface: str, times: float) -> str:
     return (
-        f"normals of {surface} occur {times:.1f} times on it in the mean, and the hexagon of a normal touches only one "
+        f"normals of {surface} occur {times:.1f} times on it on average, and the hexagon of a normal touches only one "
         "of these places: cut it into parts that only bulge or only are saddles, where all normals differ, and cover "
         "them one by one"
     )

@@ -8,8 +8,13 @@ from typing import Any
 
 import numpy as np
 
+<<<<<<< HEAD
 from fabkit.designs.edge_offset_design import SOLVED, EdgeOffsetDesign, check_count
+from fabkit.errors import ProjectError, error_sentence
+=======
+from fabkit.designs.edge_offset_design import MAX_FACES_SOLVED_FOR, EdgeOffsetDesign, check_count
 from fabkit.errors import ProjectError, in_one_sentence
+>>>>>>> int11
 from fabkit.families import Bend, Tiles
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset import edge_offset_mesh, koebe, saddle_signs
@@ -22,21 +27,21 @@ from geometry.mesh.patterns import dual, hexagon_patch, pentagon_patch, quad_pat
 
 __all__ = ["koebe_design", "patch"]
 
-SOUTH = (0.0, 0.0, -1.0)
+SOUTH_POLE = (0.0, 0.0, -1.0)
 """Opposite the middle of an open polyhedron: directions on it are those of the plane seen from there."""
 
-USUAL, DELICATE = 0.4, 0.2
-"""Part of the sphere that an open S covers if nothing is said; of saddles of pentagons, half as much: the more they
+DEFAULT_COVERAGE, PENTAGON_SADDLE_COVERAGE = 0.4, 0.2
+"""Share of the sphere that an open S covers by default; of saddles of pentagons, half as much: the more they
 bend, the wider the rim at which they cross themselves."""
 
-RARE, RARE_LENGTH = 0.4, 1.5
-"""Of hexagons, one family of edges has a sign of its own, a third of all. They are to be the longer ones: of equal
+LARGEST_MINORITY_SHARE, MINORITY_LENGTH = 0.4, 1.5
+"""Of hexagons, one family of edges has the other sign, a third of all. They are to be the longer ones: of equal
 lengths the two zigzags of a hexagon would just touch, and mostly cross."""
 
 
 def patch(tiles: Tiles, count: int) -> Combinatorics:
     """About as long as wide. Raises ProjectError for more faces than are made."""
-    check_count(max(count, 0) ** 2, SOLVED)
+    check_count(max(count, 0) ** 2, MAX_FACES_SOLVED_FOR)
     if tiles is Tiles.QUADS:
         return quad_patch(count, count)
     if tiles is Tiles.PENTAGONS:
@@ -67,13 +72,13 @@ def koebe_design(
     """
     if not np.isfinite(direction_deg):
         raise ProjectError(f"the direction is {direction_deg} degrees: a finite number is needed")
-    told: dict[str, Any] = {"tiles": str(tiles), "count": count}
+    settings: dict[str, Any] = {"tiles": str(tiles), "count": count}
     inputs: dict[Path, str] = {}
     if combinatorics is None:
         faces = patch(tiles, count)
     else:
         file = read_mesh(combinatorics)
-        faces, inputs, told = (
+        faces, inputs, settings = (
             file.mesh.combinatorics,
             {combinatorics: file.sha256},
             {"combinatorics": combinatorics.name},
@@ -82,13 +87,15 @@ def koebe_design(
         faces = dual(faces)
     is_open = bool(faces.is_boundary_edge.any())
     is_delicate = bend is Bend.SADDLE and combinatorics is None and tiles is Tiles.PENTAGONS
-    share = (DELICATE if is_delicate else USUAL) if coverage is None and is_open else coverage
+    share = (
+        (PENTAGON_SADDLE_COVERAGE if is_delicate else DEFAULT_COVERAGE) if coverage is None and is_open else coverage
+    )
     S = koebe(faces, coverage=share).mesh
-    told |= {"dual": take_dual, "coverage": share, "bend": str(bend), "direction_deg": direction_deg}
+    settings |= {"dual": take_dual, "coverage": share, "bend": str(bend), "direction_deg": direction_deg}
     pair = Pair(_bent(S, bend, direction_deg, is_open), S)
     n = pair.mesh.n_faces
     kept = without_unsound_rim(pair.mesh) if bend is Bend.SADDLE else np.arange(n)
-    design = EdgeOffsetDesign.of("koebe", pair.part(kept), told)
+    design = EdgeOffsetDesign.of("koebe", pair.part(kept), settings)
     n_cut = n - len(kept)
     note = f"{n_cut} of {n} faces at the rim were cut off, as some of them were too narrow, or crossed"
     return replace(design, notes=(note,) if n_cut else (), inputs=inputs)
@@ -104,19 +111,20 @@ def _bent(gauss_image: Mesh, bend: Bend, direction_deg: float, is_open: bool) ->
             "a closed polyhedron has no saddle parallel to it: take a mesh with boundary, or another bend"
         )
     angle = np.radians(direction_deg)
-    signs = saddle_signs(gauss_image, [np.cos(angle), np.sin(angle), 0.0], pole=SOUTH)
+    signs = saddle_signs(gauss_image, [np.cos(angle), np.sin(angle), 0.0], pole=SOUTH_POLE)
     try:
         return edge_offset_mesh(gauss_image, signs=signs, lengths=(_least_lengths(gauss_image, signs), np.inf))
     except GeometryError as error:
         raise ProjectError(
             f"no saddle reverses the edges across the direction of {direction_deg:g} degrees "
-            f"({in_one_sentence(error)}): take another --direction, or quads"
+            f"({error_sentence(error)}): take another --direction, or quads"
         ) from error
 
 
 def _least_lengths(gauss_image: Mesh, signs: IntArray) -> FloatArray:
-    """(E,) 1, but `RARE_LENGTH` for edges of a sign that fewer than `RARE` have; where none is so rare, those of S."""
+    """(E,) 1, but `MINORITY_LENGTH` for edges of a sign that fewer than `LARGEST_MINORITY_SHARE` have; where none
+    is so rare, those of S."""
     is_rare = signs == (1 if 2 * (signs > 0).sum() < len(signs) else -1)
-    if is_rare.mean() < RARE:
-        return np.where(is_rare, RARE_LENGTH, 1.0)
+    if is_rare.mean() < LARGEST_MINORITY_SHARE:
+        return np.where(is_rare, MINORITY_LENGTH, 1.0)
     return gauss_image.edge_lengths / gauss_image.mean_edge_length

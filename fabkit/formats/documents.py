@@ -16,18 +16,25 @@ from fabkit.parts import Assembly
 from fabkit.production import Nest, Summary, build_facts, cut_list, panel_drawings, sheet_drawings
 from fabkit.stages import Stages
 from geometry.arrays import FloatArray
+from geometry.files import write_mesh
+from geometry.gauss import Pair
 from geometry.mesh import Mesh
 
 __all__ = ["write_documents"]
 
 
 def write_documents(
-    folder: Path, mesh: Mesh, assembly: Assembly, nest: Nest | None, summary: Summary, stages: Stages
+    folder: Path, pair: Pair, assembly: Assembly, nest: Nest | None, summary: Summary, stages: Stages
 ) -> None:
-    """Write model.step, parts/, sheets/, panels/, the cut lists, model.glb and report.html into an empty folder.
+    """Write M.obj, S.obj, model.step, parts/, sheets/, panels/, the cut lists, model.glb and report.html into an empty
+    folder.
 
-    mesh: in millimetres, of which the parts' elements are edges, vertices and faces.
+    pair: in millimetres near zero; the parts' elements are edges, vertices and faces of its mesh. M.obj is in the unit
+    and at the place of the mesh file, S.obj near the unit sphere about zero.
     """
+    with stages("Meshes"):
+        write_mesh(folder / "M.obj", pair.mesh * (1 / summary.scale_mm), origin=summary.origin)
+        write_mesh(folder / "S.obj", pair.gauss_image)
     with stages("STEP model"):
         write_step(folder / "model.step", assembly)
     with stages("STEP parts"):
@@ -48,7 +55,7 @@ def write_documents(
         facts = build_facts(summary, assembly, nest)
         write_xlsx(folder / "cutlist.xlsx", lists, summary, facts)
     with stages("GLB"):
-        glb = glb_bytes(assembly, _left_out_lines(mesh, assembly))
+        glb = glb_bytes(assembly, _left_out_lines(pair.mesh, assembly))
         (folder / "model.glb").write_bytes(glb)
     with stages("Report"):
         text = report_html(summary=summary, facts=facts, assembly=assembly, tables=lists.tables, sheets=sheets, glb=glb)

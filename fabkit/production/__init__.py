@@ -4,6 +4,7 @@ from fabkit.production.curves import Curves
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
 from fabkit.production.facts import REPORT, TERMINAL, WORKBOOK, BuildFacts, Fact, build_facts
+from fabkit.production.loose_panels import panels_from_outlines
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
 from fabkit.production.nests import Nest, Sheet
 from fabkit.production.sheet_nesting import nest_panels, too_large
@@ -32,6 +33,7 @@ __all__ = [
     "cut_list",
     "nest_panels",
     "panel_drawings",
+    "panels_from_outlines",
     "share_equal_parts",
     "sheet_drawings",
     "too_large",

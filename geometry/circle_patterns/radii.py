@@ -14,7 +14,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError
-from geometry.optimise import ConvergenceError, GroundedLaplacian, Reason, Solution, largest
+from geometry.optimise import ConvergenceError, GroundedLaplacian, Reason, Solution, max_norm
 
 __all__ = ["CirclePattern", "KiteAngles"]
 
@@ -98,7 +98,7 @@ class CirclePattern:
         found = multipliers
         while steps <= MAX_STEPS:
             excess = self._excess(multipliers)
-            worst = largest(excess)
+            worst = max_norm(excess)
             settled = worst <= ROUNDED or (best <= ANGLE_TOLERANCE and worst > best / 2)
             if worst < best:
                 found, best = multipliers, worst
@@ -187,7 +187,7 @@ class CirclePattern:
         weights = 2 / (first / second + second / first)
         links = self.links
         laplacian = GroundedLaplacian(self.n_unknowns, links, weights)
-        direction = laplacian.solve(excess, accuracy=min(LOOSE, largest(excess)))
+        direction = laplacian.solve(excess, accuracy=min(LOOSE, max_norm(excess)))
         padded = np.append(direction, 0.0)
         steepest = float(np.abs(padded[links[:, 0]] - padded[links[:, 1]]).max())
         return direction * (np.log1p(steepest) / steepest if steepest > 0 else 1.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, integers
-from geometry.functionals import close_to_vertex_normals, face_deviations, parallel_to, unit_face_distances
+from geometry.functionals import close_to_vertex_normals, faces_at_unit_distance, parallel_to, relative_plane_deviations
 from geometry.gauss import Pair
 from geometry.gauss.edge_cones import angles_between
 from geometry.mesh import Combinatorics, Mesh
@@ -59,7 +59,7 @@ class PairMeasures:
             face_spread=_spread(pair.face_distances),
             lean=(median, most, largest),
             surface_distance=(float(np.quantile(away, 0.95)), float(away.max())),
-            planarity=float(face_deviations(mesh).max()),
+            planarity=float(relative_plane_deviations(mesh).max()),
             parallelity=float(parallelity(mesh, image).max()),
         )
 
@@ -78,7 +78,7 @@ def fresh_curvatures(mesh: Mesh, *, gaussian: bool) -> tuple[FloatArray, float]:
     nearly depend on each other, as on meshes of constant curvature.
     """
     c = mesh.combinatorics
-    terms = [(FRESH_VERTICES, close_to_vertex_normals(mesh)), (1.0, unit_face_distances(mesh))]
+    terms = [(FRESH_VERTICES, close_to_vertex_normals(mesh)), (1.0, faces_at_unit_distance(mesh))]
     conditions = parallel_to(mesh)
     found = minimise_quadratic(
         *normal_equations(terms), conditions.matrix, conditions.target, tolerance=FRESH_PARALLEL

@@ -16,22 +16,22 @@ from scipy.sparse import block_diag, csr_array, eye_array
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.combined.aims import Aims
 from geometry.functionals import (
-    Circularity,
+    CircularFaces,
     CloseToNormals,
-    Conicality,
+    ConicalVertices,
     ConstantCurvature,
-    Convexity,
-    EdgeDistances,
+    ConvexFaces,
+    EdgesAtUnitDistance,
     EdgeStretch,
-    FaceAxes,
-    FaceDistances,
-    FaceTurns,
+    FaceNormalCosines,
+    FacesAtUnitDistance,
     InsideCones,
     OnCurve,
     OnSmoothSurface,
-    Parallelity,
-    Planarity,
-    VertexDistances,
+    ParallelEdges,
+    PlanarFaces,
+    UprightFaces,
+    VerticesAtUnitDistance,
     coordinates,
     strain,
 )
@@ -39,8 +39,17 @@ from geometry.gauss import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import vector_areas
 from geometry.meshing import Guides
-from geometry.meshing.guides import MeshGuides, in_edge_lengths
-from geometry.optimise import AffineMap, At, Blocks, Functional, Hinge, LinearFunctional, SparseMatrix, Stack
+from geometry.meshing.vertex_guides import MeshGuides, in_edge_lengths
+from geometry.optimise import (
+    AffineMap,
+    Blocks,
+    ComposedFunctional,
+    Functional,
+    Hinge,
+    LinearFunctional,
+    SparseMatrix,
+    StackedFunctional,
+)
 from geometry.surface import Surface
 
 __all__ = ["MOST_LEAN", "Objective"]
@@ -76,7 +85,7 @@ LEAST_LENGTH = 0.6
 """Of an edge over what it was. An edge without length has no direction, hence no condition on S, which would pay."""
 
 LEAST_TURN = 0.01
-"""Of a corner that was convex, in l, see `functionals.Convexity`."""
+"""Of a corner that was convex, in l, see `functionals.ConvexFaces`."""
 
 IMAGE = 0.01
 """Of the moves of S: enough to say where it is where nothing else does."""
@@ -128,18 +137,18 @@ class Objective:
         """To be zero."""
         c, of = self.mesh.combinatorics, self.blocks.of
         x = self.blocks.split(self.start)["M"].ravel()
-        parts: list[Functional] = [of(Parallelity(c), "M", "S"), of(Planarity(c, x), "M")]
+        parts: list[Functional] = [of(ParallelEdges(c), "M", "S"), of(PlanarFaces(c, x), "M")]
         if self.aims.circular:
-            parts.append(of(Circularity(c), "M"))
+            parts.append(of(CircularFaces(c), "M"))
         if self.aims.conical:
-            parts.append(of(Conicality(c), "M"))
+            parts.append(of(ConicalVertices(c), "M"))
         if self.aims.mean is not None:
             H = self.aims.mean * self.mesh.mean_edge_length
             parts.append(ConstantCurvature(c, H, (abs(H) or self._bending) * self._areas))
         if self.aims.gaussian is not None:
             K = self.aims.gaussian * self.mesh.mean_edge_length**2
             parts.append(ConstantCurvature(c, -K, (abs(K) or self._bending**2) * self._areas, mixed=False))
-        return Stack(parts)
+        return StackedFunctional(parts)
 
     @property
     def _areas(self) -> FloatArray:
@@ -164,18 +173,18 @@ class Objective:
         c, aims, weight = self.mesh.combinatorics, self.aims, HEIGHTS / self.aims.height_error**2
         found: list[tuple[float, Functional]] = []
         if aims.edges:
-            found.append((weight, EdgeDistances(c)))
+            found.append((weight, EdgesAtUnitDistance(c)))
         if aims.vertices:
-            found.append((weight, self.blocks.of(VertexDistances(c), "S")))
+            found.append((weight, self.blocks.of(VerticesAtUnitDistance(c), "S")))
         if aims.faces:
-            found.append((weight, FaceDistances(c)))
+            found.append((weight, FacesAtUnitDistance(c)))
         return found
 
     @property
     def _near(self) -> list[tuple[float, Functional]]:
         found: list[tuple[float, Functional]] = []
         if self.surface is not None:
-            distances = At(OnSmoothSurface(self.surface, self.mesh.combinatorics), self.world)
+            distances = ComposedFunctional(OnSmoothSurface(self.surface, self.mesh.combinatorics), self.world)
             found.append((ON_SURFACE / self.mesh.mean_edge_length**2, self.blocks.of(distances, "M")))
         if self.keep_boundary:
             found += [(ON_CURVES, functional) for functional in self._on_boundary]
@@ -201,7 +210,7 @@ class Objective:
     def _upright(self) -> list[tuple[float, Functional]]:
         c = self.mesh.combinatorics
         if self.surface is None:
-            return [(FACE_AXES, FaceAxes(c))] if self.aims.curved else []
+            return [(FACE_AXES, UprightFaces(c))] if self.aims.curved else []
         found: list[tuple[float, Functional]] = [(LEAN, CloseToNormals(c, self._normals))]
         if self.aims.upright:
             found.append((UPRIGHT, Hinge(InsideCones(c, self._normals, MOST_LEAN), 0.0)))
@@ -218,21 +227,21 @@ class Objective:
         lengths = self.mesh.edge_lengths / self.mesh.mean_edge_length
         return [
             (KEPT, of(Hinge(EdgeStretch(c, lengths), float(np.log(LEAST_LENGTH))), "M")),
-            (KEPT, Hinge(FaceTurns(c, self.mesh.face_normals), LEAST_COSINE)),
-            (KEPT, of(Hinge(Convexity(c, self.convex), LEAST_TURN), "M")),
+            (KEPT, Hinge(FaceNormalCosines(c, self.mesh.face_normals), LEAST_COSINE)),
+            (KEPT, of(Hinge(ConvexFaces(c, self.convex), LEAST_TURN), "M")),
         ]
 
     @cached_property
     def convex(self) -> IntArray:
         """The faces that are convex in M as given."""
         c = self.mesh.combinatorics
-        turns = Convexity(c, np.arange(c.n_faces)).residual(self.blocks.split(self.start)["M"].ravel())
+        turns = ConvexFaces(c, np.arange(c.n_faces)).residual(self.blocks.split(self.start)["M"].ravel())
         return integers(np.flatnonzero(np.minimum.reduceat(turns, c.face_starts[:-1]) >= LEAST_TURN))
 
     def no_longer_convex(self, x: FloatArray) -> IntArray:
         """Those of them that are not any more."""
         c, sizes = self.mesh.combinatorics, self.mesh.combinatorics.face_sizes[self.convex]
-        turns = Convexity(c, self.convex).residual(self.blocks.split(x)["M"].ravel())
+        turns = ConvexFaces(c, self.convex).residual(self.blocks.split(x)["M"].ravel())
         return integers(np.unique(np.repeat(self.convex, sizes)[turns < 0]))
 
     @cached_property

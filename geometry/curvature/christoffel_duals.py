@@ -26,10 +26,10 @@ from geometry.gauss import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids, face_sums
 from geometry.optimise import ConstrainedQuadratic, ConvergenceError, Reason, Solution, SparseMatrix, apply
-from geometry.parallel.edge_closure import Closing
+from geometry.parallel.edge_closure import EdgeClosure
 from geometry.parallel.edge_parallelity import check_planar
-from geometry.parallel.sampling import Members
-from geometry.parallel.spectrum import GAP, Spectrum, least_singular_vectors, passing
+from geometry.parallel.sampling import ElementSampler
+from geometry.parallel.spectrum import LEAST_SPECTRAL_GAP, Spectrum, least_singular_vectors, zero_threshold
 
 __all__ = ["COLLAPSED", "ChristoffelDuals", "christoffel_dual", "with_edges"]
 
@@ -77,17 +77,17 @@ class ChristoffelDuals:
         where no gap tells duals from what only nearly is one.
         """
         values, _ = self._least
-        zero = passing(self.equations.deviation)
+        zero = zero_threshold(self.equations.deviation)
         kept = int((values <= zero).sum())
         last = max([self.equations.deviation, *values[:kept][-1:]])
         first = float(values[kept]) if kept < len(values) else np.inf
-        if kept and first < GAP * last:
+        if kept and first < LEAST_SPECTRAL_GAP * last:
             raise RankError(
                 f"the singular values have no gap that tells duals of the mesh from what only nearly is one: "
-                f"{last:.1e} passes for zero, but the next is {first:.1e}, and at least {GAP * last:.1e} is needed; "
-                "planarise the mesh first",
+                f"{last:.1e} passes for zero, but the next is {first:.1e}, and at least "
+                f"{LEAST_SPECTRAL_GAP * last:.1e} is needed; planarise the mesh first",
                 value=first,
-                bound=GAP * last,
+                bound=LEAST_SPECTRAL_GAP * last,
             )
         rows, columns = self.equations.matrix.shape
         return Spectrum(max(0, columns - rows) + kept, float(last), first)
@@ -98,9 +98,9 @@ class ChristoffelDuals:
         return self.spectrum.dimension
 
     @cached_property
-    def equations(self) -> _DualClosing:
+    def equations(self) -> _DualClosure:
         check_planar(self.gauss_image)
-        return _DualClosing(self.gauss_image)
+        return _DualClosure(self.gauss_image)
 
     def fairest(self) -> Mesh:
         """The dual with the least sum of squared deviations of vertices from the mean of their neighbours' neighbours,
@@ -141,12 +141,12 @@ class ChristoffelDuals:
 
     @cached_property
     def _least(self) -> tuple[FloatArray, FloatArray]:
-        return least_singular_vectors(self.equations, passing(self.equations.deviation))
+        return least_singular_vectors(self.equations, zero_threshold(self.equations.deviation))
 
     @cached_property
-    def _members(self) -> Members:
+    def _members(self) -> ElementSampler:
         values, vectors = self._least
-        return Members(self.equations, vectors[:, values <= passing(self.equations.deviation)])
+        return ElementSampler(self.equations, vectors[:, values <= zero_threshold(self.equations.deviation)])
 
     def _sound_lengths(self) -> FloatArray:
         """(E,) the signed lengths of the fairest dual without edges that vanish, up to size."""
@@ -215,7 +215,7 @@ class ChristoffelDuals:
         values, vectors = self._least
         x = vectors[:, 0] if self.equations.is_overdetermined else apply(self.equations.narrow, vectors[:, 0])
         residuals = np.abs(apply(self.equations.mixed_areas, x / np.linalg.norm(x)))
-        face, zero = int(residuals.argmax()), passing(self.equations.deviation)
+        face, zero = int(residuals.argmax()), zero_threshold(self.equations.deviation)
         following = "".join(f" (the next is {value:.1e})" for value in values[1:2])  # triangles alone have one in all
         raise GeometryError(
             f"the mesh has no Christoffel dual, so nothing is minimal with respect to it: the least singular value of "
@@ -254,7 +254,7 @@ def with_edges(gauss_image: Mesh, vertices: FloatArray) -> Mesh:
 
 
 @dataclass(frozen=True, eq=False)
-class _DualClosing(Closing):
+class _DualClosure(EdgeClosure):
     """The edges of a dual as unknowns: they close, and the mixed area of each face vanishes."""
 
     @cached_property

@@ -20,10 +20,18 @@ from geometry.errors import GeometryError, MeshError
 from geometry.gauss import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_mean_edge_lengths
-from geometry.optimise import ConvergenceError, LinearFunctional, Solution, SparseMatrix, Stack, apply, nearest_feasible
-from geometry.parallel.edge_closure import Closing
+from geometry.optimise import (
+    ConvergenceError,
+    LinearFunctional,
+    Solution,
+    SparseMatrix,
+    StackedFunctional,
+    apply,
+    nearest_feasible,
+)
+from geometry.parallel.edge_closure import EdgeClosure
 from geometry.parallel.edge_parallelity import check_planar
-from geometry.parallel.sampling import Members
+from geometry.parallel.sampling import ElementSampler
 
 __all__ = ["ConstantMean", "constant_mean"]
 
@@ -68,37 +76,37 @@ def constant_mean(
     if start.mean_edge_length == 0:
         raise MeshError("the mesh to start from is a point: begin with one of about the size that is wanted", value=0.0)
     check_planar(gauss_image)
-    closing, size = Closing(gauss_image), start.mean_edge_length
+    closing, size = EdgeClosure(gauss_image), start.mean_edge_length
     functional = ConstantMean(closing, mean * size)
     begin = functional.lengths_of(start) / size
     fair = csr_array(fairness_of_lengths(gauss_image) @ closing.lengths)
     n = len(begin)
     solution = nearest_feasible(
-        Stack([LinearFunctional(closing.matrix, np.zeros(closing.matrix.shape[0])), functional]),
+        StackedFunctional([LinearFunctional(closing.matrix, np.zeros(closing.matrix.shape[0])), functional]),
         begin,
         csr_array(eye_array(n) + fairness * csr_array(csr_array(fair.T) @ fair)),
         tolerance=tolerance,
         longest_step=LONGEST_STEP,
-        held_steps=HELD_STEPS,
+        anchored_steps=HELD_STEPS,
         max_steps=MAX_STEPS,
     )
     if not solution.violation <= tolerance:
         raise _not_reached(functional, solution, tolerance)
     lengths = apply(closing.lengths, solution.x)
     _check_size(float(np.abs(lengths).mean()), mean)
-    vertices = Members(closing, np.zeros((n, 0))).positions(size * lengths[:, None])[0]
+    vertices = ElementSampler(closing, np.zeros((n, 0))).positions(size * lengths[:, None])[0]
     return Pair(with_edges(gauss_image, vertices), gauss_image)
 
 
 @dataclass(frozen=True, eq=False)
 class ConstantMean:
-    """H area(F) + area(F, sigma(F)) over the mean edge length of sigma(F), for each face; x (n,) as in `Closing`.
+    """H area(F) + area(F, sigma(F)) over the mean edge length of sigma(F), for each face; x (n,) as in `EdgeClosure`.
 
     The edges of M are those of x in the directions of S = closing.mesh; where they do not close around a face, its area
     is that of the polygon of all but the closing side. H is one over the unit of x.
     """
 
-    closing: Closing
+    closing: EdgeClosure
     mean: float
 
     def residual(self, x: FloatArray) -> FloatArray:

@@ -90,7 +90,7 @@ class KoebePolyhedron:
             "<=",
             self.tolerance,
             lambda face, deviation: (
-                f"face {face} leaves its plane by {deviation:.1e} of its mean edge length, allowed "
+                f"face {face} is off its plane by {deviation:.1e} of its mean edge length, allowed "
                 f"{self.tolerance:.1e}: planarise the mesh first"
             ),
         )

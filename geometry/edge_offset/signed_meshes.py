@@ -21,10 +21,10 @@ from geometry.errors import GeometryError, raise_worst
 from geometry.functionals import laplacian
 from geometry.gauss import edge_feet
 from geometry.mesh import Combinatorics, Mesh
-from geometry.optimise import LinearFunctional, distances_from_zero, largest
+from geometry.optimise import LinearFunctional, distances_from_zero, max_norm
 from geometry.parallel import ParallelSpace, edge_factors
 from geometry.parallel.constraints import FactorBounds, Fixed
-from geometry.parallel.edge_parallelity import across_directions
+from geometry.parallel.edge_parallelity import perpendicular_part
 from geometry.spheres.lorentz import array_of
 
 __all__ = ["alternating_signs", "edge_offset_mesh", "guided_signs", "saddle_signs"]
@@ -78,7 +78,7 @@ def edge_offset_mesh(
     if length is not None and evenness != 0:
         terms.append((evenness, _close_to_lengths(gauss_image, wanted, length)))
         asked.append(terms[-1][1].target)
-    size = max(map(largest, asked))
+    size = max(map(max_norm, asked))
     if size == 0:
         raise _shrunk(0.0)
     is_held = bool(fixed or near)
@@ -89,7 +89,7 @@ def edge_offset_mesh(
     except GeometryError as error:
         check_signs_fit_together(gauss_image, wanted, error)
         raise
-    if found.mean_edge_length <= VANISHED * max(size, largest(found.vertices)):
+    if found.mean_edge_length <= VANISHED * max(size, max_norm(found.vertices)):
         raise _shrunk(found.mean_edge_length)
     return found if is_held else found.translated(-found.vertices.mean(axis=0))
 
@@ -172,7 +172,7 @@ def saddle_signs(gauss_image: Mesh, direction: Any, *, pole: Any = None) -> IntA
     vectors = np.broadcast_to(field, points.shape)
     if pole is not None:
         vectors = _mirrored(vectors, points - _checked_pole(pole))
-    flat = across_directions(vectors, points)
+    flat = perpendicular_part(vectors, points)
     along = np.einsum("ei,ei->e", flat, gauss_image.edge_directions)
     rather_along = 2 * along**2 - np.einsum("ei,ei->e", flat, flat)
     size = float(np.square(field).sum(axis=-1).max())

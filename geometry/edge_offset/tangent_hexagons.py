@@ -25,7 +25,7 @@ from geometry.optimise import (
     Solution,
     SparseMatrix,
     apply,
-    largest,
+    max_norm,
     minimise_semidefinite,
     normal_equations,
 )
@@ -33,7 +33,7 @@ from geometry.parallel import edge_factors
 from geometry.parallel.constraints import FactorBounds
 from geometry.parallel.edge_parallelity import check_planar
 from geometry.parallel.face_unknowns import FaceUnknowns
-from geometry.parallel.minimising import AIM, PARALLEL, check_solved, closest_exact
+from geometry.parallel.minimising import ELEMENT_TOLERANCE, SOLVER_TARGET_RATIO, check_solved, restore_parallelity
 from geometry.surface import Surface
 
 __all__ = ["TangentMesh", "mesh_with_planes", "tangent_mesh"]
@@ -130,7 +130,7 @@ def mesh_with_planes(gauss_image: Mesh, heights: FloatArray) -> Mesh:
     They touch a surface with the support function h for the heights h(n_F). NaN leaves a plane free. What the planes do
     not determine, at the boundary above all, is such that nearby edges that are about parallel have about the same
     factors (1): so the mesh goes on as it does inside. Edges are parallel, and planes where they are wanted, within
-    `PARALLEL` times the largest coordinate.
+    `ELEMENT_TOLERANCE` times the largest coordinate.
 
     Raises GeometryError where a vertex has more than 3 faces, where a face is not planar, for heights of another shape
     or infinite or NaN throughout, and where planes contradict each other, as they may at boundary edges between
@@ -145,15 +145,15 @@ def mesh_with_planes(gauss_image: Mesh, heights: FloatArray) -> Mesh:
     A: SparseMatrix = csr_array(vstack([unknowns.constraints, planes @ unknowns.matrix]))
     b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), wanted[faces]])
     H, g = unknowns.objective(*normal_equations([(1.0, _like_factors(gauss_image))]))
-    solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=AIM * PARALLEL)
+    solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=SOLVER_TARGET_RATIO * ELEMENT_TOLERANCE)
     if solution.reason is not Reason.INFEASIBLE:
-        solution = closest_exact(solution.x, A, b)
+        solution = restore_parallelity(solution.x, A, b)
     found = gauss_image.with_vertices(apply(unknowns.matrix, solution.x).reshape(-1, 3))
     off = np.abs(apply(planes, found.vertices.ravel()) - wanted[faces])
-    bound = PARALLEL * largest(found.vertices)
+    bound = ELEMENT_TOLERANCE * max_norm(found.vertices)
     if off.max() > bound or solution.reason is Reason.INFEASIBLE:
         raise _planes_missed(int(faces[off.argmax()]), float(off.max()), bound, solution)
-    check_solved(gauss_image, found, solution, largest(found.vertices))
+    check_solved(gauss_image, found, solution, max_norm(found.vertices))
     return found
 
 

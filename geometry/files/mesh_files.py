@@ -1,4 +1,4 @@
-"""Read and write polygon meshes: OBJ, OFF, PLY."""
+"""Read and write polygon meshes: OBJ, OFF, PLY; read triangles also from STL, GLB and glTF files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, floats
 from geometry.colours import ElementColours, element_colours
-from geometry.errors import MeshError, MeshFileError, shown
+from geometry.errors import MeshError, MeshFileError, printable
 from geometry.files.encoding import decoded
 from geometry.files.face_checks import COINCIDENCE
 from geometry.files.materials import face_materials
@@ -23,6 +23,7 @@ from geometry.files.obj import obj_text, read_obj
 from geometry.files.off import off_text, read_off
 from geometry.files.ply import ply_text, read_ply
 from geometry.files.polygon_soup import PolygonSoup
+from geometry.files.triangle_formats import TRIANGLE_SUFFIXES, read_triangles
 from geometry.mesh import Mesh
 from geometry.mesh.origin import rounding
 
@@ -71,7 +72,9 @@ class MeshFile:
 
 
 def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: float = COINCIDENCE) -> MeshFile:
-    """Read an OBJ, OFF or PLY file (by suffix) and mend it; see `geometry.files.mending.mend`.
+    """Read a mesh file (by suffix) and mend it; see `geometry.files.mending.mend`.
+
+    OBJ, OFF and PLY files hold polygons; STL, GLB and glTF files, which trimesh reads, hold triangles.
 
     `flip` turns all faces round at the end, where outside came out inside. `coincidence`, a part of the mean edge
     length, is the distance below which vertices are one. Coordinates stay those of the file, in its unit; where they
@@ -123,7 +126,7 @@ def write_mesh(
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
-        raise MeshFileError(f"{path_name(path)}: {_unknown_suffix(path)}")
+        raise MeshFileError(f"{path_name(path)}: {_unknown_suffix(path, 'written to', tuple(_WRITERS))}")
     placed = mesh.translated(origin)
     coloured = element_colours(mesh, values, colours, on=on, value_range=value_range)
     if suffix == ".obj" and coloured and coloured.on == "faces":
@@ -149,15 +152,17 @@ def read_soup(path: Path) -> tuple[PolygonSoup, str]:
     Raises MeshFileError where it cannot be read.
     """
     suffix = path.suffix.lower()
-    if suffix not in _WRITERS:
-        raise MeshFileError(_unknown_suffix(path))
+    if suffix not in (*_WRITERS, *TRIANGLE_SUFFIXES):
+        raise MeshFileError(_unknown_suffix(path, "read from", (*_WRITERS, *TRIANGLE_SUFFIXES)))
     data = _contents(path)
-    return _soup(data, suffix), hashlib.sha256(data).hexdigest()
+    return _soup(data, suffix, path.parent), hashlib.sha256(data).hexdigest()
 
 
-def _soup(data: bytes, suffix: str) -> PolygonSoup:
+def _soup(data: bytes, suffix: str, folder: Path) -> PolygonSoup:
     if not data.strip():
         raise MeshFileError("the file is empty; export the mesh again")
+    if suffix in TRIANGLE_SUFFIXES:
+        return read_triangles(data, suffix, folder)
     if suffix == ".ply":
         return read_ply(data)
     text = decoded(data)
@@ -166,7 +171,7 @@ def _soup(data: bytes, suffix: str) -> PolygonSoup:
 
 def path_name(path: Path) -> str:
     """A path as a sentence may say it, whatever bytes it is made of."""
-    return shown(path, _LONGEST_NAME)
+    return printable(path, _LONGEST_NAME)
 
 
 def about(name: str, error: MeshFileError | MeshError) -> MeshFileError | MeshError:
@@ -194,6 +199,6 @@ def _reason(error: OSError | ValueError) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
-def _unknown_suffix(path: Path) -> str:
-    suffix = shown(path.suffix) or "a name without suffix"
-    return f"meshes are read from and written to .obj, .off and .ply, not {suffix}"
+def _unknown_suffix(path: Path, what: str, known: tuple[str, ...]) -> str:
+    suffix = printable(path.suffix) or "a name without suffix"
+    return f"meshes are {what} {', '.join(known[:-1])} and {known[-1]}, not {suffix}"

@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.colours import ElementColours
-from geometry.errors import MeshFileError, shown
+from geometry.errors import MeshFileError, printable
 from geometry.files.number_rows import NumberRows, likewise, whole, word_lines
 from geometry.files.polygon_soup import PolygonSoup
 from geometry.mesh import Mesh
@@ -85,7 +85,7 @@ def _header(rows: Rows) -> tuple[bool, bool, Rows]:
     if header is None:
         if not words[0].isdecimal():
             raise MeshFileError(
-                f"line {line}: an OFF file begins with OFF, this one with '{shown(words[0])}'", elements=[line]
+                f"line {line}: an OFF file begins with OFF, this one with '{printable(words[0])}'", elements=[line]
             )
         return False, True, rows
     binary = len(words) > 1 and words[1].upper() == "BINARY"
@@ -103,7 +103,7 @@ def _counts(rows: Rows) -> tuple[int, int, int]:
     line, words = rows[0]
     if len(words) < 2 or not all(word.isdecimal() and len(word) <= _DIGITS for word in words[:3]):
         raise MeshFileError(
-            f"line {line} should say the numbers of vertices, faces and edges, it says '{shown(' '.join(words))}'",
+            f"line {line} should say the numbers of vertices, faces and edges, it says '{printable(' '.join(words))}'",
             elements=[line],
         )
     return int(words[0]), int(words[1]), line

@@ -9,7 +9,7 @@ import shapely
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.files.face_rings import first_with_same
 from geometry.files.polygon_soup import PolygonSoup
-from geometry.mesh.polygons import two_across
+from geometry.mesh.polygons import perpendicular_pair
 from geometry.mesh.ragged_arrays import next_in_run
 
 __all__ = ["overlaid_faces", "same_vertices"]
@@ -78,7 +78,9 @@ def _lie_on(soup: PolygonSoup, pairs: IntArray) -> BoolArray:
     hosts, host = np.unique(pairs[:, 0], return_inverse=True)
     areas = _areas(soup, hosts)
     lengths = np.linalg.norm(areas, axis=1, keepdims=True)
-    axes = two_across(np.divide(areas, lengths, out=np.tile([0.0, 0.0, 1.0], (len(hosts), 1)), where=lengths > 0))
+    axes = perpendicular_pair(
+        np.divide(areas, lengths, out=np.tile([0.0, 0.0, 1.0], (len(hosts), 1)), where=lengths > 0)
+    )
     origin = soup.vertices[soup.corners[soup.face_starts[hosts]]]
     larger, smaller = _seen(soup, hosts, origin, axes), _seen(soup, pairs[:, 1], centre, axes[host])
     own = np.linalg.norm(_areas(soup, pairs[:, 1]), axis=1)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
-from geometry.errors import NAMED, MeshError, listed
+from geometry.errors import MAX_NAMED_FINDINGS, MeshError, listed
 from geometry.mesh import Mesh
 from geometry.mesh.combinatorics import corners_and_sizes
 from geometry.mesh.ragged_arrays import next_in_run, run_of_place
@@ -117,8 +117,8 @@ class PolygonSoup:
     def corner_names(self, face: int) -> str:
         """The vertices of a face in a sentence, in their order around it."""
         corners = self.corners[self.face_starts[face] : self.face_starts[face + 1]]
-        more = f" and {len(corners) - NAMED} more" if len(corners) > NAMED else ""
-        return ", ".join(map(self.vertex_name, corners[:NAMED])) + more
+        more = f" and {len(corners) - MAX_NAMED_FINDINGS} more" if len(corners) > MAX_NAMED_FINDINGS else ""
+        return ", ".join(map(self.vertex_name, corners[:MAX_NAMED_FINDINGS])) + more
 
     def likewise(self, faces: IntArray) -> str:
         """What a sentence about a face adds about others of which it is true too; nothing where there are none."""

@@ -1,54 +1,59 @@
 """What may be asked of a mesh, one objective a file."""
 
-from geometry.functionals.circularity import Circularity
+from geometry.functionals.boundary_normals import extrapolated_normals
+from geometry.functionals.circular_faces import CircularFaces
 from geometry.functionals.closeness import OnCurve, OnSmoothSurface, OnSurface, close_to
-from geometry.functionals.conicality import Conicality, closed_fans
-from geometry.functionals.convexity import Convexity
+from geometry.functionals.conical_vertices import ConicalVertices, closed_fans
+from geometry.functionals.constant_curvature import ConstantCurvature
+from geometry.functionals.convex_faces import ConvexFaces
 from geometry.functionals.fairness import laplacian, strain
-from geometry.functionals.normals import (
+from geometry.functionals.gauss_image_terms import (
     close_to_vertex_normals,
     edge_normals,
-    unit_edge_distances,
-    unit_face_distances,
-    unit_vertex_distances,
+    edges_at_unit_distance,
+    faces_at_unit_distance,
+    vertices_at_unit_distance,
 )
-from geometry.functionals.pair_curvature import ConstantCurvature
-from geometry.functionals.pair_distances import EdgeDistances, FaceAxes, FaceDistances, VertexDistances
-from geometry.functionals.parallelity import Parallelity, parallel_to
-from geometry.functionals.planarity import Planarity, face_deviations
-from geometry.functionals.rim_normals import extrapolated_normals
+from geometry.functionals.pair_distances import (
+    EdgesAtUnitDistance,
+    FacesAtUnitDistance,
+    UprightFaces,
+    VerticesAtUnitDistance,
+)
+from geometry.functionals.parallel_edges import ParallelEdges, parallel_to
+from geometry.functionals.planar_faces import PlanarFaces, relative_plane_deviations
 from geometry.functionals.unknowns import coordinates
-from geometry.functionals.uprightness import CloseToNormals, EdgeStretch, FaceTurns, InsideCones
+from geometry.functionals.upright_axes import CloseToNormals, EdgeStretch, FaceNormalCosines, InsideCones
 
 __all__ = [
-    "Circularity",
+    "CircularFaces",
     "CloseToNormals",
-    "Conicality",
+    "ConicalVertices",
     "ConstantCurvature",
-    "Convexity",
-    "EdgeDistances",
+    "ConvexFaces",
     "EdgeStretch",
-    "FaceAxes",
-    "FaceDistances",
-    "FaceTurns",
+    "EdgesAtUnitDistance",
+    "FaceNormalCosines",
+    "FacesAtUnitDistance",
     "InsideCones",
     "OnCurve",
     "OnSmoothSurface",
     "OnSurface",
-    "Parallelity",
-    "Planarity",
-    "VertexDistances",
+    "ParallelEdges",
+    "PlanarFaces",
+    "UprightFaces",
+    "VerticesAtUnitDistance",
     "close_to",
     "close_to_vertex_normals",
     "closed_fans",
     "coordinates",
     "edge_normals",
+    "edges_at_unit_distance",
     "extrapolated_normals",
-    "face_deviations",
+    "faces_at_unit_distance",
     "laplacian",
     "parallel_to",
+    "relative_plane_deviations",
     "strain",
-    "unit_edge_distances",
-    "unit_face_distances",
-    "unit_vertex_distances",
+    "vertices_at_unit_distance",
 ]

@@ -13,7 +13,7 @@ from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError, MeshError
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics
-from geometry.mesh.polygons import two_across
+from geometry.mesh.polygons import perpendicular_pair
 from geometry.optimise import LinearFunctional, SparseMatrix
 from geometry.surface import Curve
 from geometry.surface.surface import Surface, check_points
@@ -140,11 +140,11 @@ class OnCurve:
     def residual(self, x: FloatArray) -> FloatArray:
         points = x.reshape(-1, 3)[self.vertices]
         feet, tangents = self.curve.closest(points)
-        return np.asarray(np.einsum("nki,ni->nk", two_across(tangents), points - feet).ravel())
+        return np.asarray(np.einsum("nki,ni->nk", perpendicular_pair(tangents), points - feet).ravel())
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
         _, tangents = self.curve.closest(x.reshape(-1, 3)[self.vertices])
-        return _rows(two_across(tangents), self.vertices, self.n_vertices)
+        return _rows(perpendicular_pair(tangents), self.vertices, self.n_vertices)
 
 
 def _checked(vertices: IntArray, n_vertices: int) -> IntArray:

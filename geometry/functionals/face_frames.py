@@ -19,7 +19,7 @@ from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics
 from geometry.optimise import SparseMatrix
 
-__all__ = ["FaceFrames", "LargerFaces"]
+__all__ = ["FaceFrames", "NonTriangularFaces"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class FaceFrames:
 
 
 @dataclass(frozen=True, eq=False)
-class LargerFaces:
+class NonTriangularFaces:
     """The faces with more than three corners, by their number of corners k; k - 3 residuals are asked of each.
 
     Residuals stand group after group, in each face after face. A bound on k leaves out faces with more corners.

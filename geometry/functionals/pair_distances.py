@@ -18,11 +18,18 @@ from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import face_centroids, vector_areas
 from geometry.optimise import SparseMatrix
 
-__all__ = ["EdgeDistances", "FaceAxes", "FaceDistances", "VertexDistances", "by_area_of", "face_rows"]
+__all__ = [
+    "EdgesAtUnitDistance",
+    "FacesAtUnitDistance",
+    "UprightFaces",
+    "VerticesAtUnitDistance",
+    "by_area_of",
+    "face_rows",
+]
 
 
 @dataclass(frozen=True, eq=False)
-class EdgeDistances:
+class EdgesAtUnitDistance:
     """Distance - 1 for each edge line of S: what beam heights over d lack. Edges of M must have a length."""
 
     combinatorics: Combinatorics
@@ -51,7 +58,7 @@ class EdgeDistances:
 
 
 @dataclass(frozen=True, eq=False)
-class VertexDistances:
+class VerticesAtUnitDistance:
     """|s_i| - 1 for each vertex in use; x (3N,) is S alone."""
 
     combinatorics: Combinatorics
@@ -72,7 +79,7 @@ class VertexDistances:
 
 
 @dataclass(frozen=True, eq=False)
-class FaceDistances:
+class FacesAtUnitDistance:
     """Distance - 1 for each face plane of S, along the normals of M."""
 
     combinatorics: Combinatorics
@@ -90,7 +97,7 @@ class FaceDistances:
 
 
 @dataclass(frozen=True, eq=False)
-class FaceAxes:
+class UprightFaces:
     """The mean of the corners in S minus the normal in M, three residuals for each face: how its axis leans."""
 
     combinatorics: Combinatorics

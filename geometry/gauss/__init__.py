@@ -4,6 +4,7 @@ structure."""
 from geometry.gauss.approximate_gauss_image import approximate_pair, refuse_triangle_mesh
 from geometry.gauss.axes import node_axes, parallel_from_axes
 from geometry.gauss.best_pair import pair_to_build
+from geometry.gauss.constant_offset import OffsetKind, OffsetMesh, offset
 from geometry.gauss.distances import (
     DISTANCE_TOLERANCE,
     circularity,
@@ -26,6 +27,8 @@ from geometry.gauss.support_structure import SupportStructure
 __all__ = [
     "DISTANCE_TOLERANCE",
     "PARALLEL_TOLERANCE",
+    "OffsetKind",
+    "OffsetMesh",
     "Pair",
     "SupportStructure",
     "approximate_pair",
@@ -44,6 +47,7 @@ __all__ = [
     "nearest_parallel_pair",
     "nearest_planar_mesh",
     "node_axes",
+    "offset",
     "offset_deviations",
     "pair_to_build",
     "parallel_from_axes",

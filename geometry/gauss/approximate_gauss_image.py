@@ -10,9 +10,9 @@ from geometry.functionals import (
     close_to,
     close_to_vertex_normals,
     edge_normals,
+    edges_at_unit_distance,
+    faces_at_unit_distance,
     laplacian,
-    unit_edge_distances,
-    unit_face_distances,
 )
 from geometry.gauss.pair import Pair
 from geometry.gauss.refinement import nearest_parallel, refine_distances
@@ -81,10 +81,10 @@ def first_objective(
     near_normals = close_to_vertex_normals(mesh) if normals is None else close_to(_checked_normals(mesh, normals))
     terms = [
         (max(vertices, LEAST_VERTEX_WEIGHT * max(faces, edges, fairness)), near_normals),
-        (faces, unit_face_distances(mesh)),
+        (faces, faces_at_unit_distance(mesh)),
     ]
     if edges > 0:
-        terms.append((edges, unit_edge_distances(mesh, edge_normals(mesh))))
+        terms.append((edges, edges_at_unit_distance(mesh, edge_normals(mesh))))
     if fairness > 0:
         terms.append((fairness, laplacian(mesh.combinatorics)))
     return normal_equations(terms)

@@ -10,7 +10,7 @@ from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError, MeshError, ParallelityError, raise_worst
 from geometry.mesh import Mesh
 from geometry.mesh.spanning_forests import SpanningForest, spanning_forest
-from geometry.parallel.edge_parallelity import across_directions, check_parallel
+from geometry.parallel.edge_parallelity import check_parallel, perpendicular_part
 
 __all__ = ["AXIS_TOLERANCE", "axis_directions", "node_axes", "parallel_from_axes"]
 
@@ -98,7 +98,7 @@ def _carried(forest: SpanningForest, mesh: Mesh, ratio: FloatArray, distance: fl
 def _across(mesh: Mesh, axes: FloatArray) -> FloatArray:
     """(E, 2, 3) what is left of the axes at both ends when their component along the edge is taken off."""
     ends, along = axes[mesh.combinatorics.edges], mesh.edge_directions
-    across = across_directions(ends, along[:, None])
+    across = perpendicular_part(ends, along[:, None])
     sines = np.linalg.norm(across, axis=2)
     raise_worst(
         sines.min(axis=1),

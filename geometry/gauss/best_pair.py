@@ -20,7 +20,9 @@ ROUNDED = 4.0
 at map coordinates of fair meshes, and more where edges are short or angles sharp."""
 
 
-def pair_to_build(mesh: Mesh, *, moved: float = 0.0, rounding: float = 0.0, **weights: Any) -> tuple[Pair, str | None]:
+def pair_to_build(
+    mesh: Mesh, *, moved: float = 0.0, rounding: float = 0.0, tolerance: float = EXACT, **weights: Any
+) -> tuple[Pair, str | None]:
     """M and S of a planar mesh, and of which offset S is if it is exact: "edge", "vertex" or "face" where M has one and
     no weights are given; else S is as near to the unit sphere as the weights of `approximate_pair` say.
 
@@ -29,10 +31,12 @@ def pair_to_build(mesh: Mesh, *, moved: float = 0.0, rounding: float = 0.0, **we
 
     rounding: of the coordinates that M was read with, in its unit: distances of S are no more exact than they are.
 
+    tolerance: how far distances of an exact S may be from 1, beside that.
+
     Beams follow the mean normals of the faces that they carry, at the boundary too. Raises as `approximate_pair` does,
     but for meshes of triangles that have an exact S.
     """
-    tolerance = max(EXACT, ROUNDED * rounding / mesh.mean_edge_length)
+    tolerance = max(tolerance, ROUNDED * rounding / mesh.mean_edge_length)
     exact = None if weights else best_offset_pair(mesh, tolerance=tolerance)
     if exact is not None:
         return exact[1], exact[0]

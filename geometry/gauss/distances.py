@@ -14,7 +14,7 @@ from geometry.arrays import FloatArray
 from geometry.gauss.edge_cones import angles_between, best_cones, edge_stars
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids, face_mean_edge_lengths, face_sums
-from geometry.parallel.edge_parallelity import across_directions
+from geometry.parallel.edge_parallelity import perpendicular_part
 
 __all__ = [
     "DISTANCE_TOLERANCE",
@@ -55,7 +55,7 @@ def edge_distances(gauss_image: Mesh, directions: FloatArray | None = None) -> F
 def edge_feet(gauss_image: Mesh, directions: FloatArray | None = None) -> FloatArray:
     """(E, 3) the nearest points to the origin of the edge lines of S; directions as in `edge_distances`."""
     middles = gauss_image.vertices[gauss_image.combinatorics.edges].mean(axis=1)
-    return across_directions(middles, gauss_image.edge_directions if directions is None else directions)
+    return perpendicular_part(middles, gauss_image.edge_directions if directions is None else directions)
 
 
 def face_distances(gauss_image: Mesh, normals: FloatArray | None = None) -> FloatArray:
@@ -148,7 +148,7 @@ def edge_axis_twist(mesh: Mesh) -> FloatArray:
         axes[vertices] = candidates
     along = mesh.edge_directions[:, None, :]
     ends = axes[mesh.combinatorics.edges]
-    first, second = (across_directions(end, along) for end in ends.swapaxes(0, 1))
+    first, second = (perpendicular_part(end, along) for end in ends.swapaxes(0, 1))
     angles = angles_between(first[:, :, None], second[:, None, :])
     return np.asarray(np.minimum(angles, np.pi - angles).min(axis=(1, 2)))
 

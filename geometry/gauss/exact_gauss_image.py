@@ -15,7 +15,7 @@ from scipy.sparse import csr_array, diags_array, eye_array
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, RankError, raise_worst
-from geometry.functionals import close_to_vertex_normals, unit_face_distances
+from geometry.functionals import close_to_vertex_normals, faces_at_unit_distance
 from geometry.gauss.circumscribed import circumscribed_candidate
 from geometry.gauss.distances import (
     DISTANCE_TOLERANCE,
@@ -205,7 +205,7 @@ def circumscribed_pair(mesh: Mesh, tolerance: float) -> tuple[Pair, FloatArray]:
     _check(mesh, tolerance)
     gauss_image = _with_planes_met(mesh)
     if np.abs(face_distances(gauss_image, mesh.face_normals) - 1).max() > DISTANCE_TOLERANCE:
-        H, g = normal_equations([(1.0, unit_face_distances(mesh)), (LINEAR_DAMPING, close_to_vertex_normals(mesh))])
+        H, g = normal_equations([(1.0, faces_at_unit_distance(mesh)), (LINEAR_DAMPING, close_to_vertex_normals(mesh))])
         gauss_image = nearest_parallel(mesh, H, g)
         gauss_image = refine_distances(mesh, gauss_image, faces=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
     return _settled(mesh, gauss_image, lambda pair: np.abs(pair.face_distances - 1), tolerance, faces=1.0)
@@ -224,7 +224,7 @@ def _with_planes_met(mesh: Mesh) -> Mesh:
     for _ in range(3):
         target = np.where(known[:, None], places, gauss_image.vertices).ravel()
         near = LinearFunctional(drawn, np.sqrt(weights) * target)
-        gauss_image = nearest_parallel(mesh, *normal_equations([(1.0, unit_face_distances(mesh)), (1.0, near)]))
+        gauss_image = nearest_parallel(mesh, *normal_equations([(1.0, faces_at_unit_distance(mesh)), (1.0, near)]))
     return gauss_image
 
 

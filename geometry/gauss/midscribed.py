@@ -16,7 +16,7 @@ from geometry.gauss.edge_cones import angles_between, best_cones, edge_stars, li
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
 from geometry.mesh.spanning_forests import spanning_forest
-from geometry.parallel.edge_parallelity import across_directions
+from geometry.parallel.edge_parallelity import perpendicular_part
 
 __all__ = ["midscribed_candidate"]
 
@@ -78,7 +78,7 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     programming from its leaves; of the four, the one that costs least over all edges.
     """
     ends, along = mesh.combinatorics.edges[edges], mesh.edge_directions[edges]
-    feet = across_directions(candidates[ends], along[:, None, None])  # edge, end, candidate
+    feet = perpendicular_part(candidates[ends], along[:, None, None])  # edge, end, candidate
     products = np.einsum("eai,ebi->eab", feet[:, 0], feet[:, 1])
     squares = np.einsum("enci,enci->enc", feet, feet)
     between = np.minimum(squares[:, 0, :, None] + squares[:, 1, None, :] - 2 * np.abs(products), LARGEST_COST)
@@ -104,7 +104,7 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
         sign[level.children] = sign[level.parents] * np.where(product < 0, -1.0, 1.0)
     s = np.take_along_axis(candidates, choice[..., None], axis=1) * sign[..., None]
 
-    gaps = across_directions(s[ends[:, 0]] - s[ends[:, 1]], along[:, None])
+    gaps = perpendicular_part(s[ends[:, 0]] - s[ends[:, 1]], along[:, None])
     of_edges = np.minimum(np.einsum("eci,eci->ec", gaps, gaps), LARGEST_COST)
     of_edges += POINT * _is_point(s[ends[:, 0]], s[ends[:, 1]])
     of_edges += REVERSED * _turned_over(mesh, s, edges)
@@ -182,7 +182,7 @@ def _feet(mesh: Mesh, s: FloatArray, known: BoolArray) -> tuple[FloatArray, Bool
     c = mesh.combinatorics
     from_known = np.logical_or(*known[c.edges].T)
     end = np.where(known[c.edges[:, 0]], c.edges[:, 0], c.edges[:, 1])
-    feet = across_directions(s[end], mesh.edge_directions)
+    feet = perpendicular_part(s[end], mesh.edge_directions)
 
     normals, edges = mesh.face_normals[c.corner_face], c.corner_edge
     outwards = np.cross(mesh.corner_directions, normals)

@@ -7,12 +7,12 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError, ParallelityError, raise_worst
-from geometry.functionals import Parallelity, Planarity, face_deviations
+from geometry.functionals import ParallelEdges, PlanarFaces, relative_plane_deviations
 from geometry.gauss.pair import Pair
 from geometry.gauss.refinement import PARALLEL
 from geometry.mesh import Mesh
-from geometry.optimise import Blocks, ConvergenceError, Reason, Stack, nearest_feasible
-from geometry.parallel.edge_parallelity import PLANAR, parallelity
+from geometry.optimise import Blocks, ConvergenceError, Reason, StackedFunctional, nearest_feasible
+from geometry.parallel.edge_parallelity import PLANARITY_TOLERANCE, parallelity
 
 __all__ = ["nearest_parallel_pair", "nearest_planar_mesh"]
 
@@ -45,7 +45,10 @@ def nearest_parallel_pair(mesh: Mesh, gauss_image: Mesh, *, tolerance: float = n
     worst edge, where no such pair is found near the given meshes; and ParallelityError, naming the vertex, where one
     would move by more than the tolerance.
     """
-    if parallelity(mesh, gauss_image).max() <= PARALLEL and face_deviations(mesh).max() <= PLANAR:
+    if (
+        parallelity(mesh, gauss_image).max() <= PARALLEL
+        and relative_plane_deviations(mesh).max() <= PLANARITY_TOLERANCE
+    ):
         return Pair(mesh, gauss_image)
     found = _moved_together(mesh, gauss_image)
     of_mesh, of_gauss_image = found.moves_from(mesh, gauss_image)
@@ -82,7 +85,7 @@ def _moved_together(mesh: Mesh, gauss_image: Mesh) -> Pair:
         tolerance=ACCURACY,
         longest_step=LONGEST_STEP,
         blocks=blocks,
-        held_steps=HELD_STEPS,
+        anchored_steps=HELD_STEPS,
         max_steps=MAX_STEPS,
     )
     found = blocks.split(solution.x)
@@ -115,11 +118,11 @@ def _check_moves(place: str, unit: str, moves: FloatArray, tolerance: float) -> 
     )
 
 
-def _exactness(mesh: Mesh, blocks: Blocks, start: FloatArray) -> Stack:
+def _exactness(mesh: Mesh, blocks: Blocks, start: FloatArray) -> StackedFunctional:
     """S parallel to M, both with planar faces: residuals of x (6N,), which is near to the start.
 
     Planarity of M follows where no edge of S vanishes; asked for all the same, it also holds where one does.
     """
     c = mesh.combinatorics
-    planar = [blocks.of(Planarity(c, near.ravel()), name) for name, near in blocks.split(start).items()]
-    return Stack([blocks.of(Parallelity(c), "M", "S"), *planar])
+    planar = [blocks.of(PlanarFaces(c, near.ravel()), name) for name, near in blocks.split(start).items()]
+    return StackedFunctional([blocks.of(ParallelEdges(c), "M", "S"), *planar])

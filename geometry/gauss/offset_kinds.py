@@ -19,7 +19,7 @@ from geometry.gauss.pair import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
 from geometry.optimise import ConvergenceError
-from geometry.parallel.edge_parallelity import across_directions, check_planar, parallelity
+from geometry.parallel.edge_parallelity import check_planar, parallelity, perpendicular_part
 
 __all__ = ["best_offset_pair", "offset_deviations"]
 
@@ -145,7 +145,7 @@ def _off_cones(mesh: Mesh) -> FloatArray:
         return off
     axes[deviations > np.maximum(2 * off, ALIKE)[:, None]] = np.nan  # of three lines all four, of more the best
     ends, along = axes[mesh.combinatorics.edges], mesh.edge_directions[:, None, :]
-    first, second = (across_directions(end, along) for end in ends.swapaxes(0, 1))
+    first, second = (perpendicular_part(end, along) for end in ends.swapaxes(0, 1))
     angles = angles_between(first[:, :, None], second[:, None, :])
     twists = np.fmin.reduce(np.minimum(angles, np.pi - angles), axis=(1, 2))
     return np.concatenate([off, twists])

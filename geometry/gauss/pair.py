@@ -31,6 +31,7 @@ from geometry.gauss.distances import (
 )
 from geometry.gauss.lean import axis_lean
 from geometry.mesh import Mesh
+from geometry.parallel.blending import weight_ranges
 from geometry.parallel.edge_parallelity import check_parallel, edge_factors
 from geometry.spheres import LaguerreTransformation
 
@@ -111,6 +112,21 @@ class Pair:
         """Whether S points to the inside of M; see `points_inwards`."""
         return points_inwards(self.mesh, self.gauss_image)
 
+    @property
+    def distance_range(self) -> tuple[float, float]:
+        """The distances d between which no edge of M + d S collapses: beyond them, one runs against that of M."""
+        low, high = weight_ranges(np.array([1.0, 0.0]), np.stack([np.ones(self.mesh.n_edges), self.edge_factors]))[1]
+        return float(low), float(high)
+
+    def deviations(self, kind: str) -> FloatArray:
+        """How far the distances of the edges (E,), faces (F,) or vertices (N,) of S from the origin are from 1, for the
+        kinds "edge", "face" and "vertex"; those of faces without sign, as faces of M may be reversed."""
+        if kind == "edge":
+            return floats(np.abs(self.edge_distances - 1))
+        if kind == "face":
+            return floats(np.abs(np.abs(self.face_distances) - 1))
+        return floats(np.where(self.mesh.combinatorics.is_used, np.abs(self.vertex_distances - 1), 0.0))
+
     def moves_from(self, mesh: Mesh, gauss_image: Mesh) -> tuple[FloatArray, FloatArray]:
         """(N,) how far M and (N,) S are from meshes with the same vertices: M over the mean edge length of `mesh`."""
         of_mesh = np.linalg.norm(self.mesh.vertices - mesh.vertices, axis=1) / mesh.mean_edge_length
@@ -164,9 +180,8 @@ class Pair:
     def _check_kind(self, tolerance: float) -> None:
         c = self.mesh.combinatorics
         kinds = {
-            "edges": np.abs(self.edge_distances - 1),
-            "faces": np.abs(np.abs(self.face_distances) - 1),  # faces of M may be reversed
-            "vertices": np.where(c.is_used, np.abs(self.vertex_distances - 1), 0.0),
+            plural: self.deviations(kind)
+            for plural, kind in [("edges", "edge"), ("faces", "face"), ("vertices", "vertex")]
         }
         names = {"edges": c.edge_name, "faces": "face {}".format, "vertices": "vertex {}".format}
         kind = min(kinds, key=lambda name: float(kinds[name].max()))

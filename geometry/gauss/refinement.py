@@ -10,10 +10,10 @@ from scipy.sparse import csr_array, eye_array
 from geometry.arrays import FloatArray
 from geometry.functionals import (
     close_to_vertex_normals,
+    edges_at_unit_distance,
+    faces_at_unit_distance,
     laplacian,
-    unit_edge_distances,
-    unit_face_distances,
-    unit_vertex_distances,
+    vertices_at_unit_distance,
 )
 from geometry.gauss.axes import axis_directions
 from geometry.gauss.distances import edge_feet
@@ -138,11 +138,11 @@ def _terms(mesh: Mesh, gauss_image: Mesh, weights: tuple[float, ...]) -> list[tu
     faces, edges, vertices, fairness = weights
     terms = []
     if faces > 0:
-        terms.append((faces, unit_face_distances(mesh)))
+        terms.append((faces, faces_at_unit_distance(mesh)))
     if edges > 0:
-        terms.append((edges, unit_edge_distances(mesh, foot_directions(mesh, gauss_image))))
+        terms.append((edges, edges_at_unit_distance(mesh, foot_directions(mesh, gauss_image))))
     if vertices > 0:
-        terms.append((vertices, unit_vertex_distances(mesh, axis_directions(mesh, gauss_image.vertices))))
+        terms.append((vertices, vertices_at_unit_distance(mesh, axis_directions(mesh, gauss_image.vertices))))
     if fairness > 0:
         terms.append((fairness, laplacian(mesh.combinatorics)))
     return terms

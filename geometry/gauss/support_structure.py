@@ -12,7 +12,7 @@ from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.gauss.axes import axis_directions
 from geometry.gauss.pair import Pair
 from geometry.mesh import Mesh
-from geometry.parallel.edge_parallelity import across_directions
+from geometry.parallel.edge_parallelity import perpendicular_part
 
 __all__ = ["SupportStructure"]
 
@@ -48,7 +48,7 @@ class SupportStructure:
     def _transverse(self) -> FloatArray:
         """(E, 2, 3) what is left of s_i and s_j when their component along the edge is taken off."""
         ends, t = self.gauss_image.vertices[self.mesh.combinatorics.edges], self.mesh.edge_directions
-        return floats(across_directions(ends, t[:, None]))
+        return floats(perpendicular_part(ends, t[:, None]))
 
     @cached_property
     def axes(self) -> FloatArray:

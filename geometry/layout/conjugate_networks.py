@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from geometry.arrays import BoolArray, ComplexArray, FloatArray, complexes
+from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, complexes
 from geometry.layout.combed_fields import CombedField, comb
 from geometry.layout.cross_fields import cross_field, followed_closer
 from geometry.layout.networks import Network
@@ -24,16 +26,20 @@ FLAT = 1e-6
 """Curvature times the size of the surface, below which it is plane."""
 
 ALIGN = 20.0
-"""Weight of the boundary's direction in a triangle there, over that of its neighbours."""
+"""Weight of the direction of a boundary or stroke in a triangle there, over that of its neighbours."""
+
+SAMPLES_PER_EDGE = 4.0
+"""Points of a stroke in a mean edge length of the surface: only triangles that it cuts a corner off are missed."""
 
 
 def conjugate_network(
-    frames: TangentFrames, affine: FloatArray | None, align: BoolArray
+    frames: TangentFrames, affine: FloatArray | None, align: BoolArray, strokes: Sequence[FloatArray] = ()
 ) -> tuple[Network, CombedField, float]:
     """The network, the combed field it stems from, and the share of the area where no direction is preferred.
 
     affine (3, 3): principal lines are those of the image of the surface; as conjugacy is kept by affine maps, their
-    originals are conjugate [Pottmann2007, 4.3]. align (E,): boundary edges that the network is to follow.
+    originals are conjugate [Pottmann2007, 4.3]. align (E,): boundary edges that the network is to follow. strokes:
+    polylines (k, 3) near the surface that it is to follow, too.
     """
     curvature = Curvature.of(frames.mesh)
     if affine is None:
@@ -41,14 +47,16 @@ def conjugate_network(
     else:
         image = TangentFrames(frames.mesh.with_vertices(frames.mesh.vertices @ affine.T))
         tensors = Curvature.of(image.mesh).triangle_tensors
+    boundary = _boundary_attraction(image, align)
+    attraction = boundary if not strokes else boundary + _stroke_attraction(frames, image, affine, strokes)
     traceless = image.traceless(tensors)
     sizes = np.sqrt((tensors**2).sum(axis=(1, 2)) / 2)
     strength = 4 * np.maximum(np.abs(traceless) ** 2 - (UMBILIC * sizes) ** 2, 0.0)
     strength[sizes * np.sqrt(image.areas.sum()) < FLAT] = 0.0
     wanted = np.divide(traceless, np.abs(traceless), out=np.ones_like(traceless), where=np.abs(traceless) > 0) ** 2
-    combed = comb(image, cross_field(image, *_with_boundary(image, align, wanted, FOLLOW * strength)))
+    combed = comb(image, cross_field(image, *_attracted(attraction, wanted, FOLLOW * strength)))
     first = followed_closer(
-        image, combed.first, combed.turns, *_with_boundary(image, align, wanted, FOLLOW_CLOSER * strength)
+        image, combed.first, combed.turns, *_attracted(attraction, wanted, FOLLOW_CLOSER * strength)
     )
     directions = image.in_space(first), image.in_space(1j * first)
     if affine is not None:
@@ -63,15 +71,48 @@ def _solved(affine: FloatArray, vectors: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.solve(affine, vectors.T).T)
 
 
-def _with_boundary(
-    frames: TangentFrames, align: BoolArray, wanted: ComplexArray, weights: FloatArray
-) -> tuple[ComplexArray, FloatArray]:
-    """Crosses wanted and their weights, where triangles at the boundary are to follow it."""
+def _attracted(attraction: ComplexArray, wanted: ComplexArray, weights: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """Crosses wanted (F,) and their weights (F,), where those of boundaries and strokes (2, F) come in."""
+    source, added = attraction[0], attraction[1].real
+    total = weights + added
+    return complexes(np.divide(weights * wanted + source, total, out=wanted.copy(), where=total > 0)), np.asarray(total)
+
+
+def _boundary_attraction(frames: TangentFrames, align: BoolArray) -> ComplexArray:
+    """(2, F) crosses along boundary edges times their weights, and the weights."""
     c = frames.combinatorics
     halves = np.flatnonzero((c.twin < 0) & align[c.corner_edge])
-    sides = frames.sides.ravel()[halves]
-    pull = np.bincount(halves // 3, minlength=c.n_faces) * ALIGN / frames.areas
-    source = weights * wanted
-    np.add.at(source, halves // 3, (sides / np.abs(sides)) ** 4 * (ALIGN / frames.areas)[halves // 3])
-    total = weights + pull
-    return complexes(np.divide(source, total, out=wanted.copy(), where=total > 0)), np.asarray(total)
+    return _summed(frames, halves // 3, frames.sides.ravel()[halves], np.ones(len(halves)))
+
+
+def _stroke_attraction(
+    frames: TangentFrames, image: TangentFrames, affine: FloatArray | None, strokes: Sequence[FloatArray]
+) -> ComplexArray:
+    """(2, F) the same of strokes; image: of the surface under the affine map, where the crosses are."""
+    spacing = frames.mesh.mean_edge_length / SAMPLES_PER_EDGE
+    points, vectors, shares = [], [], []
+    for stroke in strokes:
+        steps = np.diff(stroke, axis=0)
+        lengths = np.linalg.norm(steps, axis=1)
+        counts = np.maximum(np.ceil(lengths / spacing), 1).astype(np.int64)
+        part = np.repeat(np.arange(len(steps)), counts)
+        place = np.arange(len(part)) - np.repeat(np.cumsum(counts) - counts, counts)
+        points.append(stroke[part] + ((place + 0.5) / counts[part])[:, None] * steps[part])
+        vectors.append(steps[part])
+        shares.append((lengths / counts)[part] / frames.mesh.mean_edge_length)
+    triangles = frames.nearest(np.concatenate(points))
+    along = np.concatenate(vectors)
+    mapped = along if affine is None else along @ affine.T
+    flat = np.einsum("ni,nai->na", mapped, image.axes[triangles])
+    return _summed(image, triangles, flat[:, 0] + 1j * flat[:, 1], np.concatenate(shares))
+
+
+def _summed(frames: TangentFrames, triangles: IntArray, along: ComplexArray, shares: FloatArray) -> ComplexArray:
+    """(2, F) of vectors (n,) in triangles (n,)."""
+    weights = shares * (ALIGN / frames.areas)[triangles]
+    sizes = np.abs(along)
+    directions = np.divide(along, sizes, out=np.ones_like(along), where=sizes > 0)
+    summed = np.zeros((2, frames.n_triangles), dtype=np.complex128)
+    np.add.at(summed[0], triangles, directions**4 * weights)
+    np.add.at(summed[1], triangles, np.where(sizes > 0, weights, 0.0))
+    return summed

@@ -39,6 +39,15 @@ class Network:
         flat = np.zeros_like(forms)
         return cls(frames, a, b, floats(np.divide(forms, size, out=flat, where=size > 0)), size)
 
+    @property
+    def crossing_angles(self) -> FloatArray:
+        """(2,) angles in radians between the two directions: the one that 5 % of the area is below, and the median."""
+        angles = np.abs(np.angle(self.second * self.first.conj()))
+        angles = np.minimum(angles, np.pi - angles)
+        order = np.argsort(angles)
+        shares = np.cumsum(self.frames.areas[order]) / self.frames.areas.sum()
+        return floats(angles[order][np.minimum(np.searchsorted(shares, (0.05, 0.5)), len(angles) - 1)])
+
     def corrected(self, twists: FloatArray) -> Network:
         """With these added to II(first, second), over the root mean square of the curvature."""
         forms = self.forms.copy()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -19,10 +20,12 @@ from geometry.layout.tangent_frames import TangentFrames
 from geometry.layout.twists import twist_corrections
 from geometry.mesh import Mesh
 from geometry.surface import Surface
+from geometry.surface.surface import check_points
 
-__all__ = ["LaidMesh", "lay_quads"]
+__all__ = ["Boundary", "LaidMesh", "boundary_lengths", "lay_quads"]
 
 Boundary = Literal["open", "aligned"]
+"""Lines run out of the boundary, or it consists of lines."""
 
 ALIGNED = np.radians(40.0)
 """Angle of a boundary edge from a direction of the network up to which it becomes a line of the mesh."""
@@ -58,24 +61,26 @@ def lay_quads(
     n_faces: int | None = None,
     edge_length: float | None = None,
     affine: Any = None,
-    boundary: Boundary = "open",
+    boundary: Boundary | Sequence[Boundary] = "open",
+    strokes: Sequence[Any] = (),
 ) -> LaidMesh:
     """Quads of about one size along principal lines, or along other conjugate lines.
 
     n_faces, or edge_length: how fine, one of them. affine (3, 3): lines are those that this map makes principal ones of
     its image; crossing angles become smaller the more it stretches.
-    boundary: "open", lines run out of it; or "aligned", it consists of lines, which costs singularities.
+    boundary: "open", lines run out of it; or "aligned", it consists of lines, which costs singularities; or one of them
+    for each boundary loop, longest first, as `boundary_lengths` has them.
+    strokes: polylines (k, 3) near the surface, of any lengths, whose directions lines follow.
 
     Where the surface is flat or umbilic, directions come from around, or from its longest direction if all of it is.
     Raises GeometryError for numbers that do not fit the surface, curvature that cannot be told, boundary loops smaller
     than a face, and FoldedError where the lines cannot be laid without a fold.
     """
-    _check(surface, n_faces, edge_length, boundary)
+    _check(surface, n_faces, edge_length)
     mesh, origin = surface.triangulated.near_zero()
     frames = TangentFrames(mesh)
-    is_rim = mesh.combinatorics.is_boundary_edge
-    align = is_rim if boundary == "aligned" else np.zeros_like(is_rim)
-    network, field, undirected = conjugate_network(frames, _affine(affine), align)
+    align = _aligned_edges(mesh, boundary)
+    network, field, undirected = conjugate_network(frames, _affine(affine), align, _strokes(strokes, origin))
     maps = seamless_maps(mesh.combinatorics, field, _lines(network, align) if align.any() else None)
 
     count = float(n_faces) if n_faces is not None else float(frames.areas.sum()) / float(edge_length or 1) ** 2
@@ -97,11 +102,20 @@ def lay_quads(
     )
 
 
-def _check(surface: Surface, n_faces: int | None, edge_length: float | None, boundary: str) -> None:
+def boundary_lengths(surface: Surface) -> FloatArray:
+    """Lengths (k,) of the boundary loops of a surface, longest first.
+
+    >>> from geometry import Surface, boundary_lengths
+    >>> from geometry.mesh import shapes
+    >>> boundary_lengths(Surface(shapes.grid(2, 3))).tolist()
+    [10.0]
+    """
+    return floats([length for _, length in _loops(surface.triangulated)])
+
+
+def _check(surface: Surface, n_faces: int | None, edge_length: float | None) -> None:
     if not isinstance(surface, Surface):
         raise GeometryError(f"the surface is a {type(surface).__name__}: make it one by Surface(mesh)")
-    if boundary not in get_args(Boundary):
-        raise GeometryError(f"the boundary is {boundary!r}: it is 'open' or 'aligned'")
     if (n_faces is None) == (edge_length is None):
         raise GeometryError("give either a number of faces or an edge length")
     area = float(np.linalg.norm(surface.triangulated.vector_areas, axis=1).sum())
@@ -118,6 +132,49 @@ def _check(surface: Surface, n_faces: int | None, edge_length: float | None, bou
             value=float(count),
             bound=FEWEST_FACES,
         )
+
+
+def _loops(mesh: Mesh) -> list[tuple[IntArray, float]]:
+    """The vertices of each boundary loop, and its length, longest first."""
+    loops = mesh.combinatorics.boundary_loops
+    lengths = [np.linalg.norm(np.diff(mesh.vertices[np.append(loop, loop[0])], axis=0), axis=1).sum() for loop in loops]
+    order = np.argsort(-np.array(lengths), kind="stable")
+    return [(loops[k], float(lengths[k])) for k in order]
+
+
+def _aligned_edges(mesh: Mesh, boundary: Boundary | Sequence[Boundary]) -> BoolArray:
+    """(E,) which are to be lines of the mesh. Raises GeometryError for other words, and another number of them."""
+    c = mesh.combinatorics
+    is_rim = c.is_boundary_edge
+    for word in [boundary] if isinstance(boundary, str) else boundary:
+        if word not in get_args(Boundary):
+            raise GeometryError(f"the boundary is {word!r}: it is 'open' or 'aligned', or a list of these words")
+    if isinstance(boundary, str):
+        return is_rim if boundary == "aligned" else np.zeros_like(is_rim)
+    loops = _loops(mesh)
+    if len(boundary) != len(loops):
+        lengths = ", ".join(f"{length:.4g}" for _, length in loops) or "none"
+        raise GeometryError(
+            f"{len(boundary)} boundaries are given for a surface with {len(loops)} boundary loops (of lengths "
+            f"{lengths}): give one word for each loop, longest first, or a single one for all",
+            value=float(len(boundary)),
+            bound=float(len(loops)),
+        )
+    is_aligned = np.zeros(c.n_vertices, dtype=bool)
+    for (loop, _), word in zip(loops, boundary, strict=True):
+        is_aligned[loop] |= word == "aligned"
+    return np.asarray(is_rim & is_aligned[c.edges].all(axis=1))
+
+
+def _strokes(given: Sequence[Any], origin: FloatArray) -> list[FloatArray]:
+    """Polylines (k, 3) from the origin. Raises GeometryError where one is no polyline."""
+    strokes = []
+    for number, points in enumerate(given):
+        stroke = check_points(points)
+        if len(stroke) < 2 or not np.ptp(stroke, axis=0).any():
+            raise GeometryError(f"stroke {number} has no direction: give at least 2 points, not all in one place")
+        strokes.append(stroke - origin)
+    return strokes
 
 
 def _affine(given: Any) -> FloatArray | None:

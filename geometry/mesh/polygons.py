@@ -16,7 +16,7 @@ __all__ = [
     "face_mean_edge_lengths",
     "face_sums",
     "mixed_areas",
-    "two_across",
+    "perpendicular_pair",
     "vector_areas",
 ]
 
@@ -79,7 +79,7 @@ def face_mean_edge_lengths(vertices: FloatArray, combinatorics: Combinatorics) -
     return face_sums(combinatorics, lengths) / combinatorics.face_sizes
 
 
-def two_across(directions: FloatArray) -> FloatArray:
+def perpendicular_pair(directions: FloatArray) -> FloatArray:
     """(n, 2, 3) two unit vectors perpendicular to each unit direction (n, 3) and to each other."""
     smallest = np.eye(3)[np.abs(directions).argmin(axis=1)]
     first = np.cross(directions, smallest)

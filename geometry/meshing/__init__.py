@@ -1,9 +1,9 @@
-"""From a design surface to a mesh that can be built [Pottmann2007, 4.3]: planar, circular and conical meshes."""
+"""Meshes with planar faces, circular and conical meshes [Pottmann2007, 4.3], near a given mesh or on a surface."""
 
 from geometry.meshing.circular import make_circular
 from geometry.meshing.conical import make_conical
-from geometry.meshing.guides import Effort, Guides
 from geometry.meshing.optimised import OptimisedMesh
 from geometry.meshing.planar import planarise
+from geometry.meshing.vertex_guides import Effort, Guides
 
 __all__ = ["Effort", "Guides", "OptimisedMesh", "make_circular", "make_conical", "planarise"]

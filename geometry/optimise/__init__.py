@@ -1,6 +1,6 @@
 """How anything is minimised: arrays, no meshes."""
 
-from geometry.optimise.affine import AffineMap, At
+from geometry.optimise.affine import AffineMap, ComposedFunctional
 from geometry.optimise.blocks import Blocks
 from geometry.optimise.bounded_quadratic import distances_from_zero, minimise_bounded
 from geometry.optimise.constrained_quadratic import ConstrainedQuadratic, minimise_quadratic
@@ -8,9 +8,9 @@ from geometry.optimise.functional import (
     Functional,
     LinearFunctional,
     SparseMatrix,
-    Stack,
+    StackedFunctional,
     apply,
-    largest,
+    max_norm,
     normal_equations,
 )
 from geometry.optimise.grounded_laplacian import GroundedLaplacian
@@ -23,8 +23,8 @@ from geometry.optimise.solution import ConvergenceError, Reason, Solution
 
 __all__ = [
     "AffineMap",
-    "At",
     "Blocks",
+    "ComposedFunctional",
     "ConstrainedQuadratic",
     "ConvergenceError",
     "Factor",
@@ -35,11 +35,11 @@ __all__ = [
     "Reason",
     "Solution",
     "SparseMatrix",
-    "Stack",
+    "StackedFunctional",
     "apply",
     "distances_from_zero",
     "factorise",
-    "largest",
+    "max_norm",
     "minimise_bounded",
     "minimise_by_penalty",
     "minimise_quadratic",

@@ -10,7 +10,7 @@ from scipy.sparse import csr_array, diags_array, eye_array
 from geometry.arrays import BoolArray, FloatArray, floats
 from geometry.optimise.functional import Functional, SparseMatrix, apply
 
-__all__ = ["AffineMap", "At"]
+__all__ = ["AffineMap", "ComposedFunctional"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class AffineMap:
         object.__setattr__(self, "offset", floats(self.offset))
 
     @classmethod
-    def holding(cls, x: FloatArray, held: BoolArray) -> AffineMap:
+    def fixing(cls, x: FloatArray, held: BoolArray) -> AffineMap:
         """y: the entries of x (n,) that are not held; the others stay as they are in x, to the last bit."""
         return cls(csr_array(csr_array(eye_array(len(x)))[:, np.flatnonzero(~held)]), np.where(held, x, 0.0))
 
@@ -38,7 +38,7 @@ class AffineMap:
 
 
 @dataclass(frozen=True, eq=False)
-class At:
+class ComposedFunctional:
     """y -> r(A y + b)."""
 
     functional: Functional

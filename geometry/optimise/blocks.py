@@ -5,7 +5,7 @@
     >>> blocks.split(x)["distance"]
     array(0.5)
 
-A functional of some of them is one of all: `blocks.of(Parallelity(combinatorics), "M", "S")`.
+A functional of some of them is one of all: `blocks.of(ParallelEdges(combinatorics), "M", "S")`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import GeometryError, listed
 from geometry.optimise.functional import Functional, SparseMatrix
 
-__all__ = ["Blocks", "OfBlocks"]
+__all__ = ["BlockFunctional", "Blocks"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +69,9 @@ class Blocks:
         """(m, n) of all unknowns, from a matrix (m, k) of some blocks; see `columns`."""
         return _placed(matrix, self.columns(*names), self.n_unknowns)
 
-    def of(self, functional: Functional, *names: str) -> OfBlocks:
+    def of(self, functional: Functional, *names: str) -> BlockFunctional:
         """A functional of some blocks, one after the other as named, as one of all unknowns."""
-        return OfBlocks(functional, self.columns(*names), self.n_unknowns)
+        return BlockFunctional(functional, self.columns(*names), self.n_unknowns)
 
     def longest(self, x: FloatArray) -> float:
         """The length of the longest point of x (n,): points are the last axes of the blocks, numbers those of ()."""
@@ -92,7 +92,7 @@ class Blocks:
 
 
 @dataclass(frozen=True, eq=False)
-class OfBlocks:
+class BlockFunctional:
     """x -> r(x[columns]): a functional of k unknowns as one of n, at the columns (k,)."""
 
     functional: Functional

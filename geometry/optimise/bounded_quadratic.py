@@ -13,30 +13,24 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array, triu, vstack
 
 from geometry.arrays import BoolArray, FloatArray
-from geometry.optimise.functional import SparseMatrix, apply, largest
-from geometry.optimise.semidefinite_quadratic import minimise_semidefinite
+from geometry.optimise.functional import SparseMatrix, apply, max_norm
+from geometry.optimise.semidefinite_quadratic import CERTIFICATE_TOLERANCE, DIVERGENCE_RATIO, minimise_semidefinite
 from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["distances_from_zero", "minimise_bounded"]
 
-ACCURACY = 1e-12
+INTERIOR_POINT_ACCURACY = 1e-12
 """Asked of the interior-point method, of a problem whose numbers are about 1: which bounds hold shows last."""
 
-ENOUGH = 1e-8
+ACCEPTED_ACCURACY = 1e-8
 """What is accepted of it where it gets no further."""
 
-FAR = 1e3
+LARGEST_SCALED_BOUND = 1e3
 """Bounds over the size of the problem, beyond which they are left out unless they turn out to matter: the accuracy of
 interior points goes by the largest bound."""
 
-NO_WORSE = 1e-11
+POLISH_TOLERANCE = 1e-11
 """How much the polish may add to the least value, over the size of its terms."""
-
-AWAY = 1e6
-"""Size of x, of a problem whose numbers are about 1, at which it is asked whether there is a minimum."""
-
-PROOF = 1e-6
-"""What is taken for zero of the direction that proves that there is none: interior points miss it by 1 / AWAY."""
 
 REASONS = {
     clarabel.SolverStatus.Solved: Reason.CONVERGED,
@@ -96,10 +90,10 @@ def minimise_bounded(
 def _sizes(H: SparseMatrix, g: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[float, float]:
     """A size of x, and of the objective over its square."""
     bounds = np.concatenate([b, lower, upper])
-    widest = largest(bounds[np.isfinite(bounds)])
-    curvature, gradient = float(H.diagonal().mean()), largest(g)
+    widest = max_norm(bounds[np.isfinite(bounds)])
+    curvature, gradient = float(H.diagonal().mean()), max_norm(g)
     pulled = gradient / curvature if curvature * gradient > 0 else 0.0
-    nearest = max(largest(b), largest(distances_from_zero(lower, upper)))
+    nearest = max(max_norm(b), max_norm(distances_from_zero(lower, upper)))
     x = max(nearest, min(pulled, widest)) or pulled or widest or 1.0
     return x, max(curvature, gradient / x) or 1.0
 
@@ -130,8 +124,8 @@ class _Problem:
 
     def without_far_bounds(self) -> _Problem:
         """This problem itself where there are none."""
-        lower = np.where(self.lower < -FAR, -np.inf, self.lower)
-        upper = np.where(self.upper > FAR, np.inf, self.upper)
+        lower = np.where(self.lower < -LARGEST_SCALED_BOUND, -np.inf, self.lower)
+        upper = np.where(self.upper > LARGEST_SCALED_BOUND, np.inf, self.upper)
         return replace(self, lower=lower, upper=upper)
 
     def solution(self, max_steps: int) -> Solution:
@@ -161,14 +155,16 @@ class _Problem:
         The objective falls along it for ever, as it has no curvature but a slope, and leads into no bound. Interior
         points may end far out on it and call that a minimum.
         """
-        size = largest(x)
-        if not size > AWAY:
+        size = max_norm(x)
+        if not size > DIVERGENCE_RATIO:
             return False
         direction = x / size
         along = apply(self.G, direction)
-        bends = max(largest(apply(self.H, direction)), largest(apply(self.A, direction)))
+        bends = max(max_norm(apply(self.H, direction)), max_norm(apply(self.A, direction)))
         meets = max(along[np.isfinite(self.upper)].max(initial=0.0), -along[np.isfinite(self.lower)].min(initial=0.0))
-        return max(bends, meets) <= PROOF and float(self.g @ direction) > PROOF * largest(self.g)
+        return max(bends, meets) <= CERTIFICATE_TOLERANCE and float(
+            self.g @ direction
+        ) > CERTIFICATE_TOLERANCE * max_norm(self.g)
 
     def polished(self, interior: Solution) -> Solution:
         """What the bounds active at the interior point, as equations, lead to, where that is no worse.
@@ -181,7 +177,7 @@ class _Problem:
         below = (-of_bounds > values - self.lower) & ~self.equal
         found = self.on_bounds(above, below, interior)
         least, size = self.objective(interior.x)
-        is_least = self.objective(found.x)[0] <= least + NO_WORSE * size
+        is_least = self.objective(found.x)[0] <= least + POLISH_TOLERANCE * size
         if is_least and found.violation <= max(self.tolerance, interior.violation):
             interior = found
         missed = interior.reason is Reason.CONVERGED and interior.violation > self.tolerance
@@ -195,7 +191,7 @@ class _Problem:
         held = above | below
         rows = csr_array(vstack([self.A, self.G[held]]))
         bounds = np.concatenate([self.b, np.where(above, self.upper, self.lower)[held]])
-        size = max(largest(near.x), largest(bounds))
+        size = max(max_norm(near.x), max_norm(bounds))
         # a tenth, so that summing in another order makes no difference
         accuracy = self.tolerance / (10 * (size or 1.0))
         found = minimise_semidefinite(self.H, self.g, rows, bounds, near.x, accuracy=accuracy)
@@ -225,6 +221,6 @@ def _settings(max_steps: int) -> clarabel.DefaultSettings:
     settings.max_iter = max_steps
     settings.direct_solve_method = "qdldl"  # on meshes three times as fast as the other one
     settings.max_threads = 1
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = ACCURACY
-    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = ENOUGH
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = INTERIOR_POINT_ACCURACY
+    settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = ACCEPTED_ACCURACY
     return settings

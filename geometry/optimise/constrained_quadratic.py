@@ -16,43 +16,43 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.optimise.functional import SparseMatrix, apply, largest
+from geometry.optimise.functional import SparseMatrix, apply, max_norm
 from geometry.optimise.saddle_point import Factor, SaddlePoint, factorise
 from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["ConstrainedQuadratic", "minimise_quadratic"]
 
-PENALTY = 1e7
+DEFAULT_PENALTY = 1e7
 """w over the mean of the diagonal of H. Larger: fewer corrections, more rounding."""
 
-PATIENCE = 10
+MAX_STAGNANT_CORRECTIONS = 10
 """Corrections without a smaller violation before giving up; conjugate gradients need not gain at each step."""
 
 CAREFUL_PENALTY = 1e11
 """The penalty where constraints nearly depend on each other: singular values down to 1e-6 take no correction of their
 own. The factor rounds by 1e-5 then, so corrections begin afresh from what is left of both equations."""
 
-CAREFUL_PATIENCE = 50
+CAREFUL_STAGNANT_CORRECTIONS = 50
 """Corrections without a smaller violation there."""
 
-REFINEMENTS = 20
+MAX_REFINEMENTS = 20
 """Times at most that it begins afresh from what is left of both equations. Mostly one does; more are needed where the
 penalty is high, or where H nearly vanishes in some directions."""
 
-SETTLED = 1e-6
+REFINEMENT_TOLERANCE = 1e-6
 """Change of x in such a time, over x, below which it is the last: the next one would change the square of that."""
 
-LARGE = 60_000
+SINGLE_PRECISION_UNKNOWNS = 60_000
 """Unknowns above which factors in single precision are faster on the whole."""
 
-LARGE_PENALTY = 1e5
+SINGLE_PRECISION_PENALTY = 1e5
 """The penalty there: factors in single precision round by 1e-7 w; with more, solves gain less than two digits."""
 
-EVEN = 1e-2
+LEAST_DIAGONAL_RATIO = 1e-2
 """Least entry of the diagonal of H over its mean there. Iterations end at a gradient of about 1e-10 an entry: it must
 still say where the minimum is."""
 
-CYCLES = 3
+MAX_SINGLE_PRECISION_CYCLES = 3
 """Corrections at most there. Mostly two are enough; a mesh of a million vertices takes 14 solves in all. Where H varies
 so much that single precision does not see its smallest values, they are not, and double precision is called upon."""
 
@@ -64,7 +64,7 @@ def minimise_quadratic(
     b: FloatArray,
     *,
     tolerance: float,
-    penalty: float = PENALTY,
+    penalty: float = DEFAULT_PENALTY,
     max_steps: int = 200,
 ) -> Solution:
     """Minimise x H x / 2 - g x under A x = b: `ConstrainedQuadratic`, once."""
@@ -82,7 +82,7 @@ class ConstrainedQuadratic:
 
     H: SparseMatrix
     A: SparseMatrix
-    penalty: float = PENALTY
+    penalty: float = DEFAULT_PENALTY
     order: IntArray | None = None
     careful: bool = False
 
@@ -92,29 +92,33 @@ class ConstrainedQuadratic:
         Stops when the largest |A x - b| is at most `tolerance` or falls no further, as it does not where constraints
         contradict each other by rounding.
         """
-        if len(g) > LARGE and not self.careful and self._is_even:
+        if len(g) > SINGLE_PRECISION_UNKNOWNS and not self.careful and self._is_uniform:
             found = self._minimise_large(g, b, tolerance)
             if found.reason is Reason.CONVERGED:
                 return found
             del self._saddle_point  # its memory is wanted for the factor in double precision
         best = self._corrected(g, b, tolerance, max_steps)
-        for _ in range(REFINEMENTS):
+        for _ in range(MAX_REFINEMENTS):
             stalled = best.violation > tolerance and not self.careful
             further = self._refined(best, g, b, tolerance, 0 if stalled else max_steps)
             if further.violation > max(tolerance, best.violation):
                 break
-            change, best = largest(further.x - best.x), further
-            if stalled or change <= SETTLED * largest(best.x):
+            change, best = max_norm(further.x - best.x), further
+            if stalled or change <= REFINEMENT_TOLERANCE * max_norm(best.x):
                 break
         return best if best.violation > tolerance else replace(best, reason=Reason.CONVERGED)
 
     def _corrected(self, g: FloatArray, b: FloatArray, tolerance: float, max_steps: int) -> Solution:
         """One solve, and conjugate gradients on the multipliers."""
-        factor, w, patience = self._factor, self._weight, CAREFUL_PATIENCE if self.careful else PATIENCE
+        factor, w, patience = (
+            self._factor,
+            self._weight,
+            CAREFUL_STAGNANT_CORRECTIONS if self.careful else MAX_STAGNANT_CORRECTIONS,
+        )
         x = factor.solve(g + w * apply(self._transposed, b))
         direction = residual = apply(self.A, x) - b
         multipliers = np.zeros(len(b))  # H x - g + A^T (multipliers + w residual) = 0 at every x
-        best = Solution(x, w * residual, largest(residual), 0, Reason.STEP_LIMIT)
+        best = Solution(x, w * residual, max_norm(residual), 0, Reason.STEP_LIMIT)
         for step in range(1, max_steps + 1):
             if best.violation <= tolerance:
                 break
@@ -128,8 +132,8 @@ class ConstrainedQuadratic:
             x, multipliers = x - length * change, multipliers + length * direction
             residual = apply(self.A, x) - b
             direction = residual + float(residual @ residual) / squared * direction
-            if largest(residual) < best.violation:
-                best = Solution(x, multipliers + w * residual, largest(residual), step, Reason.STEP_LIMIT)
+            if max_norm(residual) < best.violation:
+                best = Solution(x, multipliers + w * residual, max_norm(residual), step, Reason.STEP_LIMIT)
         return best
 
     def _refined(self, best: Solution, g: FloatArray, b: FloatArray, tolerance: float, max_steps: int) -> Solution:
@@ -141,7 +145,7 @@ class ConstrainedQuadratic:
             best,
             x=x,
             multipliers=best.multipliers + more.multipliers,
-            violation=largest(apply(self.A, x) - b),
+            violation=max_norm(apply(self.A, x) - b),
             steps=best.steps + more.steps,
         )
 
@@ -170,11 +174,11 @@ class ConstrainedQuadratic:
         x, y = np.zeros(len(g)), np.zeros(len(b))
         best = Solution(x, y, np.inf, 0, Reason.STEP_LIMIT)
         aim = system.scale * tolerance * np.sqrt(len(b))  # a norm over all residuals
-        for cycle in range(1, CYCLES + 1):
+        for cycle in range(1, MAX_SINGLE_PRECISION_CYCLES + 1):
             gradient = g - apply(self.H, x) - apply(self._transposed, y)
             moved, pushed = system.correction(gradient, b - apply(self.A, x), aim=aim)
             x, y = x + moved, y + pushed
-            violation = largest(apply(self.A, x) - b)
+            violation = max_norm(apply(self.A, x) - b)
             if violation >= best.violation:
                 return replace(best, steps=cycle, reason=Reason.STALLED)
             reason = Reason.CONVERGED if violation <= tolerance else Reason.STEP_LIMIT
@@ -185,11 +189,11 @@ class ConstrainedQuadratic:
         return best
 
     @property
-    def _is_even(self) -> bool:
+    def _is_uniform(self) -> bool:
         """Whether no entry of x matters very much less than others, as far as the diagonal of H tells."""
         diagonal = self.H.diagonal()
-        return bool(diagonal.min() > EVEN * diagonal.mean())
+        return bool(diagonal.min() > LEAST_DIAGONAL_RATIO * diagonal.mean())
 
     @cached_property
     def _saddle_point(self) -> SaddlePoint:
-        return SaddlePoint(self.H, self.A, LARGE_PENALTY, single=True)
+        return SaddlePoint(self.H, self.A, SINGLE_PRECISION_PENALTY, single=True)

@@ -11,7 +11,15 @@ from scipy.sparse import csr_array, vstack
 
 from geometry.arrays import FloatArray, floats
 
-__all__ = ["Functional", "LinearFunctional", "SparseMatrix", "Stack", "apply", "largest", "normal_equations"]
+__all__ = [
+    "Functional",
+    "LinearFunctional",
+    "SparseMatrix",
+    "StackedFunctional",
+    "apply",
+    "max_norm",
+    "normal_equations",
+]
 
 SparseMatrix: TypeAlias = "csr_array[np.float64, tuple[int, int]]"
 
@@ -21,7 +29,7 @@ def apply(matrix: SparseMatrix, x: FloatArray) -> FloatArray:
     return np.asarray(matrix @ x)
 
 
-def largest(values: FloatArray) -> float:
+def max_norm(values: FloatArray) -> float:
     """The largest absolute value; zero of none."""
     return float(np.abs(values).max(initial=0.0))
 
@@ -52,7 +60,7 @@ class LinearFunctional:
 
 
 @dataclass(frozen=True, eq=False)
-class Stack:
+class StackedFunctional:
     """The residuals of several functionals of the same unknowns, one after the other."""
 
     parts: Sequence[Functional]

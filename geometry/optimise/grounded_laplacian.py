@@ -20,13 +20,13 @@ from geometry.optimise.saddle_point import Factor, factorise
 
 __all__ = ["GroundedLaplacian"]
 
-LARGEST_CLIQUE = 6
+MAX_ELIMINATED_NEIGHBOURS = 6
 """Neighbours of a node that is eliminated; they become neighbours of each other, so that many would cost more."""
 
-DIRECT = 20_000
+MAX_DIRECT_UNKNOWNS = 20_000
 """Unknowns up to which a factor is as quick as multigrid, as measured; with 80 000 it takes a third longer."""
 
-ITERATIONS = 200
+MAX_MULTIGRID_ITERATIONS = 200
 """Of conjugate gradients; with multigrid 10 to 30 do."""
 
 
@@ -82,7 +82,7 @@ class GroundedLaplacian:
             degrees = np.bincount(end[end >= 0], minlength=self.n_nodes)
             elsewhere = np.zeros(self.n_nodes, dtype=bool)
             elsewhere[other[other >= 0]] = True
-            sides.append((degrees > 0) & (degrees <= LARGEST_CLIQUE) & ~elsewhere)
+            sides.append((degrees > 0) & (degrees <= MAX_ELIMINATED_NEIGHBOURS) & ~elsewhere)
         return max(sides, key=np.count_nonzero)
 
     @cached_property
@@ -107,8 +107,8 @@ class GroundedLaplacian:
         return csr_array(L[~out][:, ~out] - C.T @ (diags_array(1 / L.diagonal()[out]) @ C))
 
     def _solve_reduced(self, right: FloatArray, accuracy: float) -> FloatArray:
-        if self._reduced.shape[0] <= DIRECT:
+        if self._reduced.shape[0] <= MAX_DIRECT_UNKNOWNS:
             return self._factor.solve(right)
         # where it does not get there, the Newton step is less good: whoever asked looks at what it leads to
-        found, _ = cg(self._reduced, right, rtol=accuracy, maxiter=ITERATIONS, M=self._multigrid)
+        found, _ = cg(self._reduced, right, rtol=accuracy, maxiter=MAX_MULTIGRID_ITERATIONS, M=self._multigrid)
         return np.asarray(found)

@@ -16,32 +16,32 @@ from scipy.sparse import csr_array, eye_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.optimise.functional import Functional, LinearFunctional, SparseMatrix, apply, largest, normal_equations
+from geometry.optimise.functional import Functional, LinearFunctional, SparseMatrix, apply, max_norm, normal_equations
 from geometry.optimise.saddle_point import factorise
 from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["minimise_by_penalty"]
 
-STEPS = 3
+MAX_STEPS_PER_PENALTY = 3
 """Gauss-Newton steps at most with one penalty: the next one changes more than a fourth would."""
 
-SETTLED = 1e-3
+LEAST_RELATIVE_DESCENT = 1e-3
 """Part of the objective that a step gains, below which the next penalty is taken."""
 
-HALVINGS = 8
+MAX_DESCENT_HALVINGS = 8
 """How often a step may be halved in search of progress."""
 
-DAMPING = 1e-7
+FACTOR_DAMPING = 1e-7
 """Of the factor, over the mean of its diagonal: about what single precision rounds."""
 
-SHORT = 1e-12
+STEP_LENGTH_WEIGHT = 1e-12
 """Weight of the length of a Newton step over that of the constraints, as means of diagonals: it decides where they do
 not, and leaves a part of them that the next step finds."""
 
-ACCURACY = 1e-6
+STEP_EQUATION_ACCURACY = 1e-6
 """Of a step: what is left of its equations, over their right-hand side."""
 
-ITERATIONS = 100
+MAX_CONJUGATE_GRADIENT_STEPS = 100
 """Of conjugate gradients for a step, at most. One to ten do, and more for Newton steps on constraints that nearly
 depend on each other."""
 
@@ -98,7 +98,7 @@ class _Equations:
 
     def solution(self, matrix: SparseMatrix, slope: FloatArray) -> FloatArray:
         """As near as conjugate gradients come."""
-        damping = DAMPING * float(matrix.diagonal().mean())
+        damping = FACTOR_DAMPING * float(matrix.diagonal().mean())
         damped = csr_array(matrix + damping * eye_array(len(slope)))
         factor = factorise(damped, single=True, order=self._order)
         self._order = factor.elimination
@@ -107,22 +107,24 @@ class _Equations:
             return factor.solve(z.ravel().astype(np.float32)).astype(np.float64)
 
         inverse = LinearOperator(matrix.shape, matvec=precondition, dtype=np.float64)
-        return np.asarray(cg(matrix, slope, rtol=ACCURACY, maxiter=ITERATIONS, M=inverse)[0])
+        return np.asarray(
+            cg(matrix, slope, rtol=STEP_EQUATION_ACCURACY, maxiter=MAX_CONJUGATE_GRADIENT_STEPS, M=inverse)[0]
+        )
 
 
 def _descend(problem: _Penalised, x: FloatArray, equations: _Equations) -> FloatArray:
     """A few steps, each the first of d, d/2, ... that lowers the value."""
     value = problem.value(x)
-    for _ in range(STEPS):
+    for _ in range(MAX_STEPS_PER_PENALTY):
         move, reached = equations.solution(*problem.model(x)), np.inf
-        for _ in range(HALVINGS):
+        for _ in range(MAX_DESCENT_HALVINGS):
             reached = problem.value(x + move)
             if reached < value:
                 break
             move = move / 2
         if not reached < value:
             break
-        enough = value - reached < SETTLED * value
+        enough = value - reached < LEAST_RELATIVE_DESCENT * value
         x, value = x + move, reached
         if enough:
             break
@@ -135,15 +137,15 @@ def _restored(
     """Levenberg-Marquardt on c alone, in the metric."""
     residual = constraint.residual(x)
     steps = 0
-    while tolerance < largest(residual) < np.inf and steps < max_steps:
+    while tolerance < max_norm(residual) < np.inf and steps < max_steps:
         jacobian = constraint.jacobian(x)
         transposed = csr_array(jacobian.T)
         matrix = csr_array(transposed @ jacobian)
-        short = SHORT * float(matrix.diagonal().mean()) / float(metric.diagonal().mean())
+        short = STEP_LENGTH_WEIGHT * float(matrix.diagonal().mean()) / float(metric.diagonal().mean())
         slope = -apply(transposed, residual)
         x = x + equations.solution(csr_array(matrix + short * metric), slope)
         residual = constraint.residual(x)
         steps += 1
-    violation = largest(residual)
+    violation = max_norm(residual)
     reason = Reason.CONVERGED if violation <= tolerance else Reason.STEP_LIMIT
     return Solution(x, np.zeros(0), violation, steps, reason)

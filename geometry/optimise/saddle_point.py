@@ -22,7 +22,7 @@ from geometry.optimise.functional import SparseMatrix, apply
 
 __all__ = ["Factor", "SaddlePoint", "factorise"]
 
-CYCLE = 30
+MAX_KRYLOV_ITERATIONS = 30
 """Iterations, one solve each, of a correction; it holds that many vectors of x and y."""
 
 
@@ -89,7 +89,7 @@ class SaddlePoint:
         operator = LinearOperator((size, size), matvec=self._apply, dtype=np.float64)
         inverse = LinearOperator((size, size), matvec=self._precondition, dtype=np.float64)
         target = np.concatenate([gradient, self.scale * residual])
-        z = gcrotmk(operator, target, rtol=digits, atol=aim, m=CYCLE, maxiter=1, M=inverse)[0]
+        z = gcrotmk(operator, target, rtol=digits, atol=aim, m=MAX_KRYLOV_ITERATIONS, maxiter=1, M=inverse)[0]
         return z[:n], self.scale * z[n:]
 
     @cached_property

@@ -12,41 +12,41 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray
-from geometry.optimise.functional import SparseMatrix, apply, largest
+from geometry.optimise.functional import SparseMatrix, apply, max_norm
 from geometry.optimise.saddle_point import SaddlePoint
 from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["minimise_semidefinite"]
 
-PULL = 1e-4
+SEMIDEFINITE_REGULARISATION = 1e-4
 """Over the mean of the diagonal of H. Curvatures below it take an iteration each; with less, the factor rounds."""
 
-PENALTY = 1e4
+SEMIDEFINITE_PENALTY = 1e4
 """w over the mean of the diagonal of H. Less: an iteration for each small singular value of A; more: rounding."""
 
-LARGE = 300_000
+MEMORY_SAVING_UNKNOWNS = 300_000
 """Unknowns above which the factor is in single precision, to save memory."""
 
-NEAR = 1e-2
+LEAST_SIZE_RATIO = 1e-2
 """Part of the size of the point begun at, below which a minimiser is not asked to be accurate for its own size."""
 
-STATIONARY = 1e-13
+GRADIENT_TOLERANCE = 1e-13
 """What may remain of the gradient, over the size of its terms; iterations aim at a tenth of it. With 1e-11, symmetric
 problems had minimisers that were symmetric to 1e-9 only, so that equal parts of a roof had marks of their own."""
 
-SETTLED = 1e-9
+STALLED_TOLERANCE = 1e-9
 """The same, and what may remain of the equations over the size of theirs, where rounding lets iterations end before."""
 
-DIGITS = 1e-8
+CYCLE_REDUCTION = 1e-8
 """What a cycle may leave: beyond it there is rounding, which iterations would turn into directions of their own."""
 
-AWAY = 1e6
+DIVERGENCE_RATIO = 1e6
 """Size of x over the size of what it depends on, at which it is asked whether there is a minimiser."""
 
-POWER = 20
+POWER_ITERATIONS = 20
 """Solves that tell directions without curvature, or combinations of A without effect, from others."""
 
-PROOF = 1e-6
+CERTIFICATE_TOLERANCE = 1e-6
 """What is taken for zero in it, over the size of a general direction."""
 
 
@@ -71,21 +71,25 @@ def minimise_semidefinite(
     UNBOUNDED where there is no least value, INFEASIBLE where the constraints contradict each other; STALLED where
     rounding is in the way.
     """
-    system = SaddlePoint(H, A, PENALTY, PULL, single=len(g) > LARGE)
-    least_size = max(largest(b), NEAR * largest(near))
+    system = SaddlePoint(
+        H, A, SEMIDEFINITE_PENALTY, SEMIDEFINITE_REGULARISATION, single=len(g) > MEMORY_SAVING_UNKNOWNS
+    )
+    least_size = max(max_norm(b), LEAST_SIZE_RATIO * max_norm(near))
     start = here = _state(system, near, np.zeros(len(b)), g, b, least_size)
     longest = np.inf
     for step in range(1, max_steps + 1):
         if here.left(accuracy) <= 1:
             return here.solution(step - 1, Reason.CONVERGED)
-        x, y = system.correction(*here.wanting(accuracy), aim=_aim(system, here, accuracy, noise), digits=DIGITS)
-        if largest(x) > longest:  # rounding in directions without curvature, where nothing stops it
+        x, y = system.correction(
+            *here.wanting(accuracy), aim=_aim(system, here, accuracy, noise), digits=CYCLE_REDUCTION
+        )
+        if max_norm(x) > longest:  # rounding in directions without curvature, where nothing stops it
             x = x - _flat_part(system, x)
         there = _state(system, here.x + x, here.y + y, g, b, least_size)
         if there.left(accuracy) > here.left(accuracy) / 2 or _runs_away(system, there, start):
             best = min(here, there, key=lambda state: state.left(accuracy))
             return best.solution(step, _reason(system, start, best, accuracy))
-        here, longest = there, largest(x)
+        here, longest = there, max_norm(x)
     return here.solution(max_steps, Reason.STEP_LIMIT)
 
 
@@ -111,39 +115,39 @@ class _State:
 
     @property
     def _gradient_left(self) -> float:
-        return largest(self.gradient) / (STATIONARY * self.gradient_size or 1.0)
+        return max_norm(self.gradient) / (GRADIENT_TOLERANCE * self.gradient_size or 1.0)
 
     def _residual_left(self, accuracy: float) -> float:
-        return largest(self.residual) / (accuracy * self.residual_size or 1.0)
+        return max_norm(self.residual) / (accuracy * self.residual_size or 1.0)
 
     def solution(self, steps: int, reason: Reason) -> Solution:
-        return Solution(self.x, self.y, largest(self.residual), steps, reason)
+        return Solution(self.x, self.y, max_norm(self.residual), steps, reason)
 
 
 def _state(
     system: SaddlePoint, x: FloatArray, y: FloatArray, g: FloatArray, b: FloatArray, least_size: float
 ) -> _State:
-    hold, size = apply(system.transposed, y), max(least_size, largest(x))
-    gradient_size = max(largest(g), largest(hold), system.curvature * size)
+    hold, size = apply(system.transposed, y), max(least_size, max_norm(x))
+    gradient_size = max(max_norm(g), max_norm(hold), system.curvature * size)
     return _State(x, y, g - apply(system.H, x) - hold, b - apply(system.A, x), gradient_size, size)
 
 
 def _aim(system: SaddlePoint, state: _State, accuracy: float, noise: float) -> float:
     """A norm over all that is left; the largest is some three times the mean."""
-    aim = min(STATIONARY / 10 * state.gradient_size, system.scale * accuracy * state.residual_size)
+    aim = min(GRADIENT_TOLERANCE / 10 * state.gradient_size, system.scale * accuracy * state.residual_size)
     aim = max(aim, system.scale * noise * state.residual_size)
     return float(aim * np.sqrt(len(state.x) + len(state.y)) / 3)
 
 
 def _runs_away(system: SaddlePoint, state: _State, start: _State) -> bool:
     """Whether x is very much larger than all it depends on."""
-    return largest(state.x) > AWAY * max(start.gradient_size / system.curvature, start.residual_size)
+    return max_norm(state.x) > DIVERGENCE_RATIO * max(start.gradient_size / system.curvature, start.residual_size)
 
 
 def _reason(system: SaddlePoint, start: _State, end: _State, accuracy: float) -> Reason:
     """Why iterations make no progress."""
-    settled = largest(end.gradient) <= SETTLED * end.gradient_size
-    settled = settled and largest(end.residual) <= accuracy * end.residual_size
+    settled = max_norm(end.gradient) <= STALLED_TOLERANCE * end.gradient_size
+    settled = settled and max_norm(end.residual) <= accuracy * end.residual_size
     if settled and not _runs_away(system, end, start):
         return Reason.CONVERGED
     if _contradicts(system, start):
@@ -157,21 +161,24 @@ def _contradicts(system: SaddlePoint, start: _State) -> bool:
     Step by step, the part that a change of x can take away is taken away.
     """
     rest = start.residual
-    for _ in range(POWER):
+    for _ in range(POWER_ITERATIONS):
         rest = rest - apply(system.A, system.solve(system.scale**2 * apply(system.transposed, rest)))
-    is_void = largest(apply(system.transposed, rest)) <= PROOF * largest(rest)
-    return is_void and largest(rest) > SETTLED * start.residual_size
+    is_void = max_norm(apply(system.transposed, rest)) <= CERTIFICATE_TOLERANCE * max_norm(rest)
+    return is_void and max_norm(rest) > STALLED_TOLERANCE * start.residual_size
 
 
 def _falls(system: SaddlePoint, start: _State) -> bool:
     """Whether there is a direction with a slope, but without curvature, in A x = 0."""
     direction = _flat_part(system, start.gradient)
-    bends = max(largest(apply(system.H, direction)) / system.curvature, largest(apply(system.A, direction)))
-    return bends <= PROOF * largest(direction) and largest(direction) > SETTLED * start.gradient_size
+    bends = max(max_norm(apply(system.H, direction)) / system.curvature, max_norm(apply(system.A, direction)))
+    return (
+        bends <= CERTIFICATE_TOLERANCE * max_norm(direction)
+        and max_norm(direction) > STALLED_TOLERANCE * start.gradient_size
+    )
 
 
 def _flat_part(system: SaddlePoint, x: FloatArray) -> FloatArray:
     """The part of x (n,) in A x = 0 that is without curvature, as powers of pull / K leave it alone."""
-    for _ in range(POWER):
-        x = system.solve(PULL * system.curvature * x)
+    for _ in range(POWER_ITERATIONS):
+        x = system.solve(SEMIDEFINITE_REGULARISATION * system.curvature * x)
     return x

@@ -21,18 +21,18 @@ from geometry.mesh import Mesh
 from geometry.optimise import Factor, SparseMatrix, factorise
 from geometry.parallel.homology import independent_loops
 
-__all__ = ["SHIFT", "Closing"]
+__all__ = ["FACTOR_SHIFT", "EdgeClosure"]
 
-SHIFT = 1e-13
+FACTOR_SHIFT = 1e-13
 """Added to squared singular values: well above rounding, so that the factor is good, and below squared gaps."""
 
-SLIVER = 1e-3
+SLIVER_HEIGHT_RATIO = 1e-3
 """Height of a triangle over its longest edge, below which its edges are not taken for one unknown: if it has no
 height, they are free to slide along each other."""
 
 
 @dataclass(frozen=True, eq=False)
-class Closing:
+class EdgeClosure:
     """Raises MeshError for an edge without length."""
 
     mesh: Mesh
@@ -79,9 +79,9 @@ class Closing:
 
     @cached_property
     def factor(self) -> Factor:
-        """Of narrow^T narrow + SHIFT: of B B^T mostly."""
+        """Of narrow^T narrow + FACTOR_SHIFT: of B B^T mostly."""
         normal = csr_array(self.narrow.T) @ self.narrow
-        return factorise(csr_array(normal + SHIFT * eye_array(self.narrow.shape[1])))
+        return factorise(csr_array(normal + FACTOR_SHIFT * eye_array(self.narrow.shape[1])))
 
     @cached_property
     def deviation(self) -> float:
@@ -95,7 +95,7 @@ class Closing:
         c = self.mesh.combinatorics
         longest = np.maximum.reduceat(self.mesh.edge_lengths[c.corner_edge], c.face_starts[:-1])
         areas = np.linalg.norm(self.mesh.vector_areas, axis=1)
-        rigid: BoolArray = (c.face_sizes == 3) & (2 * areas > SLIVER * longest**2)
+        rigid: BoolArray = (c.face_sizes == 3) & (2 * areas > SLIVER_HEIGHT_RATIO * longest**2)
         return rigid
 
     def _face_rows(self, vectors: FloatArray) -> SparseMatrix:

@@ -6,13 +6,13 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError, ParallelityError, raise_worst
-from geometry.functionals import face_deviations
+from geometry.functionals import relative_plane_deviations
 from geometry.mesh import Mesh
 from geometry.mesh.place import cure_of_place
 
-__all__ = ["PLANAR", "across_directions", "check_parallel", "check_planar", "edge_factors", "parallelity"]
+__all__ = ["PLANARITY_TOLERANCE", "check_parallel", "check_planar", "edge_factors", "parallelity", "perpendicular_part"]
 
-PLANAR = 1e-12
+PLANARITY_TOLERANCE = 1e-12
 """How far a corner may be off its face's plane, over the mean edge length: what `planarise` reaches."""
 
 
@@ -34,7 +34,7 @@ def edge_factors(mesh: Mesh, other: Mesh) -> FloatArray:
     return along / mesh.edge_lengths
 
 
-def across_directions(vectors: FloatArray, directions: FloatArray) -> FloatArray:
+def perpendicular_part(vectors: FloatArray, directions: FloatArray) -> FloatArray:
     """What is left of vectors (..., 3) when their components along unit directions (..., 3) are taken off."""
     along = np.einsum("...k,...k->...", vectors, directions)
     return np.asarray(vectors - along[..., None] * directions)
@@ -55,13 +55,13 @@ def check_parallel(mesh: Mesh, other: Mesh, bound: float, *, what: str) -> None:
 
 
 def check_planar(mesh: Mesh) -> None:
-    """Raise GeometryError where a face leaves its plane by more than `PLANAR` times the mean edge length."""
+    """Raise GeometryError for a face off its plane by more than `PLANARITY_TOLERANCE` times the mean edge length."""
     raise_worst(
-        face_deviations(mesh),
+        relative_plane_deviations(mesh),
         "<=",
-        PLANAR,
+        PLANARITY_TOLERANCE,
         lambda face, value: (
-            f"face {face} leaves its plane by {value:.1e} of the mean edge length, allowed {PLANAR:.0e}; "
+            f"face {face} is off its plane by {value:.1e} of the mean edge length, allowed {PLANARITY_TOLERANCE:.0e}; "
             f"{' and '.join(filter(None, [cure_of_place(mesh, value), 'planarise the mesh first']))}"
         ),
     )

@@ -22,10 +22,10 @@ from geometry.optimise import SparseMatrix, apply
 
 __all__ = ["FaceUnknowns"]
 
-SLENDER = 1e-3
+LEAST_CORNER_SINE = 1e-3
 """Largest sine between two edges of a face, below which it is no unknown: its lengths would lose digits."""
 
-LARGEST = 12
+MAX_UNKNOWN_CORNERS = 12
 """Corners of a face, above which it is no unknown: its square of numbers would cost more than it saves."""
 
 
@@ -102,13 +102,13 @@ class FaceUnknowns:
         chosen = disjoint_faces(c)
         found = []
         for faces, corners in c.faces_by_size():
-            if corners.shape[1] > LARGEST:
+            if corners.shape[1] > MAX_UNKNOWN_CORNERS:
                 continue
             kept = np.isin(faces, chosen)
             faces, corners = faces[kept], corners[kept]
             directions = mesh.corner_directions[corners]
             crossing = _crossing(directions, mesh.face_normals[faces])
-            wide = np.abs(crossing).max(axis=(1, 2), initial=0.0) > SLENDER
+            wide = np.abs(crossing).max(axis=(1, 2), initial=0.0) > LEAST_CORNER_SINE
             found.append((corners[wide], _shapes(directions[wide], crossing[wide])))
         return found
 

@@ -17,32 +17,36 @@ from geometry.optimise import (
     SparseMatrix,
     apply,
     distances_from_zero,
-    largest,
+    max_norm,
     minimise_bounded,
     minimise_semidefinite,
 )
 from geometry.parallel.constraints import FactorBounds, Fixed, Objective
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
-from geometry.parallel.optimality import NOISE, Optimality, check_optimal, coarseness, rounding
+from geometry.parallel.optimality import ROUNDING_MULTIPLE, Optimality, check_optimal, coarseness, rounding
 
-__all__ = ["AIM", "PARALLEL", "check_solved", "closest_exact", "minimum"]
+__all__ = ["ELEMENT_TOLERANCE", "SOLVER_TARGET_RATIO", "check_solved", "minimum", "restore_parallelity"]
 
-PARALLEL = 1e-12
+ELEMENT_TOLERANCE = 1e-12
 """How far an edge of S may be off the direction of its edge of M, over the size of S."""
 
-COLLAPSED = 1e-2
+LEAST_IMAGE_SIZE = 1e-2
 """Size of S over that of M, below which accuracy goes by that of M: where the edges of S vanish, only that has one."""
 
-BOUND = 1e-9
+FACTOR_BOUND_TOLERANCE = 1e-9
 """By how much an edge may be longer or shorter than the bounds of its factor allow, over the size of S."""
 
-AIM = 0.1
+SOLVER_TARGET_RATIO = 0.1
 """Violation asked of the solvers, over what is allowed."""
 
-CONTRADICTION = 1e-9
+CONTRADICTION_RATIO = 1e-9
 """Violation, over the size of M, of what is fixed and of what is found, above which it is a contradiction, and not
 rounding."""
+
+FREE_MOVE_RATIO = 1e-6
+"""Largest coordinate of a random move within what fixed vertices allow, over that of the move, below which nothing is
+free: what solvers leave is a thousandth of it."""
 
 
 def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: FactorBounds | None) -> Mesh:
@@ -58,16 +62,17 @@ def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: 
     else:
         factors = csr_array(bounds.rows(mesh) @ to_vertices)
         lower, upper = bounds.lower * mesh.edge_lengths, bounds.upper * mesh.edge_lengths
-        least = _bounded(H, g, A, b, factors, lower, upper, size=largest(mesh.vertices), noise=noise)
+        least = _bounded(H, g, A, b, factors, lower, upper, size=max_norm(mesh.vertices), noise=noise)
         rows = csr_array(vstack([A, factors]))
         left = np.concatenate([apply(A, least.x) - b, _from_bounds(least, apply(factors, least.x), lower, upper)])
-        solution = replace(closest_exact(least.x, A, b, noise=noise), reason=least.reason)
+        solution = replace(restore_parallelity(least.x, A, b, noise=noise), reason=least.reason)
     found = mesh.with_vertices(apply(to_vertices, solution.x).reshape(-1, 3))
     if bounds is not None:
         _check_bounds(mesh, found, bounds, solution)
     if len(fixed.vertices):
         _check_fixed(mesh, found, fixed, solution)
-    size = max(largest(found.vertices), largest(fixed.positions), COLLAPSED * largest(mesh.vertices))
+        _check_free(unknowns, A, b, solution.x, fixed, noise)
+    size = max(max_norm(found.vertices), max_norm(fixed.positions), LEAST_IMAGE_SIZE * max_norm(mesh.vertices))
     optimality = Optimality.of(unknowns, H, g, rows, left, least, found)
     check_solved(mesh, found, solution, size)
     check_optimal(unknowns, optimality, least, what="the minimum")
@@ -76,7 +81,7 @@ def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: 
 
 def _noise(mesh: Mesh) -> float:
     """What the rounding of M may leave of parallelity, over the size of S."""
-    return NOISE * coarseness(mesh) / largest(mesh.vertices - mesh.vertices.mean(axis=0))
+    return ROUNDING_MULTIPLE * coarseness(mesh) / max_norm(mesh.vertices - mesh.vertices.mean(axis=0))
 
 
 def _determined(
@@ -104,10 +109,10 @@ def _bounded(
     """The minimiser with lower <= rows y <= upper, with multipliers of A, then rows; size: that of M, where no number
     has one."""
     curvature = float(H.diagonal().mean()) or np.inf
-    nearest = largest(distances_from_zero(lower, upper))
-    size = max(largest(b), nearest, largest(g) / curvature) or size
+    nearest = max_norm(distances_from_zero(lower, upper))
+    size = max(max_norm(b), nearest, max_norm(g) / curvature) or size
     if nearest == 0 and H.nnz:  # signs only
-        solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=PARALLEL, noise=noise)
+        solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=ELEMENT_TOLERANCE, noise=noise)
         if _is_within(solution, rows, lower, upper):
             return replace(solution, multipliers=np.concatenate([solution.multipliers, np.zeros(len(lower))]))
     solution = minimise_bounded(H, g, A, b, rows, lower, upper, tolerance=_accuracy(noise) * size)
@@ -136,10 +141,10 @@ def _from_bounds(solution: Solution, values: FloatArray, lower: FloatArray, uppe
     """
     pushes = solution.multipliers[-len(values) :]
     bounds = np.where(pushes > 0, upper, np.where(pushes < 0, lower, values))
-    return np.where(np.isfinite(bounds), values - bounds, largest(values))
+    return np.where(np.isfinite(bounds), values - bounds, max_norm(values))
 
 
-def closest_exact(y: FloatArray, A: SparseMatrix, b: FloatArray, *, noise: float = 0.0) -> Solution:
+def restore_parallelity(y: FloatArray, A: SparseMatrix, b: FloatArray, *, noise: float = 0.0) -> Solution:
     """What is left of A y = b goes by the shortest way. noise: see `minimise_semidefinite`."""
     H = csr_array(eye_array(len(y)))
     return minimise_semidefinite(H, y, A, b, y, accuracy=_accuracy(noise), noise=noise)
@@ -147,7 +152,7 @@ def closest_exact(y: FloatArray, A: SparseMatrix, b: FloatArray, *, noise: float
 
 def _accuracy(noise: float) -> float:
     """What is asked of the solvers, over the size of S."""
-    return min(PARALLEL, max(AIM * PARALLEL, noise))
+    return min(ELEMENT_TOLERANCE, max(SOLVER_TARGET_RATIO * ELEMENT_TOLERANCE, noise))
 
 
 def _is_within(solution: Solution, rows: SparseMatrix, lower: FloatArray, upper: FloatArray) -> bool:
@@ -166,7 +171,7 @@ def _without_end() -> GeometryError:
 def _check_fixed(mesh: Mesh, found: Mesh, fixed: Fixed, solution: Solution) -> None:
     """Only where they contradict each other do fixed vertices, and with them edges, end up elsewhere."""
     distances = fixed.distances(found.vertices)
-    bound = CONTRADICTION * max(largest(mesh.vertices), largest(fixed.positions), largest(found.vertices))
+    bound = CONTRADICTION_RATIO * max(max_norm(mesh.vertices), max_norm(fixed.positions), max_norm(found.vertices))
     if solution.violation > bound:
         worst = fixed.vertices[np.argsort(-distances)]
         raise GeometryError(
@@ -179,10 +184,35 @@ def _check_fixed(mesh: Mesh, found: Mesh, fixed: Fixed, solution: Solution) -> N
         )
 
 
+def _check_free(
+    unknowns: FaceUnknowns, A: SparseMatrix, b: FloatArray, x: FloatArray, fixed: Fixed, noise: float
+) -> None:
+    """Raise GeometryError where x (n,) is the only solution of A x = b: whatever is minimised has no say then.
+
+    Not looked for where there are more unknown edge lengths than equations.
+    """
+    mesh, c = unknowns.mesh, unknowns.mesh.combinatorics
+    n_parts = int(c.face_components.max()) + 1
+    least_dimension = mesh.n_edges - 2 * mesh.n_faces + 3 * (c.euler_characteristic - n_parts)
+    if 3 * len(fixed.vertices) < least_dimension:
+        return
+    size = max(max_norm(x), max_norm(mesh.vertices))
+    elsewhere = x + size * np.random.default_rng(0).standard_normal(len(x))
+    move = max_norm(restore_parallelity(elsewhere, A, b, noise=noise).x - x) / size
+    if move < FREE_MOVE_RATIO:
+        raise GeometryError(
+            f"the {len(fixed.vertices)} fixed vertices leave nothing to be minimised: only one mesh parallel to M has "
+            "them where they are wanted; fix fewer, `free_dimension` counts what is left, or ask for `close_to` them",
+            elements=fixed.vertices.tolist(),
+            value=move,
+            bound=FREE_MOVE_RATIO,
+        )
+
+
 def _check_bounds(mesh: Mesh, found: Mesh, bounds: FactorBounds, solution: Solution) -> None:
     factors = edge_factors(mesh, found)
     off = np.maximum(factors - bounds.upper, bounds.lower - factors) * mesh.edge_lengths
-    bound = BOUND * largest(found.vertices)
+    bound = FACTOR_BOUND_TOLERANCE * max_norm(found.vertices)
     raise_worst(
         off,
         "<=",
@@ -198,13 +228,15 @@ def _check_bounds(mesh: Mesh, found: Mesh, bounds: FactorBounds, solution: Solut
 
 
 def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> None:
-    """Raise ConvergenceError, naming the worst edge, where what has been found is off by more than PARALLEL x size."""
-    bound = PARALLEL * size
+    """Raise ConvergenceError, naming the worst edge, where `found` is less parallel than ELEMENT_TOLERANCE x size."""
+    bound = ELEMENT_TOLERANCE * size
 
     def say(edge: int, value: float) -> str:
         cure = "ask for some closeness beside fairness"
-        if NOISE * largest(rounding(mesh, found)) > bound:
-            cure = f"faces of M leave their planes by {coarseness(mesh):.1e}, planarise the mesh further, at the origin"
+        if ROUNDING_MULTIPLE * max_norm(rounding(mesh, found)) > bound:
+            cure = (
+                f"faces of M are off their planes by {coarseness(mesh):.1e}, planarise the mesh further, at the origin"
+            )
         return (
             f"{mesh.combinatorics.edge_name(edge)} is off the direction of its edge of M by {value:.1e}, allowed "
             f"{bound:.1e}: the solver stopped since {solution.reason.value}; {cure}"

@@ -16,36 +16,36 @@ import numpy as np
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import RankError
 from geometry.mesh import Mesh
-from geometry.optimise import ConstrainedQuadratic, ConvergenceError, Solution, SparseMatrix, apply, largest
+from geometry.optimise import ConstrainedQuadratic, ConvergenceError, Solution, SparseMatrix, apply, max_norm
 from geometry.parallel.edge_parallelity import parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
 
-__all__ = ["NOISE", "Optimality", "check_optimal", "coarseness", "not_parallel", "optimum", "rounding"]
+__all__ = ["ROUNDING_MULTIPLE", "Optimality", "check_optimal", "coarseness", "not_parallel", "optimum", "rounding"]
 
-NOISE = 4.0
+ROUNDING_MULTIPLE = 4.0
 """How many times the rounding of M an edge may be off its direction: less asks for more than there is. Conditions that
 depend on each other in M itself contradict each other by its rounding, and S would give up freedom for them."""
 
-CAREFUL_NOISE = 10.0
+CAREFUL_ROUNDING_MULTIPLE = 10.0
 """The same where conditions nearly depend on each other, of an S that has been found once."""
 
-AIM = 1e-13
+OPTIMUM_ACCURACY = 1e-13
 """What is asked of the solver over the size of S; mostly it reaches 1e-15."""
 
-CAREFUL_AIM = 1e-14
+CAREFUL_OPTIMUM_ACCURACY = 1e-14
 """The same where conditions nearly depend on each other, which amplifies what is left of them."""
 
-DECIDED = 1e-5
+LARGEST_ROUNDING_EFFECT = 1e-5
 """By how much rounding may decide: largest change of the least value by one equation, or of the gradient in one entry,
 over their sizes. Most meshes reach 1e-12. With it S is certain to some 1e-4, a hundredth of a millimetre in a beam."""
 
-FAR = 100.0
+FAR_FROM_ORIGIN_RATIO = 100.0
 """Distance of a mesh from the origin over its extent, from which on its coordinates are coarser than they need be."""
 
-NEARLY_DEPENDENT = 1e-4
+SMALL_SINGULAR_VALUE = 1e-4
 """Singular values below this take a solver its accuracy; others are no excuse."""
 
-NAMED = 3
+MAX_NAMED_EDGES = 3
 """Edges that a message names."""
 
 
@@ -76,15 +76,15 @@ class Optimality:
 
         image: the mesh S of the solution.
         """
-        size = largest(image.vertices) or 1.0
-        scale = max(largest(g), float(H.diagonal().mean()) * size) or 1.0
+        size = max_norm(image.vertices) or 1.0
+        scale = max(max_norm(g), float(H.diagonal().mean()) * size) or 1.0
         y = solution.multipliers
         pull = np.asarray(y @ A)
         noise = np.full(len(y), np.spacing(size))
         of_edges = np.repeat(rounding(unknowns.mesh, image)[unknowns.open_edges], 2)
         noise[: len(of_edges)] += of_edges
         return cls(
-            largest(apply(H, solution.x) - g + pull) / scale,
+            max_norm(apply(H, solution.x) - g + pull) / scale,
             np.abs(y) * (np.abs(left) + noise) / (scale * size),
             float(np.linalg.norm(pull) / (np.linalg.norm(y) or 1.0)),
         )
@@ -92,11 +92,11 @@ class Optimality:
     @property
     def decided(self) -> float:
         """By how much rounding decides about the result."""
-        return largest(self.changes)
+        return max_norm(self.changes)
 
     @property
     def is_met(self) -> bool:
-        return self.gradient <= DECIDED and self.decided <= DECIDED
+        return self.gradient <= LARGEST_ROUNDING_EFFECT and self.decided <= LARGEST_ROUNDING_EFFECT
 
 
 def optimum(
@@ -120,17 +120,17 @@ def optimum(
     """
     mesh, A = unknowns.mesh, quadratic.A
     target = -apply(unknowns.open_constraints, origin)
-    tolerance = max(AIM * size, NOISE * coarseness(mesh) / mesh.mean_edge_length * size)
+    tolerance = max(OPTIMUM_ACCURACY * size, ROUNDING_MULTIPLE * coarseness(mesh) / mesh.mean_edge_length * size)
     for problem in (quadratic, replace(quadratic, careful=True)):
         solution = problem.minimise(g, target, tolerance=tolerance)
         image = mesh.with_vertices((origin + apply(unknowns.matrix, solution.x)).reshape(-1, 3))
-        noise = largest(rounding(mesh, image))
+        noise = max_norm(rounding(mesh, image))
         found = Optimality.of(unknowns, problem.H, g, A, apply(A, solution.x) - target, solution, image)
-        bound = min(bounds[1], max(bounds[0], NOISE * noise))
-        is_parallel = largest(parallelity(mesh, image)) <= bound
+        bound = min(bounds[1], max(bounds[0], ROUNDING_MULTIPLE * noise))
+        is_parallel = max_norm(parallelity(mesh, image)) <= bound
         if is_parallel and found.is_met:
             return image
-        tolerance = max(CAREFUL_AIM * size, CAREFUL_NOISE * noise)
+        tolerance = max(CAREFUL_OPTIMUM_ACCURACY * size, CAREFUL_ROUNDING_MULTIPLE * noise)
     if not is_parallel:
         raise not_parallel(unknowns, found, solution, image, bound, what=what)
     check_optimal(unknowns, found, solution, what=what)
@@ -140,9 +140,9 @@ def optimum(
 def coarseness(mesh: Mesh) -> float:
     """How far off its place a corner may be, as far as the mesh itself tells.
 
-    Faces leave their planes by as much, or coordinates are rounded by it.
+    Faces are off their planes by as much, or coordinates are rounded by it.
     """
-    return max(largest(mesh.plane_deviations), float(np.spacing(largest(mesh.vertices))))
+    return max(max_norm(mesh.plane_deviations), float(np.spacing(max_norm(mesh.vertices))))
 
 
 def rounding(mesh: Mesh, image: Mesh) -> FloatArray:
@@ -152,23 +152,23 @@ def rounding(mesh: Mesh, image: Mesh) -> FloatArray:
 
 def check_optimal(unknowns: FaceUnknowns, found: Optimality, solution: Solution, *, what: str) -> None:
     """Raise RankError where rounding decides about `what`, and ConvergenceError where that is no minimum."""
-    if not found.decided <= DECIDED:
+    if not found.decided <= LARGEST_ROUNDING_EFFECT:
         edges = _worst_edges(unknowns, found.changes)
         raise RankError(
             f"rounding decides about {what}: conditions of P(M) nearly depend on each other, with singular values of "
             f"about {found.singular_value:.0e}{_at(unknowns.mesh, edges)}. Its least value is uncertain by "
-            f"{found.decided:.0e} of its size, allowed {DECIDED:.0e}; {_cure(unknowns.mesh)}",
+            f"{found.decided:.0e} of its size, allowed {LARGEST_ROUNDING_EFFECT:.0e}; {_cure(unknowns.mesh)}",
             elements=edges.tolist(),
             value=found.decided,
-            bound=DECIDED,
+            bound=LARGEST_ROUNDING_EFFECT,
         )
-    if not found.gradient <= DECIDED:
+    if not found.gradient <= LARGEST_ROUNDING_EFFECT:
         raise ConvergenceError(
-            f"{what} is not at its least value: {found.gradient:.0e} of the gradient is left, allowed {DECIDED:.0e}; "
-            f"the solver stopped since {solution.reason.value}; {_cure(unknowns.mesh)}",
+            f"{what} is not at its least value: {found.gradient:.0e} of the gradient is left, allowed "
+            f"{LARGEST_ROUNDING_EFFECT:.0e}; the solver stopped since {solution.reason.value}; {_cure(unknowns.mesh)}",
             solution=solution,
             value=found.gradient,
-            bound=DECIDED,
+            bound=LARGEST_ROUNDING_EFFECT,
         )
 
 
@@ -179,7 +179,7 @@ def not_parallel(
     sideways = parallelity(unknowns.mesh, image)
     edge = int(sideways.argmax())
     reason = f"the solver stopped since {solution.reason.value}; planarise the mesh further"
-    if found.singular_value < NEARLY_DEPENDENT:
+    if found.singular_value < SMALL_SINGULAR_VALUE:
         edges = _worst_edges(unknowns, found.changes)
         reason = (
             f"conditions of P(M) nearly depend on each other, with singular values of about "
@@ -196,10 +196,10 @@ def not_parallel(
 
 
 def _worst_edges(unknowns: FaceUnknowns, values: FloatArray) -> IntArray:
-    """At most `NAMED`, of the equations (m,) with the largest values; other equations than those of edges are left."""
+    """At most `MAX_NAMED_EDGES` edges: those of the equations (m,) with the largest values."""
     edges = unknowns.open_edges
     of_edges = values[: 2 * len(edges)].reshape(-1, 2).max(axis=1)
-    return integers(edges[np.argsort(-of_edges, kind="stable")[:NAMED]])
+    return integers(edges[np.argsort(-of_edges, kind="stable")[:MAX_NAMED_EDGES]])
 
 
 def _at(mesh: Mesh, edges: IntArray) -> str:
@@ -210,7 +210,7 @@ def _at(mesh: Mesh, edges: IntArray) -> str:
 def _cure(mesh: Mesh) -> str:
     """What helps where conditions nearly depend on each other."""
     advice = "unite faces there that are nearly in one plane, or put them in one plane exactly"
-    extent = largest(mesh.vertices - mesh.vertices.mean(axis=0))
-    if largest(mesh.vertices) > FAR * extent:
+    extent = max_norm(mesh.vertices - mesh.vertices.mean(axis=0))
+    if max_norm(mesh.vertices) > FAR_FROM_ORIGIN_RATIO * extent:
         advice += ", or move the mesh to the origin before it is planarised"
     return advice

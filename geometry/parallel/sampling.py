@@ -1,4 +1,4 @@
-"""Members of P(M) at random, as many as are wanted, without a basis: edge lengths that close, then positions."""
+"""Elements of P(M) at random, as many as are wanted, without a basis: edge lengths that close, then positions."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from scipy.sparse import coo_array, csr_array, diags_array
 
 from geometry.arrays import FloatArray
 from geometry.optimise import Factor, SparseMatrix, factorise
-from geometry.parallel.edge_closure import Closing
+from geometry.parallel.edge_closure import EdgeClosure
 
-__all__ = ["Members"]
+__all__ = ["ElementSampler"]
 
-CORRECTIONS = 10
-"""At most; each takes SHIFT over a squared singular value off what does not close yet, so one or two do."""
+MAX_CLOSURE_CORRECTIONS = 10
+"""At most; each takes FACTOR_SHIFT over a squared singular value off what does not close yet, so one or two do."""
 
-ROUNDING = 1e-15
+CLOSURE_ROUNDING = 1e-15
 """What does not close, over the largest edge length, where corrections end."""
 
 
 @dataclass(frozen=True, eq=False)
-class Members:
+class ElementSampler:
     """Positions with their mean at the origin, in each component, for edge lengths that close.
 
     null (n, z): the singular vectors of `closing.narrow` whose singular values pass for zero, orthonormal.
     """
 
-    closing: Closing
+    closing: EdgeClosure
     null: FloatArray
 
     def random(self, count: int, seed: int) -> FloatArray:
@@ -51,10 +51,10 @@ class Members:
         if self.closing.is_overdetermined:
             return null @ (null.T @ x)
         largest = np.abs(x).max(initial=0.0)
-        for _ in range(CORRECTIONS):
+        for _ in range(MAX_CLOSURE_CORRECTIONS):
             open_by = np.asarray(B @ x)
             open_by -= null @ (null.T @ open_by)
-            if np.abs(open_by).max(initial=0.0) <= ROUNDING * largest:
+            if np.abs(open_by).max(initial=0.0) <= CLOSURE_ROUNDING * largest:
                 break
             y = self.closing.factor.solve(open_by)
             x = x - B.T @ (y - null @ (null.T @ y))

@@ -1,4 +1,4 @@
-"""The dimension of P(M), from the gap in the singular values of `Closing`, without a dense decomposition."""
+"""The dimension of P(M), from the gap in the singular values of `EdgeClosure`, without a dense decomposition."""
 
 from __future__ import annotations
 
@@ -8,26 +8,26 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, RankError
-from geometry.parallel.edge_closure import Closing
+from geometry.parallel.edge_closure import EdgeClosure
 
-__all__ = ["Spectrum", "least_singular_vectors", "passing"]
+__all__ = ["Spectrum", "least_singular_vectors", "null_dimension", "zero_threshold"]
 
-GAP = 100.0
+LEAST_SPECTRAL_GAP = 100.0
 """Least ratio of the first singular value that is not zero to the largest one that passes for zero."""
 
-ZERO = 1e-9
+ZERO_SINGULAR_VALUE = 1e-9
 """Singular values up to this pass for zero, however planar the faces are: what real files state to ten digits."""
 
-LARGEST_ZERO = 1e-3
+LARGEST_ZERO_SINGULAR_VALUE = 1e-3
 """Where faces are less planar than this, no gap is to be found, so it is not looked for further."""
 
-ITERATIONS = 20
+MAX_INVERSE_ITERATIONS = 20
 """At most; three to five do."""
 
-BLOCK = 8
+FIRST_BLOCK_VECTORS = 8
 """Vectors of the first inverse iteration."""
 
-LARGEST_BLOCK = 50_000_000
+MAX_BLOCK_NUMBERS = 50_000_000
 """Numbers in the vectors of an inverse iteration: 0.4 GB."""
 
 
@@ -36,7 +36,7 @@ class Spectrum:
     """The dimension of P(M), and the singular values on either side of the gap that shows it.
 
     They are those of the closing of faces and loops with edge lengths in the directions of M as unknowns (pure numbers,
-    the largest about 2). last_kept also bounds what faces that leave their planes add to them.
+    the largest about 2). last_kept also bounds what faces that are off their planes add to them.
     """
 
     dimension: int
@@ -45,19 +45,19 @@ class Spectrum:
 
     @classmethod
     def of(cls, values: FloatArray, spare: int, deviation: float) -> Spectrum:
-        """values: the least singular values, ascending, up to one above `passing(deviation)`, or all.
+        """values: the least singular values, ascending, up to one above `zero_threshold(deviation)`, or all.
 
         spare: dimensions beside those of singular values that pass for zero. Raises RankError where there is no gap.
         """
-        zero = passing(deviation)
+        zero = zero_threshold(deviation)
         kept = int((values <= zero).sum())
         last = max([deviation, *values[:kept][-1:]])
         first = float(values[kept]) if kept < len(values) else np.inf
-        needed = GAP * max(zero, last)
+        needed = LEAST_SPECTRAL_GAP * max(zero, last)
         if first < needed:
             cure = (
                 "planarise the mesh first"
-                if deviation > ZERO
+                if deviation > ZERO_SINGULAR_VALUE
                 else "put faces that are nearly in one plane exactly in it"
             )
             raise RankError(
@@ -69,12 +69,28 @@ class Spectrum:
         return cls(spare + kept, float(last), first)
 
 
-def passing(deviation: float) -> float:
-    """What passes for zero where faces leave their planes such that singular values change by up to `deviation`."""
-    return min(max(ZERO, deviation), LARGEST_ZERO)
+def null_dimension(matrix: FloatArray) -> int:
+    """The dimension of the x (n,) with A x = 0, A (m, n) of orthonormal directions; RankError where there is no gap."""
+    values = np.linalg.svd(matrix, compute_uv=False)
+    positive = values[values > ZERO_SINGULAR_VALUE]
+    needed = LEAST_SPECTRAL_GAP * ZERO_SINGULAR_VALUE
+    if positive.min(initial=np.inf) < needed:
+        raise RankError(
+            f"the singular values have no gap that shows what the fixed vertices leave free: it is "
+            f"{matrix.shape[1] - len(positive)} dimensions if those up to {ZERO_SINGULAR_VALUE:.0e} are zero, but the "
+            f"next is {positive.min():.1e}, and at least {needed:.1e} is needed; fix other vertices",
+            value=float(positive.min()),
+            bound=needed,
+        )
+    return int(matrix.shape[1] - len(positive))
 
 
-def least_singular_vectors(closing: Closing, above: float) -> tuple[FloatArray, FloatArray]:
+def zero_threshold(deviation: float) -> float:
+    """What passes for zero where faces are off their planes such that singular values change by up to `deviation`."""
+    return min(max(ZERO_SINGULAR_VALUE, deviation), LARGEST_ZERO_SINGULAR_VALUE)
+
+
+def least_singular_vectors(closing: EdgeClosure, above: float) -> tuple[FloatArray, FloatArray]:
     """The least singular values (k,) of A = closing.narrow (m, n), ascending, and right singular vectors (n, k).
 
     All up to `above` and at least one more, or k = n. Inverse iteration on a block of vectors with the factor of
@@ -84,7 +100,7 @@ def least_singular_vectors(closing: Closing, above: float) -> tuple[FloatArray, 
     Raises GeometryError where too many vectors are needed.
     """
     n = closing.narrow.shape[1]
-    count = BLOCK
+    count = FIRST_BLOCK_VECTORS
     while count <= n // 3:
         _check_size(n, count)
         values, vectors = _inverse_iteration(closing, count, above)
@@ -97,10 +113,10 @@ def least_singular_vectors(closing: Closing, above: float) -> tuple[FloatArray, 
     return values[::-1], directions[::-1].T
 
 
-def _inverse_iteration(closing: Closing, count: int, above: float) -> tuple[FloatArray, FloatArray]:
+def _inverse_iteration(closing: EdgeClosure, count: int, above: float) -> tuple[FloatArray, FloatArray]:
     vectors = np.random.default_rng(0).standard_normal((closing.narrow.shape[1], count))
     first = np.inf
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_INVERSE_ITERATIONS):
         vectors = np.linalg.qr(closing.factor.solve(vectors))[0]
         _, values, rotation = np.linalg.svd(np.asarray(closing.narrow @ vectors), full_matrices=False)
         values, vectors = values[::-1], vectors @ rotation[::-1].T
@@ -111,10 +127,10 @@ def _inverse_iteration(closing: Closing, count: int, above: float) -> tuple[Floa
 
 
 def _check_size(n: int, count: int) -> None:
-    if n * count > LARGEST_BLOCK:
+    if n * count > MAX_BLOCK_NUMBERS:
         raise GeometryError(
-            f"the dimension of P(M) needs {count} vectors of {n} numbers, at most {LARGEST_BLOCK:.0e} numbers in all "
-            "are allowed; go by `expected_dimension`, or look at a part of the mesh",
+            f"the dimension of P(M) needs {count} vectors of {n} numbers, at most {MAX_BLOCK_NUMBERS:.0e} numbers in "
+            "all are allowed; go by `expected_dimension`, or look at a part of the mesh",
             value=float(n) * count,
-            bound=LARGEST_BLOCK,
+            bound=MAX_BLOCK_NUMBERS,
         )

@@ -88,7 +88,7 @@ class Fins:
             "<=",
             PLANE_TOLERANCE,
             lambda face, value: (
-                f"face {face} leaves its plane by {value:.1e} of its mean edge length, allowed {PLANE_TOLERANCE:.0e}: "
+                f"face {face} is off its plane by {value:.1e} of its mean edge length, allowed {PLANE_TOLERANCE:.0e}: "
                 "planarise the mesh first"
             ),
             error=MeshError,

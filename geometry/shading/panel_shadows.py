@@ -16,7 +16,7 @@ import shapely
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh
-from geometry.mesh.polygons import face_centroids, two_across
+from geometry.mesh.polygons import face_centroids, perpendicular_pair
 from geometry.shading.covered_areas import covered_areas
 from geometry.shading.fins import Fins
 from geometry.shading.suns import Suns
@@ -126,7 +126,7 @@ def _areas_under(mesh: Mesh, faces: IntArray, quads: FloatArray, directions: Flo
     """The same, for all suns at once."""
     areas = np.zeros((len(directions), len(faces)))
     sun, face = np.nonzero(face_suns(mesh, directions)[:, faces])
-    across = two_across(directions).swapaxes(1, 2)
+    across = perpendicular_pair(directions).swapaxes(1, 2)
     panels = np.einsum("skc,sci->ski", _corners(mesh, faces)[face], across[sun])
     outlines = quads @ across[:, None]
     panel, fin_sun, fin = _boxes_that_meet(panels, sun, outlines)

@@ -19,7 +19,7 @@ from rich.console import Console
 
 from geometry.arrays import FloatArray
 from geometry.files import read_mesh
-from geometry.functionals.planarity import face_deviations
+from geometry.functionals.planar_faces import relative_plane_deviations
 from geometry.mesh import Mesh
 from geometry.meshing import planarise
 
@@ -79,7 +79,7 @@ def affordable(peer: Peer, mesh: Mesh, steps: int, seconds: float) -> int:
 def rows(name: str, mesh: Mesh, seconds: float) -> list[list[str]]:
     def judged(vertices: FloatArray) -> list[str]:
         moves = np.linalg.norm(vertices - mesh.vertices, axis=1) / mesh.mean_edge_length
-        return [f"{face_deviations(mesh.with_vertices(vertices)).max():.1e}", f"{moves.max():.3f}"]
+        return [f"{relative_plane_deviations(mesh.with_vertices(vertices)).max():.1e}", f"{moves.max():.3f}"]
 
     result, ours = timed(lambda: planarise(fresh(mesh)))
     found = [[name, "fabkit", f"{ours / 1e3:.2f}", *judged(result.mesh.vertices), "1"]]

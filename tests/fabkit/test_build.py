@@ -39,6 +39,8 @@ def test_every_document_is_there(made: tuple[Path, Built]) -> None:
     out, built = made
     names = {path.name for path in out.iterdir()}
     assert names == {
+        "M.obj",
+        "S.obj",
         "model.step",
         "parts",
         "sheets",
@@ -144,8 +146,8 @@ def test_flipping_turns_the_outside_round() -> None:
 
 def test_heights_and_the_boundary_are_what_the_project_asks_for(made: tuple[Path, Built]) -> None:
     usual = made[1].structure
-    wishes = {"gauss_image": {"faces": 0.0, "edges": 1.0, "rounds": 5}, "planarise": {"keep_boundary": True}}
-    asked = design(Project(mesh=ROOF, unit="m", nesting={"mode": "off"}, **wishes)).structure
+    settings = {"gauss_image": {"faces": 0.0, "edges": 1.0, "rounds": 5}, "planarise": {"keep_boundary": True}}
+    asked = design(Project(mesh=ROOF, unit="m", nesting={"mode": "off"}, **settings)).structure
     assert asked.heights.std() < 0.9 * usual.heights.std()
     corners = asked.mesh.combinatorics.vertex_degrees == 2
     given = read_mesh(ROOF).mesh.vertices[corners] * 1000

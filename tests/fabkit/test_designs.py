@@ -105,7 +105,7 @@ def test_what_is_designed_goes_straight_through_a_build_as_it_is_told(name: str,
     assert made.summary.largest_move_mm == 0.0
     assert made.summary.mended == ()  # S points outwards already
     assert np.ptp(made.structure.heights) < 1e-12
-    assert max(node.details.axis_spread_mm for node in made.assembly["nodes"]) < 1e-9 * 120
+    assert max(node.details.axis_misalignment_mm for node in made.assembly["nodes"]) < 1e-9 * 120
     assert len(made.assembly["beams"]) == made.structure.mesh.n_edges
 
 
@@ -277,7 +277,7 @@ def test_hexagons_on_a_surface_are_built_in_its_unit(tmp_path: Path) -> None:
     assert "--unit m" in said.stdout
     project = Project(mesh=tmp_path / "out" / "M.obj", gauss_image=tmp_path / "out" / "S.obj", mean_edge_mm=1000.0)
     made = built(project)
-    assert max(node.details.top_spread_mm for node in made.assembly["nodes"]) < 1e-9 * 120
+    assert max(node.details.top_step_mm for node in made.assembly["nodes"]) < 1e-9 * 120
     upside_down = hexagons_design(file, count=9, flip=True)
     assert upside_down.mesh.face_normals[:, 2].max() < 0
 
@@ -293,10 +293,10 @@ def test_hexagons_on_a_surface_are_built_in_its_unit(tmp_path: Path) -> None:
         (["cmc", "--boost", "0.5,0"], "--boost is '0.5,0', but needs three numbers"),
         (["cmc", "--faces", "hexagons", "--folds", "1"], "hexagons cannot fold over itself, and 1 folds"),
         (["cmc", "--start", "M.obj"], "--start needs the files of both meshes"),
-        (["cmc", "--start", "M.obj", "--gauss-image", "S.obj", "--rows", "6"], "so --rows would do nothing"),
-        (["koebe", "--combinatorics", "M.obj", "--tiles", "quads"], "faces of its own, so --tiles would do nothing"),
-        (["koebe", "--direction", "45"], "--bend dome has no direction, so --direction would do nothing"),
-        (["minimal", "--gauss-image", "S.obj", "--turn", "60"], "decides the shape, so --turn would do nothing"),
+        (["cmc", "--start", "M.obj", "--gauss-image", "S.obj", "--rows", "6"], "so --rows would have no effect"),
+        (["koebe", "--combinatorics", "M.obj", "--tiles", "quads"], "gives the faces, so --tiles would have no effect"),
+        (["koebe", "--direction", "45"], "--bend dome has no direction, so --direction would have no effect"),
+        (["minimal", "--gauss-image", "S.obj", "--turn", "60"], "decides the shape, so --turn would have no effect"),
         (["cmc", "--bulge", "0.7"], "it has to be at least 0.8357, or a neck of at most 0.1729"),
         (["cmc", "--folds", "0", "--bulge", "0.2"], "it has to be at least 0.8357"),
         (["cmc", "--count", "2"], "2 faces around are asked for, an integer from 3"),

@@ -17,7 +17,7 @@ from geometry.files import write_mesh
 from geometry.mesh import Mesh, shapes
 from tests.fabkit.edge_offsets import revolved_pair
 from tests.geometry.box_meshes import turning
-from tests.geometry.members import solid
+from tests.geometry.parallel_elements import solid
 
 OFF = {"mode": "off"}
 

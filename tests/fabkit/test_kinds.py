@@ -15,10 +15,9 @@ import openpyxl
 import pytest
 import trimesh
 
-from fabkit import Project, build, pipeline
+from fabkit import Project, design, write_built
 from fabkit.checking import check_fit, clashes
-from fabkit.detailing import Detailed, detail
-from fabkit.errors import DetailingError, FabkitError
+from fabkit.errors import DetailingError, FabkitError, ProjectError
 from fabkit.formats.kernels import to_build123d, to_cadquery
 from fabkit.kinds import NODE
 from fabkit.parts import Assembly, Parts
@@ -42,18 +41,21 @@ def bolted(assembly: Assembly, *, gap_mm: float = 20.0) -> Assembly:
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A build in which detailing makes bolts as well."""
-
-    def with_bolts(*arguments: object, **options: object) -> Detailed:
-        made = detail(*arguments, **options)  # type: ignore[arg-type]
-        return replace(made, assembly=bolted(made.assembly))
-
+    """A build with bolts as well."""
     folder = tmp_path_factory.mktemp("kinds")
     write_mesh(folder / "dome.obj", shapes.dome(8, 2))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pipeline, "detail", with_bolts)
-        build(Project(mesh=folder / "dome.obj", mean_edge_mm=1500.0, out=folder / "out"))
+    built = design(Project(mesh=folder / "dome.obj", mean_edge_mm=1500.0, out=folder / "out"))
+    write_built(built.with_parts(bolted(built.assembly).of(BOLT)))
     return folder / "out"
+
+
+def test_it_is_checked_where_it_joins_a_build(tmp_path: Path) -> None:
+    write_mesh(tmp_path / "dome.obj", shapes.dome(8, 2))
+    built = design(Project(mesh=tmp_path / "dome.obj", mean_edge_mm=1500.0))
+    with pytest.raises(DetailingError, match=r"node N\d+ .* share volume, 5 mm deep"):
+        built.with_parts(bolted(built.assembly, gap_mm=-5.0).of(BOLT))
+    with pytest.raises(ProjectError, match="no output folder"):
+        write_built(built)
 
 
 N_BOLTS = shapes.dome(8, 2).n_vertices

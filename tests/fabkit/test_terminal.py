@@ -69,7 +69,7 @@ def program(*arguments: str, **settings: object) -> subprocess.Popen[str]:
         (["build", "mesh.obj", "--unit", "m", "-o", "out", "--beam", "9" * 5000 + "x5"], "beams.width_mm is inf"),
         (["build", "mesh.obj", "--mean-edge", "1e300", "-o", "out"], "mean_edge_mm is 1e+300: input should be less"),
         (["build", "mesh.obj", "--mean-edge", "nan", "-o", "out"], "mean_edge_mm is nan: input should be a finite"),
-        (["build", "mesh.obj", "--mean-edge", "wide", "-o", "out"], "build --help lists what there is"),
+        (["build", "mesh.obj", "--mean-edge", "wide", "-o", "out"], "build --help lists the options"),
         (["build", "mesh.obj", "--mean-egde", "5", "-o", "out"], "No such option: --mean-egde"),
         (["design", "minimal", "-o", "out", "--shape", "ball"], "Invalid value for '--shape': 'ball' is not one of"),
         (["biuld", "mesh.obj"], "No such command 'biuld'"),

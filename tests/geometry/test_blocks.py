@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array, eye_array
 
 from geometry.errors import GeometryError
-from geometry.functionals import Parallelity, Planarity
+from geometry.functionals import ParallelEdges, PlanarFaces
 from geometry.gauss import approximate_pair
 from geometry.mesh import shapes
-from geometry.optimise import Blocks, LinearFunctional, Reason, Stack, nearest_feasible
+from geometry.optimise import Blocks, LinearFunctional, Reason, StackedFunctional, nearest_feasible
 
 seeds = st.integers(0, 2**32 - 1)
 sizes = st.lists(st.sampled_from([(), (3,), (1,), (0, 3), (2, 3), (4, 3), (5,)]), min_size=1, max_size=5)
@@ -77,7 +77,7 @@ def test_meshes_that_stand_in_any_order_with_others_between_are_as_parallel() ->
     rng = np.random.default_rng(0)
     bent = mesh.vertices + 0.1 * rng.standard_normal(mesh.vertices.shape)
     x = blocks.join(S=image.vertices, shift=np.ones(3), M=bent)
-    both, alone = np.concatenate([bent.ravel(), image.vertices.ravel()]), Parallelity(c)
+    both, alone = np.concatenate([bent.ravel(), image.vertices.ravel()]), ParallelEdges(c)
     functional = blocks.of(alone, "M", "S")
     np.testing.assert_array_equal(functional.residual(x), alone.residual(both))
     n, given_jacobian = 3 * mesh.n_vertices, alone.jacobian(both).toarray()
@@ -98,18 +98,18 @@ def test_two_meshes_and_a_number_are_found_together() -> None:
     mean = csr_array(np.concatenate([[-1.0], np.tile([0.0, 0.0, 1 / n], n)])[None])
     c = mesh.combinatorics
     asked = [
-        blocks.of(Parallelity(c), "M", "S"),
-        blocks.of(Planarity(c), "M"),
+        blocks.of(ParallelEdges(c), "M", "S"),
+        blocks.of(PlanarFaces(c), "M"),
         blocks.of(LinearFunctional(mean, np.zeros(1)), "height", "S"),
     ]
     solution = nearest_feasible(
-        Stack(asked),
+        StackedFunctional(asked),
         start,
         csr_array(eye_array(len(start))),
         blocks=blocks,
         tolerance=1e-12,
         longest_step=0.25,
-        held_steps=2,
+        anchored_steps=2,
         max_steps=30,
     )
     assert solution.reason is Reason.CONVERGED
@@ -128,7 +128,7 @@ def test_no_point_of_a_block_moves_by_more_than_the_longest_step(target: list[fl
         blocks=blocks,
         tolerance=1e-12,
         longest_step=0.5,
-        held_steps=0,
+        anchored_steps=0,
         max_steps=1,
     )
     point, number = np.linalg.norm(target[:3]), abs(target[3])

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError
-from geometry.functionals.planarity import face_deviations
+from geometry.functionals.planar_faces import relative_plane_deviations
 from geometry.gauss import approximate_pair, edge_distances, nearest_parallel_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.parallel import ParallelSpace, parallelity
@@ -38,8 +38,8 @@ def test_lost_digits_come_back_within_what_was_lost(solid: Mesh, seed: int, digi
     found = nearest_parallel_pair(given_mesh, given_image)
     mesh, image = found.mesh, found.gauss_image
     assert parallelity(mesh, image).max() <= 1e-12
-    assert face_deviations(mesh).max() <= 1e-12
-    assert face_deviations(image).max() <= 1e-12
+    assert relative_plane_deviations(mesh).max() <= 1e-12
+    assert relative_plane_deviations(image).max() <= 1e-12
     # the exact pair is one to be found, and about 9 coordinates a face lost half a unit of the last digit each
     assert np.abs(image.vertices - given_image.vertices).max() < 20 * 10.0**-digits
     assert np.abs(mesh.vertices - given_mesh.vertices).max() < 20 * 10.0**-digits
@@ -86,4 +86,4 @@ def test_an_image_whose_large_faces_are_lines_is_no_trouble() -> None:
     with np.errstate(all="raise", under="ignore"):
         found = nearest_parallel_pair(twisted, image)
     assert parallelity(found.mesh, found.gauss_image).max() <= 1e-12
-    assert face_deviations(found.mesh).max() <= 1e-12
+    assert relative_plane_deviations(found.mesh).max() <= 1e-12

@@ -27,7 +27,7 @@ from geometry.mesh.patterns import quad_patch
 from geometry.mesh.polygons import mixed_areas
 from geometry.optimise.solution import ConvergenceError, Reason
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
-from geometry.parallel.edge_closure import Closing
+from geometry.parallel.edge_closure import EdgeClosure
 from tests.geometry.topologies import MESHES
 
 CONSTANT = 1e-10
@@ -176,7 +176,7 @@ def test_what_cannot_be_is_refused(call: object, words: str) -> None:
 
 @given(st.sampled_from(["disc", "hexagons", "triangles among larger faces", "annulus"]), seeds)
 def test_the_equations_have_the_right_derivatives(name: str, seed: int) -> None:
-    closing = Closing(MESHES[name])
+    closing = EdgeClosure(MESHES[name])
     functional = ConstantMean(closing, -0.7)
     rng = np.random.default_rng(seed)
     x, step = rng.normal(size=(2, closing.matrix.shape[1]))
@@ -190,7 +190,7 @@ def test_the_equations_say_what_mixed_areas_do(seed: int) -> None:
     mesh = ParallelSpace(image).elements(1, seed=seed)[0]
     c, normals = image.combinatorics, image.face_normals
     areas = [mixed_areas(mesh.vertices, other.vertices, c, normals) for other in (mesh, image)]
-    functional = ConstantMean(Closing(image), 2.0)
+    functional = ConstantMean(EdgeClosure(image), 2.0)
     residual = functional.residual(functional.lengths_of(mesh))
     size = float(np.abs(residual).max())
     ratio: FloatArray = residual / (2 * areas[0] + areas[1])

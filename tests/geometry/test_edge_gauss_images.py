@@ -13,7 +13,7 @@ from geometry.gauss.exact_gauss_image import edge_offset_pair
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from tests.geometry.box_meshes import turning
-from tests.geometry.members import SIMPLE, boosted, member, opened, solid, tangent_profile
+from tests.geometry.parallel_elements import SIMPLE, boosted, member, opened, solid, tangent_profile
 
 seeds = st.integers(0, 2**32 - 1)
 FAR = 1e-8  # what planes of 1e-13 and edges of a hundredth of the mean leave of the far vertices of slim cones

@@ -160,8 +160,8 @@ def test_wished_lengths_make_edges_even(koebe: Mesh) -> None:
 def test_fixed_and_wished_positions() -> None:
     member = edge_offset_mesh(QUADS, signs=plan_signs(QUADS), lengths=AT_LEAST_1).translated([5, 6, 7])
     lifted = member.translated([0, 0, 1])
-    wishes = dict(enumerate(lifted.vertices))
-    near = edge_offset_mesh(QUADS, near=wishes, closeness=1e8)
+    targets = dict(enumerate(lifted.vertices))
+    near = edge_offset_mesh(QUADS, near=targets, closeness=1e8)
     np.testing.assert_allclose(near.vertices, lifted.vertices, atol=1e-5)
     held = {v: member.vertices[v] for v in (0, QUADS.n_vertices - 1)}
     mesh = edge_offset_mesh(QUADS, fixed=held)

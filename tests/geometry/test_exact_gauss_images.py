@@ -12,7 +12,7 @@ from geometry.gauss.distances import circularity, vertex_distances
 from geometry.gauss.exact_gauss_image import edge_offset_pair, exact_pairs, face_offset_pair, vertex_offset_pair
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.edge_parallelity import parallelity
-from tests.geometry.members import SIMPLE, SOLIDS, boosted, member, solid
+from tests.geometry.parallel_elements import SIMPLE, SOLIDS, boosted, member, solid
 
 seeds = st.integers(0, 2**32 - 1)
 ROUNDING = 1e-10  # what planes of 1e-13 and edges of a hundredth of the mean leave of numbers near 1
@@ -187,7 +187,7 @@ def test_faces_that_are_not_planar_and_tolerances_that_are_none_are_refused() ->
     vertices = mesh.vertices.copy()
     vertices[7, 2] += 1e-3
     for kind in (vertex_offset_pair, edge_offset_pair, face_offset_pair, exact_pairs):
-        with pytest.raises(GeometryError, match=r"leaves its plane by .* planarise the mesh first"):
+        with pytest.raises(GeometryError, match=r"is off its plane by .* planarise the mesh first"):
             kind(mesh.with_vertices(vertices))
         for tolerance in (0.0, np.nan):
             with pytest.raises(GeometryError, match="it must be above 0"):

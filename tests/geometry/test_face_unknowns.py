@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import MeshError
-from geometry.functionals.parallelity import parallel_to
+from geometry.functionals.parallel_edges import parallel_to
 from geometry.mesh import Mesh, shapes
 from geometry.mesh.independent_faces import disjoint_faces
-from geometry.parallel.face_unknowns import LARGEST, FaceUnknowns
+from geometry.parallel.face_unknowns import MAX_UNKNOWN_CORNERS, FaceUnknowns
 from tests.geometry.topologies import by_equation_2, meshes, projected
 
 ROUNDING = 1e-12  # directions of edges down to a hundredth of the size, in sums over a face
@@ -74,9 +74,11 @@ def test_quads_leave_five_unknowns_for_four_vertices() -> None:
 def test_slender_and_very_large_faces_are_no_unknowns() -> None:
     slender = Mesh.from_faces([[0, 0, 0], [1, 0, 0], [2, 1e-4, 0], [1, 1e-4, 0]], [[0, 1, 2, 3]])
     assert FaceUnknowns(slender).matrix.shape == (12, 12)
-    around = np.linspace(0, 2 * np.pi, LARGEST + 1, endpoint=False)
-    large = Mesh.from_faces(np.stack([np.cos(around), np.sin(around), 0 * around], axis=1), [range(LARGEST + 1)])
-    assert FaceUnknowns(large).matrix.shape == (3 * (LARGEST + 1), 3 * (LARGEST + 1))
+    around = np.linspace(0, 2 * np.pi, MAX_UNKNOWN_CORNERS + 1, endpoint=False)
+    large = Mesh.from_faces(
+        np.stack([np.cos(around), np.sin(around), 0 * around], axis=1), [range(MAX_UNKNOWN_CORNERS + 1)]
+    )
+    assert FaceUnknowns(large).matrix.shape == (3 * (MAX_UNKNOWN_CORNERS + 1), 3 * (MAX_UNKNOWN_CORNERS + 1))
 
 
 def test_an_edge_without_length_is_refused() -> None:

@@ -242,8 +242,8 @@ PLY += "property list uchar int vertex_indices\nend_header\n"
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("a.stl", "solid\n", "meshes are read from and written to .obj, .off and .ply, not .stl"),
-        ("a", "OFF\n", "meshes are read from and written to .obj, .off and .ply, not a name without suffix"),
+        ("a.dae", "solid\n", "meshes are read from .obj, .off, .ply, .stl, .glb and .gltf, not .dae"),
+        ("a", "OFF\n", "meshes are read from .obj, .off, .ply, .stl, .glb and .gltf, not a name without suffix"),
         ("a.obj", "", "the file is empty"),
         ("a.off", " \n\n", "the file is empty"),
         ("a.off", "# only\n# comments\n", "the file is empty: there is no OFF header"),

@@ -12,23 +12,23 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.errors import MeshError
-from geometry.functionals.circularity import Circularity
+from geometry.functionals.circular_faces import CircularFaces
 from geometry.functionals.closeness import close_to
-from geometry.functionals.conicality import Conicality, closed_fans
-from geometry.functionals.convexity import Convexity
+from geometry.functionals.conical_vertices import ConicalVertices, closed_fans
+from geometry.functionals.convex_faces import ConvexFaces
 from geometry.functionals.fairness import laplacian, strain
-from geometry.functionals.normals import (
+from geometry.functionals.gauss_image_terms import (
     close_to_vertex_normals,
     edge_normals,
-    unit_edge_distances,
-    unit_face_distances,
-    unit_vertex_distances,
+    edges_at_unit_distance,
+    faces_at_unit_distance,
+    vertices_at_unit_distance,
 )
-from geometry.functionals.parallelity import Parallelity, parallel_to
-from geometry.functionals.planarity import Planarity
+from geometry.functionals.parallel_edges import ParallelEdges, parallel_to
+from geometry.functionals.planar_faces import PlanarFaces
 from geometry.gauss.distances import circularity, conicality
 from geometry.mesh import Combinatorics, Mesh, shapes
-from geometry.optimise.functional import Functional, LinearFunctional, Stack
+from geometry.optimise.functional import Functional, LinearFunctional, StackedFunctional
 from geometry.optimise.newton import nearest_feasible
 from geometry.optimise.solution import Reason
 from tests.geometry.bent_meshes import rotation, shaken, with_midpoints
@@ -60,10 +60,10 @@ MESHES = {
 }
 
 ON_MESHES: dict[str, Callable[[Combinatorics], Functional]] = {
-    "planarity": Planarity,
-    "circularity": Circularity,
-    "conicality": Conicality,
-    "convexity": lambda c: Convexity(c, np.arange(c.n_faces)),
+    "planarity": PlanarFaces,
+    "circularity": CircularFaces,
+    "conicality": ConicalVertices,
+    "convexity": lambda c: ConvexFaces(c, np.arange(c.n_faces)),
 }
 
 
@@ -74,9 +74,9 @@ def differences(functional: Functional, x: FloatArray, direction: FloatArray, st
 
 def groups(functional: Functional, combinatorics: Combinatorics) -> IntArray:
     """Where residuals of one face or vertex begin: within, a basis is chosen, which may turn."""
-    if isinstance(functional, (Planarity, Circularity)):
+    if isinstance(functional, (PlanarFaces, CircularFaces)):
         sizes = np.sort(combinatorics.face_sizes[combinatorics.face_sizes > 3]) - 3
-    elif isinstance(functional, Conicality):
+    elif isinstance(functional, ConicalVertices):
         sizes = np.concatenate([np.full(len(f), f.shape[1] - 3) for f in closed_fans(combinatorics) if f.shape[1] > 3])
     else:
         raise AssertionError(functional)
@@ -92,7 +92,7 @@ def norms(values: FloatArray, starts: IntArray) -> FloatArray:
 
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
 @pytest.mark.parametrize(
-    "functional", [lambda mesh: Convexity(mesh.combinatorics, np.arange(mesh.n_faces)), lambda mesh: _angles(mesh)]
+    "functional", [lambda mesh: ConvexFaces(mesh.combinatorics, np.arange(mesh.n_faces)), lambda mesh: _angles(mesh)]
 )
 @given(seed=seeds)
 @settings(max_examples=8)
@@ -112,7 +112,7 @@ def test_jacobians_that_are_exact_at_planar_faces(
 
 def _angles(mesh: Mesh) -> Functional:
     """Conicality of the vertices with four faces, the others cut off."""
-    asked = Conicality(mesh.combinatorics)
+    asked = ConicalVertices(mesh.combinatorics)
     n = sum(len(fans) for fans in closed_fans(mesh.combinatorics) if fans.shape[1] == 4)
 
     class OfFour:
@@ -126,9 +126,9 @@ def _angles(mesh: Mesh) -> Functional:
 
 
 FEASIBLE = [
-    *[(Planarity, name) for name in MESHES],
-    *[(Circularity, name) for name in ("vase", "flat", "dodecahedron", "prism")],
-    *[(Conicality, name) for name in ("vase", "flat", "octahedron", "icosahedron")],
+    *[(PlanarFaces, name) for name in MESHES],
+    *[(CircularFaces, name) for name in ("vase", "flat", "dodecahedron", "prism")],
+    *[(ConicalVertices, name) for name in ("vase", "flat", "octahedron", "icosahedron")],
 ]
 
 
@@ -156,7 +156,7 @@ def test_jacobians_are_exact_where_the_residuals_vanish(
 @given(seed=seeds, amount=st.floats(0.01, 0.2))
 @settings(max_examples=8)
 def test_planarity_gives_the_gradient_of_the_squared_distances_everywhere(mesh: Mesh, seed: int, amount: float) -> None:
-    _check_gradient(Planarity(mesh.combinatorics), shaken(mesh, amount, seed), seed, 1e-6)
+    _check_gradient(PlanarFaces(mesh.combinatorics), shaken(mesh, amount, seed), seed, 1e-6)
 
 
 @pytest.mark.parametrize("name", ["sheared vase", "midpoints", "dodecahedron", "flat"])
@@ -165,8 +165,8 @@ def test_planarity_gives_the_gradient_of_the_squared_distances_everywhere(mesh: 
 def test_circularity_gives_the_gradient_at_planar_faces(name: str, seed: int) -> None:
     affine = np.eye(3) + 0.3 * np.random.default_rng(seed).uniform(-1, 1, size=(3, 3))
     mesh = MESHES[name].with_vertices(MESHES[name].vertices @ affine)
-    assert np.abs(Circularity(mesh.combinatorics).residual(mesh.vertices.ravel())).max() > 1e-3
-    _check_gradient(Circularity(mesh.combinatorics), mesh, seed, 1e-6)
+    assert np.abs(CircularFaces(mesh.combinatorics).residual(mesh.vertices.ravel())).max() > 1e-3
+    _check_gradient(CircularFaces(mesh.combinatorics), mesh, seed, 1e-6)
 
 
 @pytest.mark.parametrize("name", ["icosahedron", "octahedron"])
@@ -174,7 +174,7 @@ def test_circularity_gives_the_gradient_at_planar_faces(name: str, seed: int) ->
 @settings(max_examples=8)
 def test_conicality_gives_the_gradient_up_to_the_square_of_the_residual(name: str, seed: int, amount: float) -> None:
     mesh = shaken(MESHES[name], amount, seed)
-    _check_gradient(Conicality(mesh.combinatorics), mesh, seed, 1e-7 + 20 * amount**2)
+    _check_gradient(ConicalVertices(mesh.combinatorics), mesh, seed, 1e-7 + 20 * amount**2)
 
 
 def _check_gradient(functional: Functional, mesh: Mesh, seed: int, tolerance: float) -> None:
@@ -195,7 +195,7 @@ def test_the_jacobian_of_parallelity_is_exact_everywhere(seed: int, scale: float
     rng = np.random.default_rng(seed)
     mesh = vase()
     x = 10.0**scale * np.concatenate([shaken(mesh, 0.2, seed).vertices.ravel(), rng.normal(size=3 * mesh.n_vertices)])
-    functional, direction = Parallelity(mesh.combinatorics), rng.normal(size=x.shape)
+    functional, direction = ParallelEdges(mesh.combinatorics), rng.normal(size=x.shape)
     step = 1e-6 * 10.0**scale
     found = differences(functional, x, direction, step)
     np.testing.assert_allclose(functional.jacobian(x) @ direction, found, rtol=1e-6, atol=1e-5)
@@ -204,9 +204,9 @@ def test_the_jacobian_of_parallelity_is_exact_everywhere(seed: int, scale: float
 LINEAR: dict[str, Callable[[Mesh], LinearFunctional]] = {
     "laplacian": lambda mesh: laplacian(mesh.combinatorics),
     "parallel_to": parallel_to,
-    "unit_face_distances": unit_face_distances,
-    "unit_edge_distances": lambda mesh: unit_edge_distances(mesh, edge_normals(mesh)),
-    "unit_vertex_distances": lambda mesh: unit_vertex_distances(mesh, mesh.vertex_normals),
+    "faces_at_unit_distance": faces_at_unit_distance,
+    "edges_at_unit_distance": lambda mesh: edges_at_unit_distance(mesh, edge_normals(mesh)),
+    "vertices_at_unit_distance": lambda mesh: vertices_at_unit_distance(mesh, mesh.vertex_normals),
     "close_to_vertex_normals": close_to_vertex_normals,
     "close_to": lambda mesh: close_to(mesh.vertices),
 }
@@ -228,19 +228,19 @@ def test_linear_functionals_are_their_jacobians(make: Callable[[Mesh], LinearFun
 @pytest.mark.parametrize("name", ["vase", "flat", "octahedron", "icosahedron", "dodecahedron", "prism"])
 def test_known_shapes_are_planar_circular_and_conical(name: str) -> None:
     mesh = MESHES[name]
-    for kind in (Planarity, Circularity, Conicality):
+    for kind in (PlanarFaces, CircularFaces, ConicalVertices):
         assert np.abs(kind(mesh.combinatorics).residual(mesh.vertices.ravel())).max(initial=0.0) < 1e-14
 
 
 def test_a_residual_for_each_condition() -> None:
     larger = with_midpoints(shapes.dodecahedron(), np.arange(30))  # 12 faces with 10 corners; valences 3 and 2
     c, x = larger.combinatorics, larger.vertices.ravel()
-    assert [len(kind(c).residual(x)) for kind in (Planarity, Circularity, Conicality)] == [12 * 7, 12 * 7, 0]
+    assert [len(kind(c).residual(x)) for kind in (PlanarFaces, CircularFaces, ConicalVertices)] == [12 * 7, 12 * 7, 0]
     c, x = shapes.icosahedron().combinatorics, shapes.icosahedron().vertices.ravel()
-    assert [len(kind(c).residual(x)) for kind in (Planarity, Circularity, Conicality)] == [0, 0, 12 * 2]
+    assert [len(kind(c).residual(x)) for kind in (PlanarFaces, CircularFaces, ConicalVertices)] == [0, 0, 12 * 2]
     c, x = shapes.grid(4, 3).combinatorics, shapes.grid(4, 3).vertices.ravel()
-    assert [len(kind(c).residual(x)) for kind in (Planarity, Circularity, Conicality)] == [12, 12, 6]
-    for kind in (Planarity, Circularity, Conicality):
+    assert [len(kind(c).residual(x)) for kind in (PlanarFaces, CircularFaces, ConicalVertices)] == [12, 12, 6]
+    for kind in (PlanarFaces, CircularFaces, ConicalVertices):
         assert kind(c).jacobian(x).shape == (len(kind(c).residual(x)), len(x))
 
 
@@ -252,14 +252,14 @@ def test_circularity_is_the_distance_from_the_circle(seed: int, k: int, off: flo
     corners = np.stack([np.cos(angles), np.sin(angles), np.zeros(k)], axis=1)
     corners[0] *= 1 + off
     mesh = Mesh.from_faces(corners @ rotation(seed) + rng.normal(size=3), [list(range(k))])
-    residual = Circularity(mesh.combinatorics).residual(mesh.vertices.ravel())
+    residual = CircularFaces(mesh.combinatorics).residual(mesh.vertices.ravel())
     assert residual.shape == (k - 3,)
     assert np.linalg.norm(residual) == pytest.approx(off * (1 - 3 / k) ** 0.5, rel=3 * off + 1e-6)
     # and corners anywhere on a circle leave nothing
     angles = np.sort(rng.uniform(0, spread, size=k))
     corners = np.stack([np.cos(angles), np.sin(angles), np.zeros(k)], axis=1)
     on_circle = Mesh.from_faces(corners @ rotation(seed), [list(range(k))])
-    assert np.abs(Circularity(on_circle.combinatorics).residual(on_circle.vertices.ravel())).max() < 1e-13
+    assert np.abs(CircularFaces(on_circle.combinatorics).residual(on_circle.vertices.ravel())).max() < 1e-13
 
 
 @given(seeds, st.integers(4, 8), st.floats(0, 1e-2))
@@ -270,7 +270,7 @@ def test_collinear_corners_make_no_false_zeros(seed: int, k: int, bend: float) -
     circle = np.stack([np.cos(around), np.sin(around), np.zeros(k - 3)], axis=1)
     line = [[np.cos(0.5), -np.sin(0.5), 0], [np.cos(0.5) + bend, 0, 0], [np.cos(0.5), np.sin(0.5), 0]]
     mesh = Mesh.from_faces(np.concatenate([line, circle]), [list(range(k))])
-    residual = Circularity(mesh.combinatorics).residual(mesh.vertices.ravel())
+    residual = CircularFaces(mesh.combinatorics).residual(mesh.vertices.ravel())
     assert np.linalg.norm(residual) > 0.3 * circularity(mesh)[0] > 0
     assert circularity(mesh)[0] > 1e-3 or k > 4
     assert np.linalg.norm(residual) > 1e-3
@@ -281,20 +281,20 @@ def test_collinear_corners_make_no_false_zeros(seed: int, k: int, bend: float) -
 
 def test_convexity_says_which_corner_turns_backwards() -> None:
     dart = Mesh.from_faces([[0, 0, 0], [2, -1, 0], [1, 0, 0], [2, 1, 0], [4, 0, 0]], [[0, 1, 2, 3], [1, 4, 3, 2]])
-    turns = Convexity(dart.combinatorics, np.array([0])).residual(dart.vertices.ravel())
+    turns = ConvexFaces(dart.combinatorics, np.array([0])).residual(dart.vertices.ravel())
     # (-1, 1) then (1, 1): a x b = -2 over the mean length sqrt(2)
     assert turns[2] == pytest.approx(-(2**0.5))
     assert (turns[[0, 1, 3]] > 0).all()
-    both = Convexity(dart.combinatorics, np.array([1, 0])).residual(dart.vertices.ravel())
+    both = ConvexFaces(dart.combinatorics, np.array([1, 0])).residual(dart.vertices.ravel())
     assert (both[:4] > 0).all()
     np.testing.assert_array_equal(both[4:], turns)
-    assert Convexity(dart.combinatorics, np.zeros(0)).jacobian(dart.vertices.ravel()).shape == (0, 15)
+    assert ConvexFaces(dart.combinatorics, np.zeros(0)).jacobian(dart.vertices.ravel()).shape == (0, 15)
 
 
 @pytest.mark.parametrize("name", MESHES)
 def test_faces_of_known_shapes_are_convex(name: str) -> None:
     mesh = MESHES[name]
-    turns = Convexity(mesh.combinatorics, np.arange(mesh.n_faces)).residual(mesh.vertices.ravel())
+    turns = ConvexFaces(mesh.combinatorics, np.arange(mesh.n_faces)).residual(mesh.vertices.ravel())
     assert turns.min() > -1e-15
     if name == "midpoints":
         assert np.sort(np.abs(turns))[mesh.combinatorics.n_corners // 2 - 1] < 1e-15  # straight corners
@@ -306,7 +306,7 @@ def test_faces_of_known_shapes_are_convex(name: str) -> None:
 @pytest.mark.parametrize("face", [-1, 12])
 def test_faces_that_do_not_exist_are_refused(face: int) -> None:
     with pytest.raises(MeshError, match=f"there is no face {face} to keep convex: the faces end at 11"):
-        Convexity(shapes.dodecahedron().combinatorics, np.array([3, face]))
+        ConvexFaces(shapes.dodecahedron().combinatorics, np.array([3, face]))
 
 
 # --- parallelity
@@ -317,12 +317,12 @@ def test_parallelity_is_that_of_parallel_to(seed: int) -> None:
     rng = np.random.default_rng(seed)
     mesh, other = shaken(vase(), 0.1, seed), rng.normal(size=vase().vertices.shape)
     x = np.concatenate([mesh.vertices.ravel(), other.ravel()])
-    both = Parallelity(mesh.combinatorics).residual(x).reshape(-1, 3)
+    both = ParallelEdges(mesh.combinatorics).residual(x).reshape(-1, 3)
     one = parallel_to(mesh).residual(other.ravel()).reshape(-1, 2)
     np.testing.assert_allclose(np.linalg.norm(both, axis=1), np.linalg.norm(one, axis=1), atol=1e-14)
     np.testing.assert_allclose(np.einsum("ei,ei->e", both, mesh.edge_vectors), 0.0, atol=1e-13)
     scaled = np.concatenate([mesh.vertices.ravel(), 3.0 * mesh.vertices.ravel() + 1])
-    np.testing.assert_allclose(Parallelity(mesh.combinatorics).residual(scaled), 0.0, atol=1e-14)
+    np.testing.assert_allclose(ParallelEdges(mesh.combinatorics).residual(scaled), 0.0, atol=1e-14)
 
 
 # --- units and place
@@ -362,9 +362,11 @@ def test_fairness_and_parallelity_do_not_see_place_nor_attitude(seed: int, scale
         lengths(parallel_to(moved), other @ turn, 2), lengths(parallel_to(mesh), other, 2), atol=1e-11
     )
     np.testing.assert_allclose(
-        lengths(unit_face_distances(moved), other @ turn, 1), lengths(unit_face_distances(mesh), other, 1), atol=1e-11
+        lengths(faces_at_unit_distance(moved), other @ turn, 1),
+        lengths(faces_at_unit_distance(mesh), other, 1),
+        atol=1e-11,
     )
-    for name in ("unit_edge_distances", "unit_vertex_distances"):
+    for name in ("edges_at_unit_distance", "vertices_at_unit_distance"):
         np.testing.assert_allclose(
             lengths(LINEAR[name](moved), other @ turn, 1), lengths(LINEAR[name](mesh), other, 1), atol=1e-11
         )
@@ -389,20 +391,22 @@ def test_strain_is_that_of_the_edges(seed: int) -> None:
 # --- in a solver
 
 
-@pytest.mark.parametrize("kind", [Circularity, Conicality])
+@pytest.mark.parametrize("kind", [CircularFaces, ConicalVertices])
 @pytest.mark.parametrize("amount", [1e-3, 0.02, 0.05])
 def test_newtons_method_makes_meshes_circular_and_conical_quadratically(
     kind: Callable[[Combinatorics], Functional], amount: float
 ) -> None:
     bent = shaken(vase(), amount, 0)
     start = (bent.vertices / bent.mean_edge_length).ravel()
-    constraint = Stack([Planarity(bent.combinatorics), kind(bent.combinatorics)])
+    constraint = StackedFunctional([PlanarFaces(bent.combinatorics), kind(bent.combinatorics)])
     metric = csr_array(eye_array(len(start)) + 0.3 * strain(bent))
-    solution = nearest_feasible(constraint, start, metric, tolerance=1e-12, longest_step=0.5, held_steps=0, max_steps=7)
+    solution = nearest_feasible(
+        constraint, start, metric, tolerance=1e-12, longest_step=0.5, anchored_steps=0, max_steps=7
+    )
     assert solution.reason is Reason.CONVERGED
     result = bent.with_vertices(solution.x.reshape(-1, 3))
     assert result.planarity.max() < 1e-12
-    deviation = circularity(result) if kind is Circularity else conicality(result)
+    deviation = circularity(result) if kind is CircularFaces else conicality(result)
     assert np.nanmax(deviation) < 1e-12
     moves = np.linalg.norm((solution.x - start).reshape(-1, 3), axis=1)
     assert moves.max() < 2 * 3**0.5 * amount  # a mesh as asked for lies within sqrt(3) times the amount

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError
-from geometry.functionals.rim_normals import extrapolated_normals
+from geometry.functionals.boundary_normals import extrapolated_normals
 from geometry.gauss import Pair
 from geometry.gauss.approximate_gauss_image import approximate_pair, refuse_triangle_mesh
 from geometry.gauss.distances import vertex_distances
@@ -254,7 +254,7 @@ def test_faces_that_are_not_planar_are_refused() -> None:
     vertices = mesh.vertices.copy()
     vertices[0, 2] += 1e-6 * mesh.mean_edge_length
     with pytest.raises(
-        GeometryError, match=r"face 0 leaves its plane by .*e-07 of .* allowed 1e-12; planarise"
+        GeometryError, match=r"face 0 is off its plane by .*e-07 of .* allowed 1e-12; planarise"
     ) as raised:
         approximate_pair(mesh.with_vertices(vertices))
     assert raised.value.elements == (0,)

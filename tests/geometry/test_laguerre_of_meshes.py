@@ -26,7 +26,7 @@ from geometry.spheres.laguerre import LaguerreTransformation
 from geometry.spheres.lorentz import FORM
 from geometry.spheres.moebius import MoebiusTransformation
 from geometry.spheres.oriented_cones import VertexCones
-from tests.geometry.members import SIMPLE, SOLIDS, member, opened, solid
+from tests.geometry.parallel_elements import SIMPLE, SOLIDS, member, opened, solid
 from tests.geometry.test_laguerre import planes, transformation
 from tests.geometry.test_lorentz import direction, orthogonal, seeds
 

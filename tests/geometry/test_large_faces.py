@@ -12,8 +12,8 @@ from geometry.errors import MeshError
 from geometry.files import meeting_outlines as outlines
 from geometry.files import mend
 from geometry.files.face_checks import FOLD_CLEARANCE
-from geometry.functionals import planarity
-from geometry.functionals.planarity import Planarity
+from geometry.functionals import planar_faces
+from geometry.functionals.planar_faces import PlanarFaces
 from geometry.gauss import nearest_parallel_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
@@ -137,10 +137,10 @@ def test_distances_of_many_corners_vanish_with_those_from_the_best_plane(k: int,
     """Their squares add up to at least those from the best plane, and to no more than what the shares make of them."""
     mesh = prism(k, seed, 10**decade)
     x = mesh.vertices.ravel()
-    large = Planarity(mesh.combinatorics)
+    large = PlanarFaces(mesh.combinatorics)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(planarity, "LARGEST", k)
-        small = Planarity(mesh.combinatorics).residual(x)
+        patch.setattr(planar_faces, "MAX_FRAMED_CORNERS", k)
+        small = PlanarFaces(mesh.combinatorics).residual(x)
         assert len(small) == len(large.residual(x))
     square, best = float((large.residual(x) ** 2).sum()), float((small**2).sum())
     assert best * (1 - 1e-9) <= square <= 10 * k * best
@@ -150,7 +150,7 @@ def test_distances_of_many_corners_vanish_with_those_from_the_best_plane(k: int,
 def test_derivatives_of_large_faces_are_exact(k: int, seed: int, decade: float) -> None:
     mesh = prism(k, seed, 10**decade)
     x = mesh.vertices.ravel()
-    functional = Planarity(mesh.combinatorics, x)
+    functional = PlanarFaces(mesh.combinatorics, x)
     step = np.random.default_rng(seed + 1).normal(size=len(x)) * 1e-6
     difference = (functional.residual(x + step) - functional.residual(x - step)) / 2
     expected = functional.jacobian(x) @ step
@@ -172,7 +172,7 @@ def test_large_faces_become_planar_and_their_factor_stays_sparse(k: int, monkeyp
 
     monkeypatch.setattr(ConstrainedQuadratic, "_factor", property(counted))
     found = planarise(prism(k, 1, 1e-3))
-    assert found.planarity_after <= 1e-12
+    assert found.plane_deviation_after <= 1e-12
     assert found.largest_move < 0.1
     assert max(sizes) < 300 * k  # about 190; a full one has 4.5 k for each corner
 

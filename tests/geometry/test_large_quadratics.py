@@ -32,7 +32,7 @@ def problem(seed: int, n: int = 30, m: int = 12) -> tuple[SparseMatrix, SparseMa
 def minimised(H: SparseMatrix, g: FloatArray, A: SparseMatrix, b: FloatArray) -> Solution:
     """As if the problem were large."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(constrained_quadratic, "LARGE", 0)
+        patch.setattr(constrained_quadratic, "SINGLE_PRECISION_UNKNOWNS", 0)
         return minimise_quadratic(H, g, A, b, tolerance=1e-12)
 
 
@@ -76,6 +76,6 @@ def test_large_problems_are_factored_in_single_precision_and_small_ones_agree(mo
 def test_a_gauss_image_is_the_same_either_way(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = shapes.dome(40, 30)
     small = approximate_pair(mesh).gauss_image
-    monkeypatch.setattr(constrained_quadratic, "LARGE", 0)
+    monkeypatch.setattr(constrained_quadratic, "SINGLE_PRECISION_UNKNOWNS", 0)
     # the single-precision way stops at a gradient of about 1e-10, which is what separates the two
     assert np.abs(approximate_pair(mesh).gauss_image.vertices - small.vertices).max() < 1e-9

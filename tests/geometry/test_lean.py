@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from geometry.errors import MeshError
-from geometry.functionals.rim_normals import extrapolated_normals
+from geometry.functionals.boundary_normals import extrapolated_normals
 from geometry.gauss import Pair, axis_lean
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
 

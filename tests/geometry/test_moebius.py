@@ -14,7 +14,7 @@ from geometry.mesh import solids
 from geometry.spheres.lorentz import FORM, boost
 from geometry.spheres.moebius import MoebiusTransformation
 from geometry.spheres.stereographic import to_plane
-from tests.geometry.members import SOLIDS, boosted, opened, solid
+from tests.geometry.parallel_elements import SOLIDS, boosted, opened, solid
 from tests.geometry.test_lorentz import direction, lorentz_matrix, orthogonal, seeds
 
 ROUNDING = 1e-12  # some hundred operations, times the square of gamma = 2.3 at speed 0.9

@@ -16,7 +16,7 @@ from geometry.gauss import (
 )
 from geometry.mesh import Mesh, shapes
 from geometry.parallel import parallelity
-from tests.geometry.members import SIMPLE, SOLIDS, boosted, member, solid
+from tests.geometry.parallel_elements import SIMPLE, SOLIDS, boosted, member, solid
 from tests.geometry.test_exact_gauss_images import parallelograms
 
 seeds = st.integers(0, 2**32 - 1)

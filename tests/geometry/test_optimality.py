@@ -14,8 +14,8 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, RankError
 from geometry.functionals.closeness import close_to
 from geometry.functionals.fairness import laplacian
-from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
-from geometry.functionals.parallelity import parallel_to
+from geometry.functionals.gauss_image_terms import close_to_vertex_normals, faces_at_unit_distance
+from geometry.functionals.parallel_edges import parallel_to
 from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
@@ -53,7 +53,7 @@ kinds = st.sampled_from(list(KINDS.values()))
 
 def functional(mesh: Mesh) -> tuple[FloatArray, FloatArray]:
     """Of the Gauss image with the weights of the paper, dense."""
-    H, g = normal_equations([(1.0, unit_face_distances(mesh)), (0.1, close_to_vertex_normals(mesh))])
+    H, g = normal_equations([(1.0, faces_at_unit_distance(mesh)), (0.1, close_to_vertex_normals(mesh))])
     return H.toarray(), g
 
 
@@ -159,8 +159,8 @@ def test_rounding_beyond_the_promised_parallelity_is_put_down_to_the_faces(monke
     mesh = disc(0)
     noise = 1e-13 * mesh.mean_edge_length * np.random.default_rng(0).choice([-1.0, 1.0], mesh.vertices.shape)
     coarse = ParallelSpace(mesh.with_vertices(mesh.vertices + noise))
-    monkeypatch.setattr(minimising, "PARALLEL", 1e-15)  # as if more were promised than the faces leave
-    with pytest.raises(ConvergenceError, match=r"faces of M leave their planes by .* planarise the mesh further"):
+    monkeypatch.setattr(minimising, "ELEMENT_TOLERANCE", 1e-15)  # as if more were promised than the faces leave
+    with pytest.raises(ConvergenceError, match=r"faces of M are off their planes by .* planarise the mesh further"):
         coarse.minimise([(1.0, close_to(np.sin(5 * mesh.vertices)))])
 
 
@@ -258,7 +258,12 @@ def test_asking_for_more_than_rounding_leaves_is_seen(monkeypatch: pytest.Monkey
     places = [np.array([1.0, 0.5, 0.0]) * distance for distance in (0, 1e2, 1e3, 4e3)]
     meshes = [planarise(ellipsoid(8, (1.0, 2.0, 3.0)).translated(place)).mesh for place in places]
     images = [approximate_pair(mesh).gauss_image.vertices for mesh in meshes]
-    for name, value in (("NOISE", 0.0), ("CAREFUL_NOISE", 0.0), ("AIM", 1e-15), ("CAREFUL_AIM", 1e-15)):
+    for name, value in (
+        ("ROUNDING_MULTIPLE", 0.0),
+        ("CAREFUL_ROUNDING_MULTIPLE", 0.0),
+        ("OPTIMUM_ACCURACY", 1e-15),
+        ("CAREFUL_OPTIMUM_ACCURACY", 1e-15),
+    ):
         monkeypatch.setattr(optimality_module, name, value)
     refused = []
     for mesh, image in zip(meshes, images, strict=True):
@@ -272,10 +277,10 @@ def test_asking_for_more_than_rounding_leaves_is_seen(monkeypatch: pytest.Monkey
 
 def test_a_solver_that_stops_early_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = disc(0)
-    for name in ("AIM", "CAREFUL_AIM"):
+    for name in ("OPTIMUM_ACCURACY", "CAREFUL_OPTIMUM_ACCURACY"):
         monkeypatch.setattr(optimality_module, name, 1e-3)
     monkeypatch.setattr(constrained_quadratic, "CAREFUL_PENALTY", 1e4)
-    monkeypatch.setattr(constrained_quadratic, "REFINEMENTS", 0)
+    monkeypatch.setattr(constrained_quadratic, "MAX_REFINEMENTS", 0)
     with pytest.raises(
         ConvergenceError, match=r"off the direction of its mesh edge by .* in the Gauss image, allowed 1e-12"
     ):
@@ -287,7 +292,7 @@ def test_a_minimum_that_is_none_is_seen(monkeypatch: pytest.MonkeyPatch) -> None
     terms = [(1.0, close_to(np.sin(5 * mesh.vertices)))]
     for module, name in ((semidefinite_quadratic, "STATIONARY"), (semidefinite_quadratic, "DIGITS")):
         monkeypatch.setattr(module, name, 1e-2)
-    monkeypatch.setattr(semidefinite_quadratic, "PULL", 10.0)
+    monkeypatch.setattr(semidefinite_quadratic, "SEMIDEFINITE_REGULARISATION", 10.0)
     with pytest.raises(GeometryError, match=r"is not at its least value: .* of the gradient is left"):
         ParallelSpace(mesh).minimise(terms)
 
@@ -297,7 +302,7 @@ def test_bounds_that_do_not_hold_the_minimum_are_seen(monkeypatch: pytest.Monkey
     mesh = disc(0)
     terms = [(1.0, close_to(np.sin(5 * mesh.vertices)))]
     ParallelSpace(mesh).minimise(terms, factor_bounds=(0.5, 1.5))
-    monkeypatch.setattr(bounded_quadratic, "ACCURACY", 1e-2)
+    monkeypatch.setattr(bounded_quadratic, "INTERIOR_POINT_ACCURACY", 1e-2)
     monkeypatch.setattr(bounded_quadratic._Problem, "polished", lambda self, interior: interior)
     with pytest.raises(GeometryError, match=r"rounding decides|is not at its least value|too long or short"):
         ParallelSpace(mesh).minimise(terms, factor_bounds=(0.5, 1.5))

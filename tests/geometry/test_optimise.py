@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
-from geometry.optimise.affine import AffineMap, At
+from geometry.optimise.affine import AffineMap, ComposedFunctional
 from geometry.optimise.constrained_quadratic import minimise_quadratic
-from geometry.optimise.functional import LinearFunctional, SparseMatrix, Stack, normal_equations
+from geometry.optimise.functional import LinearFunctional, SparseMatrix, StackedFunctional, normal_equations
 from geometry.optimise.newton import nearest_feasible
 from geometry.optimise.solution import Reason, Solution
 
@@ -106,23 +106,25 @@ class OnSphere:
         return csr_array(2 * x[None, :])
 
 
-def find(squared_radius: float, start: FloatArray, *, held_steps: int = 0, max_steps: int = 50, longest: float = 0.5):
+def find(
+    squared_radius: float, start: FloatArray, *, anchored_steps: int = 0, max_steps: int = 50, longest: float = 0.5
+):
     return nearest_feasible(
         OnSphere(squared_radius),
         start,
         csr_array(eye_array(len(start))),
         tolerance=1e-13,
         longest_step=longest,
-        held_steps=held_steps,
+        anchored_steps=anchored_steps,
         max_steps=max_steps,
     )
 
 
 @given(seeds, st.floats(0.3, 3.0), st.integers(0, 6))
-def test_nearest_point_of_a_sphere(seed: int, distance: float, held_steps: int) -> None:
+def test_nearest_point_of_a_sphere(seed: int, distance: float, anchored_steps: int) -> None:
     normal = np.random.default_rng(seed).normal(size=5)
     normal /= np.linalg.norm(normal)
-    solution = find(1.0, distance * normal, held_steps=held_steps)
+    solution = find(1.0, distance * normal, anchored_steps=anchored_steps)
     assert solution.reason is Reason.CONVERGED
     np.testing.assert_allclose(solution.x, normal, atol=1e-6)  # across the normal, penalty 1e8 times rounding
     assert abs(np.linalg.norm(solution.x) - 1) < 1e-13
@@ -143,9 +145,9 @@ def test_no_coordinate_moves_further_than_allowed_in_one_step() -> None:
     assert solution.reason is Reason.STEP_LIMIT
 
 
-@pytest.mark.parametrize("held_steps", [0, 8])
-def test_an_empty_constraint_set_is_given_up(held_steps: int) -> None:
-    solution = find(-1.0, np.array([0.3, 0.1]), held_steps=held_steps)
+@pytest.mark.parametrize("anchored_steps", [0, 8])
+def test_an_empty_constraint_set_is_given_up(anchored_steps: int) -> None:
+    solution = find(-1.0, np.array([0.3, 0.1]), anchored_steps=anchored_steps)
     assert solution.reason is not Reason.CONVERGED
     assert solution.violation >= 1.0
 
@@ -171,8 +173,10 @@ def test_stacked_functionals_of_fewer_unknowns_have_the_derivatives_of_their_res
     rng = np.random.default_rng(seed)
     x, held = rng.normal(size=6), rng.random(6) < 0.5
     linear = LinearFunctional(csr_array(rng.normal(size=(3, 6))), rng.normal(size=3))
-    free = AffineMap.holding(x, held)
-    functional = At(At(Stack([OnSphere(2.0), linear]), AffineMap.scaling(3.0, rng.normal(size=6))), free)
+    free = AffineMap.fixing(x, held)
+    functional = ComposedFunctional(
+        ComposedFunctional(StackedFunctional([OnSphere(2.0), linear]), AffineMap.scaling(3.0, rng.normal(size=6))), free
+    )
     y, change = x[~held], rng.normal(size=int((~held).sum()))
     np.testing.assert_array_equal(free(y), x)
     np.testing.assert_array_equal(free(y + change)[held], x[held])
@@ -190,10 +194,10 @@ def test_linear_wishes_weigh_against_the_way_from_the_start(seed: int, weight: f
         LinearFunctional(csr_array(A), b),
         start,
         csr_array(H),
-        wishes=[(weight, LinearFunctional(csr_array(B), wanted))],
+        soft_terms=[(weight, LinearFunctional(csr_array(B), wanted))],
         tolerance=1e-12,
         longest_step=100.0,
-        held_steps=20,
+        anchored_steps=20,
         max_steps=40,
     )
     assert solution.reason is Reason.CONVERGED
@@ -212,7 +216,7 @@ def bounded(least: float, start: list[float]) -> Solution:
         least=least,
         tolerance=1e-12,
         longest_step=0.5,
-        held_steps=8,
+        anchored_steps=8,
         max_steps=40,
     )
 

@@ -13,7 +13,7 @@ from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heigh
 from geometry.combined.measures import faces_off_the_rim, fresh_curvatures
 from geometry.curvature import face_curvatures, steiner_area
 from geometry.errors import FoldedError, GeometryError
-from geometry.functionals import face_deviations
+from geometry.functionals import relative_plane_deviations
 from geometry.gauss import Pair, approximate_pair, circularity, conicality
 from geometry.mesh import Mesh, shapes, solids
 from geometry.meshing import planarise
@@ -46,7 +46,7 @@ def optimised(aims: Aims) -> OptimisedPair:
 
 
 def assert_exact(found: OptimisedPair) -> None:
-    assert face_deviations(found.pair.mesh).max() <= 1e-12
+    assert relative_plane_deviations(found.pair.mesh).max() <= 1e-12
     assert parallelity(found.pair.mesh, found.pair.gauss_image).max() <= 1e-12
 
 
@@ -104,7 +104,7 @@ def test_offsets_and_areas_are_those_of_a_pair() -> None:
     found = optimised(HEIGHTS)
     for d in (-0.2, 0.3):
         offset = found.pair.offset_mesh(d)
-        assert face_deviations(offset).max() < 1e-11
+        assert relative_plane_deviations(offset).max() < 1e-11
         area = float(np.einsum("fi,fi->f", offset.vector_areas, found.pair.mesh.face_normals).sum())
         assert steiner_area(found.pair, d) == pytest.approx(area, rel=1e-10)
 

@@ -11,7 +11,7 @@ from geometry.errors import GeometryError, MeshError, ParallelityError
 from geometry.gauss import PARALLEL_TOLERANCE, Pair, approximate_pair, edge_distances, points_inwards
 from geometry.mesh import Mesh, shapes, solids
 from geometry.spheres import LaguerreTransformation as L
-from tests.geometry.members import SOLIDS, member, opened, solid
+from tests.geometry.parallel_elements import SOLIDS, member, opened, solid
 from tests.geometry.test_lorentz import orthogonal, seeds
 
 names = st.sampled_from(sorted(SOLIDS))

@@ -14,13 +14,13 @@ from geometry.curvature import face_curvatures
 from geometry.functionals import (
     CloseToNormals,
     ConstantCurvature,
-    EdgeDistances,
+    EdgesAtUnitDistance,
     EdgeStretch,
-    FaceAxes,
-    FaceDistances,
-    FaceTurns,
+    FaceNormalCosines,
+    FacesAtUnitDistance,
     InsideCones,
-    VertexDistances,
+    UprightFaces,
+    VerticesAtUnitDistance,
 )
 from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes, solids
@@ -51,10 +51,10 @@ def normals(positions: FloatArray) -> FloatArray:
 
 
 FUNCTIONALS: dict[str, Callable[[Mesh], Functional]] = {
-    "edge distances": lambda mesh: EdgeDistances(mesh.combinatorics),
-    "vertex distances": both(lambda mesh: VertexDistances(mesh.combinatorics), "S"),
-    "face distances": lambda mesh: FaceDistances(mesh.combinatorics),
-    "face axes": lambda mesh: FaceAxes(mesh.combinatorics),
+    "edge distances": lambda mesh: EdgesAtUnitDistance(mesh.combinatorics),
+    "vertex distances": both(lambda mesh: VerticesAtUnitDistance(mesh.combinatorics), "S"),
+    "face distances": lambda mesh: FacesAtUnitDistance(mesh.combinatorics),
+    "face axes": lambda mesh: UprightFaces(mesh.combinatorics),
     "mean curvature": lambda mesh: ConstantCurvature(mesh.combinatorics, 0.7, np.linspace(1, 2, mesh.n_faces)),
     "gaussian curvature": lambda mesh: ConstantCurvature(
         mesh.combinatorics, -0.7, np.linspace(1, 2, mesh.n_faces), mixed=False
@@ -62,8 +62,8 @@ FUNCTIONALS: dict[str, Callable[[Mesh], Functional]] = {
     "normals": lambda mesh: CloseToNormals(mesh.combinatorics, normals),
     "cones": lambda mesh: InsideCones(mesh.combinatorics, normals, 0.3),
     "stretch": both(lambda mesh: EdgeStretch(mesh.combinatorics, mesh.edge_lengths), "M"),
-    "turns": lambda mesh: FaceTurns(mesh.combinatorics, mesh.face_normals),
-    "hinge": lambda mesh: Hinge(FaceTurns(mesh.combinatorics, mesh.face_normals), 0.985),
+    "turns": lambda mesh: FaceNormalCosines(mesh.combinatorics, mesh.face_normals),
+    "hinge": lambda mesh: Hinge(FaceNormalCosines(mesh.combinatorics, mesh.face_normals), 0.985),
 }
 
 
@@ -89,18 +89,18 @@ def test_distances_are_those_of_the_pair() -> None:
     mesh, image = pair.mesh, pair.gauss_image
     x = np.concatenate([mesh.vertices, image.vertices]).ravel()
     c = mesh.combinatorics
-    np.testing.assert_allclose(EdgeDistances(c).residual(x), pair.edge_distances - 1, atol=1e-12)
-    np.testing.assert_allclose(FaceDistances(c).residual(x), pair.face_distances - 1, atol=1e-12)
+    np.testing.assert_allclose(EdgesAtUnitDistance(c).residual(x), pair.edge_distances - 1, atol=1e-12)
+    np.testing.assert_allclose(FacesAtUnitDistance(c).residual(x), pair.face_distances - 1, atol=1e-12)
 
 
 def test_an_exact_pair_has_zeros() -> None:
     image = solids.cube()
     x = np.concatenate([image.vertices * 7 + [1, 2, 3], image.vertices]).ravel()
     c = image.combinatorics
-    assert np.abs(FaceDistances(c).residual(x)).max() < 1e-14
-    assert np.abs(EdgeDistances(c).residual(x) - (np.sqrt(2) - 1)).max() < 1e-14
-    assert np.abs(VertexDistances(c).residual(image.vertices.ravel()) - (np.sqrt(3) - 1)).max() < 1e-14
-    assert np.abs(FaceAxes(c).residual(x)).max() < 1e-14
+    assert np.abs(FacesAtUnitDistance(c).residual(x)).max() < 1e-14
+    assert np.abs(EdgesAtUnitDistance(c).residual(x) - (np.sqrt(2) - 1)).max() < 1e-14
+    assert np.abs(VerticesAtUnitDistance(c).residual(image.vertices.ravel()) - (np.sqrt(3) - 1)).max() < 1e-14
+    assert np.abs(UprightFaces(c).residual(x)).max() < 1e-14
 
 
 @pytest.mark.parametrize("radius", [0.5, 3.0])
@@ -139,7 +139,7 @@ def test_a_vector_is_inside_a_cone_up_to_its_angle() -> None:
 def test_a_hinge_is_silent_above_its_bound() -> None:
     mesh = vault()
     x = np.concatenate([mesh.vertices, mesh.vertices]).ravel()
-    turns = FaceTurns(mesh.combinatorics, mesh.face_normals)
+    turns = FaceNormalCosines(mesh.combinatorics, mesh.face_normals)
     assert not Hinge(turns, 0.9).residual(x).any()
     assert not Hinge(turns, 0.9).jacobian(x).toarray().any()
     np.testing.assert_allclose(Hinge(turns, 1.5).residual(x), -0.5)

@@ -11,7 +11,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, MeshError, RankError
 from geometry.mesh import Mesh, shapes, solids
 from geometry.parallel import spectrum
-from geometry.parallel.edge_closure import Closing
+from geometry.parallel.edge_closure import EdgeClosure
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
 from tests.geometry.topologies import ANNULUS, MESHES, by_equation_2, meshes, projected, together
@@ -141,9 +141,9 @@ def closing_in_space(mesh: Mesh) -> FloatArray:
 @pytest.mark.parametrize("block", [1, 4, 8])
 def test_inverse_iteration_and_dense_decomposition_agree(block: int, monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = shapes.dome(24, 10)
-    values = np.linalg.svd(Closing(mesh).narrow.toarray(), compute_uv=False)[::-1]
+    values = np.linalg.svd(EdgeClosure(mesh).narrow.toarray(), compute_uv=False)[::-1]
     zeros = int((values < 1e-9).sum())
-    monkeypatch.setattr(spectrum, "BLOCK", block)
+    monkeypatch.setattr(spectrum, "FIRST_BLOCK_VECTORS", block)
     found = ParallelSpace(mesh).spectrum
     assert found.dimension == by_equation_2(mesh).shape[1]
     # the first one dropped is a Ritz value: from above, and nearly there
@@ -151,7 +151,7 @@ def test_inverse_iteration_and_dense_decomposition_agree(block: int, monkeypatch
 
 
 def test_a_space_with_very_many_zeros_is_refused_before_memory_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(spectrum, "LARGEST_BLOCK", 1000)
+    monkeypatch.setattr(spectrum, "MAX_BLOCK_NUMBERS", 1000)
     with pytest.raises(GeometryError, match="go by `expected_dimension`"):
         _ = ParallelSpace(shapes.grid(20, 20)).dimension
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
-from geometry.optimise import LinearFunctional, Reason, SparseMatrix, Stack, minimise_by_penalty
+from geometry.optimise import LinearFunctional, Reason, SparseMatrix, StackedFunctional, minimise_by_penalty
 
 PENALTIES = [10.0**k for k in range(1, 7)]
 
@@ -64,7 +64,7 @@ def test_what_only_the_metric_decides_stays_where_it_was() -> None:
 @pytest.mark.parametrize("apart", [1e-4, 0.0])
 def test_constraints_that_nearly_or_quite_repeat_each_other_do_no_harm(apart: float) -> None:
     rows = np.array([[1.0, 1.0, 0.0], [1.0, 1.0, apart]])
-    constraint = Stack([OnSpheres(1), LinearFunctional(csr_array(rows), np.array([1.0, 1.0]))])
+    constraint = StackedFunctional([OnSpheres(1), LinearFunctional(csr_array(rows), np.array([1.0, 1.0]))])
     term = LinearFunctional(csr_array(eye_array(3)), np.array([1.0, 0.0, 0.0]))
     found = minimise_by_penalty(
         [(1.0, term)],

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError, MeshError
-from geometry.functionals.planarity import Planarity, face_deviations
+from geometry.functionals.planar_faces import PlanarFaces, relative_plane_deviations
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import Effort, Guides, planarise
 from geometry.optimise.solution import ConvergenceError, Reason
@@ -35,8 +35,8 @@ def test_faces_become_planar_and_vertices_move_little(mesh: Mesh, seed: int, amo
     bent = shaken(mesh, amount, seed)
     result = planarise(bent)
     assert out_of_plane(result.mesh) <= TOLERANCE
-    assert result.planarity_before == pytest.approx(out_of_plane(bent), rel=1e-5, abs=1e-14)
-    assert result.planarity_after <= TOLERANCE
+    assert result.plane_deviation_before == pytest.approx(out_of_plane(bent), rel=1e-5, abs=1e-14)
+    assert result.plane_deviation_after <= TOLERANCE
     # a planar mesh lies within sqrt(3) times the amount; in the strain metric short edges may ask for twice that
     assert result.mean_move <= 2 * 3**0.5 * amount
     assert result.mean_move <= result.largest_move
@@ -112,14 +112,14 @@ def test_residuals_have_the_norm_of_the_distances_even_for_collinear_corners(see
     corners = np.concatenate([line, tail]) + rng.uniform(-0.1, 0.1, size=(k, 1)) * [0, 0, 1]
     mesh = Mesh.from_faces(corners, [list(range(k))])
     values = np.linalg.svd(corners - corners.mean(axis=0), compute_uv=False)
-    residual = Planarity(mesh.combinatorics).residual(corners.ravel())
+    residual = PlanarFaces(mesh.combinatorics).residual(corners.ravel())
     assert residual.shape == (k - 3,)
     assert np.linalg.norm(residual) == pytest.approx(values[2], rel=1e-7, abs=1e-14)
 
 
 @pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
 def test_the_jacobian_is_exact_at_planar_faces(mesh: Mesh) -> None:
-    functional = Planarity(mesh.combinatorics)
+    functional = PlanarFaces(mesh.combinatorics)
     x = mesh.vertices.ravel()
     direction = np.random.default_rng(3).normal(size=x.shape)
     step = 1e-6
@@ -136,7 +136,7 @@ def test_deviations_far_from_the_origin_are_those_of_the_coordinates() -> None:
     # whole numbers in one plane; their mean is not one, and rounds by 1e-4 so far out
     flat = np.array([[0, 0], [3, 0], [4, 2], [2, 5], [0, 3]])
     corners = np.column_stack([flat, flat @ [3, 1]]) + 2.0**40
-    assert face_deviations(Mesh.from_faces(corners, [[0, 1, 2, 3, 4]]))[0] < 1e-14
+    assert relative_plane_deviations(Mesh.from_faces(corners, [[0, 1, 2, 3, 4]]))[0] < 1e-14
 
 
 def test_more_fairness_keeps_edges_more_even() -> None:
@@ -153,8 +153,8 @@ def test_more_fairness_keeps_edges_more_even() -> None:
 def test_holding_on_to_the_start_moves_vertices_less() -> None:
     wavy = graph(20, lambda x, y: 0.3 * np.sin(3 * x + 2 * y) * np.cos(2 * x - y))
     assert (
-        planarise(wavy, effort=Effort(held_steps=8)).mean_move
-        < 0.9 * planarise(wavy, effort=Effort(held_steps=0)).mean_move
+        planarise(wavy, effort=Effort(anchored_steps=8)).mean_move
+        < 0.9 * planarise(wavy, effort=Effort(anchored_steps=0)).mean_move
     )
 
 
@@ -163,7 +163,7 @@ def test_holding_on_to_the_start_moves_vertices_less() -> None:
 
 def test_quads_along_asymptotic_lines_are_refused() -> None:
     # a hypar along its rulings: every face would have to degenerate, and how that shows is a matter of rounding
-    with pytest.raises(GeometryError, match=r"folded over while planarising|still leaves its plane"):
+    with pytest.raises(GeometryError, match=r"folded over while planarising|off its plane"):
         planarise(graph(12, lambda x, y: 0.4 * x * y))
 
 
@@ -181,12 +181,12 @@ def test_a_face_that_folds_over_is_named() -> None:
 
 def test_an_edge_that_folds_over_is_named() -> None:
     with pytest.raises(GeometryError, match=r"edge \d+ from vertex \d+ to vertex \d+ folded over while planarising"):
-        planarise(ROUGH, Guides(fairness=1.0), Effort(held_steps=2))
+        planarise(ROUGH, Guides(fairness=1.0), Effort(anchored_steps=2))
 
 
 def test_too_few_steps_are_reported_with_the_worst_face() -> None:
     bent = shaken(vault(), 0.05, 4)
-    with pytest.raises(ConvergenceError, match=r"face \d+ still leaves its plane by .* after 1 steps") as raised:
+    with pytest.raises(ConvergenceError, match=r"face \d+ is still off its plane by .* after 1 steps") as raised:
         planarise(bent, effort=Effort(max_steps=1))
     assert raised.value.bound == TOLERANCE
     assert raised.value.value is not None
@@ -238,11 +238,11 @@ def test_moves_are_told_of_each_vertex(seed: int, amount: float) -> None:
 def test_a_shape_that_collapses_is_seen_in_the_moves() -> None:
     """Along asymptotic lines no mesh is planar but flat ones: all vertices move, and nothing else tells."""
     result = planarise(graph(8, lambda x, y: 0.12 * x * y))
-    assert result.planarity_after <= TOLERANCE
+    assert result.plane_deviation_after <= TOLERANCE
     assert result.move_of(0.95) > 0.3
 
 
-@pytest.mark.parametrize("name", ["tolerance", "fairness", "held_steps", "max_steps"])
+@pytest.mark.parametrize("name", ["tolerance", "fairness", "anchored_steps", "max_steps"])
 @pytest.mark.parametrize("number", [-1, float("nan"), float("inf")])
 def test_numbers_out_of_range_are_refused(name: str, number: float) -> None:
     with pytest.raises(GeometryError, match=f"{name} is {number}: a number from 0 upwards"):

@@ -127,7 +127,7 @@ def test_kinks_of_the_boundary_are_corners_by_themselves() -> None:
 
 
 def test_a_vertex_where_two_pieces_of_the_boundary_meet_stays() -> None:
-    vertices = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [-1, 0, 0], [-1, -1, 0], [0, -1, 0], [9, 9, 9]]
+    vertices = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [-3, 0, 0], [-3, -2, 0], [0, -2, 0], [9, 9, 9]]
     pinched = Mesh.from_faces(vertices, [[0, 1, 2, 3], [0, 4, 5, 6]])
     fine = subdivided(pinched, 2, corners=())
     np.testing.assert_array_equal(fine.vertices[0], [0, 0, 0])

@@ -9,7 +9,7 @@ import pytest
 
 from geometry.files import read_mesh
 from geometry.functionals.fairness import laplacian
-from geometry.functionals.normals import close_to_vertex_normals, unit_face_distances
+from geometry.functionals.gauss_image_terms import close_to_vertex_normals, faces_at_unit_distance
 from geometry.gauss.approximate_gauss_image import approximate_pair
 from geometry.mesh import Mesh
 from geometry.meshing import planarise
@@ -78,7 +78,7 @@ def test_projection_and_minima_agree_with_the_basis(name: str) -> None:
     # rounding over the least singular values, 2e-5 for the last
     np.testing.assert_allclose(found.vertices.ravel(), rows.T @ (rows @ wanted.vertices.ravel()), atol=1e-8)
     assert parallelity(mesh, found).max() <= 1e-12 * np.abs(wanted.vertices).max()
-    terms = [(1.0, unit_face_distances(mesh)), (0.1, close_to_vertex_normals(mesh))]
+    terms = [(1.0, faces_at_unit_distance(mesh)), (0.1, close_to_vertex_normals(mesh))]
     np.testing.assert_allclose(
         parallel.minimise(terms).vertices, approximate_pair(mesh).gauss_image.vertices, atol=1e-7
     )

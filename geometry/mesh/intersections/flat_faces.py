@@ -9,7 +9,7 @@ import shapely
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
 from geometry.mesh.intersections.box_trees import BoxTree, box_trees, meeting_sets
-from geometry.mesh.polygons import two_across
+from geometry.mesh.polygons import perpendicular_pair
 
 __all__ = ["CLEARANCE", "are_simple", "coplanar", "extreme_corners", "heights_over", "outlines", "overlapping"]
 
@@ -35,7 +35,7 @@ def outlines(mesh: Mesh, faces: IntArray, planes: IntArray) -> npt.NDArray[np.ob
     """(k,) shapely polygons of faces (k,), seen along the normals of the faces `planes` (k,)."""
     corners, owner = mesh.combinatorics.corners_of(faces)
     here = mesh.vertices[mesh.combinatorics.corners[corners]]
-    flat = np.einsum("kai,ki->ka", two_across(mesh.face_normals)[planes[owner]], here)
+    flat = np.einsum("kai,ki->ka", perpendicular_pair(mesh.face_normals)[planes[owner]], here)
     return np.asarray(shapely.polygons(shapely.linearrings(flat, indices=owner)))
 
 
@@ -59,7 +59,7 @@ def heights_over(mesh: Mesh, faces: IntArray, points: FloatArray) -> FloatArray:
 def extreme_corners(mesh: Mesh) -> IntArray:
     """(F, 4) the vertices of each face that are farthest to four sides: where they are in a plane, mostly all are."""
     c = mesh.combinatorics
-    across = two_across(mesh.face_normals)[c.corner_face]
+    across = perpendicular_pair(mesh.face_normals)[c.corner_face]
     found = []
     for values in np.einsum("cai,ci->ac", across, mesh.vertices[c.corners]):
         order = np.lexsort((values, c.corner_face))

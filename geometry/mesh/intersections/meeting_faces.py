@@ -21,7 +21,7 @@ from geometry.mesh.intersections.flat_faces import (
     outlines,
     overlapping,
 )
-from geometry.mesh.polygons import two_across
+from geometry.mesh.polygons import perpendicular_pair
 
 __all__ = ["intersecting_faces", "is_embedded", "meeting_boxes", "self_crossing_faces"]
 
@@ -110,7 +110,7 @@ def _contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
         found[~large] = _contain(mesh, faces[~large], points[~large])
         found[large] = _large_contain(mesh, faces[large], points[large])
         return found
-    axes = two_across(mesh.face_normals)[faces]
+    axes = perpendicular_pair(mesh.face_normals)[faces]
     corners, owner = c.corners_of(faces)
     tail, head = (
         np.einsum("kai,ki->ak", axes[owner], mesh.vertices[c.corners[at]] - points[owner])
@@ -126,7 +126,7 @@ def _large_contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray
     which, face = np.unique(faces, return_inverse=True)
     polygons = outlines(mesh, which, which)
     shapely.prepare(polygons)
-    x, y = np.einsum("kai,ki->ak", two_across(mesh.face_normals)[faces], points)
+    x, y = np.einsum("kai,ki->ak", perpendicular_pair(mesh.face_normals)[faces], points)
     return np.asarray(shapely.contains_xy(polygons[face], x, y))
 
 

@@ -15,11 +15,11 @@ from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import vector_areas
 from geometry.optimise import SparseMatrix
 
-__all__ = ["Convexity"]
+__all__ = ["ConvexFaces"]
 
 
 @dataclass(frozen=True, eq=False)
-class Convexity:
+class ConvexFaces:
     """One residual for each corner of the chosen faces, >= 0 where the corner does not turn backwards.
 
     With a the edge to the corner, b the edge from it and n the unit normal of the face, the residual is

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
-from geometry.functionals.conicality import Conicality, closed_fans
+from geometry.functionals.conical_vertices import ConicalVertices, closed_fans
 from geometry.gauss.distances import conicality
 from geometry.mesh import Mesh, shapes
 from tests.geometry.bent_meshes import rotation
@@ -44,7 +44,7 @@ def star(seed: int, k: int, opening: float, *, conical: bool = True) -> Mesh:
 def test_faces_tangent_to_a_cone_are_conical(seed: int, k: int, opening: float) -> None:
     mesh = star(seed, k, opening)
     # edges are good to rounding over the opening
-    residual = Conicality(mesh.combinatorics).residual(mesh.vertices.ravel())
+    residual = ConicalVertices(mesh.combinatorics).residual(mesh.vertices.ravel())
     assert residual.shape == (k - 3,)
     assert np.abs(residual).max() < 1e-12 / opening
 
@@ -52,7 +52,7 @@ def test_faces_tangent_to_a_cone_are_conical(seed: int, k: int, opening: float) 
 @given(seeds, st.integers(4, 7), st.floats(1e-2, 1.0))
 def test_other_faces_are_not(seed: int, k: int, opening: float) -> None:
     mesh = star(seed, k, opening, conical=False)
-    residual = np.linalg.norm(Conicality(mesh.combinatorics).residual(mesh.vertices.ravel()))
+    residual = np.linalg.norm(ConicalVertices(mesh.combinatorics).residual(mesh.vertices.ravel()))
     deviation = conicality(mesh)[0]  # in radians of the normals, which are nearer together by the opening
     if k == 4:
         assert residual > 0.3 * deviation / opening
@@ -72,7 +72,7 @@ def test_saddles_are_conical_by_the_same_angles(seed: int, height: float) -> Non
         around = np.append(azimuths[:3], last)
         return pyramid(np.stack([np.cos(around), np.sin(around), heights], axis=1))
 
-    functional = Conicality(saddle(0.0).combinatorics)
+    functional = ConicalVertices(saddle(0.0).combinatorics)
 
     def asked(last: float) -> float:
         return float(functional.residual(saddle(last).vertices.ravel())[0])
@@ -93,7 +93,7 @@ def test_flat_vertices_with_more_faces_are_conical_and_have_tame_derivatives() -
         angles = 2 * np.pi / k * np.arange(k) + 0.1 * np.sin(np.arange(k))
         heights = height * np.cos(3 * np.arange(k))
         mesh = pyramid(np.stack([np.cos(angles), np.sin(angles), heights], axis=1) @ rotation(k))
-        functional, x = Conicality(mesh.combinatorics), mesh.vertices.ravel()
+        functional, x = ConicalVertices(mesh.combinatorics), mesh.vertices.ravel()
         assert np.abs(functional.residual(x)).max() < 1e-12
         assert np.isfinite(functional.jacobian(x).toarray()).all()
 
@@ -103,7 +103,7 @@ def test_four_faces_at_a_flat_vertex_ask_for_the_limit_of_curved_ones() -> None:
     mesh = pyramid(edges)
     angles = np.arctan2(edges[:, 1], edges[:, 0])
     corners = np.diff(np.append(angles, angles[0] + 2 * np.pi)) % (2 * np.pi)
-    found = Conicality(mesh.combinatorics).residual(mesh.vertices.ravel())
+    found = ConicalVertices(mesh.combinatorics).residual(mesh.vertices.ravel())
     assert abs(found[0]) == pytest.approx(abs(corners @ [1, -1, 1, -1]) / 2)
 
 
@@ -114,7 +114,7 @@ def test_angles_of_corners_that_turn_backwards_are_more_than_pi() -> None:
     vertices = np.stack([reach * np.cos(around), reach * np.sin(around), np.zeros(8)], axis=1)
     faces = [[0, 1 + i, 5 + i, 1 + (i + 1) % 4] for i in range(4)]
     mesh = Mesh.from_faces(np.concatenate([np.zeros((1, 3)), vertices]), faces)
-    found = Conicality(mesh.combinatorics).residual(mesh.vertices.ravel())
+    found = ConicalVertices(mesh.combinatorics).residual(mesh.vertices.ravel())
     assert abs(found[0]) == pytest.approx(np.radians(200 - 60 + 40 - 60) / 2)
 
 

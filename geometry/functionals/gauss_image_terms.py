@@ -10,8 +10,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from geometry.arrays import FloatArray, IntArray, floats
+from geometry.functionals.boundary_normals import extrapolated_normals
 from geometry.functionals.closeness import close_to
-from geometry.functionals.rim_normals import extrapolated_normals
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Mesh
 from geometry.optimise import LinearFunctional, SparseMatrix
@@ -19,22 +19,22 @@ from geometry.optimise import LinearFunctional, SparseMatrix
 __all__ = [
     "close_to_vertex_normals",
     "edge_normals",
-    "unit_edge_distances",
-    "unit_face_distances",
-    "unit_vertex_distances",
+    "edges_at_unit_distance",
+    "faces_at_unit_distance",
+    "vertices_at_unit_distance",
 ]
 
-FOLDED = 1e-6
+LEAST_MEAN_NORMAL = 1e-6
 """Length of the mean of the unit normals on both sides of an edge, below which it says nothing of the edge."""
 
 
-def unit_face_distances(mesh: Mesh) -> LinearFunctional:
+def faces_at_unit_distance(mesh: Mesh) -> LinearFunctional:
     """f_faces: n_F . s_i - 1 for one corner i of each face; where S is parallel, its corners agree."""
     c = mesh.combinatorics
     return _unit_distances(mesh.face_normals, c.corners[c.face_starts[:-1]], mesh)
 
 
-def unit_edge_distances(mesh: Mesh, directions: FloatArray) -> LinearFunctional:
+def edges_at_unit_distance(mesh: Mesh, directions: FloatArray) -> LinearFunctional:
     """f_edges: u_e . s_i - 1 for the tail i of each edge; where S is parallel, both ends agree.
 
     directions (E, 3): u_e, perpendicular to the edges; unit vectors, or zero for an edge of which nothing is known.
@@ -42,7 +42,7 @@ def unit_edge_distances(mesh: Mesh, directions: FloatArray) -> LinearFunctional:
     return _unit_distances(directions, mesh.combinatorics.edges[:, 0], mesh)
 
 
-def unit_vertex_distances(mesh: Mesh, directions: FloatArray) -> LinearFunctional:
+def vertices_at_unit_distance(mesh: Mesh, directions: FloatArray) -> LinearFunctional:
     """n_i . s_i - 1 for each vertex, n_i (N, 3): unit vectors, or zero for a vertex of which nothing is asked."""
     return _unit_distances(directions, np.arange(mesh.n_vertices), mesh)
 
@@ -60,7 +60,7 @@ def edge_normals(mesh: Mesh) -> FloatArray:
     along = mesh.edge_directions
     means -= np.einsum("ek,ek->e", means, along)[:, None] * along
     lengths = np.linalg.norm(means, axis=1, keepdims=True)
-    return floats(np.divide(means, lengths, out=np.zeros_like(means), where=lengths > FOLDED))
+    return floats(np.divide(means, lengths, out=np.zeros_like(means), where=lengths > LEAST_MEAN_NORMAL))
 
 
 def _unit_distances(directions: FloatArray, vertices: IntArray, mesh: Mesh) -> LinearFunctional:

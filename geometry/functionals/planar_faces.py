@@ -18,18 +18,18 @@ import numpy as np
 from scipy.sparse import csr_array, vstack
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.functionals.face_frames import LargerFaces
+from geometry.functionals.face_frames import NonTriangularFaces
 from geometry.functionals.reference_planes import ReferencePlanes, far_apart
 from geometry.mesh import Combinatorics, Mesh
 from geometry.optimise import SparseMatrix
 
-__all__ = ["Planarity", "face_deviations"]
+__all__ = ["PlanarFaces", "relative_plane_deviations"]
 
-LARGEST = 12
+MAX_FRAMED_CORNERS = 12
 """Corners of a face up to which its Q has hardly more numbers than three corners and the others."""
 
 
-def face_deviations(mesh: Mesh) -> FloatArray:
+def relative_plane_deviations(mesh: Mesh) -> FloatArray:
     """(F,) largest distance of a corner from the best plane of its face, over the mean edge length of the mesh.
 
     Zero for a mesh that is a point.
@@ -38,7 +38,7 @@ def face_deviations(mesh: Mesh) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Planarity:
+class PlanarFaces:
     """k - 3 residuals for each face with k corners, in the unit of the coordinates; the unknown is all of them.
 
     jacobian^T residual is the gradient of |residual|^2 / 2 everywhere. shape (3N,): positions from which the three
@@ -62,14 +62,14 @@ class Planarity:
         return csr_array(vstack([small, *large], format="csr"))
 
     @cached_property
-    def _faces(self) -> LargerFaces:
-        return LargerFaces(self.combinatorics, LARGEST)
+    def _faces(self) -> NonTriangularFaces:
+        return NonTriangularFaces(self.combinatorics, MAX_FRAMED_CORNERS)
 
     @cached_property
     def _large(self) -> list[IntArray]:
         """For each k above the bound: the vertices (n, k) of its faces."""
         c = self.combinatorics
-        return [c.corners[corners] for _, corners in c.faces_by_size() if corners.shape[1] > LARGEST]
+        return [c.corners[corners] for _, corners in c.faces_by_size() if corners.shape[1] > MAX_FRAMED_CORNERS]
 
     def _planes(self, x: FloatArray) -> list[ReferencePlanes]:
         corners = [x.reshape(-1, 3)[vertices] for vertices in self._large]

@@ -17,11 +17,11 @@ from geometry.optimise import SparseMatrix, apply
 
 __all__ = ["extrapolated_normals"]
 
-LARGEST_SHARE = 0.5
+LARGEST_VERTEX_SHARE = 0.5
 """Of what the corners of a face lack, laid on one of them: half, as at a corner of a grid. A vertex where the rim turns
 inwards has faces all around but one, lacks little, and would take over all that is rough in one face."""
 
-LEAST_COSINE = 0.5
+LEAST_EXTRAPOLATED_COSINE = 0.5
 """Of the turn from the mean of the faces. Where faces turn by more than 60 degrees there is nothing to go on with."""
 
 
@@ -46,7 +46,7 @@ def extrapolated_normals(mesh: Mesh) -> FloatArray:
     normals = known + trust[:, None] * further
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.divide(normals, lengths, out=np.zeros_like(normals), where=lengths > 0)
-    sound = np.einsum("ni,ni->n", normals, known) > LEAST_COSINE
+    sound = np.einsum("ni,ni->n", normals, known) > LEAST_EXTRAPOLATED_COSINE
     return floats(np.where((c.is_boundary_vertex & sound)[:, None], normals, known))
 
 
@@ -66,7 +66,7 @@ def _laid_on_vertices(mesh: Mesh) -> SparseMatrix:
     weights = at_rim / counts
     shares = weights / np.maximum(face_sums(c, weights), 1 / c.n_corners)[c.corner_face]
     heard_by = np.maximum(np.bincount(c.corners[heard], minlength=c.n_vertices), 1)[c.corners]
-    values = heard * np.minimum(shares, LARGEST_SHARE) / heard_by
+    values = heard * np.minimum(shares, LARGEST_VERTEX_SHARE) / heard_by
     return csr_array(coo_array((values, (c.corners, c.corner_face)), shape=(c.n_vertices, c.n_faces)))
 
 

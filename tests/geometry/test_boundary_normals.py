@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from geometry.arrays import FloatArray
 from geometry.curvature import face_curvatures
 from geometry.errors import GeometryError
-from geometry.functionals.rim_normals import extrapolated_normals
+from geometry.functionals.boundary_normals import extrapolated_normals
 from geometry.gauss import approximate_pair
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
 

@@ -10,10 +10,10 @@ from scipy.sparse import csr_array
 from geometry.arrays import FloatArray
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics, Mesh
-from geometry.mesh.polygons import two_across
+from geometry.mesh.polygons import perpendicular_pair
 from geometry.optimise import LinearFunctional, SparseMatrix
 
-__all__ = ["Parallelity", "parallel_to"]
+__all__ = ["ParallelEdges", "parallel_to"]
 
 
 def parallel_to(mesh: Mesh) -> LinearFunctional:
@@ -22,7 +22,7 @@ def parallel_to(mesh: Mesh) -> LinearFunctional:
     The paper takes the cross product with m_j - m_i: three equations of rank two, weighted by the length of the
     edge. Here the two rows are orthonormal, so that residuals are lengths in S.
     """
-    across = two_across(mesh.edge_directions)
+    across = perpendicular_pair(mesh.edge_directions)
     values = np.stack([-across, across], axis=2)  # edge, row, end, coordinate
     columns = np.broadcast_to(coordinates(mesh.combinatorics.edges)[:, None], values.shape)
     starts = np.arange(0, values.size + 1, 6, dtype=np.int64)
@@ -32,7 +32,7 @@ def parallel_to(mesh: Mesh) -> LinearFunctional:
 
 
 @dataclass(frozen=True, eq=False)
-class Parallelity:
+class ParallelEdges:
     """f_par of a mesh M and a mesh S, both unknown: x (6N,) is the coordinates of M, then those of S.
 
     Three residuals an edge, e x (s_j - s_i) with e the unit vector along m_j - m_i [Pottmann2007, 4.4]: lengths in S,

@@ -30,9 +30,9 @@ from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import vector_areas
 from geometry.optimise import SparseMatrix
 
-__all__ = ["Conicality", "closed_fans"]
+__all__ = ["ConicalVertices", "closed_fans"]
 
-FLAT = 1e-3
+FLAT_VERTEX_ANGLE = 1e-3
 """Angle of the normals with the axis, in radians, below which a vertex with five faces and more counts as flat.
 Rounding of the normals (1e-16) over this stays below tolerances of 1e-12."""
 
@@ -60,7 +60,7 @@ def closed_fans(combinatorics: Combinatorics) -> list[IntArray]:
 
 
 @dataclass(frozen=True, eq=False)
-class Conicality:
+class ConicalVertices:
     """k - 3 residuals for each interior vertex with k >= 4 faces, in radians; the unknown is all coordinates (3N,).
 
     First those with 4 faces, then the others by k. Faces must have an area. The Jacobian is exact where faces are
@@ -163,7 +163,7 @@ class _Cones:
         normals = areas[faces] / sizes
         frames = FaceFrames.of(normals)
         axes = frames.normals[:, None, :]
-        opening = np.sqrt((np.cross(axes, normals) ** 2).sum(axis=2).mean(axis=1) + FLAT**2)[:, None]
+        opening = np.sqrt((np.cross(axes, normals) ** 2).sum(axis=2).mean(axis=1) + FLAT_VERTEX_ANGLE**2)[:, None]
         across = axes - np.einsum("nki,nki->nk", np.broadcast_to(axes, normals.shape), normals)[..., None] * normals
         by_area = np.einsum("nkq,nki->nkqi", frames.basis, across / sizes) / opening[:, :, None, None]
         return cls(frames.beyond(frames.heights) / opening, by_area)

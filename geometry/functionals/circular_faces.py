@@ -19,15 +19,15 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import FloatArray
-from geometry.functionals.face_frames import FaceFrames, LargerFaces
+from geometry.functionals.face_frames import FaceFrames, NonTriangularFaces
 from geometry.mesh import Combinatorics
 from geometry.optimise import SparseMatrix
 
-__all__ = ["Circularity"]
+__all__ = ["CircularFaces"]
 
 
 @dataclass(frozen=True, eq=False)
-class Circularity:
+class CircularFaces:
     """k - 3 residuals for each face with k corners, in the unit of the coordinates; the unknown is all of them.
 
     To be asked together with planarity: of a face that is not planar, it says little. Where faces are planar,
@@ -43,8 +43,8 @@ class Circularity:
         return self._faces.matrix([_derivatives(frames) for frames in self._faces.frames(x)])
 
     @cached_property
-    def _faces(self) -> LargerFaces:
-        return LargerFaces(self.combinatorics)
+    def _faces(self) -> NonTriangularFaces:
+        return NonTriangularFaces(self.combinatorics)
 
 
 def _squares(frames: FaceFrames) -> FloatArray:

@@ -15,7 +15,7 @@ from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import vector_areas
 from geometry.optimise import SparseMatrix
 
-__all__ = ["CloseToNormals", "EdgeStretch", "FaceTurns", "InsideCones"]
+__all__ = ["CloseToNormals", "EdgeStretch", "FaceNormalCosines", "InsideCones"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ class EdgeStretch:
 
 
 @dataclass(frozen=True, eq=False)
-class FaceTurns:
+class FaceNormalCosines:
     """The cosine of the angle of each face normal of M with a given unit vector, normals (F, 3); x (6N,)."""
 
     combinatorics: Combinatorics

@@ -1,4 +1,4 @@
-"""Members of P(M): basis, random elements, projection, blending; and what is refused."""
+"""ElementSampler of P(M): basis, random elements, projection, blending; and what is refused."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_more_elements_than_dimensions_are_refused() -> None:
 
 
 def test_a_basis_too_large_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(space, "LARGEST_BASIS", 1000)
+    monkeypatch.setattr(space, "MAX_BASIS_NUMBERS", 1000)
     with pytest.raises(GeometryError, match="take some `elements`"):
         _ = ParallelSpace(shapes.grid(8, 8)).basis
 
@@ -96,7 +96,7 @@ def test_projection_is_orthogonal_to_the_null_space_of_equation_2(
 
 
 def test_what_is_not_reached_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(space, "PARALLEL", 1e-20)
+    monkeypatch.setattr(space, "ELEMENT_TOLERANCE", 1e-20)
     stranger = ANNULUS.with_vertices(np.random.default_rng(0).normal(size=ANNULUS.vertices.shape))
     with pytest.raises(ConvergenceError, match=r"edge \d+ from vertex \d+ to vertex \d+ is off .* allowed") as caught:
         ParallelSpace(ANNULUS).project(stranger)
@@ -158,7 +158,7 @@ def test_weights_must_be_numbers() -> None:
 def test_bent_faces_are_refused_by_name(ask: Callable[[ParallelSpace], object]) -> None:
     vertices = shapes.grid(3, 3).vertices.copy()
     vertices[0, 2] = 1e-9
-    with pytest.raises(GeometryError, match=r"face 0 leaves its plane by 2.5e-10 .* allowed 1e-12; planarise"):
+    with pytest.raises(GeometryError, match=r"face 0 is off its plane by 2.5e-10 .* allowed 1e-12; planarise"):
         ask(ParallelSpace(shapes.grid(3, 3).with_vertices(vertices)))
 
 

@@ -1,0 +1,139 @@
+"""From a design surface to a planar mesh: what is kept, wishes for lines, and the study of networks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from geometry.arrays import FloatArray
+from geometry.errors import GeometryError
+from geometry.layout import boundary_lengths, lay_quads
+from geometry.mesh import Mesh
+from geometry.remeshing import affine_stretches, remesh, study_networks
+from geometry.surface import Surface
+from tests.geometry.design_surfaces import chart, cylinder, disc, sphere_cap
+
+
+def saddle() -> Surface:
+    return disc(20, lambda x, y: x**2 / 2 - y**2 / 4)
+
+
+def square_saddle() -> Surface:
+    return chart(20, 20, lambda u, v: (2 * u - 1, 2 * v - 1, (2 * u - 1) ** 2 / 2 - (2 * v - 1) ** 2 / 4))
+
+
+def eccentric_ring() -> Surface:
+    """On a sphere, where any lines are principal, between two circles about different axes."""
+
+    def point(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
+        radius, shift = 0.35 + 0.65 * v, 0.25 * (1 - v)
+        x, y = radius * np.cos(2 * np.pi * u) + shift, radius * np.sin(2 * np.pi * u)
+        return x, y, np.sqrt(4 - x**2 - y**2)
+
+    return chart(60, 20, point, rings="u")
+
+
+def from_boundary(mesh: Mesh, surface: Surface) -> FloatArray:
+    """Distances of the vertices at the boundary from that of the surface, in mean edge lengths."""
+    triangles = surface.triangulated
+    ends = triangles.vertices[triangles.combinatorics.edges[triangles.combinatorics.is_boundary_edge]]
+    points = np.concatenate([ends[:, 0] + share * (ends[:, 1] - ends[:, 0]) for share in np.linspace(0, 1, 9)])
+    at = mesh.vertices[mesh.combinatorics.is_boundary_vertex]
+    return np.asarray(KDTree(points).query(at)[0] / mesh.mean_edge_length)
+
+
+@pytest.mark.parametrize("boundary", ["open", "aligned"])
+def test_the_mesh_is_planar_and_has_the_boundary_of_the_surface(boundary: str) -> None:
+    result = remesh(saddle(), n_faces=300, boundary=boundary)  # type: ignore[arg-type]
+    assert result.mesh.planarity.max() < 1e-12
+    assert result.surface_distances.max() < 0.1 * result.mesh.mean_edge_length
+    assert from_boundary(result.mesh, result.surface).max() < 0.05
+    assert result.mesh.combinatorics.euler_characteristic == 1
+
+
+def test_rigid_motions_and_scales_change_nothing() -> None:
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    given = saddle()
+    moved = Surface(given.mesh.with_vertices(1000 * given.mesh.vertices @ turn.T + [5.0, -7.0, 3.0]))
+    first, second = remesh(given, n_faces=200).mesh, remesh(moved, n_faces=200).mesh
+    assert first.combinatorics.same_as(second.combinatorics)
+    back = (second.vertices - [5.0, -7.0, 3.0]) @ turn / 1000
+    assert np.abs(back - first.vertices).max() < 1e-5  # curvature is a second difference of rounded coordinates
+
+
+@pytest.mark.parametrize("turn", [0.2, 0.6, 1.3])
+def test_lines_follow_a_stroke(turn: float) -> None:
+    """On a sphere all directions are principal, so that lines can follow any stroke."""
+    along = np.array([np.cos(turn), np.sin(turn), 0.0])
+    steps = np.linspace(-0.8, 0.8, 30)[:, None] * along
+    stroke = steps + [0, 0, 1] * np.sqrt(2 - (steps**2).sum(axis=1, keepdims=True))
+    mesh = lay_quads(sphere_cap(), n_faces=400, strokes=[stroke]).mesh
+    middles = mesh.vertices[mesh.combinatorics.edges].mean(axis=1)
+    near = (KDTree(stroke).query(middles)[0] < 0.05) & ~mesh.combinatorics.is_boundary_edge
+    seen_from_above = mesh.edge_vectors[near, :2] / np.linalg.norm(mesh.edge_vectors[near, :2], axis=1, keepdims=True)
+    off = np.degrees(np.arccos(np.abs(seen_from_above @ along[:2]).clip(max=1)))
+    lengthwise = off < 45
+    assert lengthwise.sum() > 10
+    assert np.median(off[lengthwise]) < 3
+    assert np.median(90 - off[~lengthwise]) < 6
+
+
+def regular_shares(surface: Surface, boundary: object) -> tuple[float, float]:
+    """Of the vertices on the outer and the inner loop, those where one line ends, as on a boundary that is a line."""
+    mesh = lay_quads(surface, n_faces=300, boundary=boundary).mesh  # type: ignore[arg-type]
+    c = mesh.combinatorics
+    loops = sorted(c.boundary_loops, key=lambda loop: float(np.linalg.norm(mesh.vertices[loop], axis=1).min()))
+    outer, inner = sorted(loops, key=len, reverse=True)
+    return float((c.vertex_degrees[outer] == 3).mean()), float((c.vertex_degrees[inner] == 3).mean())
+
+
+def test_each_boundary_loop_has_its_own_word() -> None:
+    ring = eccentric_ring()
+    lengths = boundary_lengths(ring)
+    assert lengths[0] > lengths[1]
+    assert lengths == pytest.approx([2 * np.pi, 0.7 * np.pi], rel=0.02)
+    outer, inner = regular_shares(ring, ["aligned", "open"])
+    assert outer > 0.95 > inner
+    outer, inner = regular_shares(ring, ["open", "aligned"])
+    assert inner > 0.95 > outer
+
+
+def test_wrong_words_and_strokes_are_one_sentence() -> None:
+    with pytest.raises(GeometryError, match=r"3 boundaries are given .* 2 boundary loops .* longest first"):
+        lay_quads(eccentric_ring(), n_faces=100, boundary=["open"] * 3)
+    with pytest.raises(GeometryError, match="the boundary is 'closed': it is 'open' or 'aligned'"):
+        lay_quads(cylinder(), n_faces=100, boundary="closed")  # type: ignore[arg-type]
+    with pytest.raises(GeometryError, match="stroke 1 has no direction"):
+        lay_quads(cylinder(), n_faces=100, strokes=[[[0, 0, 0], [1, 0, 0]], [[1, 1, 1]]])
+
+
+def test_principal_lines_are_the_best_network_of_a_saddle() -> None:
+    shares: list[float] = []
+    trials = study_networks(
+        square_saddle(), maps=[np.diag([1, 1, 0.5]), np.eye(3), np.diag([1, 3, 1])], n_faces=200, progress=shares.append
+    )
+    assert (trials[0].affine == np.eye(3)).all()
+    assert np.degrees(trials[0].crossing_angles) == pytest.approx([90, 90])
+    assert all(trial.crossing_angles[0] < np.radians(85) for trial in trials[1:])
+    spreads = [trial.height_spread for trial in trials]
+    assert spreads == sorted(spreads)
+    assert shares == pytest.approx([1 / 3, 2 / 3, 1])
+
+
+def test_a_map_without_a_mesh_comes_last_with_its_reason() -> None:
+    trials = study_networks(saddle(), maps=[np.zeros((3, 3)), np.eye(3)], n_faces=100)
+    assert trials[0].pair is not None
+    assert trials[1].pair is None
+    assert "an invertible matrix" in trials[1].reason
+
+
+def test_stretches_are_different_up_to_turns_and_scale() -> None:
+    forms = []
+    for affine in affine_stretches(saddle()):
+        form = affine.T @ affine
+        forms.append(form / np.cbrt(np.linalg.det(form)))
+    apart = np.abs(np.array(forms)[:, None] - np.array(forms)).max(axis=(2, 3)) + np.eye(len(forms))
+    assert len(forms) == 27
+    assert apart.min() > 0.1
