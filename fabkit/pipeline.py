@@ -43,7 +43,17 @@ from geometry.gauss import SupportStructure, nearest_parallel_pair, pair_to_buil
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
 
-__all__ = ["Built", "build", "design", "judged_image", "judged_pair", "judged_planar", "mesh_in_mm", "write_built"]
+__all__ = [
+    "Built",
+    "build",
+    "design",
+    "judged_image",
+    "judged_pair",
+    "judged_planar",
+    "made_planar",
+    "mesh_in_mm",
+    "write_built",
+]
 
 ROUNDED = 4.0
 """What rounding of the coordinates of a mesh file does to equal parts, in the distance of neighbouring doubles there: 2
@@ -176,7 +186,7 @@ def _structure(
 def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
     """The mesh with planar faces, and what is unusual about it. Raises FitnessError for what is not allowed."""
     with stages("Planarise"):
-        planar = _planar(project, mesh)
+        planar = made_planar(mesh, project.planarise.model_dump(exclude_none=True))
         return planar, _judged(project, (), of_planar_mesh(mesh, planar, project.fitness))
 
 
@@ -209,9 +219,10 @@ def judged_pair(
         return structure, told, _judged(project, found, of_gauss_image(structure, project.fitness))
 
 
-def _planar(project: Project, mesh: Mesh) -> Mesh:
+def made_planar(mesh: Mesh, weights: dict[str, Any]) -> Mesh:
+    """The mesh with planar faces, by these weights of `Guides`. Raises FitnessError where it folds over."""
     try:
-        return planarise(mesh, Guides(**project.planarise.model_dump(exclude_none=True))).mesh
+        return planarise(mesh, Guides(**weights)).mesh
     except FoldedError as error:
         raise FitnessError([folded(error)]) from None
 

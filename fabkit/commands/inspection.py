@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.commands.facts import as_read, beam_heights, ends_of_all, moves, offset_kinds, pair_fit
+from fabkit.commands.facts import as_read, beam_heights, ends_of_all, findings_facts, moves, offset_kinds, pair_fit
 from fabkit.errors import FabkitError, in_one_sentence
 from fabkit.fitness import CRITERIA, Finding, FitnessError, allowed
 from fabkit.fitness.parts import mitres
@@ -62,12 +62,7 @@ class Inspection:
             yield from offset_kinds(self.planar)
         if self.structure is not None:
             yield "beam heights", beam_heights(self.structure.heights)
-        for finding in self.findings:
-            if finding.level != "refused":
-                yield finding.level, f"{finding.name}: {finding.sentence}"
-        for finding in self.findings:
-            if finding.level == "refused":
-                yield "unfit", f"{finding.name}: {finding.sentence}: {finding.advice}"
+        yield from findings_facts(self.findings)
         for sentence in self.trouble:
             yield "unfit", sentence
         if not self.is_sized:
