@@ -102,7 +102,7 @@ def main() -> dict[str, float]:
         "neighbouring beams": len(meetings()[1]),
         "by how much their outer edges miss each other, over the height": float(meetings()[1][:, 1].max() / HEIGHT),
         "by how much their inner edges miss each other, over the height": float(meetings()[1][:, 0].max() / HEIGHT),
-        "misalignment of beams on node axes, over the height": float(nodes.details.axis_spread_mm.max() / HEIGHT),
+        "misalignment of beams on node axes, over the height": float(nodes.details.axis_misalignment_mm.max() / HEIGHT),
         "largest twist in degrees": float(beams.details.twist_deg.max()),
         "least angle over an edge in degrees": float(np.nanmin(beams.details.dihedral_deg)),
         "parts in the STEP file": len(parts),

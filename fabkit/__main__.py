@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from fabkit.signals import end_at_once
+from fabkit.signals import exit_at_once
 
 __all__ = ["main"]
 
 
 def main() -> None:
     """Run the command line. Before and after its commands, which tidy up, a signal ends the process at once."""
-    end_at_once()
+    exit_at_once()
     try:
         from fabkit.commands import app
 
         app()
     finally:
-        end_at_once()
+        exit_at_once()
 
 
 if __name__ == "__main__":

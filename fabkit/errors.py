@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from geometry.errors import GeometryError, MeshFileError
 
-__all__ = ["DetailingError", "FabkitError", "NestingError", "OutputError", "ProjectError", "in_one_sentence"]
+__all__ = ["DetailingError", "FabkitError", "NestingError", "OutputError", "ProjectError", "error_sentence"]
 
 
 class FabkitError(ValueError):
@@ -27,7 +27,7 @@ class OutputError(FabkitError):
     """The output folder or a file in it cannot be written."""
 
 
-def in_one_sentence(error: FabkitError | GeometryError) -> str:
+def error_sentence(error: FabkitError | GeometryError) -> str:
     """What an error says; where it numbers elements of a mesh, from where it counts: from 0, but for what is said of
     lines and elements of a file, which says so itself."""
     said = str(error)

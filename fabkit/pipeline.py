@@ -14,8 +14,8 @@ import numpy as np
 from fabkit.checking import FIT_MM, check_fit
 from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
-from fabkit.fitness import Finding, FitnessError, allowed, check_fit_to_build
-from fabkit.fitness.parts import blocks, lift, mitres_of, sheets
+from fabkit.fitness import Finding, FitnessError, check_fit_to_build, with_accepted
+from fabkit.fitness.parts import block_heights, mitres_of, sheets, underside
 from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
 from fabkit.formats import whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
@@ -46,18 +46,18 @@ from geometry.meshing import Guides, planarise
 __all__ = [
     "Built",
     "build",
+    "checked_image",
+    "checked_pair",
+    "checked_planar",
     "design",
-    "judged_image",
-    "judged_pair",
-    "judged_planar",
     "made_planar",
     "mesh_in_mm",
     "write_built",
 ]
 
-ROUNDED = 4.0
-"""What rounding of the coordinates of a mesh file does to equal parts, in the distance of neighbouring doubles there: 2
-at map coordinates of symmetric meshes, where each coordinate of two parts is off by half of it."""
+COPY_ROUNDING = 4.0
+"""Difference that rounding of file coordinates makes between equal parts, in the spacing of doubles there. It is 2 at
+map coordinates of symmetric meshes, where each coordinate of two parts is off by half a spacing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,21 +138,21 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         file, given = _read(project)
         scale = _scale(project, file.mesh)
         mesh = file.mesh * scale
-    structure, told, found = _structure(project, mesh, file.rounding * scale, given, stages)
+    structure, image, found = _structure(project, mesh, file.rounding * scale, given, stages)
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
-        within = max(project.equal_within_mm, ROUNDED * file.rounding * scale)
+        within = max(project.equal_within_mm, COPY_ROUNDING * file.rounding * scale)
         assembly = share_equal_parts(detailed.assembly, within_mm=within)
         assembly = replace(assembly, origin_mm=file.origin * scale)
     with stages("Nest"):
         reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
-        found = _judged(project, found, _unusual_parts(project, detailed, assembly, reasons))
+        found = _checked(project, found, _unusual_parts(project, detailed, assembly, reasons))
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(assembly, reasons)
         nest = _nest(project, assembly, stages)
     summary = replace(
-        _summary(project, file, scale, structure, detailed), gauss_image=told, equal_within_mm=within, fitness=found
+        _summary(project, file, scale, structure, detailed), gauss_image=image, equal_within_mm=within, fitness=found
     )
     return Built(project, structure, assembly, nest, summary, stages.seconds, file.sha256)
 
@@ -176,47 +176,47 @@ def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None]:
 def _structure(
     project: Project, mesh: Mesh, rounding_mm: float, given: GivenPair | None, stages: Stages
 ) -> tuple[SupportStructure, GivenGaussImage | ExactGaussImage | None, tuple[Finding, ...]]:
-    """Between the planar mesh and its Gauss image, computed or given; what is to be told of it; and what is unusual."""
+    """The structure between the planar mesh and its Gauss image; where that image is from; the findings so far."""
     if given is not None:
-        return judged_pair(project, mesh, given, stages)
-    planar, found = judged_planar(project, mesh, stages)
-    return judged_image(project, mesh, planar, rounding_mm, found, stages)
+        return checked_pair(project, mesh, given, stages)
+    planar, found = checked_planar(project, mesh, stages)
+    return checked_image(project, mesh, planar, rounding_mm, found, stages)
 
 
-def judged_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
-    """The mesh with planar faces, and what is unusual about it. Raises FitnessError for what is not allowed."""
+def checked_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
+    """The mesh with planar faces, and the findings about it. Raises FitnessError if a finding is refused."""
     with stages("Planarise"):
         planar = made_planar(mesh, project.planarise.model_dump(exclude_none=True))
-        return planar, _judged(project, (), of_planar_mesh(mesh, planar, project.fitness))
+        return planar, _checked(project, (), of_planar_mesh(mesh, planar, project.fitness))
 
 
-def judged_image(
+def checked_image(
     project: Project, mesh: Mesh, planar: Mesh, rounding_mm: float, before: tuple[Finding, ...], stages: Stages
 ) -> tuple[SupportStructure, ExactGaussImage | None, tuple[Finding, ...]]:
-    """With the Gauss image that is computed, and all findings up to here; mesh: before it was made planar;
-    rounding_mm: of its coordinates as read.
+    """The structure with a computed Gauss image, and the findings so far.
 
-    Raises FitnessError as above.
+    mesh: before it was made planar; rounding_mm: of its coordinates as read; before: the findings about `planar`.
+    Raises FitnessError if a finding is refused.
     """
     with stages("Gauss image"):
         moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
         pair, offset = pair_to_build(planar, moved=moved, rounding=rounding_mm, **project.gauss_image.weights)
         structure = SupportStructure(pair, project.beams.height_mm)
-        told = None if offset is None else ExactGaussImage(offset)
-        return structure, told, _judged(project, before, of_gauss_image(structure, project.fitness))
+        image = None if offset is None else ExactGaussImage(offset)
+        return structure, image, _checked(project, before, of_gauss_image(structure, project.fitness))
 
 
-def judged_pair(
+def checked_pair(
     project: Project, mesh: Mesh, given: GivenPair, stages: Stages
 ) -> tuple[SupportStructure, GivenGaussImage, tuple[Finding, ...]]:
-    """The same with a Gauss image that is given. Raises FitnessError as above."""
+    """The structure with a given Gauss image. Raises FitnessError if a finding is refused."""
     with stages("Planar and parallel"):
         pair = nearest_parallel_pair(mesh, given.gauss_image, tolerance=project.gauss_image.tolerance)
         _, moves = pair.moves_from(mesh, given.gauss_image)
-        told = GivenGaussImage(given.name, given.sha256, float(moves.max()), float(moves.mean()))
-        found = _judged(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
+        image = GivenGaussImage(given.name, given.sha256, float(moves.max()), float(moves.mean()))
+        found = _checked(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
         structure = SupportStructure(pair, project.beams.height_mm)
-        return structure, told, _judged(project, found, of_gauss_image(structure, project.fitness))
+        return structure, image, _checked(project, found, of_gauss_image(structure, project.fitness))
 
 
 def made_planar(mesh: Mesh, weights: dict[str, Any]) -> Mesh:
@@ -227,9 +227,9 @@ def made_planar(mesh: Mesh, weights: dict[str, Any]) -> Mesh:
         raise FitnessError([folded(error)]) from None
 
 
-def _judged(project: Project, before: tuple[Finding, ...], found: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """All findings up to here. Raises FitnessError where one is refused and not allowed."""
-    findings = (*before, *allowed(found, project.allow))
+def _checked(project: Project, before: tuple[Finding, ...], found: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """All findings so far. Raises FitnessError if one is refused and not accepted."""
+    findings = (*before, *with_accepted(found, project.accept))
     check_fit_to_build(findings)
     return findings
 
@@ -245,9 +245,9 @@ def _unusual_parts(
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
     found = (
         mitres_of(assembly.of(BEAM), rules),
-        blocks(nodes, height, rules),
-        lift(detailed.asked_mm, marks, height, rules) if project.panels.lift_mm is None else None,
-        sheets(faces, of_panels, "refused" if is_refused else "told"),
+        block_heights(nodes, height, rules),
+        underside(detailed.needed_mm, marks, height, rules) if project.panels.underside_mm is None else None,
+        sheets(faces, of_panels, "refused" if is_refused else "note"),
     )
     return tuple(finding for finding in found if finding)
 
@@ -324,8 +324,8 @@ def _summary(
         heights=structure.heights,
         leans_deg=np.degrees(structure.pair.leans),
         twists_deg=np.degrees(structure.twists),
-        lift_mm=detailed.lift_mm,
-        lift_reason=detailed.lift_reason,
+        underside_mm=detailed.underside_mm,
+        underside_reason=detailed.underside_reason,
     )
 
 

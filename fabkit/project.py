@@ -32,8 +32,8 @@ PLAIN = {
 }
 """What to say where pydantic would speak of Python, by its types of errors."""
 
-ROOM = 400
-"""Letters of what is wrong with a project."""
+MAX_PROBLEM_LETTERS = 400
+"""Largest number of letters that describe the problems of one project."""
 
 BACKSLASHES = r"write backslashes in single quotes, as in 'C:\models\roof.obj', or forward slashes"
 
@@ -101,7 +101,7 @@ class Project(BaseModel):
     scaled, is required. flip turns the outside round. name: of the structure, by default that of the mesh file.
     gauss_image: weights, or a file, which may also stand in the place of the whole table. equal_within_mm: how far
     coordinates of parts may differ for these to share a mark; parts then stand off their places by as much. fitness:
-    from where on something is told or refused; allow: names of what is accepted although it would be refused.
+    bounds from which a finding is noted or refused; accept: names of findings to accept instead of refusing them.
     """
 
     model_config = _STRICT
@@ -114,7 +114,7 @@ class Project(BaseModel):
     flip: bool = False
     skip_unbuildable: bool = False
     equal_within_mm: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = EQUAL_WITHIN_MM
-    allow: tuple[str, ...] = ()
+    accept: tuple[str, ...] = ()
     fitness: FitnessRules = Field(default_factory=FitnessRules)
     planarise: PlanariseWeights = PlanariseWeights()
     gauss_image: GaussImageRules = GaussImageRules()
@@ -130,17 +130,17 @@ class Project(BaseModel):
     def _file_alone(cls, given: Any) -> Any:
         return {"file": given} if isinstance(given, str | Path) else given
 
-    @field_validator("allow")
+    @field_validator("accept")
     @classmethod
-    def _known_and_allowable(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+    def _known_and_acceptable(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
             close = get_close_matches(name, CRITERIA, n=1, cutoff=0.5)
             known = ", ".join(each for each, reason in CRITERIA.items() if not reason)
             if name not in CRITERIA:
-                hint = f"did you mean {close[0]}?" if close else f"what may be allowed is {known}"
-                raise ValueError(f"{name!r} is nothing that is judged; {hint}")
+                hint = f"did you mean {close[0]}?" if close else f"those that can be accepted are {known}"
+                raise ValueError(f"{name!r} is no criterion; {hint}")
             if CRITERIA[name]:
-                raise ValueError(f"{name!r} may not be allowed: {CRITERIA[name]}; what may be is {known}")
+                raise ValueError(f"{name!r} cannot be accepted: {CRITERIA[name]}; those that can be are {known}")
         return tuple(dict.fromkeys(names))
 
     @model_validator(mode="after")
@@ -261,7 +261,7 @@ def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
 def _some_of(sentences: list[str]) -> str:
     """The first, and as many more as three lines of a terminal have room for; of the rest, how many there are."""
     lengths = accumulate(len(sentence) + 2 for sentence in sentences)
-    count = max(1, sum(length <= ROOM for length in lengths))
+    count = max(1, sum(length <= MAX_PROBLEM_LETTERS for length in lengths))
     more = len(sentences) - count
     return "; ".join(sentences[:count]) + (f"; and {more} more things" if more else "")
 

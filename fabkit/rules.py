@@ -59,14 +59,14 @@ class PanelRules:
     """One layer of plates with square edges.
 
     joint_mm: between two panels. seat_mm: free height between panels and what stands highest under them.
-    lift_mm: height of the panels' lower side above the mesh; left out, the least that clears beams and nodes, plus
+    underside_mm: height of the panels' lower side above the mesh; left out, the least that clears beams and nodes, plus
     the seat. least_edge_mm: shortest edge of a panel that is worth making.
     """
 
     thickness_mm: Positive = 10.0
     joint_mm: NotNegative = 10.0
     seat_mm: NotNegative = 5.0
-    lift_mm: Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)] | None = None
+    underside_mm: Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)] | None = None
     least_edge_mm: Positive = 1.0
     material: str = "glass"
 

@@ -11,54 +11,54 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-__all__ = ["ENDING", "SignalsWait", "end_at_once", "end_if_told", "ending_tidily"]
+__all__ = ["EXIT_SIGNALS", "DeferredSignals", "exit_at_once", "exit_if_signalled", "exit_on_signal"]
 
-_told: list[int] = []
-"""Signals that have come inside `ending_tidily`."""
+_received: list[int] = []
+"""Signals that have come inside `exit_on_signal`."""
 
-ENDING = tuple(
+EXIT_SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK") if hasattr(signal, name)
 )
 """What an interrupt, a kill and a terminal that closes send, as far as the system has them."""
 
 
-def end_at_once() -> None:
+def exit_at_once() -> None:
     """From now on such a signal leaves with 128 + its number at once: where there is nothing to tidy up."""
     _answer(_handlers(), lambda number, frame: os._exit(128 + number))
 
 
 @contextmanager
-def ending_tidily() -> Iterator[None]:
+def exit_on_signal() -> Iterator[None]:
     """Inside, such a signal leaves with 128 + its number through everything that tidies up on the way.
 
     Also where what is left turns the exit into an error of its own, as numpy does that was comparing just then. Where
-    Python drops it, as it does in destructors, `end_if_told` leaves all the same.
+    Python drops it, as it does in destructors, `exit_if_signalled` leaves all the same.
     """
     before = _handlers()
 
     def end(number: int, frame: FrameType | None) -> None:
-        _told.append(number)
+        _received.append(number)
         sys.exit(128 + number)
 
     try:
         _answer(before, end)
         yield
-        end_if_told()
+        exit_if_signalled()
     except BaseException:
-        end_if_told()
+        exit_if_signalled()
         raise
     finally:
         _restore(before)
-        _told.clear()
+        _received.clear()
 
 
-def end_if_told() -> None:
+def exit_if_signalled() -> None:
     """Leave where such a signal has come, and its exit was lost on the way."""
-    if _told:
-        raise SystemExit(128 + _told[0])
+    if _received:
+        raise SystemExit(128 + _received[0])
 
 
-class SignalsWait:
+class DeferredSignals:
     """Inside, such signals wait as long as `waiting`, and are answered as before when they no longer need to, and while
     it is False. It is an attribute, so that nothing comes between a `finally` and waiting."""
 
@@ -67,7 +67,7 @@ class SignalsWait:
         self._arrived: list[int] = []
         self._before = _handlers()
 
-    def __enter__(self) -> SignalsWait:
+    def __enter__(self) -> DeferredSignals:
         try:
             _answer(self._before, self._hear)
         except BaseException:
@@ -101,7 +101,7 @@ def _handlers() -> dict[int, Any]:
     none in a thread but the main one, which alone can change them."""
     if threading.current_thread() is not threading.main_thread():
         return {}
-    handlers = {number: signal.getsignal(number) for number in ENDING}
+    handlers = {number: signal.getsignal(number) for number in EXIT_SIGNALS}
     return {number: found for number, found in handlers.items() if found not in (None, signal.SIG_IGN)}
 
 

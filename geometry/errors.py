@@ -1,4 +1,4 @@
-"""What geometry says when it cannot do what was asked: a sentence, with the numbers behind it as attributes."""
+"""The errors of geometry: a message in one sentence, with the numbers behind it as attributes."""
 
 from __future__ import annotations
 
@@ -16,23 +16,31 @@ __all__ = [
     "MeshFileError",
     "ParallelityError",
     "RankError",
+    "described",
     "listed",
+    "printable",
     "raise_worst",
-    "shown",
 ]
 
 MAX_NAMED_FINDINGS = 10
-"""Findings of one kind that a sentence names; it counts the rest."""
+"""Largest number of findings of one kind that a message names; it gives the number of the others."""
 
 MAX_QUOTED_CHARACTERS = 40
-"""Characters of a damaged word or line that a sentence repeats."""
+"""Largest number of characters of a damaged word or line that a message quotes."""
 
 
 class GeometryError(ValueError):
     """Base of all errors of this package.
 
-    `message` names element, value, bound and what to do. `elements` are the indices of the vertices, edges or
-    faces concerned (the message says which), `value` what was found, `bound` what was allowed.
+    `message` names element, value, bound and cure. `elements` are the indices of the vertices, edges or faces
+    concerned (the message says which), `value` is what was found, `bound` is what is allowed.
+
+    >>> import geometry
+    >>> try:
+    ...     geometry.Effort(tolerance=-1e-9)
+    ... except GeometryError as error:
+    ...     error.message, error.value, error.bound
+    ('tolerance is -1e-09: a number from 0 upwards is needed', -1e-09, 0)
     """
 
     def __init__(
@@ -51,48 +59,90 @@ class GeometryError(ValueError):
 
 
 class MeshError(GeometryError):
-    """The mesh itself cannot be used: not manifold, a degenerate edge or face, not finite."""
+    """The mesh itself cannot be used: it is not manifold, not finite, or has a degenerate edge or face.
+
+    >>> import geometry
+    >>> mesh = geometry.Mesh.from_faces([(0, 0, 0), (1, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2, 3)])
+    >>> try:
+    ...     geometry.planarise(mesh)
+    ... except MeshError as error:
+    ...     error.message
+    'edge 1 from vertex 1 to vertex 2 has no length: make its two vertices one'
+    """
 
 
 class MeshFileError(GeometryError):
-    """A file does not hold a mesh that can be read."""
+    """A file does not hold a mesh that can be read.
+
+    >>> import geometry
+    >>> try:
+    ...     geometry.read_mesh("roof.3dm")
+    ... except MeshFileError as error:
+    ...     "roof.3dm" in error.message
+    True
+    """
 
 
 class FoldedError(GeometryError):
-    """A face or an edge turned over while a mesh was optimised. happened: the message without what to do."""
+    """A face or an edge turned over while a mesh was optimised. problem: the message without its advice.
 
-    def __init__(self, happened: str, advice: str, *, elements: Sequence[int], value: float, bound: float) -> None:
-        super().__init__(f"{happened}; {advice}", elements=elements, value=value, bound=bound)
-        self.happened = happened
+    >>> error = FoldedError("face 3 folded over", "lay the mesh along other lines", elements=[3], value=-1, bound=0)
+    >>> error.problem, error.message
+    ('face 3 folded over', 'face 3 folded over; lay the mesh along other lines')
+    """
+
+    def __init__(self, problem: str, advice: str, *, elements: Sequence[int], value: float, bound: float) -> None:
+        super().__init__(f"{problem}; {advice}", elements=elements, value=value, bound=bound)
+        self.problem = problem
 
 
 class ParallelityError(GeometryError):
-    """Two meshes that should be parallel are not."""
+    """Two meshes that have to be parallel are not.
+
+    >>> import geometry
+    >>> M = geometry.Mesh.from_faces([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 2, 3)])
+    >>> try:
+    ...     geometry.Pair(M, M.with_vertices(M.vertices + [(0, 0, 0), (0, 1, 0), (0, 0, 0), (0, 0, 0)]))
+    ... except ParallelityError as error:
+    ...     error.elements
+    (0,)
+    """
 
 
 class RankError(GeometryError):
-    """The singular values have no gap, so that the dimension of a space cannot be told."""
+    """Rounding decides about the result: singular values have no gap, or equations nearly depend on each other.
+
+    >>> import geometry
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(4, 4)
+    >>> saddle = grid.with_vertices([(x, y, x * y / 4) for x, y, _ in grid.vertices])  # faces are not planar
+    >>> try:
+    ...     geometry.ParallelSpace(saddle).dimension
+    ... except RankError as error:
+    ...     error.message.endswith("planarise the mesh first")
+    True
+    """
 
 
 COMPARISONS = {"<=": operator.le, ">=": operator.ge, ">": operator.gt}
-"""What may be demanded of values; NaN is nothing of it."""
+"""What may be demanded of values; NaN meets no demand."""
 
 
 def raise_worst(
     values: FloatArray,
     demand: Literal["<=", ">=", ">"],
     bound: float,
-    say: Callable[[int, float], str],
+    message: Callable[[int, float], str],
     *,
     elements: IntArray | None = None,
     error: Callable[..., GeometryError] = GeometryError,
     **more: Any,
 ) -> None:
-    """Raise an error that names the worst element, where not all values (m,) are as demanded of them.
+    """Raise an error that names the worst element, where not all values (m,) meet the demand.
 
-    The worst is the largest for "<=", else the least, the first one of several; NaN is worse than any number.
-    say: the sentence, from the element and its value. elements (m,): what the values belong to; their numbers without.
-    error: the class, called with the sentence, `elements`, `value`, `bound` and what `more` it asks for.
+    The worst value is the largest for "<=", otherwise the least, the first one of several; NaN is worse than any
+    number. message: from the element and its value. elements (m,): the elements that the values belong to, 0 to m - 1
+    if not given. error: the class, called with the message, `elements`, `value`, `bound` and the arguments `more`.
 
     >>> import numpy as np
     >>> raise_worst(np.array([0.1, 0.4]), "<=", 0.2, lambda face, value: f"face {face} is off by {value}, allowed 0.2")
@@ -106,22 +156,37 @@ def raise_worst(
     if COMPARISONS[demand](value, bound):
         return
     element = worst if elements is None else int(elements[worst])
-    raise error(say(element, value), elements=[element], value=value, bound=bound, **more)
+    raise error(message(element, value), elements=[element], value=value, bound=bound, **more)
 
 
 def listed(names: Iterable[object], count: int) -> str:
-    """ "1, 2 and 3", or "1, 2, 3 and 37 more": the first of `count` names, which need not all be made."""
+    """The first of `count` names as part of a sentence. No more names are generated than are needed.
+
+    >>> listed([1, 2, 3], 3), listed(iter(range(1000)), 1000)
+    ('1, 2 and 3', '0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 990 more')
+    """
     first = [str(name) for _, name in zip(range(min(count, MAX_NAMED_FINDINGS)), names, strict=False)]
     if count > len(first):
         return f"{', '.join(first)} and {count - len(first)} more"
     return " and ".join(part for part in (", ".join(first[:-1]), first[-1]) if part)
 
 
-def shown(text: object, length: int = MAX_QUOTED_CHARACTERS) -> str:
-    """Text from outside as a sentence may repeat it: on one line, printable everywhere, no longer than that.
+def described(given: object) -> str:
+    """What an argument of a wrong type is, in a sentence."""
+    shape = getattr(given, "shape", None)
+    if isinstance(given, type):
+        return f"the class {given.__name__}"
+    return f"an array of shape {shape}" if isinstance(shape, tuple) else f"a value of type {type(given).__name__}"
 
-    Bytes of a file's name that are not UTF-8 are told as such. The middle is left out, not the end, which tells file
-    names apart.
+
+def printable(text: object, length: int = MAX_QUOTED_CHARACTERS) -> str:
+    r"""Text from a file or a user as a message quotes it: on one line, printable everywhere, at most `length` long.
+
+    Bytes of a file name that are not UTF-8 are written as escapes. Of longer text the middle is left out, since the
+    ends of file names distinguish them.
+
+    >>> printable("v 1 2\n"), printable("face" * 20, 12)
+    ('v 1 2\\n', 'facefa...ceface')
     """
     plain = "".join(c if c.isprintable() else _escaped(c) for c in str(text))
     if len(plain) <= length:

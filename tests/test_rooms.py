@@ -234,8 +234,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "combinatorics",
         "polygons",
         "mesh independent_faces",
-        "place solids",
-        "shapes",
+        "place solids triangulation mesh_arguments",
+        "shapes other_libraries",
         "patterns",
     ),
     "geometry.optimise": (
@@ -299,7 +299,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.parts": ("frame material section ragged solid symmetry", "solids kind", "parts", "assembly"),
     "fabkit.production": (
-        "curves nests equal_shapes rectangles_left",
+        "curves nests equal_shapes remaining_rectangles",
         "strokes",
         "marks cut_lists drawing guillotine",
         "irregular loose_panels",

@@ -1,8 +1,8 @@
 """What must hold of placed parts, seen from their solids only: fit, clashes, panels in their cells."""
 
 from fabkit.checking.clash import clashes, clashing_pairs
-from fabkit.checking.panel_cells import panels_outside_cells
-from fabkit.checking.placed_parts import FIT_MM, Violation, check_fit, in_one_sentence, violations
+from fabkit.checking.panel_bounds import panels_crossing_support_planes
+from fabkit.checking.placed_parts import FIT_MM, Violation, check_fit, violations, violations_sentence
 
 __all__ = [
     "FIT_MM",
@@ -10,7 +10,7 @@ __all__ = [
     "check_fit",
     "clashes",
     "clashing_pairs",
-    "in_one_sentence",
-    "panels_outside_cells",
+    "panels_crossing_support_planes",
     "violations",
+    "violations_sentence",
 ]

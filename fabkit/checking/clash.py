@@ -10,7 +10,7 @@ import shapely
 from fabkit.checking.convex import Pieces, convex_pieces, depths, is_splittable
 from fabkit.checking.positions import Positions
 from fabkit.errors import DetailingError
-from fabkit.parts import Assembly, Part, Stack
+from fabkit.parts import Assembly, Part, SolidArray
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["clashes", "clashing_pairs"]
@@ -27,22 +27,22 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
     `assembly.parts()`. Raises DetailingError where a solid is neither convex nor a prism over a simple polygon.
     """
     positions = Positions(assembly)
-    stacks = positions.placed()
-    for stack in stacks:
-        for position in stack.parts[~is_splittable(stack)].tolist():
+    batches = positions.placed()
+    for batch in batches:
+        for position in batch.parts[~is_splittable(batch)].tolist():
             part = positions[position]
             raise DetailingError(
                 f"{part.kind.name} {part.mark}, element {part.element}, is neither convex nor a prism over a simple "
                 "polygon, so what it shares with others cannot be found; build it as a prism"
             )
-    pairs, found = clashing_pairs(stacks, depth_mm=depth_mm)
+    pairs, found = clashing_pairs(batches, depth_mm=depth_mm)
     return [(positions[i], positions[j], d) for (i, j), d in zip(pairs.tolist(), found.tolist(), strict=True)]
 
 
-def clashing_pairs(stacks: Sequence[Stack], *, depth_mm: float = TOUCHING_MM) -> tuple[IntArray, FloatArray]:
+def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_MM) -> tuple[IntArray, FloatArray]:
     """(K, 2) positions of every two parts, the lower first, that reach into each other by more than `depth_mm`;
     (K,) by how much. All solids must be splittable; sorted."""
-    shapes = [pieces for stack in stacks for pieces in convex_pieces(stack)]
+    shapes = [pieces for batch in batches for pieces in convex_pieces(batch)]
     if not shapes:
         return np.empty((0, 2), dtype=np.int64), np.empty(0)
     candidates = _candidates(shapes)

@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 
 from fabkit.checking.convex_pieces import MOST_CORNERS, triangles
-from fabkit.parts import Stack, Topology, prism_topology
+from fabkit.parts import SolidArray, Topology, prism_topology
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["Pieces", "convex_pieces", "depths", "is_splittable"]
@@ -39,20 +39,20 @@ class Pieces:
     directions: FloatArray
 
 
-def convex_pieces(stack: Stack) -> list[Pieces]:
+def convex_pieces(batch: SolidArray) -> list[Pieces]:
     """Convex solids that are not cut as they are; the others, which must be splittable prisms, as triangular prisms."""
-    whole = _is_convex(stack)
-    return [_pieces(part) for part in (stack[whole], _triangular_prisms(stack[~whole])) if len(part.parts)]
+    whole = _is_convex(batch)
+    return [_pieces(part) for part in (batch[whole], _triangular_prisms(batch[~whole])) if len(part.parts)]
 
 
-def is_splittable(stack: Stack) -> BoolArray:
+def is_splittable(batch: SolidArray) -> BoolArray:
     """(P,) whether `convex_pieces` can take each solid: it is convex, or a right or oblique prism over a simple
     polygon."""
-    result = _is_convex(stack)
+    result = _is_convex(batch)
     others = np.flatnonzero(~result)
-    n = stack.topology.n_vertices // 2
-    if len(others) and _is_prism(stack.topology):
-        vertices = stack.vertices[others]
+    n = batch.topology.n_vertices // 2
+    if len(others) and _is_prism(batch.topology):
+        vertices = batch.vertices[others]
         outlines, axes, _ = _seen_along(vertices)
         generators = vertices[:, n:] - vertices[:, :n]
         astray = np.linalg.norm(np.cross(generators, axes[:, None, :]), axis=-1).max(axis=1)
@@ -60,14 +60,14 @@ def is_splittable(stack: Stack) -> BoolArray:
     return result
 
 
-def _is_convex(stack: Stack) -> BoolArray:
+def _is_convex(batch: SolidArray) -> BoolArray:
     """(P,) False for what is cut anyway."""
-    t = stack.topology
+    t = batch.topology
     if t.n_vertices > 2 * MOST_CORNERS and _is_prism(t):
-        return np.zeros(len(stack.parts), dtype=bool)
-    flush = np.empty(len(stack.parts), dtype=bool)
+        return np.zeros(len(batch.parts), dtype=bool)
+    flush = np.empty(len(batch.parts), dtype=bool)
     done = 0
-    for few in stack.a_few_at_a_time():
+    for few in batch.in_batches():
         normals = few.normals
         levels = np.einsum("pfk,pfk->pf", normals, few.vertices[:, t.corners[t.first_corner]])
         heights = normals @ few.vertices.transpose(0, 2, 1) - levels[..., None]
@@ -97,26 +97,26 @@ def _seen_along(vertices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArra
     return (vertices[:, :n] - vertices[:, :1]) @ plane, axes, plane
 
 
-def _triangular_prisms(stack: Stack) -> Stack:
-    if not len(stack.parts):
-        return stack
-    outlines, axes, plane = _seen_along(stack.vertices)
+def _triangular_prisms(batch: SolidArray) -> SolidArray:
+    if not len(batch.parts):
+        return batch
+    outlines, axes, plane = _seen_along(batch.vertices)
     corners, owner = triangles(outlines)
     points = np.einsum("tck,tjk->tcj", corners, plane[owner])
-    normals = stack.normals
+    normals = batch.normals
     ends = []
-    for face, first in ((0, 0), (1, stack.topology.n_vertices // 2)):  # both ends are plane, but may lean
+    for face, first in ((0, 0), (1, batch.topology.n_vertices // 2)):  # both ends are plane, but may lean
         slope = normals[:, face] / np.einsum("pk,pk->p", normals[:, face], axes)[:, None]
         rise = -np.einsum("tcj,tj->tc", points, slope[owner])
-        ends.append(stack.vertices[owner, None, first] + points + rise[..., None] * axes[owner, None])
-    return Stack(prism_topology(3), stack.parts[owner], np.concatenate(ends, axis=1))
+        ends.append(batch.vertices[owner, None, first] + points + rise[..., None] * axes[owner, None])
+    return SolidArray(prism_topology(3), batch.parts[owner], np.concatenate(ends, axis=1))
 
 
-def _pieces(stack: Stack) -> Pieces:
-    tail, head = stack.topology.edges.T
-    edges = stack.vertices[:, head] - stack.vertices[:, tail]
+def _pieces(batch: SolidArray) -> Pieces:
+    tail, head = batch.topology.edges.T
+    edges = batch.vertices[:, head] - batch.vertices[:, tail]
     directions = edges / np.linalg.norm(edges, axis=-1, keepdims=True)
-    return Pieces(stack.parts, stack.vertices, _distinct(stack.normals), _distinct(directions))
+    return Pieces(batch.parts, batch.vertices, _distinct(batch.normals), _distinct(directions))
 
 
 def _distinct(directions: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""How the ends of the beams sit on the node blocks, found from the solids alone."""
+"""How the ends of the beams fit on the facets of the node blocks, found from the solids alone."""
 
 from __future__ import annotations
 
@@ -7,60 +7,60 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabkit.kinds import BeamDetails, NodeDetails
-from fabkit.parts import Parts, Stack, Topology
+from fabkit.parts import Parts, SolidArray, Topology
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["Seats", "seats"]
+__all__ = ["EndFits", "end_fits"]
 
 NUMBERS_AT_ONCE = 4_000_000
 """Numbers held in memory while ends are compared with facets: 32 MB."""
 
 
 @dataclass(frozen=True, eq=False)
-class Seats:
+class EndFits:
     """Ends of beams and the facets they meet, one row an end whose node is there.
 
     beams, nodes (K,): positions in the groups given; ends (K,): 0 for end A, 1 for end B.
-    off_mm (K,): largest distance of the end face from the plane of the facet. over_mm (K,): how far it sticks out
-    of the facet's outline, negative inside. Both infinite where no facet looks towards the end face.
+    plane_gap_mm (K,): largest distance of the end face from the plane of the facet. overhang_mm (K,): how far it
+    reaches over the facet's outline, negative inside. Both infinite where no facet faces the end.
     """
 
     beams: IntArray
     ends: IntArray
     nodes: IntArray
-    off_mm: FloatArray
-    over_mm: FloatArray
+    plane_gap_mm: FloatArray
+    overhang_mm: FloatArray
 
 
-def seats(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> Seats:
+def end_fits(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> EndFits:
     """Each end face against that facet of its node's block which it fits best among those that look towards it."""
     at = nodes.find(beams.details.nodes)
     beam, end = np.nonzero(at >= 0)
     node = at[beam, end]
     off, over = np.empty(len(node)), np.empty(len(node))
-    node_stacks = nodes.placed()
+    node_batches = nodes.placed()
     which, row = np.empty(len(nodes), dtype=np.int64), np.empty(len(nodes), dtype=np.int64)
-    for k, blocks in enumerate(node_stacks):
+    for k, blocks in enumerate(node_batches):
         which[blocks.parts], row[blocks.parts] = k, np.arange(len(blocks.parts))
     for bars in beams.placed():
         corners, normals = _end_faces(bars, beams.axes[bars.parts, 0])
         bar = np.full(len(beams), -1)
         bar[bars.parts] = np.arange(len(bars.parts))
-        for k, blocks in enumerate(node_stacks):
+        for k, blocks in enumerate(node_batches):
             rows = np.flatnonzero((bar[beam] >= 0) & (which[node] == k))
-            for some in _a_few_at_a_time(rows, blocks.topology):
+            for some in _in_batches(rows, blocks.topology):
                 own = bar[beam[some]], end[some]
                 off[some], over[some] = _misfits(corners[own], normals[own], blocks[row[node[some]]])
-    return Seats(beam, end, node, off, over)
+    return EndFits(beam, end, node, off, over)
 
 
-def _a_few_at_a_time(rows: IntArray, topology: Topology) -> list[IntArray]:
+def _in_batches(rows: IntArray, topology: Topology) -> list[IntArray]:
     """These rows in runs, so that some twenty numbers a corner of each block are no more than NUMBERS_AT_ONCE."""
     size = max(1, NUMBERS_AT_ONCE // (20 * len(topology.corners)))
     return [rows[start : start + size] for start in range(0, len(rows), size)]
 
 
-def _end_faces(bars: Stack, along: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _end_faces(bars: SolidArray, along: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Corners (P, 2, m, 3), some of them repeated, and outward normals (P, 2, 3) of the faces that look most against
     and most along the bars' x-axes (P, 3)."""
     normals = bars.normals
@@ -79,8 +79,8 @@ def _face_corners(topology: Topology) -> IntArray:
     return corners
 
 
-def _misfits(corners: FloatArray, normals: FloatArray, blocks: Stack) -> tuple[FloatArray, FloatArray]:
-    """off_mm and over_mm of end faces with corners (K, m, 3) and normals (K, 3), each on its own block (K)."""
+def _misfits(corners: FloatArray, normals: FloatArray, blocks: SolidArray) -> tuple[FloatArray, FloatArray]:
+    """plane_gap_mm and overhang_mm of end faces: corners (K, m, 3), normals (K, 3), each on its own block (K)."""
     t = blocks.topology
     starts, facing = t.first_corner, blocks.normals
     here, following = blocks.vertices[:, t.corners], blocks.vertices[:, t.corners[t.next_corner]]

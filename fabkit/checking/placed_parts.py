@@ -1,4 +1,4 @@
-"""What must always hold for an assembly: sound solids, beams flush on their nodes, no volume shared.
+"""What must always hold for an assembly: valid solids, beams flush on their nodes, no volume shared.
 
 Everything is found from the placed solids and the names of the mesh elements, not from what detailing knew when it
 made them.
@@ -13,15 +13,15 @@ import numpy as np
 
 from fabkit.checking.clash import clashing_pairs
 from fabkit.checking.convex import is_splittable
-from fabkit.checking.fit import seats
+from fabkit.checking.fit import end_fits
 from fabkit.checking.links import ElementVertices, unlinked_ends, unlinked_facets
 from fabkit.checking.positions import Positions
 from fabkit.errors import DetailingError
 from fabkit.kinds import BEAM, NODE
-from fabkit.parts import Assembly, Measures, Part, Stack
+from fabkit.parts import Assembly, Measures, Part, SolidArray
 from geometry.arrays import BoolArray, FloatArray
 
-__all__ = ["Violation", "check_fit", "in_one_sentence", "violations"]
+__all__ = ["Violation", "check_fit", "violations", "violations_sentence"]
 
 FIT_MM = 1e-6
 """Faces planar, ends on facets, neighbours apart: five digits below any saw, four above double precision."""
@@ -55,13 +55,13 @@ def check_fit(
     shortest_edge_mm: float = SHORTEST_EDGE_MM,
     twist_deg: float = TWIST_DEG,
 ) -> None:
-    """Raises DetailingError, with what `in_one_sentence` says, unless everything holds that `violations` looks at."""
+    """Raise DetailingError, with the text of `violations_sentence`, if `violations` finds any."""
     found = violations(assembly, fit_mm=fit_mm, shortest_edge_mm=shortest_edge_mm, twist_deg=twist_deg)
     if found:
-        raise DetailingError(in_one_sentence(found))
+        raise DetailingError(violations_sentence(found))
 
 
-def in_one_sentence(found: Sequence[Violation]) -> str:
+def violations_sentence(found: Sequence[Violation]) -> str:
     """The first findings that have the cure of the very first, how many more there are, the cure, and how many others
     there are besides. At least one violation is needed."""
     cure = found[0].cure
@@ -96,17 +96,17 @@ def violations(
     name = _by_mark if have_marks else _by_element
     positions = Positions(assembly)
     every = positions.placed()
-    unsound = list(_unsound(positions, every, fit_mm, shortest_edge_mm, name))
-    is_sound = np.ones(len(positions), dtype=bool)
-    is_sound[[position for position, _ in unsound]] = False
-    sound = [stack[is_sound[stack.parts]] for stack in every]
+    invalid = list(_invalid_solids(positions, every, fit_mm, shortest_edge_mm, name))
+    is_valid = np.ones(len(positions), dtype=bool)
+    is_valid[[position for position, _ in invalid]] = False
+    valid = [batch[is_valid[batch.parts]] for batch in every]
     return (
         *_twice(assembly),
-        *(violation for _, violation in unsound),
+        *(violation for _, violation in invalid),
         *_twisted(assembly, twist_deg, name),
         *_unlinked(assembly, name),
-        *_unseated(positions.where(is_sound), fit_mm, name),
-        *_clashing(positions, [stack for stack in sound if len(stack.parts)], fit_mm, name),
+        *_misfitting_ends(positions.where(is_valid), fit_mm, name),
+        *_clashing(positions, [batch for batch in valid if len(batch.parts)], fit_mm, name),
     )
 
 
@@ -145,38 +145,38 @@ class _Rule:
     cure: str
 
 
-def _unsound(
+def _invalid_solids(
     positions: Positions,
-    every: list[Stack],
+    every: list[SolidArray],
     fit_mm: float,
     shortest_edge_mm: float,
     name: Name,
 ) -> Iterator[tuple[int, Violation]]:
     """One violation at most for each part, with its position: the first rule it breaks."""
     axes = np.concatenate([np.zeros((0, 3, 3)), *(group.axes for group in positions.assembly.groups)])
-    for stack in (few for whole in every for few in whole.a_few_at_a_time()):
-        passed = np.ones(len(stack.parts), dtype=bool)
+    for batch in (few for whole in every for few in whole.in_batches()):
+        passed = np.ones(len(batch.parts), dtype=bool)
         with np.errstate(invalid="ignore", divide="ignore"):  # what is not a number does not hold
-            rules = _solid_rules(axes[stack.parts], stack, fit_mm, shortest_edge_mm)
+            rules = _solid_rules(axes[batch.parts], batch, fit_mm, shortest_edge_mm)
         for rule in rules:
             for k in np.flatnonzero(passed & ~rule.holds).tolist():
-                position = int(stack.parts[k])
+                position = int(batch.parts[k])
                 finding = f"{name(positions[position])} {rule.words.format(rule.values[k])}"
                 yield position, Violation(finding, rule.cure, _concerned(positions[position]))
             passed &= rule.holds
 
 
-def _solid_rules(axes: FloatArray, stack: Stack, fit_mm: float, shortest_edge_mm: float) -> list[_Rule]:
+def _solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_edge_mm: float) -> list[_Rule]:
     """A rule means something for those solids only for which the rules before it hold."""
     skew = np.abs(axes @ axes.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-    measures = Measures(stack.topology, stack.vertices)
+    measures = Measures(batch.topology, batch.vertices)
     volume = measures.volumes
-    tail, head = stack.topology.edges.T
-    shortest = np.linalg.norm(stack.vertices[:, head] - stack.vertices[:, tail], axis=-1).min(axis=1)
+    tail, head = batch.topology.edges.T
+    shortest = np.linalg.norm(batch.vertices[:, head] - batch.vertices[:, tail], axis=-1).min(axis=1)
     bulge = _bulges(measures)
     measured = (skew <= RIGID) & (volume > 0) & (shortest >= shortest_edge_mm) & (bulge <= fit_mm)
     splittable = measured.copy()
-    splittable[measured] = is_splittable(stack[measured])
+    splittable[measured] = is_splittable(batch[measured])
     return [
         _Rule(
             skew,
@@ -199,7 +199,7 @@ def _solid_rules(axes: FloatArray, stack: Stack, fit_mm: float, shortest_edge_mm
         _Rule(
             bulge,
             bulge <= fit_mm,
-            f"has a face that leaves its plane by {{:.3g}} mm, allowed {fit_mm:g} mm",
+            f"has a face that is off its plane by {{:.3g}} mm, allowed {fit_mm:g} mm",
             "planarise the mesh first",
         ),
         _Rule(
@@ -245,12 +245,12 @@ def _unlinked(assembly: Assembly, name: Name) -> Iterator[Violation]:
         yield Violation(finding, cure, (*_concerned(nodes[k]), (BEAM.name, edge)))
 
 
-def _unseated(sound: Assembly, fit_mm: float, name: Name) -> Iterator[Violation]:
-    beams, nodes = sound.of(BEAM), sound.of(NODE)
-    found = seats(beams, nodes)
-    for k in np.flatnonzero(~(np.maximum(found.off_mm, found.over_mm) <= fit_mm)).tolist():
+def _misfitting_ends(valid: Assembly, fit_mm: float, name: Name) -> Iterator[Violation]:
+    beams, nodes = valid.of(BEAM), valid.of(NODE)
+    found = end_fits(beams, nodes)
+    for k in np.flatnonzero(~(np.maximum(found.plane_gap_mm, found.overhang_mm) <= fit_mm)).tolist():
         beam, node, end = beams[int(found.beams[k])], nodes[int(found.nodes[k])], "AB"[found.ends[k]]
-        off, over = found.off_mm[k], found.over_mm[k]
+        off, over = found.plane_gap_mm[k], found.overhang_mm[k]
         if off > fit_mm:
             finding = f"{name(beam)} at its end {end} is {off:.3g} mm off the facet of {name(node)}"
             cure = "cut beams and node blocks with the same setbacks and axes"
@@ -260,8 +260,8 @@ def _unseated(sound: Assembly, fit_mm: float, name: Name) -> Iterator[Violation]
         yield Violation(f"{finding}, allowed {fit_mm:g} mm", cure, _concerned(beam, node))
 
 
-def _clashing(positions: Positions, sound: list[Stack], fit_mm: float, name: Name) -> Iterator[Violation]:
-    pairs, depths = clashing_pairs(sound, depth_mm=fit_mm)
+def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name: Name) -> Iterator[Violation]:
+    pairs, depths = clashing_pairs(valid, depth_mm=fit_mm)
     if not len(pairs):
         return
     vertices = ElementVertices(positions.assembly)

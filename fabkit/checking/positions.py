@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fabkit.parts import Assembly, Part, Stack
+from fabkit.parts import Assembly, Part, SolidArray
 from geometry.arrays import BoolArray, IntArray, integers
 
 __all__ = ["Positions"]
@@ -31,12 +31,12 @@ class Positions:
         group = int(np.searchsorted(self.starts, position, side="right")) - 1
         return self.assembly.groups[group][position - int(self.starts[group])]
 
-    def placed(self) -> list[Stack]:
-        """All parts in world coordinates, by group and topology; Stack.parts: their positions."""
+    def placed(self) -> list[SolidArray]:
+        """All parts in world coordinates, by group and topology; SolidArray.parts: their positions."""
         return [
-            replace(stack, parts=start + stack.parts)
+            replace(batch, parts=start + batch.parts)
             for group, start in zip(self.assembly.groups, self.starts[:-1].tolist(), strict=True)
-            for stack in group.placed()
+            for batch in group.placed()
         ]
 
     def where(self, chosen: BoolArray) -> Assembly:

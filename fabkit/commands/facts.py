@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from fabkit.detailing import Ends, axis_spreads, beam_ends
+from fabkit.detailing import Ends, axis_misalignments, beam_ends
 from fabkit.fitness import Finding
 from fabkit.gauss_image import TOLERANCE
 from fabkit.rules import DetailingRules
@@ -100,7 +100,7 @@ def _verdict(deviations: FloatArray, unit: str) -> str:
 
 
 def findings_facts(findings: Iterable[Finding], *, may_allow: bool = True) -> Iterator[tuple[str, str]]:
-    """What is reported and allowed, then what is refused, with its cure, and --allow where the command has it."""
+    """Notes and what is accepted, then what is refused, with its cure, and with --allow where the command has it."""
     findings = tuple(findings)
     for finding in findings:
         if finding.level != "refused":
@@ -175,7 +175,7 @@ def _reversed(pair: Pair) -> str:
 
 def _alignment(structure: SupportStructure) -> str:
     """How far tops and bottoms of beams of one height miss each other on the node axes."""
-    spreads = axis_spreads(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
+    spreads = axis_misalignments(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
     return (
         f"tops and bottoms of beams miss each other on the node axes by {np.nanmedian(spreads):.1e} of the beam height "
         f"in the median, {np.nanmax(spreads):.1e} at most"

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from fabkit.commands.facts import as_read, beam_heights, ends_of_all, findings_facts, moves, offset_kinds, pair_fit
-from fabkit.errors import FabkitError, in_one_sentence
-from fabkit.fitness import CRITERIA, Finding, FitnessError, allowed
+from fabkit.errors import FabkitError, error_sentence
+from fabkit.fitness import CRITERIA, Finding, FitnessError, with_accepted
 from fabkit.fitness.parts import mitres
 from fabkit.fitness.shape import self_intersection
-from fabkit.pipeline import design, judged_image, judged_pair, judged_planar, mesh_in_mm
+from fabkit.pipeline import checked_image, checked_pair, checked_planar, design, mesh_in_mm
 from fabkit.project import GaussImageRules, Project
 from fabkit.stages import Stages
 from geometry.errors import GeometryError
@@ -34,7 +34,7 @@ class Inspection:
 
     gauss_image: as given, None where it is computed. moved: what making faces planar took, None for nothing.
     planar: the mesh after that; structure: it and its Gauss image; None where that failed. findings: what is unusual,
-    reported, allowed or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made,
+    noted, accepted or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made,
     or only what depends on no size was judged.
     """
 
@@ -68,7 +68,7 @@ class Inspection:
         if not self.is_sized:
             yield (
                 "not judged",
-                "room for beams and panels, node blocks, lift and sheets, which need sizes: give --unit or --mean-edge,"
+                "room for beams and panels, node blocks and sheets, which need sizes: give --unit or --mean-edge,"
                 " or inspect a project file",
             )
         yield "verdict", self._verdict()
@@ -104,14 +104,14 @@ def inspect_project(project: Project, *, is_sized: bool = True) -> Inspection:
         file, gauss_image = read_mesh_pair(project.mesh, project.gauss_image.file)
     file = file.near_zero()
     everything = tuple(name for name, reason in CRITERIA.items() if not reason)
-    tried = _tried(project.model_copy(update={"allow": everything}), is_sized=is_sized)
+    tried = _tried(project.model_copy(update={"accept": everything}), is_sized=is_sized)
     return Inspection(
         file,
         gauss_image,
         moves(tried.given, tried.planar) if tried.given and tried.planar else None,
         tried.planar,
         tried.structure,
-        allowed(tried.findings, project.allow),
+        with_accepted(tried.findings, project.accept),
         tried.trouble,
         is_sized,
     )
@@ -144,7 +144,7 @@ def _tried(project: Project, *, is_sized: bool) -> _Tried:
     except FitnessError as error:
         return replace(shaped, findings=error.findings)
     except (FabkitError, GeometryError) as error:
-        return replace(shaped, trouble=(in_one_sentence(error),))
+        return replace(shaped, trouble=(error_sentence(error),))
 
 
 def _shaped(project: Project) -> _Tried:
@@ -154,17 +154,17 @@ def _shaped(project: Project) -> _Tried:
         mesh, rounding_mm, given = mesh_in_mm(project)
         tried = replace(tried, given=mesh)
         if given is not None:
-            structure, _, found = judged_pair(project, mesh, given, Stages())
+            structure, _, found = checked_pair(project, mesh, given, Stages())
             return _Tried(mesh, structure.mesh, structure, found)
-        planar, found = judged_planar(project, mesh, Stages())
+        planar, found = checked_planar(project, mesh, Stages())
         tried = _Tried(mesh, planar, None, found)
-        structure, _, found = judged_image(project, mesh, planar, rounding_mm, found, Stages())
+        structure, _, found = checked_image(project, mesh, planar, rounding_mm, found, Stages())
     except FitnessError as error:
         return replace(tried, findings=error.findings)
     except GeometryError as error:
         crossing = self_intersection(tried.given) if tried.given and not tried.planar else None
         findings = (*tried.findings, crossing) if crossing else tried.findings
-        return replace(tried, findings=findings, trouble=(in_one_sentence(error),))
+        return replace(tried, findings=findings, trouble=(error_sentence(error),))
     return replace(tried, structure=structure, findings=found)
 
 

@@ -14,14 +14,13 @@ if TYPE_CHECKING:
     from fabkit.project import Project
 
 __all__ = [
-    "Allow",
+    "Accept",
     "Beam",
     "Clearance",
     "EqualWithin",
     "Flip",
     "GaussImage",
     "Joint",
-    "Lift",
     "MeanEdge",
     "MeshPath",
     "NestMode",
@@ -30,6 +29,7 @@ __all__ = [
     "Sheet",
     "SkipUnbuildable",
     "Thickness",
+    "Underside",
     "Unit",
     "project_of",
     "refuse_beside",
@@ -65,7 +65,7 @@ Thickness = Annotated[float | None, typer.Option(help="Thickness of the panels. 
 Joint = Annotated[
     float | None, typer.Option(help="Width of the joints between panels. Default: 10.", rich_help_panel=SIZES)
 ]
-Lift = Annotated[
+Underside = Annotated[
     float | None,
     typer.Option(
         help="Height of the panels above the mesh. Default: the least that clears beams and nodes, plus 5.",
@@ -90,7 +90,7 @@ EqualWithin = Annotated[
         rich_help_panel=SHOP,
     ),
 ]
-Allow = Annotated[
+Accept = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME",
@@ -115,7 +115,7 @@ def settings_of(
     clearance: float | None = None,
     thickness: float | None = None,
     joint: float | None = None,
-    lift: float | None = None,
+    underside: float | None = None,
     sheet: str | None = None,
     nest: str | None = None,
     nest_seconds: float | None = None,
@@ -127,7 +127,7 @@ def settings_of(
             **whole,
             "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "reference": reference},
             "nodes": {"clearance_mm": clearance},
-            "panels": {"thickness_mm": thickness, "joint_mm": joint, "lift_mm": lift},
+            "panels": {"thickness_mm": thickness, "joint_mm": joint, "underside_mm": underside},
             "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
             "nesting": {"mode": nest, "seconds": nest_seconds},
         }

@@ -18,14 +18,14 @@ from fabkit.commands.options import project_of
 from fabkit.commands.terminal import ERR, OUT, facts_table, printable
 from fabkit.designs import EdgeOffsetDesign, write_design
 from fabkit.errors import ProjectError
-from fabkit.fitness import TOLD_BY_NAME
+from fabkit.fitness import MAX_NAMED_ELEMENTS
 from fabkit.pipeline import Built, build
 from fabkit.production import TERMINAL
 from fabkit.project import Project
 
 __all__ = ["add_facts", "build_and_print", "inspect_and_print", "write_and_print"]
 
-COLOURS = {"told": "yellow", "allowed": "yellow", "unfit": "red"}
+COLOURS = {"note": "yellow", "accepted": "yellow", "unfit": "red"}
 
 LARGEST_BOOST_COMPONENT = 1e9
 """Above it, the square of a component of a boost might overflow; a boost is shorter than 1."""
@@ -41,7 +41,7 @@ def build_and_print(mesh: Path, settings: dict[str, Any], *, force: bool) -> Non
 
 def inspect_and_print(mesh: Path, settings: dict[str, Any]) -> bool:
     """Print the facts and the verdict; whether a build would be refused."""
-    if mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "allow", "gauss_image"}:
+    if mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "accept", "gauss_image"}:
         inspection = inspect_project(project_of(mesh, settings))
     else:
         inspection = inspect_project(project_of(mesh, settings | UNSIZED), is_sized=False)
@@ -110,8 +110,10 @@ def _print_result(project: Project, built: Built) -> None:
     add_facts(table, findings_facts(summary.fitness))
     OUT.print(table)
     reasons = [part.reason for part in built.assembly.left_out]
-    if len(reasons) > TOLD_BY_NAME:
-        reasons[TOLD_BY_NAME:] = [f"{len(reasons) - TOLD_BY_NAME} more, which the report and the manifest name"]
+    if len(reasons) > MAX_NAMED_ELEMENTS:
+        reasons[MAX_NAMED_ELEMENTS:] = [
+            f"{len(reasons) - MAX_NAMED_ELEMENTS} more, which the report and the manifest name"
+        ]
     for reason in reasons:
         OUT.print(Text.assemble(("left out: ", "bold red"), printable(reason)))
     seconds = sum(built.seconds.values())

@@ -14,8 +14,8 @@ from rich.table import Table
 from rich.text import Text
 from typer.core import TyperGroup
 
-from fabkit.errors import FabkitError, in_one_sentence
-from fabkit.signals import ending_tidily
+from fabkit.errors import FabkitError, error_sentence
+from fabkit.signals import exit_on_signal
 from fabkit.wording import readable
 from geometry.errors import GeometryError
 
@@ -55,7 +55,7 @@ class Commands(TyperGroup):
     """Commands that report every error in one sentence, wrong arguments included."""
 
     def main(self, *arguments: Any, **settings: Any) -> Any:
-        with exit_on_error(), ending_tidily():
+        with exit_on_error(), exit_on_signal():
             _escape_unprintable()
             try:
                 code = super().main(*arguments, **{**settings, "standalone_mode": False})
@@ -71,7 +71,7 @@ def exit_on_error() -> Iterator[None]:
     try:
         yield
     except (FabkitError, GeometryError) as error:
-        _exit_with_sentence(in_one_sentence(error))
+        _exit_with_sentence(error_sentence(error))
     except MemoryError:
         _exit_with_sentence("there is not enough memory: take a coarser mesh, or smaller counts")
     except RecursionError:

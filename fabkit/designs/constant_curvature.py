@@ -14,7 +14,7 @@ from fabkit.designs.edge_offset_design import (
     check_count,
     check_touching,
 )
-from fabkit.errors import ProjectError, in_one_sentence
+from fabkit.errors import ProjectError, error_sentence
 from fabkit.families import Faces, MinimalShape
 from geometry.curvature import (
     christoffel_dual,
@@ -96,7 +96,7 @@ def _dual_of(given: Mesh, name: str) -> Pair:
         if off <= EXACT_KOEBE_DEVIATION:
             raise
         raise ProjectError(
-            f"{in_one_sentence(error)}; {name} is off the unit sphere by {off:.1e} of its radius, more than "
+            f"{error_sentence(error)}; {name} is off the unit sphere by {off:.1e} of its radius, more than "
             f"{EXACT_KOEBE_DEVIATION:.0e}: write it with more digits"
         ) from error
 

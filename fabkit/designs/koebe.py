@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fabkit.designs.edge_offset_design import MAX_FACES_SOLVED_FOR, EdgeOffsetDesign, check_count
-from fabkit.errors import ProjectError, in_one_sentence
+from fabkit.errors import ProjectError, error_sentence
 from fabkit.families import Bend, Tiles
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset import edge_offset_mesh, koebe, saddle_signs
@@ -112,7 +112,7 @@ def _bent(gauss_image: Mesh, bend: Bend, direction_deg: float, is_open: bool) ->
     except GeometryError as error:
         raise ProjectError(
             f"no saddle reverses the edges across the direction of {direction_deg:g} degrees "
-            f"({in_one_sentence(error)}): take another --direction, or quads"
+            f"({error_sentence(error)}): take another --direction, or quads"
         ) from error
 
 

@@ -2,6 +2,6 @@
 
 from fabkit.detailing.assembling import Detailed, detail
 from fabkit.detailing.ends import Ends, beam_ends
-from fabkit.detailing.nodes import axis_spreads
+from fabkit.detailing.nodes import axis_misalignments
 
-__all__ = ["Detailed", "Ends", "axis_spreads", "beam_ends", "detail"]
+__all__ = ["Detailed", "Ends", "axis_misalignments", "beam_ends", "detail"]

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fabkit.checking import Violation, in_one_sentence, panels_outside_cells, violations
+from fabkit.checking import Violation, panels_crossing_support_planes, violations, violations_sentence
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
 from fabkit.detailing.ends import Ends, beam_ends
 from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
-from fabkit.detailing.panel_lift import heights_under_panels
+from fabkit.detailing.panel_underside import heights_under_panels
 from fabkit.detailing.panels import PanelShapes, make_panels, panel_shapes
 from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
-from fabkit.fitness.shape import outwards
+from fabkit.fitness.shape import tilt
 from fabkit.kinds import PANEL
 from fabkit.parts import Assembly, LeftOut, Material
 from fabkit.rules import DetailingRules
@@ -24,19 +24,19 @@ from geometry.gauss import SupportStructure
 
 __all__ = ["Detailed", "detail"]
 
-TOLD_IN_FULL = 3
-"""So many of the parts that cannot be built have a sentence of their own in an error; the others are only named."""
+MAX_FULL_REASONS = 3
+"""Largest number of unbuildable parts that have a sentence of their own in an error; the others are only named."""
 
 
 @dataclass(frozen=True, eq=False)
 class Detailed:
-    """The assembly, and what decided the level of its panels. lift_mm: of the panels' lower sides above the mesh.
-    asked_mm (N,): how far the block at each vertex stands above the highest face it reaches under, 0 without one."""
+    """The assembly, and what decided the level of its panels. underside_mm: of the panels' lower sides above the mesh.
+    needed_mm (N,): how far the block at each vertex stands above the highest face it reaches under, 0 without one."""
 
     assembly: Assembly
-    lift_mm: float
-    asked_mm: FloatArray
-    lift_reason: str
+    underside_mm: float
+    needed_mm: FloatArray
+    underside_reason: str
 
 
 def detail(
@@ -51,7 +51,7 @@ def detail(
     while True:
         detailed = plan.make(name)
         plan.check_something_left()
-        found = plan.panels_outside_cells(detailed.assembly) + violations(detailed.assembly, have_marks=False)
+        found = plan.panels_crossing_support_planes(detailed.assembly) + violations(detailed.assembly, have_marks=False)
         if not found:
             return detailed
         plan.leave_out_violating(found)
@@ -87,7 +87,7 @@ class _Plan:
         assembly = Assembly(name, groups, tuple(self.left_out) + self._bare_nodes(ends))
         asked = np.zeros(self.structure.mesh.n_vertices)
         np.maximum.at(asked, self.structure.mesh.combinatorics.corners, heights)
-        return Detailed(assembly, panels.lift, asked, self._lift_reason(heights, asked, panels.lift))
+        return Detailed(assembly, panels.underside, asked, self._underside_reason(heights, asked, panels.underside))
 
     # --- beams and nodes
 
@@ -99,19 +99,19 @@ class _Plan:
             short = np.flatnonzero(self.beams & ~(shapes.short_point >= least))
             if not len(short):
                 return ends, shapes
-            reasons = {int(edge): self._no_room(int(edge), ends, shapes) for edge in short}
+            reasons = {int(edge): self._too_short(int(edge), ends, shapes) for edge in short}
             self._leave_out("beam", self.beams, reasons)
 
-    def _no_room(self, edge: int, ends: Ends, shapes: BeamShapes) -> str:
+    def _too_short(self, edge: int, ends: Ends, shapes: BeamShapes) -> str:
         i, j = self.structure.mesh.combinatorics.edges[edge].tolist()
         setbacks = ends.setback[2 * edge : 2 * edge + 2]
         worst = 2 * edge + int(setbacks.argmax())
         before = int(np.flatnonzero(ends.following == worst)[0])
         angle = np.degrees(np.nanmin(ends.gap[[worst, before]]))
         return (
-            f"the beam on edge {edge} from vertex {i} to vertex {j} has no room: the edge is "
-            f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long, the setbacks are {setbacks[0]:.1f} and "
-            f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts, and at least "
+            f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
+            f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
+            f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
             f"{self.rules.beams.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
             f"{angle:.1f} degrees apart; counted from 0)"
         )
@@ -131,26 +131,28 @@ class _Plan:
         standing = heights_under_panels(self.structure, ends, self.beams, nodes)
         while True:
             heights = np.where(self.panels[self.structure.mesh.combinatorics.corner_face], standing, 0.0)
-            level = rules.lift_mm if rules.lift_mm is not None else max(0.0, float(heights.max())) + rules.seat_mm
+            level = (
+                rules.underside_mm if rules.underside_mm is not None else max(0.0, float(heights.max())) + rules.seat_mm
+            )
             shapes = panel_shapes(self.structure, rules, level)
             c = self.structure.mesh.combinatorics
             shortest = np.minimum.reduceat(shapes.edge_lengths, c.face_starts[:-1])
-            eaten = np.flatnonzero(self.panels & ~(shortest >= rules.least_edge_mm))
-            if not len(eaten):
+            vanishing = np.flatnonzero(self.panels & ~(shortest >= rules.least_edge_mm))
+            if not len(vanishing):
                 return heights, shapes
-            reasons = {int(face): self._eaten(int(face), shapes, shortest) for face in eaten}
+            reasons = {int(face): self._vanishes(int(face), shapes, shortest) for face in vanishing}
             self._leave_out("panel", self.panels, reasons)
 
-    def _eaten(self, face: int, shapes: PanelShapes, shortest: FloatArray) -> str:
+    def _vanishes(self, face: int, shapes: PanelShapes, shortest: FloatArray) -> str:
         rules = self.rules.panels
         return (
-            f"the panel on face {face} is eaten by its joint: at {shapes.lift:.1f} mm above the mesh, "
-            f"cut back by half the joint of {rules.joint_mm:g} mm, its shortest edge is {shortest[face]:.1f} mm, and "
-            f"at least {rules.least_edge_mm:g} mm are needed (faces counted from 0)"
+            f"the panel on face {face} vanishes when cut back by half the joint of {rules.joint_mm:g} mm: at "
+            f"{shapes.underside:.1f} mm above the mesh its shortest edge is {shortest[face]:.1f} mm, and at least "
+            f"{rules.least_edge_mm:g} mm are needed (faces counted from 0)"
         )
 
-    def _lift_reason(self, heights: FloatArray, asked: FloatArray, level: float) -> str:
-        if self.rules.panels.lift_mm is not None:
+    def _underside_reason(self, heights: FloatArray, asked: FloatArray, level: float) -> str:
+        if self.rules.panels.underside_mm is not None:
             return f"given as {level:g} mm"
         corner = int(heights.argmax())
         if heights[corner] <= 0.0:
@@ -163,9 +165,9 @@ class _Plan:
 
     # --- what cannot be made
 
-    def panels_outside_cells(self, assembly: Assembly) -> tuple[Violation, ...]:
+    def panels_crossing_support_planes(self, assembly: Assembly) -> tuple[Violation, ...]:
         panels = assembly.of(PANEL)
-        faces = panels.elements[panels_outside_cells(self.structure, panels)]
+        faces = panels.elements[panels_crossing_support_planes(self.structure, panels)]
         cure = "the outline crosses the support planes of its face: change the mesh there, or lower the panels"
         return tuple(
             Violation(f"the panel on face {face} leaves its cell", cure, (("panel", face),)) for face in faces.tolist()
@@ -183,7 +185,7 @@ class _Plan:
                 edges = of_kind["beam"] or self._beams_at(of_kind["node"])
                 beams |= {edge: _because("beam on edge", edge, violation) for edge in edges}
         if not self.skip_unbuildable or not (beams or panels):
-            raise DetailingError(in_one_sentence(found))
+            raise DetailingError(violations_sentence(found))
         if panels:
             self._leave_out("panel", self.panels, panels)
         if beams:
@@ -204,12 +206,12 @@ class _Plan:
 
     def _leave_out(self, kind: str, made: BoolArray, reasons: dict[int, str]) -> None:
         if not self.skip_unbuildable:
-            told = list(dict.fromkeys(reasons.values()))[:TOLD_IN_FULL]
-            if len(reasons) > TOLD_IN_FULL:
-                others = ", ".join(self._place(kind, element) for element in list(reasons)[TOLD_IN_FULL:])
-                told.append(f"and so it is with {others}")
+            shown = list(dict.fromkeys(reasons.values()))[:MAX_FULL_REASONS]
+            if len(reasons) > MAX_FULL_REASONS:
+                others = ", ".join(self._place(kind, element) for element in list(reasons)[MAX_FULL_REASONS:])
+                shown.append(f"the same applies to {others}")
             raise DetailingError(
-                f"{len(reasons)} {kind}{'s' if len(reasons) > 1 else ''} cannot be built: {'; '.join(told)}. Change "
+                f"{len(reasons)} {kind}{'s' if len(reasons) > 1 else ''} cannot be built: {'; '.join(shown)}. Change "
                 "the mesh there (counted from 0) or the sizes, or leave these parts out with --skip-unbuildable"
             )
         made[list(reasons)] = False
@@ -222,7 +224,7 @@ class _Plan:
         return f"edge {element} (vertices {i} and {j})"
 
     def _check_outwards(self) -> None:
-        found = outwards(self.structure, FitnessRules())
+        found = tilt(self.structure, FitnessRules())
         if found and found.level == "refused":
             raise DetailingError(f"{found.sentence}; {found.cure}")
 

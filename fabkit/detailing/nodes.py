@@ -14,7 +14,7 @@ from fabkit.rules import BeamRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
-__all__ = ["NodeShapes", "axis_spreads", "make_nodes", "node_shapes"]
+__all__ = ["NodeShapes", "axis_misalignments", "make_nodes", "node_shapes"]
 
 
 STRAIGHT = 1e-6
@@ -28,16 +28,16 @@ class NodeShapes:
 
     corners (K, 2): sections in mm about the axis, x towards the first beam of the ring, node by node and
     counter-clockwise; corner_starts (N+1,): node i has corners[corner_starts[i]:corner_starts[i+1]].
-    bottom, top (N,): levels in mm along the axis, NaN where there is no block. top_spread, axis_spread (N,): in mm, see
-    `NodeDetails`.
+    bottom, top (N,): levels in mm along the axis, NaN where there is no block. top_step, axis_misalignment (N,):
+    in mm, see `NodeDetails`.
     """
 
     corners: FloatArray
     corner_starts: IntArray
     bottom: FloatArray
     top: FloatArray
-    top_spread: FloatArray
-    axis_spread: FloatArray
+    top_step: FloatArray
+    axis_misalignment: FloatArray
 
 
 def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> NodeShapes:
@@ -54,10 +54,10 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> No
     n = structure.mesh.n_vertices
     bottom, _ = _extremes(lows, ends, n)
     lowest_top, top = _extremes(highs, ends, n)
-    return NodeShapes(corners, starts, bottom, top, top - lowest_top, axis_spreads(ends, (inner, outer), n))
+    return NodeShapes(corners, starts, bottom, top, top - lowest_top, axis_misalignments(ends, (inner, outer), n))
 
 
-def axis_spreads(ends: Ends, levels: tuple[float, float], n_vertices: int) -> FloatArray:
+def axis_misalignments(ends: Ends, levels: tuple[float, float], n_vertices: int) -> FloatArray:
     """(N,) how far the inner or the outer sides of a node's beams, which lie at these levels above the edges, are from
     meeting the axis in one point, the larger of the two; NaN where there are no beams."""
     on_axis = [_extremes(level / np.cos(ends.inclination), ends, n_vertices) for level in levels]
@@ -110,7 +110,7 @@ def make_nodes(
             inclinations_deg=rings.with_values(np.degrees(ends.inclination[rings.values])),
             setbacks_mm=rings.with_values(ends.setback[rings.values]),
             height_mm=top - bottom,
-            top_spread_mm=shapes.top_spread[vertices],
-            axis_spread_mm=shapes.axis_spread[vertices],
+            top_step_mm=shapes.top_step[vertices],
+            axis_misalignment_mm=shapes.axis_misalignment[vertices],
         ),
     )

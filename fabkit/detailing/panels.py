@@ -30,12 +30,12 @@ class PanelShapes:
     """Outlines of all panels at the level of their lower sides.
 
     corners (C, 3): positions in mm; corner c lies between the edge before and the edge from it.
-    lift: level of the lower sides above the faces in mm. edge_lengths (C,): signed along the mesh edge, negative
+    underside: level of the lower sides above the faces in mm. edge_lengths (C,): signed along the mesh edge, negative
     where the edge has vanished between its neighbours.
     """
 
     corners: FloatArray
-    lift: float
+    underside: float
     edge_lengths: FloatArray
 
 
@@ -59,14 +59,14 @@ def _cuts(structure: SupportStructure) -> _Cuts:
     return _Cuts(t, np.cross(n, t), structure.width_directions[c.corner_edge] * -along, n)
 
 
-def panel_shapes(structure: SupportStructure, rules: PanelRules, lift: float) -> PanelShapes:
-    """Faces cut by the support planes at the level `lift`, each edge moved inwards by half the joint.
+def panel_shapes(structure: SupportStructure, rules: PanelRules, underside: float) -> PanelShapes:
+    """Faces cut by the support planes at the level `underside`, each edge moved inwards by half the joint.
 
     Edges are square: the smaller of the outlines at the lower and the upper side of the plate.
     """
     c = structure.mesh.combinatorics
     cuts = _cuts(structure)
-    levels = np.array([lift, lift + rules.thickness_mm])
+    levels = np.array([underside, underside + rules.thickness_mm])
     leaning = np.einsum("ck,ck->c", cuts.b, cuts.n)[:, None]
     upright = np.einsum("ck,ck->c", cuts.b, cuts.q)
     inwards = ((rules.joint_mm / 2 - levels * leaning) / upright[:, None]).max(axis=1)
@@ -76,9 +76,9 @@ def panel_shapes(structure: SupportStructure, rules: PanelRules, lift: float) ->
     safe = np.where(straight, 1.0, turn)
     meet = (inwards[before] / safe)[:, None] * cuts.t - (inwards / safe)[:, None] * cuts.t[before]
     alike = np.maximum(inwards, inwards[before])[:, None] * (cuts.q + cuts.q[before]) / 2
-    corners = structure.mesh.vertices[c.corners] + np.where(straight[:, None], alike, meet) + lift * cuts.n
+    corners = structure.mesh.vertices[c.corners] + np.where(straight[:, None], alike, meet) + underside * cuts.n
     lengths = np.einsum("ck,ck->c", corners[c.next_corner] - corners, cuts.t)
-    return PanelShapes(corners, lift, lengths)
+    return PanelShapes(corners, underside, lengths)
 
 
 def make_panels(
@@ -110,7 +110,7 @@ def make_panels(
         material=material,
         details=PanelDetails(
             thickness_mm=thickness,
-            lift_mm=np.full(len(faces), shapes.lift),
+            underside_mm=np.full(len(faces), shapes.underside),
             area_mm2=areas,
             edge_lengths_mm=around(lengths),
             corner_angles_deg=around(angles),

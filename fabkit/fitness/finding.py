@@ -1,4 +1,4 @@
-"""What is unusual about a mesh, with its number; and what becomes of it: told, allowed or refused."""
+"""Findings: what is unusual about a mesh or its parts, with its value; a note, accepted, or refused."""
 
 from __future__ import annotations
 
@@ -8,9 +8,18 @@ from typing import Literal
 
 from fabkit.errors import FabkitError
 
-__all__ = ["CRITERIA", "TOLD_BY_NAME", "Finding", "FitnessError", "Level", "allowed", "check_fit_to_build", "named"]
+__all__ = [
+    "CRITERIA",
+    "MAX_NAMED_ELEMENTS",
+    "Finding",
+    "FitnessError",
+    "Level",
+    "check_fit_to_build",
+    "named",
+    "with_accepted",
+]
 
-Level = Literal["told", "allowed", "refused"]
+Level = Literal["note", "accepted", "refused"]
 
 CRITERIA: dict[str, str] = {
     "moves": "",
@@ -18,25 +27,26 @@ CRITERIA: dict[str, str] = {
     "self-crossing": "no plate and no frame has an outline that crosses itself",
     "self-intersection": "",
     "lean": "",
-    "heights": "it is told, and stops no build",
-    "outwards": "a beam that does not point out of its faces has no place for their panels",
-    "mitres": "it is told, and stops no build",
-    "blocks": "it is told, and stops no build",
-    "lift": "it is told, and stops no build",
+    "heights": "it is only noted and stops no build",
+    "tilt": "a beam that does not point out of its faces has no place for their panels",
+    "mitres": "it is only noted and stops no build",
+    "block-heights": "it is only noted and stops no build",
+    "underside": "it is only noted and stops no build",
     "sheets": "a panel that fits on no sheet cannot be cut; leave it out with --skip-unbuildable",
 }
-"""All that is judged, by the name that `--allow` accepts; and why it may not be allowed, empty where it may."""
+"""All criteria by name, as `--accept` takes it; and why a finding cannot be accepted, empty where it can."""
 
-TOLD_BY_NAME = 10
-"""So many elements are named in a sentence; the manifest has them all."""
+MAX_NAMED_ELEMENTS = 10
+"""Largest number of elements that one sentence names; the manifest lists all of them."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that is unusual about a mesh or what is made of it.
+    """Something unusual about a mesh or about the parts made from it.
 
-    name: of the criterion, one of `CRITERIA`. value, bound: the number that was found, and from which on it is told
-    or refused, in `unit`. sentence: number and place in words; cure: what to do about it. noun, elements: the
+    name: the criterion, one of `CRITERIA`. level: "note" (a build goes ahead), "refused" (a build stops) or "accepted"
+    (it would be refused, but the user accepts it). value, bound: the value found, and the value from which it is noted
+    or refused, both in `unit`. sentence: value and place in words; cure: what to do about it. noun, elements: the
     vertices, edges or faces concerned, the worst first, counted from 0.
     """
 
@@ -51,19 +61,19 @@ class Finding:
     elements: tuple[int, ...] = ()
 
     @property
-    def may_be_allowed(self) -> bool:
+    def may_be_accepted(self) -> bool:
         return not CRITERIA[self.name]
 
     @property
     def advice(self) -> str:
-        """The cure, and the option where it may be accepted as it is."""
-        if self.level == "refused" and self.may_be_allowed:
-            return f"{self.cure}, or accept it with --allow {self.name}"
+        """The cure, and the option by which the finding can be accepted as it is."""
+        if self.level == "refused" and self.may_be_accepted:
+            return f"{self.cure}, or accept it with --accept {self.name}"
         return self.cure
 
 
 class FitnessError(FabkitError):
-    """A mesh is not fit to be built from. findings: all up to here, those that are refused among them."""
+    """A mesh cannot be built from. findings: all findings so far, the refused ones among them."""
 
     def __init__(self, findings: Sequence[Finding]) -> None:
         refused = [finding for finding in findings if finding.level == "refused"]
@@ -71,24 +81,24 @@ class FitnessError(FabkitError):
         self.findings = tuple(findings)
 
 
-def allowed(findings: Iterable[Finding], names: Collection[str]) -> tuple[Finding, ...]:
-    """The findings, refused ones of these names being allowed, and allowed ones of other names refused."""
+def with_accepted(findings: Iterable[Finding], names: Collection[str]) -> tuple[Finding, ...]:
+    """The findings; those with these names are accepted instead of refused, where that is possible."""
     return tuple(_levelled(finding, names) for finding in findings)
 
 
 def _levelled(finding: Finding, names: Collection[str]) -> Finding:
-    if finding.level == "told":
+    if finding.level == "note":
         return finding
-    return replace(finding, level="allowed" if finding.name in names and finding.may_be_allowed else "refused")
+    return replace(finding, level="accepted" if finding.name in names and finding.may_be_accepted else "refused")
 
 
 def check_fit_to_build(findings: Sequence[Finding]) -> None:
-    """Raise FitnessError, with all refused findings in one sentence each, where there are any."""
+    """Raise FitnessError if any finding is refused, with one sentence for each refused one."""
     if any(finding.level == "refused" for finding in findings):
         raise FitnessError(findings)
 
 
-def named(names: Sequence[str], *, at_most: int = TOLD_BY_NAME) -> str:
-    """The first of the names, and how many more there are."""
+def named(names: Sequence[str], *, at_most: int = MAX_NAMED_ELEMENTS) -> str:
+    """The first of the names, and the number of the others."""
     more = f" and {len(names) - at_most} more" if len(names) > at_most else ""
     return ", ".join(names[:at_most]) + more

@@ -1,4 +1,4 @@
-"""What is judged of the parts, which have sizes: a function a criterion, None where all is well."""
+"""Criteria of the parts, which have sizes: one function each, None where nothing is unusual."""
 
 from __future__ import annotations
 
@@ -8,34 +8,34 @@ import numpy as np
 
 from fabkit.fitness.finding import Finding, Level, named
 from fabkit.fitness.rules import FitnessRules
-from fabkit.fitness.shape import MOST
+from fabkit.fitness.shape import NOTED_PERCENTILE
 from fabkit.kinds import BeamDetails, NodeDetails
 from fabkit.parts import Parts
 from geometry.arrays import FloatArray
 
-__all__ = ["blocks", "lift", "mitres", "sheets"]
+__all__ = ["block_heights", "mitres", "mitres_of", "sheets", "underside"]
 
 
 def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rules: FitnessRules) -> Finding | None:
-    """How slanted the ends of beams are cut. cuts_deg (n, 2): of the beams with these names on these edges."""
+    """End cuts of beams. cuts_deg (n, 2): cut angles of the beams with these names on these edges."""
     if not len(cuts_deg):
         return None
     angles = np.abs(cuts_deg).max(axis=1)
-    slanted = np.flatnonzero(angles >= rules.mitres_told_deg)
+    slanted = np.flatnonzero(angles >= rules.mitres_noted_deg)
     if not len(slanted):
         return None
     order = slanted[np.argsort(-angles[slanted], kind="stable")]
-    steep = [f"{names[k]} ({angles[k]:.1f})" for k in order.tolist() if angles[k] >= rules.mitres_named_deg]
-    by_name = f"; from {rules.mitres_named_deg:g} on: {named(list(dict.fromkeys(steep)))}" if steep else ""
+    steep = [f"{names[k]} ({angles[k]:.1f})" for k in order.tolist() if angles[k] >= rules.mitres_listed_deg]
+    by_name = f"; from {rules.mitres_listed_deg:g} on: {named(list(dict.fromkeys(steep)))}" if steep else ""
     return Finding(
         "mitres",
-        "told",
+        "note",
         float(angles[order[0]]),
-        rules.mitres_told_deg,
+        rules.mitres_noted_deg,
         "degrees",
-        f"{len(slanted)} of {len(angles)} beams have an end cut by {rules.mitres_told_deg:g} degrees or more off "
+        f"{len(slanted)} of {len(angles)} beams have an end cut by {rules.mitres_noted_deg:g} degrees or more off "
         f"square, at most {angles[order[0]]:.1f}{by_name}",
-        "see that the saw turns so far, or open the angles between edges and node axes there",
+        "make sure that the saw reaches these angles, or open the angles between edges and node axes there",
         "edge",
         tuple(int(edges[k]) for k in order.tolist()),
     )
@@ -45,23 +45,24 @@ def mitres_of(beams: Parts[BeamDetails], rules: FitnessRules) -> Finding | None:
     return mitres(beams.details.cut_angles_deg, beams.marks, beams.elements.tolist(), rules)
 
 
-def blocks(nodes: Parts[NodeDetails], beam_height_mm: float, rules: FitnessRules) -> Finding | None:
-    """How much higher than the beams the blocks that enclose their ends are."""
+def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: FitnessRules) -> Finding | None:
+    """Heights of the node blocks, which enclose the ends of their beams, over the height of the beams."""
     heights = nodes.details.height_mm
     sizes = heights / beam_height_mm
-    high = np.flatnonzero(sizes >= rules.blocks_told)
+    high = np.flatnonzero(sizes >= rules.block_heights_noted)
     if not len(high):
         return None
     order = high[np.argsort(-sizes[high], kind="stable")]
     worst = nodes[int(order[0])]
     return Finding(
-        "blocks",
-        "told",
+        "block-heights",
+        "note",
         float(sizes[order[0]]),
-        rules.blocks_told,
+        rules.block_heights_noted,
         "beam heights",
-        f"{len(high)} of {len(nodes)} node blocks are at least {rules.blocks_told:g} times as high as their beams of "
-        f"{beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) has {heights[order[0]]:.0f} mm",
+        f"{len(high)} of {len(nodes)} node blocks are at least {rules.block_heights_noted:g} times as high as their "
+        f"beams of {beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) is "
+        f"{heights[order[0]]:.0f} mm high",
         "take narrower beams (--beam) or less clearance (--clearance), so that beams end nearer to the axes, or open "
         "narrow angles between edges",
         "vertex",
@@ -69,28 +70,29 @@ def blocks(nodes: Parts[NodeDetails], beam_height_mm: float, rules: FitnessRules
     )
 
 
-def lift(
+def underside(
     heights_mm: FloatArray, marks: Mapping[int, str], beam_height_mm: float, rules: FitnessRules
 ) -> Finding | None:
-    """Whether one node lifts all panels. heights_mm (N,): what each node asks for; marks: of the nodes that are made,
-    by vertex."""
+    """Whether a single node raises all panels. heights_mm (N,): how high each node block stands above the faces; marks:
+    of the nodes that are made, by vertex."""
     vertices = np.array(sorted(marks), dtype=np.int64)
     if not len(vertices):
         return None
     asked = heights_mm[vertices]
-    median, most = np.percentile(asked, [50, MOST]).tolist()
+    median, most = np.percentile(asked, [50, NOTED_PERCENTILE]).tolist()
     worst = int(vertices[asked.argmax()])
     excess = (float(asked.max()) - most) / beam_height_mm
-    if excess < rules.lift_told:
+    if excess < rules.underside_noted:
         return None
     return Finding(
-        "lift",
-        "told",
+        "underside",
+        "note",
         excess,
-        rules.lift_told,
+        rules.underside_noted,
         "beam heights",
         f"node block {marks[worst]} (vertex {worst}, counted from 0) stands {asked.max():.1f} mm above a face and "
-        f"lifts all panels; {MOST} % of the nodes ask for {most:.1f} mm at most, the median for {median:.1f}",
+        f"raises all panels; {NOTED_PERCENTILE} % of the nodes need no more than {most:.1f} mm, the median node "
+        f"{median:.1f} mm",
         "move that vertex towards its neighbours' level or open the angles at it, or take narrower beams (--beam) or "
         "less clearance (--clearance)",
         "vertex",
@@ -99,7 +101,7 @@ def lift(
 
 
 def sheets(reasons: Mapping[int, str], marks: Mapping[int, str], level: Level) -> Finding | None:
-    """Panels that fit on no stock sheet: a sentence for each, and its mark, by its face."""
+    """Panels that fit on no stock sheet. reasons, marks: a sentence and the mark of each such panel, by its face."""
     if not reasons:
         return None
     first, *others = reasons

@@ -1,4 +1,4 @@
-"""What is judged of a mesh and its Gauss image, whatever their size: a function a criterion, None where all is well."""
+"""Criteria of a mesh and its Gauss image, independent of size: one function each, None where nothing is unusual."""
 
 from __future__ import annotations
 
@@ -20,50 +20,50 @@ __all__ = [
     "moves",
     "of_gauss_image",
     "of_planar_mesh",
-    "outwards",
     "self_crossing",
     "self_intersection",
+    "tilt",
 ]
 
-MOST = 95
-"""Per cent of the elements that decide what is told of a whole mesh: a few at corners do not condemn it, and the
-largest value is said besides."""
+NOTED_PERCENTILE = 95
+"""Percentile of the elements that decides whether a whole mesh is noted: a few bad ones at corners do not count, and
+the largest value is reported as well."""
 
 LINES = (
-    "lay the mesh along other lines: conjugate directions, best those of principal curvature; where its lines are "
-    "asymptotic (the surface is straight along them), turned by 45 degrees"
+    "lay the mesh along other lines: along conjugate directions, ideally those of principal curvature; where its lines "
+    "are asymptotic (straight on the surface), rotated by 45 degrees"
 )
-APART = "move or cut the mesh apart there (parts that share room are left out with --skip-unbuildable)"
+SEPARATE = "separate or cut the mesh there (parts that overlap are left out with --skip-unbuildable)"
 
 
 def of_planar_mesh(before: Mesh, after: Mesh, rules: FitnessRules) -> tuple[Finding, ...]:
-    """What is unusual about a mesh made planar. before, after: as read and planar, in one unit."""
+    """Findings about a mesh made planar. before, after: as read and planar, in one unit."""
     found = (moves(before, after, rules), folding(before, after, rules), self_crossing(after), self_intersection(after))
     return tuple(finding for finding in found if finding)
 
 
 def of_gauss_image(structure: SupportStructure, rules: FitnessRules) -> tuple[Finding, ...]:
-    """What is unusual about a planar mesh and its Gauss image; the distance of the structure does not matter."""
-    found = (outwards(structure, rules), lean(structure.pair, rules), heights(structure, rules))
+    """Findings about a planar mesh and its Gauss image; the distance of the structure does not matter."""
+    found = (tilt(structure, rules), lean(structure.pair, rules), heights(structure, rules))
     return tuple(finding for finding in found if finding)
 
 
 def moves(before: Mesh, after: Mesh, rules: FitnessRules) -> Finding | None:
-    """How far vertices moved, in mean edge lengths of the mesh as it was: of most of them, and of the one worst."""
+    """Displacement of the vertices in mean edge lengths of the mesh as read: of most of them, and the largest."""
     used = np.flatnonzero(before.combinatorics.is_used)
     size = np.linalg.norm(after.vertices - before.vertices, axis=1)[used] / before.mean_edge_length
-    most, worst = float(np.percentile(size, MOST)), int(used[size.argmax()])
-    if most < rules.moves_told and size.max() < rules.moves_refused:
+    most, worst = float(np.percentile(size, NOTED_PERCENTILE)), int(used[size.argmax()])
+    if most < rules.moves_noted and size.max() < rules.moves_refused:
         return None
     is_refused = most >= rules.moves_refused
     return Finding(
         "moves",
-        "refused" if is_refused else "told",
+        "refused" if is_refused else "note",
         most,
-        rules.moves_refused if is_refused else rules.moves_told,
+        rules.moves_refused if is_refused else rules.moves_noted,
         "mean edge lengths",
-        f"to make faces planar, {MOST} % of the vertices move by up to {most:.2g} mean edge lengths, vertex {worst} "
-        f"(counted from 0) by {size.max():.2g}; {_bounds(rules.moves_told, rules.moves_refused)}",
+        f"to make faces planar, {NOTED_PERCENTILE} % of the vertices move by up to {most:.2g} mean edge lengths, "
+        f"vertex {worst} (counted from 0) by {size.max():.2g}; {_bounds(rules.moves_noted, rules.moves_refused)}",
         LINES,
         "vertex",
         (worst,),
@@ -71,20 +71,20 @@ def moves(before: Mesh, after: Mesh, rules: FitnessRules) -> Finding | None:
 
 
 def folding(before: Mesh, after: Mesh, rules: FitnessRules) -> Finding | None:
-    """By how much normals of faces turned; what folded over is no result of planarising at all."""
+    """Rotation of face normals while faces are made planar; a face that folds over stops planarising itself."""
     cosines = np.einsum("fk,fk->f", before.face_normals, after.face_normals)
     turns = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
     face = int(turns.argmax())
-    if turns[face] < rules.turns_told_deg:
+    if turns[face] < rules.folding_noted_deg:
         return None
     return Finding(
         "folding",
-        "told",
+        "note",
         float(turns[face]),
-        rules.turns_told_deg,
+        rules.folding_noted_deg,
         "degrees",
-        f"face {face} (counted from 0) turns by {turns[face]:.0f} degrees when faces are made planar; told from "
-        f"{rules.turns_told_deg:g}, refused from 90",
+        f"face {face} (counted from 0) rotates by {turns[face]:.0f} degrees when faces are made planar; noted from "
+        f"{rules.folding_noted_deg:g}, refused from 90",
         LINES,
         "face",
         (face,),
@@ -92,14 +92,14 @@ def folding(before: Mesh, after: Mesh, rules: FitnessRules) -> Finding | None:
 
 
 def folded(error: FoldedError) -> Finding:
-    """What stopped planarising, as a finding."""
+    """The fold that stopped planarising, as a finding."""
     return Finding(
         "folding",
         "refused",
         error.value or 0.0,
         error.bound or 0.0,
         "",
-        f"{error.happened} (counted from 0)",
+        f"{error.problem} (counted from 0)",
         f"{LINES}; or give fairness under [planarise] in the project file a larger value than 0.3",
         "",
         error.elements,
@@ -126,59 +126,59 @@ def self_crossing(mesh: Mesh) -> Finding | None:
 
 
 def self_intersection(mesh: Mesh) -> Finding | None:
-    """Faces that meet elsewhere than in the vertices and edges they share."""
+    """Faces that touch or intersect outside the vertices and edges they share."""
     pairs = intersecting_faces(mesh).tolist()
     if not pairs:
         return None
-    told = named([f"{first} with {second}" for first, second in pairs], at_most=5)
+    listed = named([f"{first} with {second}" for first, second in pairs], at_most=5)
     return Finding(
         "self-intersection",
         "refused",
         len(pairs),
         0.0,
         "pairs of faces",
-        f"the mesh runs through itself: {_counted(len(pairs), 'pair')} of faces meet where they share no edge, allowed "
-        f"none: {told} (counted from 0)",
-        APART,
+        f"the mesh intersects itself: {_counted(len(pairs), 'pair')} of faces meet where they share no edge, allowed "
+        f"none: {listed} (counted from 0)",
+        SEPARATE,
         "face",
         tuple(dict.fromkeys(face for pair in pairs for face in pair)),
     )
 
 
-def outwards(structure: SupportStructure, rules: FitnessRules) -> Finding | None:
-    """How far beams lie over, from the normals of the faces beside them."""
+def tilt(structure: SupportStructure, rules: FitnessRules) -> Finding | None:
+    """Angle between each beam and the normals of the faces beside it."""
     c = structure.mesh.combinatorics
     facing = np.einsum(
         "ck,ck->c", structure.height_directions[c.corner_edge], structure.mesh.face_normals[c.corner_face]
     )
     corner = int(facing.argmin())
     angle = float(np.degrees(np.arccos(np.clip(facing[corner], -1.0, 1.0))))
-    if facing[corner] > 0 and angle < rules.outwards_told_deg:
+    if facing[corner] > 0 and angle < rules.tilt_noted_deg:
         return None
     edge = int(c.corner_edge[corner])
     i, j = c.edges[edge].tolist()
     beam, face = f"the beam on edge {edge} from vertex {i} to vertex {j}", c.corner_face[corner]
     if facing[corner] <= 0:
         return Finding(
-            "outwards",
+            "tilt",
             "refused",
             angle,
             90.0,
             "degrees",
-            f"{beam} does not point to the outside of face {face} (angle to its normal {angle:.0f} degrees, less than "
-            "90 is needed): the Gauss image folds over there (counted from 0)",
+            f"{beam} does not point to the outside of face {face}: its angle to the normal is {angle:.0f} degrees and "
+            "must be less than 90; the Gauss image folds over there (counted from 0)",
             "change the mesh there, or the weights under [gauss_image] in the project file",
             "edge",
             (edge,),
         )
     return Finding(
-        "outwards",
-        "told",
+        "tilt",
+        "note",
         angle,
-        rules.outwards_told_deg,
+        rules.tilt_noted_deg,
         "degrees",
-        f"{beam} leans by {angle:.0f} degrees from the normal of face {face} (counted from 0); told from "
-        f"{rules.outwards_told_deg:g}, impossible from 90",
+        f"{beam} is tilted by {angle:.0f} degrees from the normal of face {face} (counted from 0); noted from "
+        f"{rules.tilt_noted_deg:g}, impossible from 90",
         LINES,
         "edge",
         (edge,),
@@ -186,23 +186,23 @@ def outwards(structure: SupportStructure, rules: FitnessRules) -> Finding | None
 
 
 def lean(pair: Pair, rules: FitnessRules) -> Finding | None:
-    """How far node axes lean from the normals."""
+    """Angle between node axes and normals."""
     angles = np.degrees(pair.leans)
-    median, most = np.nanpercentile(angles, [50, MOST]).tolist()
+    median, most = np.nanpercentile(angles, [50, NOTED_PERCENTILE]).tolist()
     is_refused = median >= rules.lean_refused_deg
-    if most < rules.lean_told_deg and not is_refused:
+    if most < rules.lean_noted_deg and not is_refused:
         return None
     worst = int(np.nanargmax(angles))
-    level: Level = "refused" if is_refused else "told"
+    level: Level = "refused" if is_refused else "note"
     return Finding(
         "lean",
         level,
         median if is_refused else most,
-        rules.lean_refused_deg if is_refused else rules.lean_told_deg,
+        rules.lean_refused_deg if is_refused else rules.lean_noted_deg,
         "degrees",
-        f"node axes lean from the normals by {median:.0f} degrees in the median, {most:.0f} at {MOST} %, "
-        f"{angles[worst]:.0f} at vertex {worst} (counted from 0); told from {rules.lean_told_deg:g} at {MOST} %, "
-        f"refused from a median of {rules.lean_refused_deg:g}",
+        f"node axes lean from the normals by {median:.0f} degrees in the median, {most:.0f} at {NOTED_PERCENTILE} %, "
+        f"{angles[worst]:.0f} at vertex {worst} (counted from 0); noted from {rules.lean_noted_deg:g} at "
+        f"{NOTED_PERCENTILE} %, refused from a median of {rules.lean_refused_deg:g}",
         "lay the mesh along the directions of principal curvature, where axes are near the normals",
         "vertex",
         (worst,),
@@ -210,20 +210,20 @@ def lean(pair: Pair, rules: FitnessRules) -> Finding | None:
 
 
 def heights(structure: SupportStructure, rules: FitnessRules) -> Finding | None:
-    """How far the distances between the two parallel meshes are apart, over the nominal one."""
+    """Variation of the distance between the two parallel meshes, over the nominal height."""
     found: FloatArray = structure.heights
     low, high = np.percentile(found, [2.5, 97.5]).tolist()
-    if high - low < rules.heights_told:
+    if high - low < rules.heights_noted:
         return None
     edge = int(np.abs(found - 1).argmax())
     return Finding(
         "heights",
-        "told",
+        "note",
         high - low,
-        rules.heights_told,
+        rules.heights_noted,
         "nominal heights",
-        f"{MOST} % of the beams lie between parallel meshes that are {low:.2f} to {high:.2f} of the nominal height "
-        f"apart, which differ by {high - low:.2f}; told from {rules.heights_told:g}; "
+        f"at {NOTED_PERCENTILE} % of the beams the distance of the two parallel meshes is {low:.2f} to {high:.2f} of "
+        f"the nominal height, a difference of {high - low:.2f}; noted from {rules.heights_noted:g}; it is "
         f"{found[edge]:.2f} at {structure.mesh.combinatorics.edge_name(edge)} (counted from 0)",
         "ask for even heights under [gauss_image] in the project file (edges = 1, rounds = 5), or take a mesh with an "
         "edge offset",
@@ -232,8 +232,8 @@ def heights(structure: SupportStructure, rules: FitnessRules) -> Finding | None:
     )
 
 
-def _bounds(told: float, refused: float) -> str:
-    return f"told from {told:g}, refused from {refused:g}"
+def _bounds(noted: float, refused: float) -> str:
+    return f"noted from {noted:g}, refused from {refused:g}"
 
 
 def _counted(count: int, noun: str) -> str:

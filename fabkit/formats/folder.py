@@ -12,9 +12,9 @@ from itertools import islice
 from pathlib import Path
 
 from fabkit.errors import OutputError
-from fabkit.formats.manifest import not_ours
+from fabkit.formats.manifest import foreign_files
 from fabkit.formats.renaming import exchange, rename_new
-from fabkit.signals import SignalsWait, end_if_told
+from fabkit.signals import DeferredSignals, exit_if_signalled
 
 if sys.platform == "win32":
     import msvcrt
@@ -61,8 +61,8 @@ def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iter
         _check_parent(out)
         if not force and not _exists(_workspace(out)):
             check_replaceable(out, force=force, inputs=inputs)  # before anything is written beside it
-        end_if_told()
-        with SignalsWait() as signals:
+        exit_if_signalled()
+        with DeferredSignals() as signals:
             workspace = _workspace(out)
             lock = _locked(workspace, out)
             try:
@@ -74,7 +74,7 @@ def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iter
                 signals.answer()
                 yield draft
                 signals.waiting = True
-                end_if_told()
+                exit_if_signalled()
                 _put_in_place(workspace, out, force=force)
             finally:
                 signals.waiting = True
@@ -134,7 +134,7 @@ def _check_ours(folder: Path, out: Path) -> None:
     """Raise OutputError, naming them, where files in the folder that is or was at `out` are not ours."""
     if folder.is_symlink() or not folder.is_dir():
         raise OutputError(f"{out} is not a folder, so it is not replaced; choose another name")
-    names = list(islice(not_ours(folder), NAMED + 1))
+    names = list(islice(foreign_files(folder), NAMED + 1))
     if names:
         more = " and others" if len(names) > NAMED else ""
         raise OutputError(

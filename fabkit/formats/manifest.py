@@ -11,7 +11,7 @@ from typing import Any
 
 from fabkit.production import Fact
 
-__all__ = ["MANIFEST", "not_ours", "write_manifest"]
+__all__ = ["MANIFEST", "foreign_files", "write_manifest"]
 
 MANIFEST = "manifest.json"
 
@@ -22,8 +22,8 @@ _UNSIGNED = "0" * 64
 _BLOCK = 1 << 16
 
 
-def write_manifest(folder: Path, told: dict[str, Any], facts: Iterable[Fact] = ()) -> None:
-    """Write manifest.json: what is told, the facts by their keys, then everything in the folder.
+def write_manifest(folder: Path, entries: dict[str, Any], facts: Iterable[Fact] = ()) -> None:
+    """Write manifest.json: these entries, the facts by their keys, then a list of everything in the folder.
 
     `folders` are those within it; `files` gives the sha256 of every file by its path, parts of which are joined by /.
     `sha256` is that of the manifest itself, written with 64 zeros in its place.
@@ -35,7 +35,7 @@ def write_manifest(folder: Path, told: dict[str, Any], facts: Iterable[Fact] = (
             folders.append(name)
         else:
             files[name] = _sha256(entry.path)
-    listed = {**told, **_by_keys(facts), "folders": folders, "files": files, "sha256": _UNSIGNED}
+    listed = {**entries, **_by_keys(facts), "folders": folders, "files": files, "sha256": _UNSIGNED}
     text = json.dumps(listed, indent=1) + "\n"
     signature = hashlib.sha256(text.encode("ascii")).hexdigest()
     head, _, tail = text.rpartition(_UNSIGNED)
@@ -64,7 +64,7 @@ def _by_keys(facts: Iterable[Fact]) -> dict[str, Any]:
     return tree
 
 
-def not_ours(folder: Path) -> Iterator[str]:
+def foreign_files(folder: Path) -> Iterator[str]:
     """What was added to the folder or edited in it since its manifest was written, a few words each.
 
     Litter of the system is passed over, and so is what is missing. Where no manifest says what was written, all that is
@@ -106,8 +106,8 @@ def _listed(folder: Path) -> tuple[dict[str, str], set[str]]:
         return nothing
     data = path.read_bytes()
     try:
-        told = json.loads(data)
-        signature, files, folders = told["sha256"], dict(told["files"]), set(told["folders"])
+        entries = json.loads(data)
+        signature, files, folders = entries["sha256"], dict(entries["files"]), set(entries["folders"])
         unsigned = data.replace(signature.encode("ascii"), _UNSIGNED.encode("ascii"))
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return nothing

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fabkit.errors import OutputError
-from fabkit.signals import SignalsWait
+from fabkit.signals import DeferredSignals
 
 __all__ = ["whole_file"]
 
@@ -36,7 +36,7 @@ def whole_file(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iterat
         _check_replaceable(out, force, inputs)
         with TemporaryDirectory(dir=out.parent, prefix=".", suffix=".fabkit") as folder:
             yield Path(folder, out.name)
-            with SignalsWait():
+            with DeferredSignals():
                 drafts = {out.parent / path.name: path for path in sorted(Path(folder).iterdir())}
                 for target in drafts:
                     _check_replaceable(target, force, inputs)

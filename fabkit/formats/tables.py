@@ -14,7 +14,7 @@ import xlsxwriter
 from fabkit.parts import Cell
 from fabkit.production import WORKBOOK, BuildFacts, CutList, Fact, Summary, Table
 
-__all__ = ["not_run", "write_csv", "write_xlsx"]
+__all__ = ["spreadsheet_safe", "write_csv", "write_xlsx"]
 
 #: Written as the time of creation, so that the same lists give the same bytes.
 CREATED = datetime(2000, 1, 1)
@@ -32,11 +32,11 @@ def write_csv(target: Path | TextIO, table: Table) -> None:
     """The rows, the totals, then one row for each part left out, with its sentence in the first column.
 
     UTF-8 without a mark (everything but names is ASCII), commas, decimal points, lines end in \\n. Numbers are as they
-    are; a text that a spreadsheet would take for a formula has an apostrophe before it, as `not_run` says.
+    are; a text that a spreadsheet would take for a formula has an apostrophe before it, as `spreadsheet_safe` says.
     """
     rows: list[Sequence[str]] = [table.columns, *table.texts, table.total_texts]
     rows += [[sentence] + [""] * (len(table.columns) - 1) for sentence in table.left_out]
-    rows = [[not_run(cell) for cell in row] for row in rows]
+    rows = [[spreadsheet_safe(cell) for cell in row] for row in rows]
     if isinstance(target, Path):
         with target.open("w", encoding="utf-8", newline="") as stream:
             csv.writer(stream, lineterminator="\n").writerows(rows)
@@ -44,7 +44,7 @@ def write_csv(target: Path | TextIO, table: Table) -> None:
         csv.writer(target, lineterminator="\n").writerows(rows)
 
 
-def not_run(cell: str) -> str:
+def spreadsheet_safe(cell: str) -> str:
     """The text of a cell, with an apostrophe before what a spreadsheet would run if it began a cell there.
 
     What begins with = + - @, a tab or a line end is run, also after a semicolon, tab or line end, at which spreadsheets
@@ -126,7 +126,7 @@ def _write_summary(workbook: Any, lists: CutList, summary: Summary, facts: Build
         (summary.name, _shown(facts.mesh), None),
         ("Parts", _shown(facts.parts), None),
         ("Sheets", _shown(facts.sheets), None),
-        ("Unusual, told or allowed", _findings(summary), None),
+        ("Findings, noted or accepted", _findings(summary), None),
         ("Mended in the mesh file", [(text, None, "") for text in summary.mended or ["nothing"]], None),
         ("Left out", [(text, None, "") for text in left_out or ["nothing"]], red if left_out else None),
     ]

@@ -35,12 +35,12 @@ def facets(solids: Solids, names: Sequence[str]) -> list[Facets]:
     Raises `OutputError` with the solid's name where a face's outline crosses itself.
     """
     result = []
-    for stack in solids.stacks():
-        topology = stack.topology
-        points = stack.vertices[:, topology.corners]
-        normals = stack.normals[:, topology.corner_face]
-        triangles = _triangles(points, normals, topology, [names[n] for n in stack.parts.tolist()])
-        result.append(Facets(stack.parts, points, normals, triangles))
+    for batch in solids.by_topology():
+        topology = batch.topology
+        points = batch.vertices[:, topology.corners]
+        normals = batch.normals[:, topology.corner_face]
+        triangles = _triangles(points, normals, topology, [names[n] for n in batch.parts.tolist()])
+        result.append(Facets(batch.parts, points, normals, triangles))
     return result
 
 

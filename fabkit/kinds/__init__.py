@@ -2,7 +2,7 @@
 and labelled, and from where else a part may be seen."""
 
 from fabkit.kinds.beams import BEAM, BeamDetails
-from fabkit.kinds.columns import LEFT_OUT, NOTHING, marks_at
+from fabkit.kinds.columns import LEFT_OUT, NO_NEIGHBOUR, marks_at
 from fabkit.kinds.nodes import NODE, NodeDetails
 from fabkit.kinds.panels import PANEL, PanelDetails, panel_outlines
 
@@ -10,7 +10,7 @@ __all__ = [
     "BEAM",
     "LEFT_OUT",
     "NODE",
-    "NOTHING",
+    "NO_NEIGHBOUR",
     "PANEL",
     "BeamDetails",
     "NodeDetails",

@@ -120,7 +120,7 @@ BEAM = Kind(
     letter="B",
     colour=(0.36, 0.42, 0.47),
     form="bar",
-    nothing=BeamDetails(
+    empty_details=BeamDetails(
         nodes=np.zeros((0, 2), dtype=np.int64),
         section=np.zeros(0, dtype=object),
         cut_angles_deg=np.zeros((0, 2)),

@@ -13,7 +13,7 @@ from geometry.arrays import FloatArray, IntArray
 
 __all__ = [
     "LEFT_OUT",
-    "NOTHING",
+    "NO_NEIGHBOUR",
     "counted",
     "each_value",
     "files",
@@ -30,7 +30,7 @@ __all__ = [
     "texts",
 ]
 
-NOTHING = "-"
+NO_NEIGHBOUR = "-"
 """Across a boundary edge."""
 LEFT_OUT = "left out"
 """A mesh element whose part was not made."""
@@ -91,12 +91,12 @@ def marks_in(around: Surroundings, group: str, elements: IntArray) -> list[str]:
     for parts in around.assembly.groups:
         if parts.kind.group == group:
             return marks_at(parts, elements)
-    return [LEFT_OUT if element >= 0 else NOTHING for element in elements.tolist()]
+    return [LEFT_OUT if element >= 0 else NO_NEIGHBOUR for element in elements.tolist()]
 
 
 def marks_at(parts: Parts[Any], elements: IntArray) -> list[str]:
-    """The mark of the part on each mesh element (k,); NOTHING for a negative one, LEFT_OUT for one without a part."""
-    names = [*parts.mark_names, LEFT_OUT, NOTHING]
+    """The mark of the part on each mesh element (k,): NO_NEIGHBOUR if that is negative, LEFT_OUT without a part."""
+    names = [*parts.mark_names, LEFT_OUT, NO_NEIGHBOUR]
     which = np.append(parts.mark, len(names) - 2)[parts.find(elements)]
     return [names[k] for k in np.where(elements < 0, len(names) - 1, which).tolist()]
 

@@ -35,10 +35,10 @@ class NodeDetails(Details):
 
     beams: mesh edges. azimuths_deg: directions of the beams about the axis, the first one zero. inclinations_deg:
     angles of the beams' axes above the plane perpendicular to the node axis. setbacks_mm: distances of the facets from
-    the axis. height_mm (n,): from bottom to top. top_spread_mm (n,): how far the outer edges of the beams' ends are
-    from level with each other. axis_spread_mm (n,): the same of the points in which the lines along the middles of the
-    beams' outer sides, or of their inner sides, meet the axis: zero in edge offset meshes, also where some beams fall
-    from the node and others rise, so that ends differ.
+    the axis. height_mm (n,): from bottom to top. top_step_mm (n,): largest difference in level between the tops of the
+    beams at their ends. axis_misalignment_mm (n,): the same of the points in which the centre lines of the beams' outer
+    sides, or of their inner sides, meet the axis: zero in edge offset meshes, also where some beams fall from the node
+    and others rise, so that their ends differ in level.
     """
 
     beams: Ragged
@@ -46,8 +46,8 @@ class NodeDetails(Details):
     inclinations_deg: Ragged
     setbacks_mm: Ragged
     height_mm: FloatArray
-    top_spread_mm: FloatArray
-    axis_spread_mm: FloatArray
+    top_step_mm: FloatArray
+    axis_misalignment_mm: FloatArray
 
 
 def _turns(nodes: Parts[NodeDetails], corners: FloatArray) -> Turns:
@@ -86,8 +86,8 @@ def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
         each_value("Inclinations (deg)", 2, nodes, own.inclinations_deg),
         each_value("Setbacks (mm)", 2, nodes, own.setbacks_mm),
         of_first("Height (mm)", 2, nodes, own.height_mm),
-        over_all("Top spread (mm)", 2, nodes, own.top_spread_mm),
-        over_all("Axis spread (mm)", 2, nodes, own.axis_spread_mm),
+        over_all("Step between tops (mm)", 2, nodes, own.top_step_mm),
+        over_all("Axis misalignment (mm)", 2, nodes, own.axis_misalignment_mm),
         *masses(nodes),
         files(nodes, "parts/{}.step"),
     ]
@@ -96,8 +96,8 @@ def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
 def _measures(nodes: Parts[NodeDetails]) -> list[Measure]:
     own, measure = nodes.details, partial(Measure, "nodes")
     return [
-        measure("Beam tops out of level", "mm", 2, own.top_spread_mm),
-        measure("Beam sides apart on the axis", "mm", 2, own.axis_spread_mm),
+        measure("Step between beam tops", "mm", 2, own.top_step_mm),
+        measure("Misalignment at the node axis", "mm", 2, own.axis_misalignment_mm),
         measure("Largest setback", "mm", 1, own.setbacks_mm.reduced(np.maximum)),
         measure("Least angle of beams", "°", 1, _smallest_gaps(own.azimuths_deg)),
         measure("Height of a node", "mm", 1, own.height_mm),
@@ -126,14 +126,14 @@ NODE = Kind(
     letter="N",
     colour=(0.80, 0.42, 0.16),
     form="block",
-    nothing=NodeDetails(
+    empty_details=NodeDetails(
         beams=Ragged.of([], dtype=np.int64),
         azimuths_deg=Ragged.of([]),
         inclinations_deg=Ragged.of([]),
         setbacks_mm=Ragged.of([]),
         height_mm=np.zeros(0),
-        top_spread_mm=np.zeros(0),
-        axis_spread_mm=np.zeros(0),
+        top_step_mm=np.zeros(0),
+        axis_misalignment_mm=np.zeros(0),
     ),
     symmetry=Symmetry(("beams", "azimuths_deg", "inclinations_deg", "setbacks_mm"), ("azimuths_deg",), _turns),
     columns=_columns,

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from fabkit.kinds.columns import (
-    NOTHING,
+    NO_NEIGHBOUR,
     counted,
     each_value,
     files,
@@ -36,13 +36,13 @@ class PanelDetails(Details):
     the longest edge of the outline, x along it. The rows run over the edges of the outline, counter-clockwise, edge k
     from corner k to corner k+1.
 
-    thickness_mm, area_mm2 (n,). lift_mm (n,): height of the lower side above the mesh face. edge_lengths_mm.
+    thickness_mm, area_mm2 (n,). underside_mm (n,): height of the lower side above the mesh face. edge_lengths_mm.
     corner_angles_deg: inner angle at each corner. dihedrals_deg: as for beams. beams: the mesh edges. neighbours: the
     faces across, -1 where none.
     """
 
     thickness_mm: FloatArray
-    lift_mm: FloatArray
+    underside_mm: FloatArray
     area_mm2: FloatArray
     edge_lengths_mm: Ragged
     corner_angles_deg: Ragged
@@ -97,7 +97,7 @@ def _dihedrals(panels: Parts[PanelDetails]) -> Column:
     starts = np.concatenate([[0], np.cumsum(angles.sizes[panels.firsts])])
     edge = starts[panels.mark[angles.row]] + angles.place
     found = ranges(angles.values, edge, 2)
-    return Column("Dihedrals (deg)", None, joined([text or NOTHING for text in texts(found, 2)], starts))
+    return Column("Dihedrals (deg)", None, joined([text or NO_NEIGHBOUR for text in texts(found, 2)], starts))
 
 
 def _sheets(panels: Parts[PanelDetails], sheets: IntArray) -> list[str]:
@@ -132,9 +132,9 @@ PANEL = Kind(
     letter="P",
     colour=(0.55, 0.75, 0.85),
     form="plate",
-    nothing=PanelDetails(
+    empty_details=PanelDetails(
         thickness_mm=np.zeros(0),
-        lift_mm=np.zeros(0),
+        underside_mm=np.zeros(0),
         area_mm2=np.zeros(0),
         edge_lengths_mm=Ragged.of([]),
         corner_angles_deg=Ragged.of([]),

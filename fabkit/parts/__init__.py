@@ -8,7 +8,7 @@ from fabkit.parts.material import Material
 from fabkit.parts.parts import Part, Parts
 from fabkit.parts.ragged import Ragged
 from fabkit.parts.section import Section
-from fabkit.parts.solid import Measures, Solid, Stack, Topology, prism_topology, prism_vertices
+from fabkit.parts.solid import Measures, Solid, SolidArray, Topology, prism_topology, prism_vertices
 from fabkit.parts.solids import Solids
 from fabkit.parts.symmetry import Symmetry, Turns, moved, other_end, shifted
 
@@ -29,8 +29,8 @@ __all__ = [
     "Ragged",
     "Section",
     "Solid",
+    "SolidArray",
     "Solids",
-    "Stack",
     "Surroundings",
     "Symmetry",
     "Topology",

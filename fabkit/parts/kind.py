@@ -81,7 +81,8 @@ class Kind(Generic[P]):
 
     name: of one part; group: of all; element: what of the mesh a part stands for. letter: with which its marks begin.
     colour: sRGB red, green and blue, 0 to 1. form: what it looks like to a viewer: plates hide what lies below them,
-    blocks are small. nothing: the details of no parts. symmetry: None where a part can be seen from one side only.
+    blocks are small. empty_details: the details of no parts. symmetry: None where a part
+    can be seen from one side only.
 
     columns: of its cut list, with a cell for each mark. measures: numbers of parts for colours and histograms. labels:
     a line about each part. Columns and labels are told the `Surroundings` of the parts.
@@ -93,7 +94,7 @@ class Kind(Generic[P]):
     letter: str
     colour: tuple[float, float, float]
     form: Literal["bar", "block", "plate"]
-    nothing: Details
+    empty_details: Details
     symmetry: Symmetry[P] | None = None
     columns: Callable[[P, Any], Sequence[Column]]
     measures: Callable[[P], Sequence[Measure]]

@@ -13,7 +13,7 @@ from fabkit.parts.frame import Frame
 from fabkit.parts.kind import Details, Kind
 from fabkit.parts.material import Material
 from fabkit.parts.ragged import Ragged
-from fabkit.parts.solid import Solid, Stack
+from fabkit.parts.solid import Solid, SolidArray
 from fabkit.parts.solids import Solids
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 
@@ -88,7 +88,7 @@ class Parts(Sequence[Part], Generic[D]):
             material=_numbered(dict.fromkeys(part.material for part in given), [part.material for part in given]),
             mark_names=tuple(dict.fromkeys(part.mark for part in given)),
             mark=_numbered(dict.fromkeys(part.mark for part in given), [part.mark for part in given]),
-            details=_stacked(kind.nothing, [part.details for part in given]),
+            details=_stacked(kind.empty_details, [part.details for part in given]),
         )
 
     @classmethod
@@ -202,11 +202,11 @@ class Parts(Sequence[Part], Generic[D]):
         densities = np.array([material.density_kg_m3 for material in self.materials])
         return floats(densities[self.material] * self.volumes_mm3 * 1e-9)
 
-    def placed(self) -> list[Stack]:
-        """The parts in world coordinates, by topology; Stack.parts: positions in the group."""
+    def placed(self) -> list[SolidArray]:
+        """The parts in world coordinates, by topology; SolidArray.parts: positions in the group."""
         return [
-            replace(stack, vertices=self.origins[stack.parts, None] + stack.vertices @ self.axes[stack.parts])
-            for stack in self.solids.stacks(self.shape)
+            replace(batch, vertices=self.origins[batch.parts, None] + batch.vertices @ self.axes[batch.parts])
+            for batch in self.solids.by_topology(self.shape)
         ]
 
 

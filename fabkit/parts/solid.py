@@ -1,7 +1,7 @@
 """Exact solids with planar faces, as arrays.
 
 A *topology* says which vertices bound which faces; parts of one kind share it by reference, so that a writer keeps
-one template a topology. A *stack* is solids of one topology as one array, and all that is measured on them.
+one template a topology. A *batch* is solids of one topology as one array, and all that is measured on them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.mesh.ragged_arrays import next_in_run, run_of_place
 
-__all__ = ["Measures", "Solid", "Stack", "Topology", "prism_topology", "prism_vertices"]
+__all__ = ["Measures", "Solid", "SolidArray", "Topology", "prism_topology", "prism_vertices"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +100,7 @@ CORNERS_AT_ONCE = 20_000
 
 
 @dataclass(frozen=True, eq=False)
-class Stack:
+class SolidArray:
     """Solids of one topology.
 
     parts (P,): their positions in what they were taken from. vertices (P, n, 3) in mm.
@@ -110,29 +110,29 @@ class Stack:
     parts: IntArray
     vertices: FloatArray
 
-    def __getitem__(self, chosen: BoolArray | IntArray | slice) -> Stack:
+    def __getitem__(self, chosen: BoolArray | IntArray | slice) -> SolidArray:
         """The solids chosen by a mask, by indices or by a slice."""
-        return Stack(self.topology, self.parts[chosen], self.vertices[chosen])
+        return SolidArray(self.topology, self.parts[chosen], self.vertices[chosen])
 
-    def a_few_at_a_time(self) -> list[Stack]:
-        """The same solids in smaller stacks, one at least."""
+    def in_batches(self) -> list[SolidArray]:
+        """The same solids in smaller batches, one at least."""
         size = max(1, CORNERS_AT_ONCE // len(self.topology.corners))
         return [self[k : k + size] for k in range(0, max(1, len(self.parts)), size)]
 
     @cached_property
     def normals(self) -> FloatArray:
         """(P, F, 3) outward unit normals."""
-        return np.concatenate([Measures(few.topology, few.vertices).normals for few in self.a_few_at_a_time()])
+        return np.concatenate([Measures(few.topology, few.vertices).normals for few in self.in_batches()])
 
     @cached_property
     def volumes(self) -> FloatArray:
         """(P,) in mm3; negative where a solid is inside out."""
-        return np.concatenate([Measures(few.topology, few.vertices).volumes for few in self.a_few_at_a_time()])
+        return np.concatenate([Measures(few.topology, few.vertices).volumes for few in self.in_batches()])
 
     @cached_property
     def centroids(self) -> FloatArray:
         """(P, 3) in mm."""
-        return np.concatenate([Measures(few.topology, few.vertices).centroids for few in self.a_few_at_a_time()])
+        return np.concatenate([Measures(few.topology, few.vertices).centroids for few in self.in_batches()])
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fabkit.parts.ragged import Ragged
-from fabkit.parts.solid import Solid, Stack, Topology, prism_topology
+from fabkit.parts.solid import Solid, SolidArray, Topology, prism_topology
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 
 __all__ = ["Solids"]
@@ -70,8 +70,8 @@ class Solids:
         """The solids chosen by a mask or by indices."""
         return Solids(self.topologies, self.topology[chosen], self.vertices[chosen])
 
-    def stacks(self, chosen: IntArray | None = None) -> list[Stack]:
-        """These solids, or all, by topology; Stack.parts: positions in what is chosen."""
+    def by_topology(self, chosen: IntArray | None = None) -> list[SolidArray]:
+        """These solids, or all, by topology; SolidArray.parts: positions in what is chosen."""
         chosen = np.arange(len(self)) if chosen is None else chosen
         which = self.topology[chosen]
         found = []
@@ -80,7 +80,7 @@ class Solids:
             if len(places):
                 starts = self.vertices.starts[chosen[places]]
                 found.append(
-                    Stack(topology, places, self.vertices.values[starts[:, None] + np.arange(topology.n_vertices)])
+                    SolidArray(topology, places, self.vertices.values[starts[:, None] + np.arange(topology.n_vertices)])
                 )
         return found
 
@@ -88,14 +88,14 @@ class Solids:
     def volumes(self) -> FloatArray:
         """(S,) in mm3."""
         volumes = np.empty(len(self))
-        for stack in self.stacks():
-            volumes[stack.parts] = stack.volumes
+        for batch in self.by_topology():
+            volumes[batch.parts] = batch.volumes
         return floats(volumes)
 
     @cached_property
     def centroids(self) -> FloatArray:
         """(S, 3) in mm, in the solids' own frames."""
         centroids = np.empty((len(self), 3))
-        for stack in self.stacks():
-            centroids[stack.parts] = stack.centroids
+        for batch in self.by_topology():
+            centroids[batch.parts] = batch.centroids
         return floats(centroids)

@@ -40,13 +40,13 @@ P = TypeVar("P")
 class Symmetry(Generic[P]):
     """The turns of a kind of part, of which P are some.
 
-    around: names of the details with a value for each place of the ring, rows of a Ragged or of an array (n, places).
-    azimuths: names of those that are angles in degrees from the x-axis. turns: of parts of one topology with equally
-    many places, and of their corners (n, c, 3) in their own frames.
+    ring_fields: names of the details with a value for each place of the ring, rows of a Ragged or of an array (n,
+    places). azimuth_fields: those among them that are angles in degrees from the x-axis. turns: of parts of one
+    topology with equally many places, and of their corners (n, c, 3) in their own frames.
     """
 
-    around: tuple[str, ...]
-    azimuths: tuple[str, ...]
+    ring_fields: tuple[str, ...]
+    azimuth_fields: tuple[str, ...]
     turns: Callable[[P, FloatArray], Turns]
 
 

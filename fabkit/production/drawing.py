@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from fabkit.errors import DetailingError
-from fabkit.kinds import LEFT_OUT, NOTHING, PANEL, PanelDetails, marks_at, panel_outlines
+from fabkit.kinds import LEFT_OUT, NO_NEIGHBOUR, PANEL, PanelDetails, marks_at, panel_outlines
 from fabkit.parts import Assembly, Parts, Ragged
 from fabkit.production.curves import Curves
 from fabkit.production.nests import Nest, moved, polygons
@@ -120,7 +120,7 @@ def panel_drawings(assembly: Assembly) -> tuple[Drawing, ...]:
 def _common_neighbours(panels: Parts[PanelDetails]) -> list[str]:
     """The mark across each edge of each mark's first panel, where it is across those of all panels of the mark."""
     across = panels.details.neighbours
-    numbers: dict[str, int] = {"": 0, NOTHING: 0, LEFT_OUT: 0}
+    numbers: dict[str, int] = {"": 0, NO_NEIGHBOUR: 0, LEFT_OUT: 0}
     names = marks_at(panels, across.values)
     which = np.array([numbers.setdefault(name, len(numbers)) for name in names], dtype=np.int64)
     starts = np.concatenate([[0], np.cumsum(across.sizes[panels.firsts])])

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["TurnedShapes", "equal_shapes", "in_company"]
+__all__ = ["TurnedShapes", "equal_shapes", "may_have_equals"]
 
 TREE_CORNERS = 8
 """So many corners, spread evenly, tell most shapes apart; those of beams and quads are all."""
@@ -36,7 +36,7 @@ class TurnedShapes:
     at: Callable[[IntArray, IntArray, IntArray], FloatArray]
 
 
-def in_company(corners: FloatArray, within: float) -> BoolArray:
+def may_have_equals(corners: FloatArray, within: float) -> BoolArray:
     """(P,) whether solids with corners (P, n, 3) may be equal to another one of them.
 
     No turn changes the distances of the corners from their mean. Solids hang together where these are near; one that

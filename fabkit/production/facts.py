@@ -1,4 +1,4 @@
-"""What there is to say of one build, once: report, workbook, terminal and manifest show the same facts."""
+"""The facts of one build, defined once: report, workbook, terminal and manifest show the same ones."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Fact:
 
 @dataclass(frozen=True)
 class BuildFacts:
-    """Of the mesh and what stands parallel to it, of the parts, of the sheets."""
+    """Facts about the mesh and its Gauss image, about the parts, and about the sheets."""
 
     mesh: tuple[Fact, ...]
     parts: tuple[Fact, ...]
@@ -61,7 +61,7 @@ class BuildFacts:
 
 
 def build_facts(summary: Summary, assembly: Assembly, nest: Nest | None) -> BuildFacts:
-    """All there is to say."""
+    """The facts about the mesh, the parts and the sheets of a build."""
     return BuildFacts(tuple(_mesh(summary)), tuple(_parts(assembly)), tuple(_sheets(nest)))
 
 
@@ -69,32 +69,32 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     on_paper, lengths = frozenset({REPORT, WORKBOOK}), summary.edge_lengths_mm
     yield Fact("Mesh file", (summary.source,), shown=frozenset({WORKBOOK}))
     yield Fact("Unit of the mesh file", (summary.scale_mm,), "g", "mm", shown=frozenset({WORKBOOK}))
-    yield Fact("Zero of the model is at", (summary.placed_at,), shown=on_paper)
+    yield Fact("Origin of the model", (summary.placed_at,), shown=on_paper)
     yield Fact("Vertices", (summary.n_vertices,), keys=("counts.vertices",), shown=on_paper)
     yield Fact("Edges", (summary.n_edges,), keys=("counts.edges",), shown=on_paper)
     yield Fact("Faces", (summary.n_faces,), keys=("counts.faces",), shown=on_paper)
     yield Fact("Boundaries", (summary.n_boundaries,), shown=on_paper)
     yield Fact("Edge lengths", (float(lengths.min()), float(lengths.max())), ".1f", "mm", shown=on_paper)
     of_edge = ".1e", "of the mean edge"
-    yield Fact("Faces out of plane, as read", (summary.planarity_before,), *of_edge, keys=("planarity.before",))
-    yield Fact("Faces out of plane, as built", (summary.planarity_after,), *of_edge, keys=("planarity.after",))
+    yield Fact("Largest planarity, as read", (summary.planarity_before,), *of_edge, keys=("planarity.before",))
+    yield Fact("Largest planarity, as built", (summary.planarity_after,), *of_edge, keys=("planarity.after",))
     moved = EVERYWHERE if summary.largest_move_mm > 0 else NOWHERE
-    yield Fact("Vertices moved, mean", (summary.mean_move_mm,), ".3f", "mm", keys=("moved_mm.mean",))
-    yield Fact("Vertices moved, largest", (summary.largest_move_mm,), ".3f", "mm", keys=("moved_mm.largest",))
+    yield Fact("Mean displacement of vertices", (summary.mean_move_mm,), ".3f", "mm", keys=("moved_mm.mean",))
+    yield Fact("Largest displacement of a vertex", (summary.largest_move_mm,), ".3f", "mm", keys=("moved_mm.largest",))
     farthest, counted = (summary.farthest_vertex,), "counted from 0"
-    yield Fact("Vertex moved most", farthest, note=counted, keys=("moved_mm.vertex",), shown=moved)
+    yield Fact("Vertex displaced most", farthest, note=counted, keys=("moved_mm.vertex",), shown=moved)
     given = summary.gauss_image
     checksum = f"sha256 {given.sha256}" if isinstance(given, GivenGaussImage) else ""
     yield Fact("Gauss image", (summary.gauss_image_origin,), note=checksum)
     heights, leans = summary.height_shares, summary.lean_shares_deg
     yield _shares("Beam heights", heights, ".4f", "of nominal", "least, 2.5 %, median, 97.5 %, largest", "heights")
-    yield _shares("Node axes off the normals", leans, ".2f", "degrees", "median, 95 %, largest", "lean_deg")
+    yield _shares("Lean of node axes from the normals", leans, ".2f", "degrees", "median, 95 %, largest", "lean_deg")
     twist = float(np.abs(summary.twists_deg).max())
-    yield Fact("Twist of the beams, largest", (twist,), ".1e", "degrees", keys=("largest_twist_deg",))
-    yield Fact("Panels lifted over the mesh faces", (summary.lift_mm,), ".1f", "mm", keys=("lift.mm",))
-    yield Fact("Lift asked for by", (summary.lift_reason,), keys=("lift.reason",))
+    yield Fact("Largest twist of a beam", (twist,), ".1e", "degrees", keys=("largest_twist_deg",))
+    yield Fact("Panel underside above the mesh", (summary.underside_mm,), ".1f", "mm", keys=("panel_underside.mm",))
+    yield Fact("Panel underside set by", (summary.underside_reason,), keys=("panel_underside.reason",))
     within, key = (summary.equal_within_mm,), ("equal_within_mm",)
-    yield Fact("Parts that share a mark differ by less than", within, ".2g", "mm", keys=key, shown=on_paper)
+    yield Fact("Parts with one mark differ by less than", within, ".2g", "mm", keys=key, shown=on_paper)
 
 
 def _shares(name: str, shares: dict[str, float], form: str, unit: str, note: str, key: str) -> Fact:

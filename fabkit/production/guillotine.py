@@ -17,7 +17,7 @@ import shapely
 
 from fabkit.parts import Ragged
 from fabkit.production.nests import Placement, Stock, polygons, turned
-from fabkit.production.rectangles_left import RectanglesLeft
+from fabkit.production.remaining_rectangles import RemainingRectangles
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["Guillotine", "smallest_rectangles"]
@@ -113,10 +113,10 @@ class Guillotine:
             n_laid += len(fillings[-1])
         return fillings
 
-    def _rectangles(self, pool: IntArray) -> RectanglesLeft:
-        return RectanglesLeft(self.sizes[pool] + self.stock.gap_mm, ROUNDING_MM)
+    def _rectangles(self, pool: IntArray) -> RemainingRectangles:
+        return RemainingRectangles(self.sizes[pool] + self.stock.gap_mm, ROUNDING_MM)
 
-    def _fill(self, pool: IntArray, rectangles: RectanglesLeft) -> list[Placement]:
+    def _fill(self, pool: IntArray, rectangles: RemainingRectangles) -> list[Placement]:
         """As `fill`, from the rectangles of the pool that are left; those laid are taken."""
         gap, border = self.stock.gap_mm, self.stock.border_mm
         inside = (self.stock.inside[0] + gap, self.stock.inside[1] + gap)
@@ -145,7 +145,7 @@ class _Laid:
 
 
 def _fill(
-    rectangles: RectanglesLeft,
+    rectangles: RemainingRectangles,
     inside: tuple[float, float],
     split: Callable[[float, float, float, float], bool],
     ways: tuple[bool, bool],

@@ -19,7 +19,7 @@ from fabkit.production.guillotine import smallest_rectangles
 from fabkit.production.nests import Placement, Stock, outline_areas, polygons, turned
 from geometry.arrays import BoolArray, FloatArray
 
-__all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine", "sturdy"]
+__all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine", "suits_engines"]
 
 
 #: What an engine bears: largest inner circle over diagonal of the box, length of an edge, and how far the outline may
@@ -28,7 +28,7 @@ __all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine", "sturdy"]
 LEAST_ROUNDNESS, LEAST_EDGE_MM, LARGEST_TURN_DEG = 0.01, 1.0, 175.0
 
 
-def sturdy(outlines: Ragged) -> BoolArray:
+def suits_engines(outlines: Ragged) -> BoolArray:
     """(m,) whether outlines (k, 2) may be given to an engine."""
     shapes = polygons(outlines)
     radii = shapely.length(shapely.maximum_inscribed_circle(shapes))
@@ -54,8 +54,8 @@ class Engine(Protocol):
     least_seconds: float
 
     def fill(self, outlines: Ragged, stock: Stock, seconds: float) -> list[Placement]:
-        """One sheet filled with some of the outlines (k, 2), of which there are some, all sturdy, and each fits onto
-        a sheet. The placements count the outlines given, and the sheet as number zero."""
+        """One sheet filled with some of the outlines (k, 2), of which there is at least one. All suit the engines and
+        fit onto a sheet. Placement.panel counts the outlines given, and the sheet is number zero."""
 
 
 def installed_engine() -> Engine:

@@ -53,7 +53,7 @@ def panels_from_outlines(
         mark=np.arange(n),
         details=PanelDetails(
             thickness_mm=thickness,
-            lift_mm=np.zeros(n),
+            underside_mm=np.zeros(n),
             area_mm2=outline_areas(rows),
             edge_lengths_mm=rows.with_values(np.linalg.norm(sides, axis=1)),
             corner_angles_deg=rows.with_values(np.degrees(np.arctan2(cross, dot)) % 360),

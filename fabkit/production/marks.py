@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fabkit.parts import Assembly, Details, Parts, Ragged, Symmetry, Turns, moved
-from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, in_company
+from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, may_have_equals
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["EQUAL_WITHIN_MM", "share_equal_parts", "turned_parts", "turned_shapes", "turns_of"]
@@ -40,12 +40,12 @@ def _share(parts: Parts[D], within_mm: float) -> Parts[D]:
     keys = np.stack([parts.solids.topology[parts.shape], _n_turns(parts), parts.material], axis=1)
     comparable = np.unique(keys, axis=0, return_inverse=True)[1]
     for places in np.split(np.argsort(comparable, kind="stable"), np.cumsum(np.bincount(comparable))[:-1]):
-        alike = parts.solids.stacks(parts.shape[places])
-        places = places[in_company(alike[0].vertices, within_mm)] if alike else places
+        alike = parts.solids.by_topology(parts.shape[places])
+        places = places[may_have_equals(alike[0].vertices, within_mm)] if alike else places
         if not len(places):
             continue
         some = parts.take(places)
-        corners = some.solids.stacks(some.shape)[0].vertices
+        corners = some.solids.by_topology(some.shape)[0].vertices
         turns = turns_of(some, corners)
         own_first, own_turn = equal_shapes(turned_shapes(turns, corners), within_mm)
         first[places], turn[places] = places[own_first], own_turn
@@ -59,7 +59,7 @@ def _n_turns(parts: Parts[D]) -> IntArray:
     symmetry = parts.kind.symmetry
     if symmetry is None:
         return np.ones(len(parts), dtype=np.int64)
-    ring = getattr(parts.details, symmetry.around[0])
+    ring = getattr(parts.details, symmetry.ring_fields[0])
     return ring.sizes if isinstance(ring, Ragged) else np.full(len(parts), ring.shape[1])
 
 
@@ -106,14 +106,14 @@ def turned_parts(parts: Parts[D], turn: IntArray, starts: FloatArray, along: Flo
 
 def _details_turned(details: D, symmetry: Symmetry[Any], turn: IntArray) -> D:
     changes: dict[str, Any] = {}
-    for name in symmetry.around:
+    for name in symmetry.ring_fields:
         values = getattr(details, name)
         if not isinstance(values, Ragged):
             order = (np.arange(values.shape[1]) + turn[:, None]) % values.shape[1]
             changes[name] = np.take_along_axis(values, order, axis=1)
             continue
         rolled = values.rolled(turn)
-        if name in symmetry.azimuths:
+        if name in symmetry.azimuth_fields:
             ahead = rolled.values - np.append(rolled.values, 0.0)[rolled.starts[:-1]][rolled.row]
             rolled = rolled.with_values(np.where(turn[rolled.row] > 0, np.mod(ahead, 360.0), rolled.values))
         changes[name] = rolled

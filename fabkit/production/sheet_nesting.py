@@ -14,7 +14,7 @@ from fabkit.errors import NestingError
 from fabkit.kinds import PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
 from fabkit.production.guillotine import ROUNDING_MM, Guillotine
-from fabkit.production.irregular import Engine, installed_engine, sturdy
+from fabkit.production.irregular import Engine, installed_engine, suits_engines
 from fabkit.production.nests import Nest, Placement, Sheet, Stock, check_nest, moved, outline_areas, polygons
 from geometry.arrays import FloatArray
 
@@ -80,7 +80,7 @@ def _closer(
     start = time.monotonic()
     inside = float(np.prod(guillotine.stock.inside))
     waiting = sorted(quick, key=lambda filling: -_area(filling, areas))
-    bearable = sturdy(guillotine.outlines)
+    suitable = suits_engines(guillotine.outlines)
     done: list[list[Placement]] = []
     pool = np.zeros(0, dtype=np.int64)
     best, best_score = quick, _score(quick, guillotine, areas)
@@ -94,7 +94,7 @@ def _closer(
                 break
             sheets_left = len(waiting) + areas[pool].sum() / inside
             share = max(engine.least_seconds, left / sheets_left)
-            chosen = pool[bearable[pool]].tolist()
+            chosen = pool[suitable[pool]].tolist()
             some = guillotine.outlines[np.array(chosen, dtype=np.int64)]
             found = engine.fill(some, guillotine.stock, share) if chosen else []
             found = [replace(place, panel=chosen[place.panel]) for place in found]
@@ -142,9 +142,9 @@ def _check_panels(panels: Parts[PanelDetails], outlines: Ragged) -> None:
         raise NestingError(f"panels of {names} cannot share sheets; nest each kind for itself")
     shapes = polygons(outlines)
     finite = np.isfinite(outlines.with_values(outlines.values.sum(axis=1)).reduced(np.add))
-    sound = finite & shapely.is_valid(shapes) & (shapely.area(shapes) > 0)
-    if not sound.all():
-        marks = ", ".join(panels.marks[panel] for panel in np.flatnonzero(~sound)[:10])
+    valid = finite & shapely.is_valid(shapes) & (shapely.area(shapes) > 0)
+    if not valid.all():
+        marks = ", ".join(panels.marks[panel] for panel in np.flatnonzero(~valid)[:10])
         raise NestingError(f"outlines that cross themselves or have no area cannot be nested: panels {marks}")
 
 

@@ -1,4 +1,4 @@
-"""What is to be told about one build: the facts behind the report, the summary sheet and the manifest."""
+"""The figures of one build that the report, the summary sheet and the manifest show."""
 
 from __future__ import annotations
 
@@ -65,8 +65,8 @@ class Summary:
         over the nominal one (1 everywhere for an edge offset mesh).
     leans_deg (N,): angle between each node axis and the normal of the mesh there, NaN where there is none.
     twists_deg (E,): angle between the central planes at the two ends of each edge.
-    lift_mm: height of the panels' lower side above the mesh faces; lift_reason: what asks for it, a sentence.
-    fitness: what is unusual, told or allowed. gauss_image: None where it was computed and is not exact.
+    underside_mm: height of the panels' underside above the mesh faces; underside_reason: what determines it.
+    fitness: the findings, noted or accepted. gauss_image: None where it was computed and is not exact.
     """
 
     name: str
@@ -86,8 +86,8 @@ class Summary:
     heights: FloatArray
     leans_deg: FloatArray
     twists_deg: FloatArray
-    lift_mm: float
-    lift_reason: str
+    underside_mm: float
+    underside_reason: str
     fitness: tuple[Finding, ...] = ()
     gauss_image: GivenGaussImage | ExactGaussImage | None = None
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))

@@ -10,7 +10,7 @@ from typing import NoReturn
 import numpy as np
 
 from geometry.arrays import IntArray
-from geometry.errors import MeshError, MeshFileError, shown
+from geometry.errors import MeshError, MeshFileError, printable
 from geometry.files.face_checks import COINCIDENCE
 from geometry.files.face_rings import rings_by_size
 from geometry.files.mending import mended_soup, tidied
@@ -41,7 +41,7 @@ def read_mesh_pair(
         _check_equivalent(soup, companion)
         mended = mended_soup(replace(soup, companion=companion.vertices), coincidence)
     except MeshError as error:
-        raise about(f"{path_name(first)} with {shown(second.name)}", error) from error
+        raise about(f"{path_name(first)} with {printable(second.name)}", error) from error
     mesh = Mesh(mended.vertices, Combinatorics(mended.n_vertices, mended.corners, mended.face_starts))
     assert mended.companion is not None
     return MeshFile(first, mesh, mended.mended, sha256, of_second), mesh.with_vertices(mended.companion)

@@ -9,7 +9,7 @@ from itertools import chain
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, integers
-from geometry.errors import MeshFileError, listed, shown
+from geometry.errors import MeshFileError, listed, printable
 
 __all__ = ["NumberRows", "likewise", "parse_numbers", "whole", "word_lines"]
 
@@ -67,7 +67,7 @@ def parse_numbers(words: Iterable[str], lines: IntArray) -> FloatArray:
         wrong = [place for place, word in enumerate(words) if not _is_number(word)]
         first = wrong[0]
         raise MeshFileError(
-            f"line {lines[first]}: '{shown(words[first])}' is not a number; correct it{likewise(lines[wrong])}",
+            f"line {lines[first]}: '{printable(words[first])}' is not a number; correct it{likewise(lines[wrong])}",
             elements=np.unique(lines[wrong]).tolist(),
         )
     return numbers

@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.arrays import IntArray, integers
 from geometry.colours import ElementColours
-from geometry.errors import MeshFileError, shown
+from geometry.errors import MeshFileError, printable
 from geometry.files.materials import Materials
 from geometry.files.number_rows import likewise, parse_numbers, whole
 from geometry.files.polygon_soup import PolygonSoup
@@ -66,7 +66,7 @@ def read_obj(text: str) -> PolygonSoup:
         count = len(words.unknown)
         ignored.append(
             f"{count} line{'s' * (count > 1)} passed over that begin{'s' * (count == 1)} with no word of OBJ, as line "
-            f"{line} with '{shown(word)}'"
+            f"{line} with '{printable(word)}'"
         )
     corners = np.where(given > 0, given - 1, above + given)
     return PolygonSoup.from_arrays(positions, corners, sizes, count_from=1, mended=tuple(ignored))
@@ -78,7 +78,7 @@ def obj_text(mesh: Mesh, colours: ElementColours | None = None, materials: Mater
     Colours of vertices stand behind their coordinates, where many programs read them; faces have their materials.
     """
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    faces = ["f " + " ".join(str(vertex + 1) for vertex in face) for face in mesh.combinatorics.faces()]
+    faces = ["f " + " ".join(str(vertex + 1) for vertex in face.tolist()) for face in mesh.faces]
     if materials is not None:
         names = materials.of_faces
         changes = [True, *(name != before for before, name in pairwise(names))]

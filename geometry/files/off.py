@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.colours import ElementColours
-from geometry.errors import MeshFileError, shown
+from geometry.errors import MeshFileError, printable
 from geometry.files.number_rows import NumberRows, likewise, whole, word_lines
 from geometry.files.polygon_soup import PolygonSoup
 from geometry.mesh import Mesh
@@ -58,7 +58,7 @@ def off_text(mesh: Mesh, colours: ElementColours | None = None) -> str:
     Those of faces stand behind their corners as fractions, which cannot be taken for the number of corners of a face.
     """
     vertices = [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    faces = [" ".join(map(str, [len(face), *face])) for face in mesh.combinatorics.faces()]
+    faces = [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
     header = "OFF"
     if colours and colours.on == "vertices":
         header, rgb = "COFF", colours.eight_bits.tolist()
@@ -85,7 +85,7 @@ def _header(rows: Rows) -> tuple[bool, bool, Rows]:
     if header is None:
         if not words[0].isdecimal():
             raise MeshFileError(
-                f"line {line}: an OFF file begins with OFF, this one with '{shown(words[0])}'", elements=[line]
+                f"line {line}: an OFF file begins with OFF, this one with '{printable(words[0])}'", elements=[line]
             )
         return False, True, rows
     binary = len(words) > 1 and words[1].upper() == "BINARY"
@@ -103,7 +103,7 @@ def _counts(rows: Rows) -> tuple[int, int, int]:
     line, words = rows[0]
     if len(words) < 2 or not all(word.isdecimal() and len(word) <= _DIGITS for word in words[:3]):
         raise MeshFileError(
-            f"line {line} should say the numbers of vertices, faces and edges, it says '{shown(' '.join(words))}'",
+            f"line {line} should say the numbers of vertices, faces and edges, it says '{printable(' '.join(words))}'",
             elements=[line],
         )
     return int(words[0]), int(words[1]), line

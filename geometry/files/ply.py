@@ -11,7 +11,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.colours import ElementColours
-from geometry.errors import MeshFileError, shown
+from geometry.errors import MeshFileError, printable
 from geometry.files.encoding import decoded, spelled_out
 from geometry.files.number_rows import NumberRows, whole, word_lines
 from geometry.files.polygon_soup import PolygonSoup
@@ -138,7 +138,7 @@ def ply_text(mesh: Mesh, colours: ElementColours | None = None) -> str:
         header.append(f"comment {colours.comment}")
     header += [f"element vertex {mesh.n_vertices}", *(f"property double {axis}" for axis in "xyz")]
     vertices = [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    faces = [" ".join(map(str, [len(face), *face])) for face in mesh.combinatorics.faces()]
+    faces = [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
     if colours and colours.on == "vertices":
         header += channels
         vertices = _with_columns(vertices, colours)
@@ -177,7 +177,9 @@ def _header(data: bytes) -> tuple[str, list[_Element], int, int]:
             case [] | ["ply"] | ["end_header"] | ["comment" | "obj_info", *_]:
                 pass
             case _:
-                raise MeshFileError(f"line {number}: '{shown(line)}' is not a line of a PLY header", elements=[number])
+                raise MeshFileError(
+                    f"line {number}: '{printable(line)}' is not a line of a PLY header", elements=[number]
+                )
     if not format_:
         raise MeshFileError("the PLY header does not say its format: ascii, binary_little_endian or binary_big_endian")
     return format_, elements, end.end(), len(lines)
@@ -242,7 +244,7 @@ def _walk(element: _Element, data: _Data, place: int) -> tuple[dict[str, IntArra
 def _count(value: float, element: _Element, row: int) -> int:
     if not (value >= 0 and float(value).is_integer()):
         raise MeshFileError(
-            f"{shown(element.name)} {row} announces a list of {value:g} values: a whole number, not negative, is "
+            f"{printable(element.name)} {row} announces a list of {value:g} values: a whole number, not negative, is "
             "needed (counted from 0)"
         )
     return int(value)
@@ -250,7 +252,7 @@ def _count(value: float, element: _Element, row: int) -> int:
 
 def _cut_off(element: _Element, row: int) -> MeshFileError:
     return MeshFileError(
-        f"the file is cut off: its header announces {element.count} elements '{shown(element.name)}', "
+        f"the file is cut off: its header announces {element.count} elements '{printable(element.name)}', "
         f"and number {row} (counted from 0) is not complete",
         elements=[row],
         value=row,

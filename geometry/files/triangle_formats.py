@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.errors import MeshFileError, shown
+from geometry.errors import MeshFileError, printable
 from geometry.files.polygon_soup import PolygonSoup
 
 __all__ = ["TRIANGLE_SUFFIXES", "read_triangles"]
@@ -36,7 +36,7 @@ def read_triangles(data: bytes, suffix: str, folder: Path) -> PolygonSoup:
             meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
     except Exception as error:  # whatever a damaged file makes of the readers of another library
         raise MeshFileError(
-            f"this is no {suffix[1:].upper()} file that can be read ({type(error).__name__}: {shown(error)}); "
+            f"this is no {suffix[1:].upper()} file that can be read ({type(error).__name__}: {printable(error)}); "
             "export it again, or as OBJ, OFF or PLY"
         ) from error
     if not meshes:

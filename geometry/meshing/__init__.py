@@ -1,4 +1,4 @@
-"""From a design surface to a mesh that can be built [Pottmann2007, 4.3]: planar, circular and conical meshes."""
+"""Meshes with planar faces, circular and conical meshes [Pottmann2007, 4.3], near a given mesh or on a surface."""
 
 from geometry.meshing.circular import make_circular
 from geometry.meshing.conical import make_conical

@@ -1,4 +1,4 @@
-"""The engine behind planar, circular and conical meshes: constrained Newton steps of least moves and strain."""
+"""The solver for planar, circular and conical meshes: constrained Newton steps that minimise moves and strain."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray, floats, integers
+from geometry.arrays import FloatArray, floats, integers, short_repr
 from geometry.errors import GeometryError
 from geometry.functionals import ConvexFaces, OnCurve, OnSurface, PlanarFaces, relative_plane_deviations, strain
 from geometry.mesh import Mesh
-from geometry.meshing.result_checks import LEAST_CONVEX_TURN, Aim, check_fixed_faces, check_outcome
+from geometry.meshing.result_checks import LEAST_CONVEX_TURN, Requirement, check_fixed_faces, check_result
 from geometry.meshing.vertex_guides import Effort, Guides, MeshGuides, in_edge_lengths
 from geometry.optimise import (
     AffineMap,
@@ -29,32 +29,42 @@ from geometry.optimise import (
 __all__ = ["OptimisedMesh", "optimised"]
 
 LONGEST_VERTEX_STEP = 0.6
-"""Longest move of a vertex in one step, over the mean edge length: as far as one moves in the mean of all directions
-whose largest coordinate moves by a half."""
+"""Longest move of a vertex in one step, over the mean edge length. Longer steps leave the range of linearisation."""
 
 SURFACE_WEIGHT = 10.0
-"""Weight of squared distances from a surface, over that of squared moves. With more, vertices come nearer in the mean,
-but glide so far that edges collapse: Newton's steps leave out how constraints curve."""
+"""Weight of squared distances from a surface, over the weight of squared moves. With more, vertices come nearer on
+average but glide so far that edges collapse, since Newton's steps neglect the curvature of the constraints."""
 
 
 @dataclass(frozen=True, eq=False)
 class OptimisedMesh:
-    """A mesh with planar faces, and what it took.
+    """A mesh with planar faces, and figures about the optimisation.
 
-    Planarity is the largest distance of a corner from its face's best plane. The deviation is what a circular or
-    conical mesh is off by: the largest circularity of a face or conicality (radians) of a vertex, as the norm of what
-    the functional of that name finds; zero where neither is asked. moves (N,): how far each vertex moved, read-only;
-    they tell whether the result is the shape that was given. surface_distance: the largest distance of a vertex
-    from the surface, None without one. Lengths are parts of the mean edge length l of the mesh as given. `reason` says
-    why the method stopped.
+    plane_deviation_before, _after: largest distance of a corner from the best plane of its face. residual_before,
+    _after: largest residual of a face (`make_circular`) or of a vertex (`make_conical`, in radians), zero for
+    `planarise`. moves (N,): how far each vertex moved, read-only; they show whether the result still has the given
+    shape. surface_distance: the largest distance of a vertex from the surface, None without one. Lengths are relative
+    to the mean edge length of the given mesh. `reason` says why the solver stopped.
+
+    >>> import geometry
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(6, 6)
+    >>> shell = grid.with_vertices([(x, y, -0.05 * (x * x + x * y / 4 + y * y)) for x, y, _ in grid.vertices])
+    >>> result = geometry.planarise(shell)
+    >>> result.moves.shape, result.iterations > 0, result.reason
+    ((49,), True, 'the constraints hold')
+    >>> result.move_of(0.95) < result.largest_move < 0.1
+    True
     """
+
+    __repr__ = short_repr
 
     mesh: Mesh
     iterations: int
-    planarity_before: float
-    planarity_after: float
-    deviation_before: float
-    deviation_after: float
+    plane_deviation_before: float
+    plane_deviation_after: float
+    residual_before: float
+    residual_after: float
     largest_move: float
     mean_move: float
     moves: FloatArray
@@ -62,7 +72,7 @@ class OptimisedMesh:
     reason: str
 
     def move_of(self, share: float) -> float:
-        """The move that this share of the vertices do not exceed, from 0 to 1; vertices without faces do not count."""
+        """The move that a share, 0 to 1, of the vertices do not exceed; vertices without faces do not count."""
         if not 0 <= share <= 1:
             raise GeometryError(f"the share of the vertices is {share}: a number from 0 to 1 is needed", value=share)
         return float(np.quantile(self.moves[self.mesh.combinatorics.is_used], share))
@@ -70,32 +80,32 @@ class OptimisedMesh:
 
 def optimised(
     mesh: Mesh,
-    aim: Aim,
+    requirement: Requirement,
     guides: Guides,
     effort: Effort,
 ) -> OptimisedMesh:
-    """The mesh with planar faces that reaches the aim, near to the one given or on the surface.
+    """A mesh with planar faces that meets the requirement, near the given mesh or on the surface of the guides.
 
-    Raises as `MeshGuides.of` does, ConvergenceError where something is off by more than the tolerance,
-    and FoldedError where an edge or face folded over on the way.
+    Raises as `MeshGuides.of` does, ConvergenceError where a residual is larger than the tolerance, and FoldedError
+    where an edge or face folds over.
     """
-    task = _Task(mesh, aim, MeshGuides.of(mesh, guides))
-    if task.is_done(effort.tolerance):
-        return task.record(mesh, 0, "nothing was to be done")
-    if task.guides.is_fixed.any():
-        check_fixed_faces(mesh, task.guides, effort.tolerance)
-    solution = task.solve(effort)
-    result = task.mesh_at(solution.x)
-    check_outcome(mesh, result, aim, task.guides, solution, effort.tolerance)
-    return task.record(result, solution.steps, solution.reason.value)
+    problem = _Problem(mesh, requirement, MeshGuides.of(mesh, guides))
+    if problem.is_solved(effort.tolerance):
+        return problem.record(mesh, 0, "the given mesh meets all requirements")
+    if problem.guides.is_fixed.any():
+        check_fixed_faces(mesh, problem.guides, effort.tolerance)
+    solution = problem.solve(effort)
+    result = problem.mesh_at(solution.x)
+    check_result(mesh, result, requirement, problem.guides, solution, effort.tolerance)
+    return problem.record(result, solution.steps, solution.reason.value)
 
 
 @dataclass(frozen=True, eq=False)
-class _Task:
-    """The unknown x (3N,): vertices as `in_edge_lengths` has them."""
+class _Problem:
+    """The unknown x (3N,): the vertices as given by `in_edge_lengths`."""
 
     mesh: Mesh
-    aim: Aim
+    requirement: Requirement
     guides: MeshGuides
 
     @cached_property
@@ -112,43 +122,43 @@ class _Task:
         moved = self.world(x).reshape(-1, 3)
         return self.mesh.with_vertices(np.where(self.guides.is_fixed[:, None], self.mesh.vertices, moved))
 
-    def is_done(self, tolerance: float) -> bool:
-        """Whether the mesh may stay as it is."""
+    def is_solved(self, tolerance: float) -> bool:
+        """Whether the given mesh meets all requirements."""
         convex = self.guides.convex
         return (
-            self.planarity_before <= tolerance
-            and self.deviation_before <= tolerance
+            self.plane_deviation_before <= tolerance
+            and self.residual_before <= tolerance
             and (not len(convex) or float(self.turns.residual(self.start).min()) >= LEAST_CONVEX_TURN - tolerance)
             and (self.surface_distance(self.mesh) or 0.0) <= tolerance
         )
 
     @cached_property
-    def planarity_before(self) -> float:
+    def plane_deviation_before(self) -> float:
         return float(relative_plane_deviations(self.mesh).max())
 
     @cached_property
-    def deviation_before(self) -> float:
-        return float(self.aim.deviations(self.mesh).max(initial=0.0))
+    def residual_before(self) -> float:
+        return float(self.requirement.deviations(self.mesh).max(initial=0.0))
 
-    # --- what is asked
+    # --- constraints and soft terms
 
     @cached_property
     def constraint(self) -> Functional:
-        """To be zero."""
+        """Zero where faces are planar, the requirement is met and vertices are on their curves."""
         n = self.mesh.n_vertices
         planar = PlanarFaces(self.mesh.combinatorics, self.start)
-        aims = [] if self.aim.functional is None else [self.aim.functional]
+        extra = [] if self.requirement.functional is None else [self.requirement.functional]
         curves = [OnCurve(curve, vertices, n) for curve, vertices in self.guides.curves if len(vertices)]
-        return StackedFunctional([planar, *aims, *curves]) if aims or curves else planar
+        return StackedFunctional([planar, *extra, *curves]) if extra or curves else planar
 
     @cached_property
     def turns(self) -> ConvexFaces:
-        """To be at least `LEAST_CONVEX_TURN`."""
+        """The turns of the corners of convex faces, which have to be at least `LEAST_CONVEX_TURN`."""
         return ConvexFaces(self.mesh.combinatorics, self.guides.convex)
 
     @cached_property
     def soft_terms(self) -> list[tuple[float, Functional]]:
-        """To be small, with their weights."""
+        """The functionals that are minimised, with their weights."""
         surface = self.guides.surface
         if surface is None:
             return []
@@ -158,40 +168,40 @@ class _Task:
 
     @cached_property
     def metric(self) -> SparseMatrix:
-        """Of moves."""
+        """(3N, 3N) of squared moves plus fairness times strain."""
         return csr_array(eye_array(len(self.start)) + self.guides.fairness * strain(self.mesh))
 
     def solve(self, effort: Effort) -> Solution:
-        """By the entries that are free: those of fixed vertices are eliminated. In the solution, x has all of them."""
+        """Solved for the coordinates of free vertices only; x of the solution holds those of all vertices."""
         fixed = np.repeat(self.guides.is_fixed, 3)
         if fixed.all():
             violation = float(np.abs(self.constraint.residual(self.start)).max(initial=0.0))
             return Solution(self.start, np.zeros(0), violation, 0, Reason.STALLED)
-        some, rest = bool(fixed.any()), AffineMap.fixing(self.start, fixed)
+        some_fixed, all_from_free = bool(fixed.any()), AffineMap.fixing(self.start, fixed)
 
         def of_free(functional: Functional) -> Functional:
-            return ComposedFunctional(functional, rest) if some else functional
+            return ComposedFunctional(functional, all_from_free) if some_fixed else functional
 
         free = np.flatnonzero(~fixed)
         found = nearest_feasible(
             of_free(self.constraint),
             self.start[free],
-            csr_array(self.metric[free][:, free]) if some else self.metric,
+            csr_array(self.metric[free][:, free]) if some_fixed else self.metric,
             soft_terms=[(weight, of_free(functional)) for weight, functional in self.soft_terms],
             inequality=of_free(self.turns) if len(self.guides.convex) else None,
             least=LEAST_CONVEX_TURN,
-            tolerance=effort.tolerance / 4,  # a corner's distance is at most its face's residuals' norm
+            tolerance=effort.tolerance / 4,  # the distance of a corner is at most the norm of the residuals of its face
             longest_step=LONGEST_VERTEX_STEP,
             blocks=Blocks({"free vertices": (len(free) // 3, 3)}),
-            anchored_steps=self.aim.anchored_steps if effort.anchored_steps is None else effort.anchored_steps,
+            anchored_steps=self.requirement.anchored_steps if effort.anchored_steps is None else effort.anchored_steps,
             max_steps=effort.max_steps,
         )
-        return Solution(rest(found.x), found.multipliers, found.violation, found.steps, found.reason)
+        return Solution(all_from_free(found.x), found.multipliers, found.violation, found.steps, found.reason)
 
-    # --- what came of it
+    # --- the result
 
     def surface_distance(self, mesh: Mesh) -> float | None:
-        """Largest distance of a vertex from the surface, in mean edge lengths of the mesh as given."""
+        """Largest distance of a vertex from the surface, in mean edge lengths of the given mesh."""
         if self.guides.surface is None:
             return None
         points = mesh.vertices[mesh.combinatorics.is_used]
@@ -203,10 +213,10 @@ class _Task:
         return OptimisedMesh(
             mesh=result,
             iterations=iterations,
-            planarity_before=self.planarity_before,
-            planarity_after=float(relative_plane_deviations(result).max()),
-            deviation_before=self.deviation_before,
-            deviation_after=float(self.aim.deviations(result).max(initial=0.0)),
+            plane_deviation_before=self.plane_deviation_before,
+            plane_deviation_after=float(relative_plane_deviations(result).max()),
+            residual_before=self.residual_before,
+            residual_after=float(self.requirement.deviations(result).max(initial=0.0)),
             largest_move=float(moves.max()),
             mean_move=float(moves.mean()),
             moves=floats(moves),

@@ -1,4 +1,4 @@
-"""What guides the vertices of a mesh while its faces are optimised: a surface, curves, fixed places, convexity."""
+"""The guides of the vertices while the faces of a mesh are optimised: a surface, curves, fixed vertices, convexity."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from geometry.arrays import BoolArray, FloatArray, IntArray, integers
+from geometry.arrays import BoolArray, FloatArray, IntArray, integers, short_repr
 from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.mesh import Mesh
 from geometry.surface import Curve, Surface
@@ -24,27 +24,39 @@ Faces: TypeAlias = "Indices | Literal['all']"
 
 
 def in_edge_lengths(mesh: Mesh) -> FloatArray:
-    """(N, 3) vertices from their centroid, in mean edge lengths."""
+    """(N, 3) vertices relative to their centroid, in mean edge lengths."""
     return np.asarray((mesh.vertices - mesh.vertices.mean(axis=0)) / mesh.mean_edge_length)
 
 
 @dataclass(frozen=True, eq=False)
 class Guides:
-    """What guides the vertices of a mesh. Lengths are in mean edge lengths l of the mesh.
+    """Guides of the vertices of a mesh. Lengths are relative to the mean edge length of the mesh.
 
-    fairness: weight of the strain of edges, see `functionals.fairness.strain`, over that of squared moves. Less of it
-      (0.01) stays closer to the given vertices in the mean, and turns and shortens edges more; with more of it, edges
+    fairness: weight of the strain of edges, see `functionals.strain`, over the weight of squared moves. A small one
+      (0.01) stays closer to the given vertices on average, but turns and shortens edges more; with a large one, edges
       collapse less easily.
-    surface: vertices glide on it: squared distances from it count 10 times as much as squared moves. How far
-      vertices end up from it is part of the result.
-    fixed: vertices that stay, to the last bit.
-    curves: paths of vertices along edges, closed where the first vertex is the last one too. Their vertices
-      slide on the spline through them, see `Curve.through`; ends, corners and crossings stay.
+    surface: vertices glide on it: squared distances from it weigh 10 times as much as squared moves. The largest
+      remaining distance is part of the result.
+    fixed: vertices that keep their positions exactly.
+    curves: paths of vertices along edges; a path whose last vertex is its first one is closed. Their vertices slide on
+      the spline through them, see `Curve.through`; ends, corners and crossings of curves keep their positions.
     keep_boundary: the same for all boundary loops.
-    convex: faces whose corners are to turn to one side, each by `result_checks.LEAST_CONVEX_TURN` l or more; or "all".
+    convex: faces all of whose corners have to turn to the same side, by `result_checks.LEAST_CONVEX_TURN` or more; or
+      "all".
 
-    Raises GeometryError for what is not a Surface, and a fairness that is negative or not finite.
+    Raises GeometryError for a surface that is no Surface, and a fairness that is negative or not finite.
+
+    >>> import geometry
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(6, 6)
+    >>> shell = grid.with_vertices([(x, y, -0.05 * (x * x + x * y / 4 + y * y)) for x, y, _ in grid.vertices])
+    >>> corners = [0, 6, 42, 48]
+    >>> result = geometry.planarise(shell, Guides(fairness=0.01, fixed=corners, surface=geometry.Surface(shell)))
+    >>> result.moves[corners].tolist(), result.surface_distance < 0.05
+    ([0.0, 0.0, 0.0, 0.0], True)
     """
+
+    __repr__ = short_repr
 
     fairness: float = 0.3
     surface: Surface | None = None
@@ -56,17 +68,27 @@ class Guides:
     def __post_init__(self) -> None:
         _check_number("fairness", self.fairness)
         if self.surface is not None and not isinstance(self.surface, Surface):
-            raise GeometryError(f"the surface is a {type(self.surface).__name__}: make it one by Surface(mesh)")
+            raise GeometryError(
+                f"the surface is a {type(self.surface).__name__}, not a Surface: make one by Surface(mesh)"
+            )
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How far to go. Raises GeometryError for numbers that are negative or not finite.
+    """Tolerance and numbers of steps. Raises GeometryError for numbers that are negative or not finite.
 
-    tolerance: what planes, circles, cones and curves may be missed by, in mean edge lengths or radians.
-    anchored_steps: Newton steps that pull towards the given vertices. Each later one takes the shortest way to what is
-      asked, as the pull is in the way of quadratic convergence. None: 16 where only planes are asked, else 8.
+    tolerance: largest distance from planes, circles and curves in mean edge lengths, from cones in radians.
+    anchored_steps: Newton steps that also minimise the distance from the given vertices. Each later step is the
+      shortest one to the constraints, which converges quadratically. None: 16 in `planarise`, else 8.
     max_steps: Newton steps in all.
+
+    >>> import geometry
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(6, 6)
+    >>> shell = grid.with_vertices([(x, y, -0.05 * (x * x + x * y / 4 + y * y)) for x, y, _ in grid.vertices])
+    >>> result = geometry.planarise(shell, effort=Effort(tolerance=1e-6, anchored_steps=4))
+    >>> result.plane_deviation_after < 1e-6, result.iterations <= 6
+    (True, True)
     """
 
     tolerance: float = 1e-12
@@ -86,10 +108,11 @@ def _check_number(name: str, number: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class MeshGuides:
-    """Guides as they stand for one mesh.
+    """Guides checked and evaluated for one mesh.
 
-    surface: where vertices glide, if any. is_fixed (N,): vertices that stay. curves: each with the vertices that
-    slide on it, from the centroid of the mesh and in mean edge lengths. convex: faces to be convex.
+    surface: on which vertices glide, if any. is_fixed (N,): vertices that keep their positions. curves: each with the
+    vertices that slide on it, relative to the centroid of the mesh and in mean edge lengths. convex: faces that have
+    to be convex.
     """
 
     fairness: float
@@ -100,10 +123,10 @@ class MeshGuides:
 
     @classmethod
     def of(cls, mesh: Mesh, guides: Guides) -> MeshGuides:
-        """Ends and corners of curves stay, and so do vertices on two curves.
+        """Ends and corners of curves are fixed, and so are vertices on two curves.
 
-        Raises MeshError for an edge without length and GeometryError for a vertex or face that does not exist, and a
-        curve that does not run along edges or meets itself.
+        Raises MeshError for an edge without length, and GeometryError for a vertex or face that does not exist and for
+        a curve that does not run along edges or meets itself.
         """
         _check_edges(mesh)
         is_fixed = np.zeros(mesh.n_vertices, dtype=bool)
@@ -113,10 +136,10 @@ class MeshGuides:
             paths += [(loop, True) for loop in mesh.combinatorics.boundary_loops]
         positions = in_edge_lengths(mesh)
         made = [(Curve.through(positions[path], closed=closed), path) for path, closed in paths]
-        met = np.bincount(
+        n_curves = np.bincount(
             np.concatenate([np.zeros(0, np.int64), *(path for path, _ in paths)]), minlength=len(is_fixed)
         )
-        is_fixed |= met > 1
+        is_fixed |= n_curves > 1
         for curve, path in made:
             is_fixed[path[curve.corners]] = True
             is_fixed[path[:0] if curve.closed else path[[0, -1]]] = True
@@ -142,7 +165,7 @@ def _check_edges(mesh: Mesh) -> None:
 
 
 def _indices(name: str, values: Any, count: int, noun: str) -> IntArray:
-    """The values as they stand, where they are indices; otherwise GeometryError."""
+    """The values, if they are indices below `count`; otherwise GeometryError."""
     found = np.array([]) if isinstance(values, str) else np.asarray(values)
     if isinstance(values, str) or found.ndim != 1 or (found.size and found.dtype.kind not in "iu"):
         raise GeometryError(f"{name} is {values!r}: {noun} are given by their numbers, in a sequence")
@@ -158,7 +181,7 @@ def _indices(name: str, values: Any, count: int, noun: str) -> IntArray:
 
 
 def _path(mesh: Mesh, number: int, curve: Indices) -> tuple[IntArray, bool]:
-    """The vertices along a curve, each once, and whether it goes on from the last to the first."""
+    """The vertices along a curve, each once, and whether the curve is closed."""
     name = f"curve {number}"
     path = _indices(name, curve, mesh.n_vertices, "vertices")
     closed = len(path) > 1 and bool(path[0] == path[-1])

@@ -44,6 +44,10 @@ CONTRADICTION_RATIO = 1e-9
 """Violation, over the size of M, of what is fixed and of what is found, above which it is a contradiction, and not
 rounding."""
 
+FREE_MOVE_RATIO = 1e-6
+"""Largest coordinate of a random move within what fixed vertices allow, over that of the move, below which nothing is
+free: what solvers leave is a thousandth of it."""
+
 
 def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: FactorBounds | None) -> Mesh:
     """unknowns: of the mesh M. The minimum is found in them, and its vertices are where they take it."""
@@ -67,6 +71,7 @@ def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: 
         _check_bounds(mesh, found, bounds, solution)
     if len(fixed.vertices):
         _check_fixed(mesh, found, fixed, solution)
+        _check_free(unknowns, A, b, solution.x, fixed, noise)
     size = max(max_norm(found.vertices), max_norm(fixed.positions), LEAST_IMAGE_SIZE * max_norm(mesh.vertices))
     optimality = Optimality.of(unknowns, H, g, rows, left, least, found)
     check_solved(mesh, found, solution, size)
@@ -179,6 +184,31 @@ def _check_fixed(mesh: Mesh, found: Mesh, fixed: Fixed, solution: Solution) -> N
         )
 
 
+def _check_free(
+    unknowns: FaceUnknowns, A: SparseMatrix, b: FloatArray, x: FloatArray, fixed: Fixed, noise: float
+) -> None:
+    """Raise GeometryError where x (n,) is the only solution of A x = b: whatever is minimised has no say then.
+
+    Not looked for where there are more unknown edge lengths than equations.
+    """
+    mesh, c = unknowns.mesh, unknowns.mesh.combinatorics
+    n_parts = int(c.face_components.max()) + 1
+    least_dimension = mesh.n_edges - 2 * mesh.n_faces + 3 * (c.euler_characteristic - n_parts)
+    if 3 * len(fixed.vertices) < least_dimension:
+        return
+    size = max(max_norm(x), max_norm(mesh.vertices))
+    elsewhere = x + size * np.random.default_rng(0).standard_normal(len(x))
+    move = max_norm(restore_parallelity(elsewhere, A, b, noise=noise).x - x) / size
+    if move < FREE_MOVE_RATIO:
+        raise GeometryError(
+            f"the {len(fixed.vertices)} fixed vertices leave nothing to be minimised: only one mesh parallel to M has "
+            "them where they are wanted; fix fewer, `free_dimension` counts what is left, or ask for `close_to` them",
+            elements=fixed.vertices.tolist(),
+            value=move,
+            bound=FREE_MOVE_RATIO,
+        )
+
+
 def _check_bounds(mesh: Mesh, found: Mesh, bounds: FactorBounds, solution: Solution) -> None:
     factors = edge_factors(mesh, found)
     off = np.maximum(factors - bounds.upper, bounds.lower - factors) * mesh.edge_lengths
@@ -204,7 +234,9 @@ def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> No
     def say(edge: int, value: float) -> str:
         cure = "ask for some closeness beside fairness"
         if ROUNDING_MULTIPLE * max_norm(rounding(mesh, found)) > bound:
-            cure = f"faces of M leave their planes by {coarseness(mesh):.1e}, planarise the mesh further, at the origin"
+            cure = (
+                f"faces of M are off their planes by {coarseness(mesh):.1e}, planarise the mesh further, at the origin"
+            )
         return (
             f"{mesh.combinatorics.edge_name(edge)} is off the direction of its edge of M by {value:.1e}, allowed "
             f"{bound:.1e}: the solver stopped since {solution.reason.value}; {cure}"

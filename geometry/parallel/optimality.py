@@ -140,7 +140,7 @@ def optimum(
 def coarseness(mesh: Mesh) -> float:
     """How far off its place a corner may be, as far as the mesh itself tells.
 
-    Faces leave their planes by as much, or coordinates are rounded by it.
+    Faces are off their planes by as much, or coordinates are rounded by it.
     """
     return max(max_norm(mesh.plane_deviations), float(np.spacing(max_norm(mesh.vertices))))
 

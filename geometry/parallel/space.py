@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, IntArray, floats, short_repr
 from geometry.errors import GeometryError, MeshError
 from geometry.functionals import parallel_to
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatrix
 from geometry.parallel.blending import weight_ranges
 from geometry.parallel.constraints import FactorBounds, Fixed, Objective
@@ -23,7 +23,7 @@ from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.minimising import ELEMENT_TOLERANCE, minimum
 from geometry.parallel.optimality import optimum
 from geometry.parallel.sampling import ElementSampler
-from geometry.parallel.spectrum import Spectrum, least_singular_vectors, zero_threshold
+from geometry.parallel.spectrum import Spectrum, least_singular_vectors, null_dimension, zero_threshold
 
 __all__ = ["ParallelSpace"]
 
@@ -46,7 +46,12 @@ class ParallelSpace:
     of M without length, and for another mesh that does not have the faces of M. Factors are kept for the next call.
     """
 
+    __repr__ = short_repr
+
     mesh: Mesh
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mesh", as_mesh(self.mesh))
 
     @cached_property
     def matrix(self) -> SparseMatrix:
@@ -69,6 +74,31 @@ class ParallelSpace:
     def dimension(self) -> int:
         """The dimension that the gap in `spectrum` shows, translations included."""
         return self.spectrum.dimension
+
+    def free_dimension(self, fixed: Sequence[int] | IntArray) -> int:
+        """What is left of the dimension when some vertices are fixed: 0 where nothing else can move within P(M).
+
+        fixed (k,): vertices. That of the meshes in P(M) that have these vertices at the origin. Takes a basis, so
+        raises as `basis` does; GeometryError for a vertex that does not exist; and RankError, with the singular values,
+        where rounding decides about the dimension.
+
+        >>> from geometry import ParallelSpace
+        >>> from geometry.mesh import shapes
+        >>> grid = shapes.grid(4, 3)
+        >>> space, boundary = ParallelSpace(grid), grid.combinatorics.is_boundary_vertex.nonzero()[0]
+        >>> space.dimension, space.free_dimension([0]), space.free_dimension([0, 19]), space.free_dimension(boundary)
+        (10, 7, 5, 0)
+        """
+        vertices = np.unique(np.asarray(fixed, dtype=np.int64))
+        wrong = vertices[(vertices < 0) | (vertices >= self.mesh.n_vertices)]
+        if len(wrong):
+            raise GeometryError(
+                f"vertex {wrong[0]} is to be fixed, but there are {self.mesh.n_vertices} vertices",
+                elements=wrong.tolist(),
+                value=float(wrong[0]),
+                bound=self.mesh.n_vertices - 1,
+            )
+        return null_dimension(self.basis[:, vertices].reshape(self.dimension, -1).T)
 
     @cached_property
     def spectrum(self) -> Spectrum:
@@ -133,13 +163,14 @@ class ParallelSpace:
             raise GeometryError(f"{count} elements are asked for, it must be 1 or more", value=count, bound=1)
         return [self.mesh.with_vertices(vertices) for vertices in self._orthonormal(count, seed)]
 
-    def project(self, mesh: Mesh) -> Mesh:
+    def project(self, mesh: MeshLike) -> Mesh:
         """The element of P(M) nearest to a mesh: the sum of squared distances of the vertices is least.
 
         It is parallel to M within `ELEMENT_TOLERANCE` times the size of the given mesh. Raises ConvergenceError where
         that is not reached, and RankError, naming edges and singular values, where rounding decides which element is
         the nearest.
         """
+        mesh = as_mesh(mesh)
         if not self.mesh.combinatorics.same_as(mesh.combinatorics):
             raise MeshError("the two meshes do not have the same faces, so they cannot be parallel")
         centre = mesh.vertices.mean(axis=0)  # translations are members: they can be kept out of rounding
@@ -156,8 +187,9 @@ class ParallelSpace:
         )
         return found.with_vertices(found.vertices + centre)
 
-    def contains(self, mesh: Mesh) -> bool:
+    def contains(self, mesh: MeshLike) -> bool:
         """Whether a mesh is parallel to M, within `ELEMENT_TOLERANCE` times its largest coordinate."""
+        mesh = as_mesh(mesh)
         return bool(parallelity(self.mesh, mesh).max() <= self._allowed(mesh))
 
     def blend(self, weights: Sequence[float], members: Sequence[Mesh]) -> Mesh:
@@ -214,9 +246,9 @@ class ParallelSpace:
 
         Edges are parallel and fixed vertices in place within `ELEMENT_TOLERANCE` times the largest coordinate; bounds
         hold within `FACTOR_BOUND_TOLERANCE` times that. Raises GeometryError where fixed vertices or bounds contradict
-        each other, where there is no least value, and for values that are not finite or of the wrong shape;
-        ConvergenceError where the solver does not reach that accuracy, or not the minimum; RankError, naming edges and
-        singular values, where rounding decides about the minimum.
+        each other or leave nothing free (see `free_dimension`), where there is no least value, and for values that are
+        not finite or of the wrong shape; ConvergenceError where the solver does not reach that accuracy, or not the
+        minimum; RankError, naming edges and singular values, where rounding decides about the minimum.
         """
         return minimum(
             self._unknowns,

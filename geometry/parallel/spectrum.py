@@ -10,7 +10,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, RankError
 from geometry.parallel.edge_closure import EdgeClosure
 
-__all__ = ["Spectrum", "least_singular_vectors", "zero_threshold"]
+__all__ = ["Spectrum", "least_singular_vectors", "null_dimension", "zero_threshold"]
 
 LEAST_SPECTRAL_GAP = 100.0
 """Least ratio of the first singular value that is not zero to the largest one that passes for zero."""
@@ -36,7 +36,7 @@ class Spectrum:
     """The dimension of P(M), and the singular values on either side of the gap that shows it.
 
     They are those of the closing of faces and loops with edge lengths in the directions of M as unknowns (pure numbers,
-    the largest about 2). last_kept also bounds what faces that leave their planes add to them.
+    the largest about 2). last_kept also bounds what faces that are off their planes add to them.
     """
 
     dimension: int
@@ -69,8 +69,24 @@ class Spectrum:
         return cls(spare + kept, float(last), first)
 
 
+def null_dimension(matrix: FloatArray) -> int:
+    """The dimension of the x (n,) with A x = 0, A (m, n) of orthonormal directions; RankError where there is no gap."""
+    values = np.linalg.svd(matrix, compute_uv=False)
+    positive = values[values > ZERO_SINGULAR_VALUE]
+    needed = LEAST_SPECTRAL_GAP * ZERO_SINGULAR_VALUE
+    if positive.min(initial=np.inf) < needed:
+        raise RankError(
+            f"the singular values have no gap that shows what the fixed vertices leave free: it is "
+            f"{matrix.shape[1] - len(positive)} dimensions if those up to {ZERO_SINGULAR_VALUE:.0e} are zero, but the "
+            f"next is {positive.min():.1e}, and at least {needed:.1e} is needed; fix other vertices",
+            value=float(positive.min()),
+            bound=needed,
+        )
+    return int(matrix.shape[1] - len(positive))
+
+
 def zero_threshold(deviation: float) -> float:
-    """What passes for zero where faces leave their planes such that singular values change by up to `deviation`."""
+    """What passes for zero where faces are off their planes such that singular values change by up to `deviation`."""
     return min(max(ZERO_SINGULAR_VALUE, deviation), LARGEST_ZERO_SINGULAR_VALUE)
 
 

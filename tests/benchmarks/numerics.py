@@ -78,8 +78,8 @@ def planarise_row(name: str, mesh: Mesh) -> tuple[Mesh, list[str]]:
         f"{mesh.n_vertices} / {mesh.n_faces}",
         f"{milliseconds:.0f}",
         str(result.iterations),
-        f"{result.planarity_before:.1e}",
-        f"{result.planarity_after:.1e}",
+        f"{result.plane_deviation_before:.1e}",
+        f"{result.plane_deviation_after:.1e}",
         f"{result.largest_move:.5f}",
         f"{result.mean_move:.5f}",
     ]
@@ -91,7 +91,7 @@ def principal_row(name: str, mesh: Mesh, make: Callable[[Mesh], OptimisedMesh]) 
         result, milliseconds = timed(lambda: make(fresh(mesh)), repeats=1)
     except GeometryError as refused:
         return [name, make.__name__, "", "", f"refused: {refused.message[:44]}...", ""]
-    after = f"{max(result.planarity_after, result.deviation_after):.1e}"
+    after = f"{max(result.plane_deviation_after, result.residual_after):.1e}"
     return [name, make.__name__, f"{milliseconds:.0f}", str(result.iterations), after, f"{result.largest_move:.3f}"]
 
 

@@ -93,7 +93,7 @@ BOLT = Kind(
     letter="S",
     colour=(0.9, 0.8, 0.1),
     form="block",
-    nothing=BoltDetails(np.zeros(0, dtype=object), np.zeros(0), Ragged.of([], dtype=np.int64)),
+    empty_details=BoltDetails(np.zeros(0, dtype=object), np.zeros(0), Ragged.of([], dtype=np.int64)),
     symmetry=Symmetry(("stamps",), (), _turns),
     columns=_columns,
     measures=lambda parts: [Measure("bolts", "Torque", "Nm", 0, parts.details.torque_nm)],

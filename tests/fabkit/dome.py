@@ -116,8 +116,8 @@ def make_node(
             inclinations_deg=(0.0,) * len(edges),
             setbacks_mm=(SETBACK,) * len(edges),
             height_mm=float(np.ptp(levels)),
-            top_spread_mm=0.0,
-            axis_spread_mm=0.0,
+            top_step_mm=0.0,
+            axis_misalignment_mm=0.0,
         ),
     )
 
@@ -137,7 +137,7 @@ def make_panel(face: int, corners: FloatArray, beams: tuple[int, ...]) -> Part:
         element=face,
         details=PanelDetails(
             thickness_mm=THICKNESS,
-            lift_mm=LIFT,
+            underside_mm=LIFT,
             area_mm2=0.0,
             edge_lengths_mm=(0.0,) * 4,
             corner_angles_deg=(0.0,) * 4,

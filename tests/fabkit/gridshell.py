@@ -134,8 +134,8 @@ def node(vertices: FloatArray, normals: FloatArray, marks: Marks, vertex: int, e
             inclinations_deg=tuple(inclinations),
             setbacks_mm=(SETBACK,) * len(order),
             height_mm=SECTION.height_mm + 10.0,
-            axis_spread_mm=SECTION.height_mm * float(np.ptp(1 / np.cos(np.radians(inclinations)))),
-            top_spread_mm=SETBACK * float(np.ptp(np.sin(np.radians(inclinations)))),
+            axis_misalignment_mm=SECTION.height_mm * float(np.ptp(1 / np.cos(np.radians(inclinations)))),
+            top_step_mm=SETBACK * float(np.ptp(np.sin(np.radians(inclinations)))),
         ),
     )
 
@@ -161,7 +161,7 @@ def panel(vertices: FloatArray, marks: Marks, face: int, corners: IntArray, edge
         element=face,
         details=PanelDetails(
             thickness_mm=THICKNESS,
-            lift_mm=LIFT,
+            underside_mm=LIFT,
             area_mm2=solid.volume_mm3 / THICKNESS,
             edge_lengths_mm=tuple(lengths.tolist()),
             corner_angles_deg=tuple(((180 + turn) % 360).tolist()),
@@ -226,7 +226,7 @@ def gridshell_summary(nx: int = 6, ny: int = 5, *, name: str = "Gridshell", mend
         heights=1 + 0.01 * np.sin(np.arange(len(edges))),
         leans_deg=2 + np.cos(np.arange(len(vertices))),
         twists_deg=np.zeros(len(edges)),
-        lift_mm=LIFT,
-        lift_reason="the widest beam under the sharpest fold, 5.8 mm, and a seat of 2 mm",
+        underside_mm=LIFT,
+        underside_reason="the widest beam under the sharpest fold, 5.8 mm, and a seat of 2 mm",
         gauss_image=GivenGaussImage("roof-gauss.obj", sha256=64 * "7", largest_move=2e-7, mean_move=1e-7),
     )

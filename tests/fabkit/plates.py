@@ -58,7 +58,7 @@ def plate(
         element=element,
         details=PanelDetails(
             thickness_mm=thickness,
-            lift_mm=10.0,
+            underside_mm=10.0,
             area_mm2=solid.volume_mm3 / thickness,
             edge_lengths_mm=tuple(np.linalg.norm(ahead, axis=1).tolist()),
             corner_angles_deg=tuple(corners.tolist()),
@@ -124,8 +124,8 @@ def block(mark: str, element: int, beams: tuple[int, ...], **changes: object) ->
             inclinations_deg=(-2.5,) * n,
             setbacks_mm=(40.0,) * n,
             height_mm=130.0,
-            top_spread_mm=0.5,
-            axis_spread_mm=0.25,
+            top_step_mm=0.5,
+            axis_misalignment_mm=0.25,
         ),
     )
     return altered(made, **changes)

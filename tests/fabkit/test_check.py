@@ -222,7 +222,7 @@ def test_not_a_number(kind: str) -> None:
 def test_face_out_of_plane() -> None:
     bent = change(dome(), "panels", 2, with_corner(5, [0, 0, 1e-5]))
     # best plane of a quad with one corner lifted: every corner is a quarter of the lift away
-    refused(bent, "panel P2 (face 2) has a face that leaves its plane by 2.51e-06 mm, allowed 1e-06 mm", "planarise")
+    refused(bent, "panel P2 (face 2) has a face that is off its plane by 2.51e-06 mm, allowed 1e-06 mm", "planarise")
     check_fit(bent, fit_mm=3e-6)
 
 

@@ -92,13 +92,13 @@ def test_a_beam_shorter_than_its_setbacks(tmp_path: Path) -> None:
     acute = QUAD_STRIP.replace("v 0 1.5 0", "v 1.4 0.04 0")
     sentence = refused(tmp_path, acute + "f 1 2 5 4\nf 2 3 6 5")
     assert "beam" in sentence
-    assert "has no room" in sentence
+    assert "is too short" in sentence
     assert "--skip-unbuildable" in sentence
 
 
-def test_a_panel_that_its_joint_eats(tmp_path: Path) -> None:
+def test_a_panel_cut_away_by_its_joint(tmp_path: Path) -> None:
     sentence = refused(tmp_path, QUAD_STRIP + "f 1 2 5 4\nf 2 3 6 5", "--joint", "1500")
-    assert "the panel on face 0 is eaten by its joint" in sentence
+    assert "the panel on face 0 vanishes when cut back by half the joint" in sentence
 
 
 def test_a_panel_larger_than_every_sheet(tmp_path: Path) -> None:

@@ -34,8 +34,8 @@ def assembly() -> Assembly:
             bar("B001", 2, (1, 0), dihedral_deg=7.126, cut_angles_deg=(2.5, -0.004)),
         ),
         nodes=(
-            block("N001", 0, (0, 2), top_spread_mm=0.5),
-            block("N001", 1, (2, 0), top_spread_mm=1.5),
+            block("N001", 0, (0, 2), top_step_mm=0.5),
+            block("N001", 1, (2, 0), top_step_mm=1.5),
         ),
         panels=(
             plate("P001", SQUARE, element=0, neighbours=(-1, 1, 3, 2), dihedrals=(math.nan, 4.0, 4.0, 4.0)),
@@ -88,7 +88,7 @@ def test_nodes() -> None:
     assert column(table, "Azimuths (deg)") == ["0.00 / 180.00"]
     assert column(table, "Inclinations (deg)") == ["-2.50 / -2.50"]
     assert column(table, "Setbacks (mm)") == ["40.00 / 40.00"]
-    assert column(table, "Top spread (mm)") == ["0.50 to 1.50"]
+    assert column(table, "Step between tops (mm)") == ["0.50 to 1.50"]
     assert column(table, "Mass (kg)") == [pytest.approx(2 * 7850 * 0.08 * 0.08 * 0.13)]
     assert table.left_out == ("left out: two beams leave no room",)
 

@@ -61,7 +61,7 @@ def surface(folder: Path, bends: tuple[float, float], n: int = 40) -> Path:
     grid = shapes.grid(n, n)
     plan = grid.vertices[:, :2] * 2 / n - 1
     vertices = np.column_stack([plan, np.square(plan) @ bends / 2])
-    mesh = Mesh.from_faces(vertices, [f for a, b, c, d in grid.combinatorics.faces() for f in ([a, b, c], [a, c, d])])
+    mesh = Mesh.from_faces(vertices, [f for a, b, c, d in grid.combinatorics.faces for f in ([a, b, c], [a, c, d])])
     write_mesh(folder / "surface.obj", mesh if mesh.vertex_normals[0, 2] > 0 else mesh.reversed())
     return folder / "surface.obj"
 
@@ -105,7 +105,7 @@ def test_what_is_designed_goes_straight_through_a_build_as_it_is_told(name: str,
     assert made.summary.largest_move_mm == 0.0
     assert made.summary.mended == ()  # S points outwards already
     assert np.ptp(made.structure.heights) < 1e-12
-    assert max(node.details.axis_spread_mm for node in made.assembly["nodes"]) < 1e-9 * 120
+    assert max(node.details.axis_misalignment_mm for node in made.assembly["nodes"]) < 1e-9 * 120
     assert len(made.assembly["beams"]) == made.structure.mesh.n_edges
 
 
@@ -277,7 +277,7 @@ def test_hexagons_on_a_surface_are_built_in_its_unit(tmp_path: Path) -> None:
     assert "--unit m" in said.stdout
     project = Project(mesh=tmp_path / "out" / "M.obj", gauss_image=tmp_path / "out" / "S.obj", mean_edge_mm=1000.0)
     made = built(project)
-    assert max(node.details.top_spread_mm for node in made.assembly["nodes"]) < 1e-9 * 120
+    assert max(node.details.top_step_mm for node in made.assembly["nodes"]) < 1e-9 * 120
     upside_down = hexagons_design(file, count=9, flip=True)
     assert upside_down.mesh.face_normals[:, 2].max() < 0
 

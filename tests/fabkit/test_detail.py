@@ -59,7 +59,7 @@ def test_flat_grid_has_the_sizes_one_can_work_out_by_hand() -> None:
     for panel in assembly["panels"]:  # nothing stands above the mesh: the panels lie on their seat
         assert panel.details.edge_lengths_mm == pytest.approx((SIDE - 10,) * 4)
         assert panel.details.corner_angles_deg == pytest.approx((90.0,) * 4)
-        assert panel.details.lift_mm == pytest.approx(5.0)
+        assert panel.details.underside_mm == pytest.approx(5.0)
         assert panel.placement.origin[2] == pytest.approx(5.0)
     areas = {len(node.details.beams): node.solid.volume_mm3 / node.details.height_mm for node in assembly["nodes"]}
     octagon = 60 * 60 - 4 * 5 * 5 / 2
@@ -96,7 +96,7 @@ def test_cube_is_cut_at_the_angle_between_edge_and_diagonal() -> None:
         )
         assert beam.details.dihedral_deg == pytest.approx(90.0)
     for node in assembly["nodes"]:  # an edge offset mesh: all outer edges at one level [Pottmann2007, Prop. 3]
-        assert node.details.top_spread_mm < 1e-9 * 120
+        assert node.details.top_step_mm < 1e-9 * 120
         assert node.details.azimuths_deg == pytest.approx((0.0, 120.0, 240.0))
 
 
@@ -106,7 +106,7 @@ def test_the_reference_says_what_lies_on_the_mesh(reference: str, outer: float) 
     detailed = detail(flat_grid(), rules, name="grid")
     tops = [beam.placement.to_world(beam.solid.vertices)[:, 2].max() for beam in detailed.assembly["beams"]]
     assert tops == pytest.approx([outer] * len(tops))
-    assert detailed.lift_mm == pytest.approx(outer + 5.0)
+    assert detailed.underside_mm == pytest.approx(outer + 5.0)
 
 
 def test_parts_do_not_depend_on_where_the_structure_stands() -> None:
@@ -188,14 +188,16 @@ def test_a_node_may_keep_one_beam_only() -> None:
     assert not violations(assembly)
 
 
-def test_a_panel_eaten_by_its_joint_is_an_error() -> None:
+def test_a_panel_cut_away_by_its_joint_is_an_error() -> None:
     rules = DetailingRules(panels=PanelRules(joint_mm=1499.5))
-    with pytest.raises(DetailingError, match=r"the panel on face 0 is eaten by its joint.*joint of 1499\.5 mm"):
+    with pytest.raises(
+        DetailingError, match=r"the panel on face 0 vanishes when cut back by half the joint of 1499\.5 mm"
+    ):
         detail(flat_grid(), rules, name="grid")
 
 
-def test_a_lift_that_is_too_low_is_an_error_that_names_the_parts() -> None:
-    rules = DetailingRules(beams=BeamRules(reference="inner"), panels=PanelRules(lift_mm=100))
+def test_an_underside_that_is_too_low_is_an_error_that_names_the_parts() -> None:
+    rules = DetailingRules(beams=BeamRules(reference="inner"), panels=PanelRules(underside_mm=100))
     with pytest.raises(DetailingError, match="panel"):
         detail(flat_grid(), rules, name="grid")
 
@@ -211,7 +213,7 @@ def test_every_one_of_many_beams_without_room_is_named() -> None:
     with pytest.raises(DetailingError) as caught:
         detail(flat_grid(), DetailingRules(nodes=NodeRules(clearance_mm=730.0)), name="grid")
     message = str(caught.value)
-    assert message.startswith("17 beams cannot be built: the beam on edge 0 from vertex 0 to vertex 1 has no room")
+    assert message.startswith("17 beams cannot be built: the beam on edge 0 from vertex 0 to vertex 1 is too short")
     edges = flat_grid().mesh.combinatorics.edges.tolist()
     assert all(f"edge {edge} (vertices {i} and {j})" in message for edge, (i, j) in enumerate(edges[3:], start=3))
     assert len(message) < 2000

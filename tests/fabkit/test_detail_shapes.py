@@ -73,7 +73,7 @@ def pole(n: int) -> Mesh:
 
 def two(mesh: Mesh) -> Mesh:
     """Two copies beside each other."""
-    faces = mesh.combinatorics.faces()
+    faces = [face.tolist() for face in mesh.combinatorics.faces]
     beside = mesh.vertices + np.array([10.0, 0.0, 0.0])
     return Mesh.from_faces(
         np.concatenate([mesh.vertices, beside]), faces + [[v + mesh.n_vertices for v in face] for face in faces]
@@ -136,9 +136,9 @@ def test_the_spread_of_tops_is_what_the_beams_show() -> None:
     spreads = []
     for node in assembly["nodes"]:
         levels = node.placement.to_local(np.array(ends[node.element]))[:, 2]
-        assert node.details.top_spread_mm == pytest.approx(np.ptp(levels), abs=1e-7)
+        assert node.details.top_step_mm == pytest.approx(np.ptp(levels), abs=1e-7)
         assert node.solid.vertices[:, 2].max() == pytest.approx(levels.max(), abs=1e-7)
-        spreads.append(node.details.top_spread_mm)
+        spreads.append(node.details.top_step_mm)
     assert max(spreads) > 1.0
 
 
@@ -156,11 +156,11 @@ def test_the_spread_of_tops_is_what_the_beams_show() -> None:
         ),
     ],
 )
-def test_the_lift_is_the_least_that_clears_what_stands_under_the_panels(mesh: Mesh) -> None:
+def test_the_underside_is_the_lowest_that_clears_what_stands_under_the_panels(mesh: Mesh) -> None:
     structure = supported(mesh)
     rules = DetailingRules(panels=PanelRules(seat_mm=0.0, joint_mm=0.02))
     detailed = detail(structure, rules, name="lift")  # checks that nothing clashes
-    lower = PanelRules(lift_mm=detailed.lift_mm - 0.05, joint_mm=0.02)
+    lower = PanelRules(underside_mm=detailed.underside_mm - 0.05, joint_mm=0.02)
     with pytest.raises(DetailingError, match="panel"):
         detail(structure, DetailingRules(panels=lower), name="lower")
 

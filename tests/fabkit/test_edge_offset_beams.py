@@ -93,8 +93,8 @@ def test_where_the_mesh_is_convex_tops_and_bottoms_are_level_and_their_edges_mee
             if gap < 179:
                 ahead = edges[(k + 1) % len(edges)]
                 assert max(distance_of_lines(edges[k][1][z], ahead[0][z]) for z in (0, 1)) < ALIGNED
-    assert max(node.details.top_spread_mm for node in assembly["nodes"]) < ALIGNED
-    assert max(node.details.axis_spread_mm for node in assembly["nodes"]) < ALIGNED
+    assert max(node.details.top_step_mm for node in assembly["nodes"]) < ALIGNED
+    assert max(node.details.axis_misalignment_mm for node in assembly["nodes"]) < ALIGNED
     assert max(abs(beam.details.height_deviation_mm) for beam in assembly["beams"]) < ALIGNED
 
 
@@ -113,14 +113,14 @@ def test_where_edges_reverse_sides_meet_on_the_axis_and_ends_have_two_levels() -
         met = np.where(x_larger, on_axis, on_axis_y)
         assert np.abs(met[..., :2]).max() < ALIGNED  # the middles of the sides do meet the axis
         assert np.ptp(met[..., 2], axis=0).max() < ALIGNED
-        assert node.details.axis_spread_mm < ALIGNED
+        assert node.details.axis_misalignment_mm < ALIGNED
         levels = edges[:, :, :, 0, 2]
         up = np.array(rising)
         for same in (up, ~up):
             assert np.ptp(levels[same], axis=(0, 1)).max() < ALIGNED
         slope = np.tan(np.radians(max(node.details.inclinations_deg)))
-        assert node.details.top_spread_mm == pytest.approx(2 * node.details.setbacks_mm[0] * slope, abs=ALIGNED)
-    assert max(node.details.top_spread_mm for node in assembly["nodes"]) > 10
+        assert node.details.top_step_mm == pytest.approx(2 * node.details.setbacks_mm[0] * slope, abs=ALIGNED)
+    assert max(node.details.top_step_mm for node in assembly["nodes"]) > 10
 
 
 def test_one_setback_a_node_only_where_it_levels_the_ends() -> None:
@@ -129,12 +129,12 @@ def test_one_setback_a_node_only_where_it_levels_the_ends() -> None:
     for first, second, third in zip(auto["nodes"], least["nodes"], equal["nodes"], strict=True):
         assert first.details.setbacks_mm.tolist() == third.details.setbacks_mm.tolist()
         assert set(first.details.setbacks_mm) == {max(second.details.setbacks_mm)}
-        assert second.details.top_spread_mm > 1.0 > 1e6 * first.details.top_spread_mm
+        assert second.details.top_step_mm > 1.0 > 1e6 * first.details.top_step_mm
     mesh, image = pair  # S translated is a Gauss image too, but not about the same cones
     tilted = (mesh, image.translated([0.1, 0.05, 0.0]))
     auto, least, equal = (detailed(tilted, setbacks=rule) for rule in ("auto", "least", "equal"))
     for first, second, third in zip(auto["nodes"], least["nodes"], equal["nodes"], strict=True):
         assert first.details.setbacks_mm.tolist() == second.details.setbacks_mm.tolist()
         assert len(set(third.details.setbacks_mm)) == 1
-    assert min(node.details.axis_spread_mm for node in auto["nodes"]) > 1e-3
+    assert min(node.details.axis_misalignment_mm for node in auto["nodes"]) > 1e-3
     assert any(a != b for a, b in pairwise(auto["nodes"][0].details.setbacks_mm))

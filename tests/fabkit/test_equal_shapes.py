@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly
-from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, in_company
+from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, may_have_equals
 from fabkit.production.marks import share_equal_parts, turned_parts, turned_shapes, turns_of
 from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
@@ -90,10 +90,10 @@ def test_a_solid_is_in_company_of_every_other_that_may_be_its_equal(n: int, k: i
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     noise = rng.uniform(-within, within, (n, k, 3))
     others = rng.permutation(ones + noise, axis=1) @ axes + rng.uniform(-1e5, 1e5, 3)
-    assert in_company(
+    assert may_have_equals(
         np.concatenate([ones, others]), within + 1e-9
     ).all()  # 1e-9 mm: a move by 100 m rounds coordinates
-    assert not in_company(ones, 1e-9).any() or n == 1
+    assert not may_have_equals(ones, 1e-9).any() or n == 1
 
 
 def bent(n: int, seed: int) -> Assembly:
@@ -109,12 +109,12 @@ def bent(n: int, seed: int) -> Assembly:
 def test_corners_are_turned_as_their_parts_are(group: str) -> None:
     """What is compared of a turned part stands, placed as the part then is, where its corners stood."""
     parts = bent(3, 1)[group]
-    ring = getattr(parts.details, parts.kind.symmetry.around[0])
+    ring = getattr(parts.details, parts.kind.symmetry.ring_fields[0])
     sizes = np.array([len(ring[k]) for k in range(len(parts))])
     counts = np.stack([sizes, parts.solids.vertices.sizes], axis=1)
     for size, n_corners in np.unique(counts, axis=0).tolist():
         alike = parts.take((counts == [size, n_corners]).all(axis=1))
-        corners = alike.solids.stacks(alike.shape)[0].vertices
+        corners = alike.solids.by_topology(alike.shape)[0].vertices
         turns = turns_of(alike, corners)
         found, rows = turned_shapes(turns, corners), np.arange(len(alike))
         assert (found.n_shapes, found.n_turns, found.n_corners) == (len(alike), size, n_corners)
@@ -127,7 +127,7 @@ def test_corners_are_turned_as_their_parts_are(group: str) -> None:
             apart = np.linalg.norm(stood[:, :, None] - stands[:, None], axis=3)
             # 1e-9: rounding of coordinates of a few metres in millimetres
             assert max(apart.min(axis=1).max(), apart.min(axis=2).max()) < 1e-9
-            before, now = (getattr(each.details, parts.kind.symmetry.around[0])[0] for each in (alike, after))
+            before, now = (getattr(each.details, parts.kind.symmetry.ring_fields[0])[0] for each in (alike, after))
             assert np.array_equal(np.roll(before, -k), now)
 
 
@@ -158,7 +158,7 @@ def test_two_large_round_panels_with_a_notch_are_equal_in_the_one_right_turn() -
     outline[123] *= 0.9999
     pair = plates([np.roll(outline, -4017, axis=0), np.roll(outline, -100, axis=0)])
     tracemalloc.start()
-    corners = pair.solids.stacks(pair.shape)[0].vertices
+    corners = pair.solids.by_topology(pair.shape)[0].vertices
     found = equal_shapes(turned_shapes(turns_of(pair, corners), corners), 1e-5)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()

@@ -68,9 +68,14 @@ def test_the_manifest_has_the_values_unrounded(made: tuple[Built, Path, str]) ->
 
     keys = {key: value for fact in built.facts.all for key, value in zip(fact.keys, fact.values, strict=False)}
     assert {key: value(key) for key in keys} == keys
-    assert {"counts.beams", "counts.marks.nodes", "counts.left_out", "lift.mm", "lift.reason", "heights.p2_5"} <= set(
-        keys
-    )
+    assert {
+        "counts.beams",
+        "counts.marks.nodes",
+        "counts.left_out",
+        "panel_underside.mm",
+        "panel_underside.reason",
+        "heights.p2_5",
+    } <= set(keys)
     assert len(keys) == sum(len(fact.keys) for fact in built.facts.all)
 
 

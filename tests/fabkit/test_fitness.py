@@ -17,10 +17,10 @@ from typer.testing import CliRunner, Result
 from fabkit import FabkitError, Project, design
 from fabkit.commands.command_line import app
 from fabkit.commands.inspection import inspect_mesh, inspect_project
-from fabkit.errors import ProjectError, in_one_sentence
-from fabkit.fitness import CRITERIA, Finding, FitnessError, FitnessRules, allowed, check_fit_to_build
-from fabkit.fitness.parts import lift, mitres
-from fabkit.fitness.shape import heights, lean, moves, outwards, self_intersection
+from fabkit.errors import ProjectError, error_sentence
+from fabkit.fitness import CRITERIA, Finding, FitnessError, FitnessRules, check_fit_to_build, with_accepted
+from fabkit.fitness.parts import mitres, underside
+from fabkit.fitness.shape import heights, lean, moves, self_intersection, tilt
 from fabkit.project import project_from
 from geometry.errors import GeometryError, MeshError, MeshFileError
 from geometry.files import write_mesh
@@ -98,7 +98,7 @@ def test_what_is_refused_is_named_with_number_bound_and_cure(kind: str, name: st
     (sentence,) = [line for line in result.stderr.splitlines() if line.startswith("fabkit:")]
     assert f"unfit ({name})" in sentence
     assert "counted from 0" in sentence
-    assert (f"--allow {name}" in sentence) == (not CRITERIA[name])
+    assert (f"--accept {name}" in sentence) == (not CRITERIA[name])
     assert "use more fairness" not in sentence
     for options in ((), ("--unit", "m")):
         inspected = run("inspect", file, *options)
@@ -113,7 +113,7 @@ def test_without_sizes_inspect_says_what_needs_them(tmp_path: Path) -> None:
     assert "give --unit or --mean-edge" in dict(unsized.facts())["not judged"]
     sized = run("inspect", file, "--unit", "m")
     assert sized.exit_code == 1
-    assert "has no room" in " ".join(sized.stdout.split())
+    assert "is too short" in " ".join(sized.stdout.split())
     assert "not judged" not in sized.stdout
 
 
@@ -152,7 +152,7 @@ def test_even_heights_can_be_asked_for(tmp_path: Path) -> None:
 
 def test_what_runs_through_itself_is_built_without_what_shares_room(tmp_path: Path) -> None:
     file = written(tmp_path, unfit.through_itself())
-    accepted = run("build", file, "--unit", "m", "-o", tmp_path / "out", "--allow", "self-intersection")
+    accepted = run("build", file, "--unit", "m", "-o", tmp_path / "out", "--accept", "self-intersection")
     assert accepted.exit_code == 2
     assert "share no corner of the mesh, which runs through itself" in accepted.stderr
     assert "widen clearance" not in accepted.stderr
@@ -162,7 +162,7 @@ def test_what_runs_through_itself_is_built_without_what_shares_room(tmp_path: Pa
     )
     assert not re.search(r"\b[BNP]\d", accepted.stderr)
     skipped = run(
-        "build", file, "--unit", "m", "-o", tmp_path / "out", "--allow", "self-intersection", "--skip-unbuildable"
+        "build", file, "--unit", "m", "-o", tmp_path / "out", "--accept", "self-intersection", "--skip-unbuildable"
     )
     assert skipped.exit_code == 0, skipped.output
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
@@ -176,7 +176,7 @@ def test_what_runs_through_itself_is_built_without_what_shares_room(tmp_path: Pa
         assert "--" not in reason
     assert skipped.stdout.count("left out: the ") == 10
     assert f"left out: {len(reasons) - 10} more, which the report and the manifest name" in skipped.stdout
-    assert manifest["fitness"][0]["level"] == "allowed"
+    assert manifest["fitness"][0]["level"] == "accepted"
 
 
 @pytest.mark.parametrize("mesh", [unfit.two_flat_faces(), unfit.narrow()], ids=["flat", "narrow"])
@@ -207,9 +207,9 @@ def test_most_vertices_decide_and_the_farthest_is_named(share: float, far: float
     if most >= RULES.moves_refused:
         assert found
         assert (found.level, found.bound) == ("refused", RULES.moves_refused)
-    elif most >= RULES.moves_told or (count and far >= RULES.moves_refused):
+    elif most >= RULES.moves_noted or (count and far >= RULES.moves_refused):
         assert found
-        assert (found.level, found.bound) == ("told", RULES.moves_told)
+        assert (found.level, found.bound) == ("note", RULES.moves_noted)
     else:
         assert found is None
         return
@@ -224,9 +224,9 @@ def test_what_is_judged_depends_neither_on_size_nor_on_place(seed: int, size: fl
 
     def judged(pair: Pair) -> list[Finding | None]:
         structure = SupportStructure(pair, 1.0)
-        return [outwards(structure, strict), lean(pair, strict), heights(structure, strict)]
+        return [tilt(structure, strict), lean(pair, strict), heights(structure, strict)]
 
-    strict = FitnessRules(outwards_told_deg=1.0, lean_told_deg=1.0, heights_told=1e-3)
+    strict = FitnessRules(tilt_noted_deg=1.0, lean_noted_deg=1.0, heights_noted=1e-3)
     mesh = unfit.askew(6, turn_deg=30.0)
     pair = approximate_pair(mesh)
     S = pair.gauss_image
@@ -243,23 +243,26 @@ def test_bounds_in_the_project_file_hold(tmp_path: Path) -> None:
     project = tmp_path / "p.toml"
     project.write_text('mesh = "mesh.obj"\nunit = "m"\n[fitness]\nmoves_refused = 0.9\n')
     found = inspect_project(project_from({"mesh": file, "unit": "m", "fitness": {"moves_refused": 0.9}}))
-    assert of_name(found.findings, "moves").level == "told"
+    assert of_name(found.findings, "moves").level == "note"
     assert run("inspect", project).exit_code == 0
-    project.write_text('mesh = "mesh.obj"\nunit = "m"\nallow = ["moves"]\n')
+    project.write_text('mesh = "mesh.obj"\nunit = "m"\naccept = ["moves"]\n')
     assert run("inspect", project).exit_code == 0
-    assert "allowed" in run("inspect", project).stdout
+    assert "accepted" in run("inspect", project).stdout
 
 
 @pytest.mark.parametrize(
     ("settings", "sentence"),
     [
-        ({"allow": ["move"]}, "'move' is nothing that is judged; did you mean moves"),
-        ({"allow": ["xyz"]}, "what may be allowed is moves, self-intersection, lean"),
-        ({"allow": ["mitres"]}, "'mitres' may not be allowed: it is told, and stops no build; what may be is moves"),
-        ({"allow": ["outwards"]}, "'outwards' may not be allowed: a beam that does not point out"),
-        ({"fitness": {"move_told": 1}}, r"unknown key 'move_told' in \[fitness\]; did you mean moves_told"),
-        ({"fitness": {"moves_told": 0.5}}, "moves_told is 0.5, but moves_refused is 0.3"),
-        ({"fitness": {"lean_told_deg": 95}}, "less than or equal to 90"),
+        ({"accept": ["move"]}, "'move' is no criterion; did you mean moves"),
+        ({"accept": ["xyz"]}, "those that can be accepted are moves, self-intersection, lean"),
+        (
+            {"accept": ["mitres"]},
+            "'mitres' cannot be accepted: it is only noted and stops no build; those that can be are moves",
+        ),
+        ({"accept": ["tilt"]}, "'tilt' cannot be accepted: a beam that does not point out"),
+        ({"fitness": {"move_noted": 1}}, r"unknown key 'move_noted' in \[fitness\]; did you mean moves_noted"),
+        ({"fitness": {"moves_noted": 0.5}}, "moves_noted is 0.5, but moves_refused is 0.3"),
+        ({"fitness": {"lean_noted_deg": 95}}, "less than or equal to 90"),
     ],
 )
 def test_names_and_bounds_that_make_no_sense(settings: dict[str, Any], sentence: str) -> None:
@@ -273,13 +276,13 @@ def test_slanted_cuts_are_counted_and_the_steepest_named(angles: list[float], se
     names = [f"B{k:03d}" for k in range(len(angles))]
     found = mitres(cuts, names, range(len(angles)), RULES)
     worst = np.abs(cuts).max(axis=1)
-    if (worst < RULES.mitres_told_deg).all():
+    if (worst < RULES.mitres_noted_deg).all():
         assert found is None
         return
     assert found
-    assert set(found.elements) == set(np.flatnonzero(worst >= RULES.mitres_told_deg).tolist())
+    assert set(found.elements) == set(np.flatnonzero(worst >= RULES.mitres_noted_deg).tolist())
     assert worst[list(found.elements)].tolist() == sorted(worst[list(found.elements)], reverse=True)
-    steep = [name for name, angle in zip(names, worst, strict=True) if angle >= RULES.mitres_named_deg]
+    steep = [name for name, angle in zip(names, worst, strict=True) if angle >= RULES.mitres_listed_deg]
     told = [name for name in names if name in found.sentence]
     assert set(told) <= set(steep)
     assert len(told) == min(10, len(steep))
@@ -287,11 +290,11 @@ def test_slanted_cuts_are_counted_and_the_steepest_named(angles: list[float], se
 
 
 @given(ask=st.floats(0, 300), one=st.floats(0, 300))
-def test_one_node_that_lifts_all_panels_is_named(ask: float, one: float) -> None:
+def test_one_node_that_raises_all_panels_is_named(ask: float, one: float) -> None:
     asked = np.full(101, ask)  # of 101 values the 95th percentile is the 96th
     asked[7] = one
-    found = lift(asked, {vertex: f"N{vertex:03d}" for vertex in range(101)}, 120.0, RULES)
-    assert (found is not None) == ((one - ask) / 120.0 >= RULES.lift_told)
+    found = underside(asked, {vertex: f"N{vertex:03d}" for vertex in range(101)}, 120.0, RULES)
+    assert (found is not None) == ((one - ask) / 120.0 >= RULES.underside_noted)
     if found:
         assert found.elements == (7,)
         assert "N007 (vertex 7, counted from 0)" in found.sentence
@@ -309,12 +312,12 @@ def test_faces_that_meet_are_counted_and_all_kept() -> None:
 
 
 @given(st.lists(st.sampled_from(sorted(CRITERIA)), unique=True), st.lists(st.sampled_from(sorted(CRITERIA))))
-def test_only_what_may_be_allowed_is_allowed(found: list[str], allow: list[str]) -> None:
+def test_only_what_can_be_accepted_is_accepted(found: list[str], allow: list[str]) -> None:
     findings = tuple(Finding(name, "refused", 2.0, 1.0, "mm", f"it is {name}", "mend it") for name in found)
-    levelled = allowed(findings, allow)
+    levelled = with_accepted(findings, allow)
     refused = [name for name in found if name not in allow or CRITERIA[name]]
     assert [finding.name for finding in levelled if finding.level == "refused"] == refused
-    assert allowed(levelled, ()) == findings
+    assert with_accepted(levelled, ()) == findings
     if not refused:
         check_fit_to_build(levelled)
         return
@@ -328,12 +331,12 @@ def test_only_what_may_be_allowed_is_allowed(found: list[str], allow: list[str])
 
 
 def test_what_numbers_elements_says_from_where_it_counts() -> None:
-    assert in_one_sentence(MeshError("face 3 is bent", elements=[3])).endswith("faces counted from 0)")
+    assert error_sentence(MeshError("face 3 is bent", elements=[3])).endswith("faces counted from 0)")
     told = "face 4 is bent (vertices and faces counted from 1)"
-    assert in_one_sentence(MeshError(told, elements=[3])) == told
-    assert in_one_sentence(MeshFileError("line 3 is no face", elements=[3])) == "line 3 is no face"
-    assert in_one_sentence(GeometryError("the weight is 0")) == "the weight is 0"
-    assert in_one_sentence(ProjectError("unit is 3")) == "unit is 3"
+    assert error_sentence(MeshError(told, elements=[3])) == told
+    assert error_sentence(MeshFileError("line 3 is no face", elements=[3])) == "line 3 is no face"
+    assert error_sentence(GeometryError("the weight is 0")) == "the weight is 0"
+    assert error_sentence(ProjectError("unit is 3")) == "unit is 3"
 
 
 # --- where it is said
@@ -343,7 +346,7 @@ def test_what_numbers_elements_says_from_where_it_counts() -> None:
 def leaning(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
     folder = tmp_path_factory.mktemp("leaning")
     file = written(folder, unfit.askew())
-    return folder / "out", run("build", file, "--unit", "m", "-o", folder / "out", "--allow", "lean")
+    return folder / "out", run("build", file, "--unit", "m", "-o", folder / "out", "--accept", "lean")
 
 
 def test_terminal_report_workbook_and_manifest_say_the_same(leaning: tuple[Path, Result]) -> None:
@@ -351,7 +354,7 @@ def test_terminal_report_workbook_and_manifest_say_the_same(leaning: tuple[Path,
     assert result.exit_code == 0, result.output
     manifest = json.loads((out / "manifest.json").read_text())
     levels = {entry["name"]: entry["level"] for entry in manifest["fitness"]}
-    assert levels["lean"] == "allowed"
+    assert levels["lean"] == "accepted"
     report = (out / "report.html").read_text(encoding="utf-8")
     cells = {cell for row in openpyxl.load_workbook(out / "cutlist.xlsx")["Summary"].values for cell in row}
     printed = " ".join(result.stdout.split())
@@ -370,7 +373,7 @@ def test_the_manifest_tells_shares_of_heights_and_leans(leaning: tuple[Path, Res
     assert 30 < manifest["lean_deg"]["median"] < manifest["lean_deg"]["p95"] < manifest["lean_deg"]["largest"] < 90
     assert of(manifest, "lean")["value"] == manifest["lean_deg"]["median"]
     assert set(manifest["counts"]["marks"]) == {"beams", "nodes", "panels"}
-    assert manifest["lift"]["mm"] > 0
+    assert manifest["panel_underside"]["mm"] > 0
 
 
 def of(manifest: dict[str, Any], name: str) -> dict[str, Any]:

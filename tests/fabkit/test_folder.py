@@ -14,7 +14,7 @@ from fabkit.errors import OutputError
 from fabkit.formats import folder as folders
 from fabkit.formats import renaming
 from fabkit.formats.folder import check_replaceable, whole_folder
-from fabkit.formats.manifest import MANIFEST, not_ours, write_manifest
+from fabkit.formats.manifest import MANIFEST, foreign_files, write_manifest
 
 
 def write(out: Path, text: str, *, force: bool = False) -> None:
@@ -227,15 +227,15 @@ def test_litter_of_the_system_and_missing_files_do_not_matter(tmp_path: Path) ->
     write(out, "two", force=True)
     assert set(contents(out)) == {"part.txt", "parts", "parts/B001.step", "sheets", MANIFEST}
     (out / "._diary").write_text("mine")
-    assert list(not_ours(out)) == ["._diary"]
+    assert list(foreign_files(out)) == ["._diary"]
 
 
 def test_a_file_of_another_result_is_none_of_this_one(tmp_path: Path) -> None:
     write(tmp_path / "one", "one")
     write(tmp_path / "two", "two")
-    assert list(not_ours(tmp_path / "one")) == []
+    assert list(foreign_files(tmp_path / "one")) == []
     (tmp_path / "one" / "part.txt").write_bytes((tmp_path / "two" / "part.txt").read_bytes())
-    assert list(not_ours(tmp_path / "one")) == ["part.txt (edited)"]
+    assert list(foreign_files(tmp_path / "one")) == ["part.txt (edited)"]
 
 
 def test_no_input_is_in_the_folder_nor_are_we(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,8 +17,8 @@ import pytest
 from fabkit.errors import OutputError
 from fabkit.formats import renaming
 from fabkit.formats.folder import whole_folder
-from fabkit.formats.manifest import not_ours, write_manifest
-from fabkit.signals import ENDING, SignalsWait, ending_tidily
+from fabkit.formats.manifest import foreign_files, write_manifest
+from fabkit.signals import EXIT_SIGNALS, DeferredSignals, exit_on_signal
 
 N_FILES = 12
 
@@ -34,7 +34,7 @@ def write(out: Path, text: str) -> None:
 
 def whole(out: Path) -> bool:
     texts = [path.read_text() for path in out.glob("part*.txt")]
-    return len(texts) == N_FILES and len(set(texts)) == 1 and not list(not_ours(out))
+    return len(texts) == N_FILES and len(set(texts)) == 1 and not list(foreign_files(out))
 
 
 def in_a_process(work: Callable[[], None]) -> int:
@@ -113,14 +113,14 @@ def test_a_run_that_lives_is_left_alone(tmp_path: Path) -> None:
 
 
 @posix
-@pytest.mark.parametrize("number", ENDING)
+@pytest.mark.parametrize("number", EXIT_SIGNALS)
 def test_signals_end_a_run_tidily_at_any_moment(tmp_path: Path, number: signal.Signals) -> None:
     out = tmp_path / "out"
     write(out, "first")
 
     def work() -> None:
         signal.signal(number, signal.SIG_DFL)  # a shell that runs the tests in the background has them ignored
-        with ending_tidily():
+        with exit_on_signal():
             (tmp_path / "ready").touch()
             write_for_ever(out)
 
@@ -139,7 +139,7 @@ def test_signals_end_a_run_tidily_at_any_moment(tmp_path: Path, number: signal.S
 
 
 @posix
-@pytest.mark.parametrize("number", ENDING)
+@pytest.mark.parametrize("number", EXIT_SIGNALS)
 def test_an_exit_that_a_destructor_drops_ends_the_run_before_anything_is_replaced(
     tmp_path: Path, number: signal.Signals
 ) -> None:
@@ -151,7 +151,7 @@ def test_an_exit_that_a_destructor_drops_ends_the_run_before_anything_is_replace
     write(out, "first")
 
     def work() -> None:
-        with ending_tidily(), whole_folder(out, force=True) as folder:
+        with exit_on_signal(), whole_folder(out, force=True) as folder:
             (folder / "part0.txt").write_text("second")
             sys.unraisablehook = lambda args: None
             Dropping()
@@ -165,7 +165,7 @@ def test_an_exit_that_a_destructor_drops_ends_the_run_before_anything_is_replace
 
 
 @posix
-@pytest.mark.parametrize("number", ENDING)
+@pytest.mark.parametrize("number", EXIT_SIGNALS)
 def test_signals_wait_until_names_are_exchanged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
 ) -> None:
@@ -189,20 +189,20 @@ def test_signals_wait_until_names_are_exchanged(
 
 def test_signals_that_waited_are_answered_in_their_order() -> None:
     seen: list[int] = []
-    before = {number: signal.signal(number, lambda number, frame: seen.append(number)) for number in ENDING}
+    before = {number: signal.signal(number, lambda number, frame: seen.append(number)) for number in EXIT_SIGNALS}
     try:
-        with SignalsWait():
-            for number in reversed(ENDING):
+        with DeferredSignals():
+            for number in reversed(EXIT_SIGNALS):
                 signal.raise_signal(number)
             assert seen == []
-        assert seen == list(reversed(ENDING))
-        signal.signal(ENDING[0], signal.SIG_IGN)
-        with ending_tidily(), SignalsWait():
-            assert signal.getsignal(ENDING[0]) is signal.SIG_IGN  # as under nohup
-        assert all(callable(signal.getsignal(number)) for number in ENDING[1:])
-        with pytest.raises(SystemExit) as end, ending_tidily():
-            signal.raise_signal(ENDING[1])
-        assert end.value.code == 128 + ENDING[1]
+        assert seen == list(reversed(EXIT_SIGNALS))
+        signal.signal(EXIT_SIGNALS[0], signal.SIG_IGN)
+        with exit_on_signal(), DeferredSignals():
+            assert signal.getsignal(EXIT_SIGNALS[0]) is signal.SIG_IGN  # as under nohup
+        assert all(callable(signal.getsignal(number)) for number in EXIT_SIGNALS[1:])
+        with pytest.raises(SystemExit) as end, exit_on_signal():
+            signal.raise_signal(EXIT_SIGNALS[1])
+        assert end.value.code == 128 + EXIT_SIGNALS[1]
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
@@ -218,10 +218,10 @@ def test_an_exit_that_became_an_error_on_the_way_is_an_exit_all_the_same() -> No
         finally:
             raise TypeError("Cannot compare structured arrays")
 
-    with pytest.raises(SystemExit) as end, ending_tidily():
+    with pytest.raises(SystemExit) as end, exit_on_signal():
         compare(signal.SIGTERM)
     assert end.value.code == 128 + signal.SIGTERM
-    with pytest.raises(TypeError), ending_tidily():
+    with pytest.raises(TypeError), exit_on_signal():
         compare(None)
 
 

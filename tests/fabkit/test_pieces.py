@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from fabkit.checking.clash import clashing_pairs
 from fabkit.checking.convex import is_splittable
 from fabkit.checking.convex_pieces import triangles
-from fabkit.parts import Stack, prism_topology, prism_vertices
+from fabkit.parts import SolidArray, prism_topology, prism_vertices
 from geometry.arrays import FloatArray
 
 
@@ -63,12 +63,12 @@ def test_a_large_plate_clashes_with_what_reaches_into_its_outline(n, seed, rough
     outline, square = star(n, seed, roughness), np.array([[x, y], [x + 30, y], [x + 30, y + 30], [x, y + 30]])
     shared = shapely.intersection(shapely.Polygon(outline), shapely.Polygon(square))
     turn, move = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-1e4, 1e4, 3)
-    stacks = [
-        Stack(prism_topology(len(plan)), np.array([k]), (prism_vertices(plan, 0.0, height) @ turn + move)[None])
+    batches = [
+        SolidArray(prism_topology(len(plan)), np.array([k]), (prism_vertices(plan, 0.0, height) @ turn + move)[None])
         for k, (plan, height) in enumerate([(outline, 8.0), (square, 20.0)])
     ]
-    assert all(is_splittable(stack).all() for stack in stacks)
-    pairs, depths = clashing_pairs(stacks, depth_mm=1e-6)
+    assert all(is_splittable(batch).all() for batch in batches)
+    pairs, depths = clashing_pairs(batches, depth_mm=1e-6)
     if shared.area == 0.0:
         assert len(pairs) == 0
     elif shared.buffer(-1e-4).area > 0.0:  # a circle of that radius fits in: deeper than what only touches
@@ -93,8 +93,8 @@ def test_cut_pieces_keep_the_leaning_ends_of_a_prism(lean: float) -> None:
     square = np.array([[-20.0, -20.0], [20.0, -20.0], [20.0, 20.0], [-20.0, 20.0]])
     for above, expected in ((1e-4, 0), (-1e-2, 1)):
         box = prism_vertices(square, above, 50.0) @ axes + middle
-        plate = Stack(prism_topology(n), np.array([0]), vertices[None])
-        assert len(clashing_pairs([plate, Stack(prism_topology(4), np.array([1]), box[None])])[0]) == expected
+        plate = SolidArray(prism_topology(n), np.array([0]), vertices[None])
+        assert len(clashing_pairs([plate, SolidArray(prism_topology(4), np.array([1]), box[None])])[0]) == expected
 
 
 @given(st.integers(3, 40), st.integers(1, 8), seeds)
@@ -106,16 +106,18 @@ def test_corners_on_straight_sides_leave_nothing_without_direction(n: int, betwe
     plan = (outline[:, None] + share * sides[:, None]).reshape(-1, 2)
     turn, move = Rotation.random(random_state=rng).as_matrix(), rng.uniform(-1e4, 1e4, 3)
     solid = prism_vertices(plan, 0.0, 8.0) @ turn + move
-    stacks = [Stack(prism_topology(len(plan)), np.array([k]), (solid + k * 8.0 * turn[2])[None]) for k in range(2)]
+    batches = [
+        SolidArray(prism_topology(len(plan)), np.array([k]), (solid + k * 8.0 * turn[2])[None]) for k in range(2)
+    ]
     with np.errstate(all="raise"):
-        assert len(clashing_pairs(stacks, depth_mm=1e-6)[0]) == 0
+        assert len(clashing_pairs(batches, depth_mm=1e-6)[0]) == 0
 
 
 def test_a_plate_with_thousands_of_corners_takes_memory_in_proportion() -> None:
     n = 3000
-    plate = Stack(prism_topology(n), np.array([0]), prism_vertices(star(n, 0, 0.0), 0.0, 8.0)[None])
+    plate = SolidArray(prism_topology(n), np.array([0]), prism_vertices(star(n, 0, 0.0), 0.0, 8.0)[None])
     around = 1010 * star(n, 0, 0.0)[::10, None] / 1000 + [[-1, -1], [1, -1], [1, 1], [-1, 1]]
-    boxes = Stack(prism_topology(4), np.arange(1, len(around) + 1), prism_vertices(around, 0.0, 8.0))
+    boxes = SolidArray(prism_topology(4), np.arange(1, len(around) + 1), prism_vertices(around, 0.0, 8.0))
     tracemalloc.start()
     assert is_splittable(plate).all()
     assert len(clashing_pairs([plate, boxes])[0]) == 0

@@ -114,7 +114,7 @@ SINGLE_QUOTES = "write backslashes in single quotes"
         (b"mesh = 1979-05-27\nunit = 'm'", r"mesh is 1979-05-27: a path in quotes is needed, as in 'roof\.obj'"),
         (GOOD.encode().replace(b"[beams]", b"[fitness.a]"), "unknown key 'a' in \\[fitness\\]"),
         (b"mesh = 'a.obj'\nunit = 'm'\nbeams = 07:32:00", "beams is 07:32:00: a table is needed"),
-        (b"mesh = 'a.obj'\nunit = 'm'\nallow = ''", r"allow is '': a list in brackets is needed, as in \['moves'\]"),
+        (b"mesh = 'a.obj'\nunit = 'm'\naccept = ''", r"accept is '': a list in brackets is needed, as in \['moves'\]"),
     ],
 )
 def test_what_no_project_file_says_gets_one_short_sentence(tmp_path: Path, text: bytes, sentence: str) -> None:

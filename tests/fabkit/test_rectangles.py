@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fabkit.parts import Ragged
 from fabkit.production.guillotine import ROUNDING_MM, SPLITS, WAYS, _fill, smallest_rectangles
 from fabkit.production.nests import turned
-from fabkit.production.rectangles_left import RectanglesLeft
+from fabkit.production.remaining_rectangles import RemainingRectangles
 from geometry.arrays import BoolArray, FloatArray
 
 
@@ -42,7 +42,7 @@ seeds, counts, ranges, both = (
 def test_the_best_of_those_left_is_found(seed: int, m: int, values: int, ways: tuple[bool, bool]) -> None:
     rng = np.random.default_rng(seed)
     sizes, left = random_sizes(rng, m, values), np.ones(m, dtype=bool)
-    rectangles = RectanglesLeft(sizes, ROUNDING_MM)
+    rectangles = RemainingRectangles(sizes, ROUNDING_MM)
     for _ in range(2 * m):
         k = int(rng.integers(m))
         (rectangles.put_back if rng.random() < 0.3 else rectangles.take)(k)
@@ -69,7 +69,7 @@ def test_a_sheet_is_filled_by_the_best_pair_of_all_sections_and_rectangles(seed,
         sections = [section for section in sections if section is not here]
         sections.append((here[0], here[1] + width, here[2] if across else length, y))
         sections.append((here[0] + length, here[1], x, width if across else here[3]))
-    rectangles = RectanglesLeft(sizes, ROUNDING_MM)
+    rectangles = RemainingRectangles(sizes, ROUNDING_MM)
     assert [(each.choice, each.x, each.y) for each in _fill(rectangles, inside, split, ways)] == expected
     assert all(rectangles.left)
 

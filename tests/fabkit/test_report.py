@@ -38,7 +38,7 @@ FINDINGS = tuple(
         name, level, 12.5 * k, 10.0 * k, "degrees", f"{name} is unusual, and " * 6, "mend it " * 12, noun, (1, 2, 3)
     )
     for k, (name, level, noun) in enumerate(
-        zip(CRITERIA, ("told", "allowed") * 6, ("vertex", "edge", "face", "") * 3, strict=False)
+        zip(CRITERIA, ("note", "accepted") * 6, ("vertex", "edge", "face", "") * 3, strict=False)
     )
 )
 VOID = {"meta", "link", "input", "col", "br"}
@@ -134,7 +134,7 @@ def test_left_out_stands_in_red_at_the_top(text: str) -> None:
 def test_what_is_unusual_stands_before_the_model_with_parts_to_click() -> None:
     assembly = gridshell(6, 5)
     found = Finding(
-        "lean", "told", 17.0, 15.0, "degrees", "axes lean by <17> degrees", "turn & mend", "vertex", (3, 999)
+        "lean", "note", 17.0, 15.0, "degrees", "axes lean by <17> degrees", "turn & mend", "vertex", (3, 999)
     )
     html = fitness_html((found,), assembly)
     Outline(html)
@@ -143,7 +143,7 @@ def test_what_is_unusual_stands_before_the_model_with_parts_to_click() -> None:
     marks = {node.element: node.mark for node in assembly["nodes"]}
     assert re.findall(r'class="mark">(.*?)<', html) == [marks[3]]  # there is no vertex 999
     assert "width: 56.7%" in html  # of twice the bound
-    assert "panels over sheets" in html
+    assert "panels larger than the sheets" in html
     assert "Nothing is unusual" in fitness_html((), assembly)
 
 
@@ -159,9 +159,9 @@ def test_data_has_a_value_for_each_part(text: str) -> None:
 
 
 def test_what_does_not_align_is_told_in_millimetres(text: str) -> None:
-    spread = np.array([node.details.top_spread_mm for node in gridshell(6, 5)["nodes"]])
+    spread = np.array([node.details.top_step_mm for node in gridshell(6, 5)["nodes"]])
     figures = [f"{np.percentile(spread, share):.2f}" for share in (50, 95, 100)]
-    row = next(line for line in text.splitlines() if "Beam tops out of level at a node, mm" in line)
+    row = next(line for line in text.splitlines() if "Step between beam tops at a node, mm" in line)
     assert re.findall(r"<td>([\d.]+)</td>", row) == figures
 
 

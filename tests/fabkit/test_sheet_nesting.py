@@ -127,7 +127,7 @@ NICK = np.array([[0, 0], [500, 0], [500, 500], [0.3, 500], [0, 499.7]])
 def test_slivers_needles_and_nicks_are_kept_from_the_engines() -> None:
     strip = np.array([[0, 0], [2500, 0], [2500, 60.0], [0, 60]])
     some = [SQUARE, strip, SLIVER, NEEDLE, NICK]
-    assert irregular.sturdy(Ragged.of(some, shape=(2,))).tolist() == [True, True, False, False, False]
+    assert irregular.suits_engines(Ragged.of(some, shape=(2,))).tolist() == [True, True, False, False, False]
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -16,8 +16,8 @@ from shapely import Polygon
 from fabkit.parts import (
     Frame,
     Solid,
+    SolidArray,
     Solids,
-    Stack,
     Topology,
     prism_topology,
     prism_vertices,
@@ -145,14 +145,14 @@ def test_stacks_are_measured_like_single_solids() -> None:
     vertices = prism_vertices(np.broadcast_to(outlines, (3, 2, 3, 2)), 0.0, tops)
     topology = prism_topology(3)
     assert vertices.shape == (3, 2, 6, 3)
-    stack = Stack(topology, np.arange(6), vertices.reshape(6, 6, 3))
-    solids = Solids.alike(stack.vertices, topology)
-    for k, own in enumerate(stack.vertices):
+    batch = SolidArray(topology, np.arange(6), vertices.reshape(6, 6, 3))
+    solids = Solids.alike(batch.vertices, topology)
+    for k, own in enumerate(batch.vertices):
         single = Solid(own, topology)
-        assert stack.volumes[k] == solids.volumes[k] == pytest.approx(single.volume_mm3)
-        np.testing.assert_allclose(stack.centroids[k], single.centroid, atol=CLOSE)
+        assert batch.volumes[k] == solids.volumes[k] == pytest.approx(single.volume_mm3)
+        np.testing.assert_allclose(batch.centroids[k], single.centroid, atol=CLOSE)
         np.testing.assert_allclose(solids.centroids[k], single.centroid, atol=CLOSE)
-        np.testing.assert_allclose(stack.normals[k], single.normals, atol=CLOSE)
+        np.testing.assert_allclose(batch.normals[k], single.normals, atol=CLOSE)
 
 
 @pytest.mark.parametrize("n", [3, 4, 7])

@@ -19,7 +19,7 @@ name = "Roof (ß)"
 flip = false
 skip_unbuildable = true
 equal_within_mm = 1e-7
-allow = ["moves", "lean"]
+accept = ["moves", "lean"]
 
 [planarise]
 fairness = 0.1
@@ -117,7 +117,7 @@ KEYS = [
     "'屋根'",
     "a.b.c",
     "x" * 3000,
-    "panels.lift_mm",
+    "panels.underside_mm",
     "out",
 ]
 KEYS += ["fitness.nothing", "planarise.rounds", "__class__", "nesting.mode", "model_config", "'a b'", '"\\u001b[31m"']

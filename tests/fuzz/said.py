@@ -10,7 +10,7 @@ from pathlib import Path
 import typer
 
 from fabkit.commands.command_line import app
-from fabkit.formats.manifest import MANIFEST, not_ours
+from fabkit.formats.manifest import MANIFEST, foreign_files
 
 __all__ = ["check_folder", "check_said", "snapshot"]
 
@@ -56,7 +56,7 @@ def check_folder(before: dict[Path, str], after: dict[Path, str], *, may_write: 
     assert len(manifests) == 1, f"no whole folder, but changed: {changed[:5]}"
     out = manifests[0].parent
     assert all(path == out or out in path.parents for path in changed), f"changed outside {out}: {changed[:5]}"
-    assert list(not_ours(out)) == [], f"half-written: {list(not_ours(out))}"
+    assert list(foreign_files(out)) == [], f"half-written: {list(foreign_files(out))}"
     assert may_write, f"written by a run that failed: {out}"
 
 

@@ -192,7 +192,7 @@ def test_triangles_are_dual_to_points() -> None:
 def test_other_meshes_are_refused() -> None:
     with pytest.raises(MeshError, match="does not have the faces"):
         christoffel_dual(enneper_koebe(3), near=shapes.grid(2, 2))
-    with pytest.raises(GeometryError, match="leaves its plane"):
+    with pytest.raises(GeometryError, match="is off its plane"):
         christoffel_dual(shapes.grid(3, 3).with_vertices(np.random.default_rng(0).normal(size=(16, 3))))
 
 

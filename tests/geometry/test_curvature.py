@@ -264,7 +264,7 @@ def test_faces_that_are_not_planar_are_refused() -> None:
     bent = shapes.grid(2, 2)
     vertices = bent.vertices.copy()
     vertices[0, 2] = 0.1
-    with pytest.raises(GeometryError, match=r"face 0 leaves its plane by .*planarise"):
+    with pytest.raises(GeometryError, match=r"face 0 is off its plane by .*planarise"):
         face_curvatures(Pair(bent.with_vertices(vertices), bent.with_vertices(vertices)))
 
 

@@ -45,7 +45,7 @@ def test_faces_that_cannot_move_are_named() -> None:
     bent = shaken(vault(), 0.02, 1)
     for fixed in (bent.combinatorics.face(7), range(bent.n_vertices)):
         with pytest.raises(
-            ConvergenceError, match=r"face \d+ leaves its plane by .*all its vertices are fixed"
+            ConvergenceError, match=r"face \d+ is off its plane by .*all its vertices are fixed"
         ) as raised:
             planarise(bent, Guides(fixed=fixed))
         if len(fixed) == 4:
@@ -140,7 +140,7 @@ def test_paths_that_are_none_are_refused(curves: list[list[int]], sentence: str)
         ("fixed", "all", "fixed is 'all'"),
         ("convex", [36], "convex names 36, but faces have the numbers 0 to 35"),
         ("convex", "some", "convex is 'some'"),
-        ("surface", shapes.cube(), r"the surface is a Mesh: make it one by Surface\(mesh\)"),
+        ("surface", shapes.cube(), r"the surface is a Mesh, not a Surface: make one by Surface\(mesh\)"),
     ],
 )
 def test_what_does_not_exist_is_refused(name: str, values: object, sentence: str) -> None:

@@ -172,7 +172,7 @@ def test_large_faces_become_planar_and_their_factor_stays_sparse(k: int, monkeyp
 
     monkeypatch.setattr(ConstrainedQuadratic, "_factor", property(counted))
     found = planarise(prism(k, 1, 1e-3))
-    assert found.planarity_after <= 1e-12
+    assert found.plane_deviation_after <= 1e-12
     assert found.largest_move < 0.1
     assert max(sizes) < 300 * k  # about 190; a full one has 4.5 k for each corner
 

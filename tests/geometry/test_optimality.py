@@ -160,7 +160,7 @@ def test_rounding_beyond_the_promised_parallelity_is_put_down_to_the_faces(monke
     noise = 1e-13 * mesh.mean_edge_length * np.random.default_rng(0).choice([-1.0, 1.0], mesh.vertices.shape)
     coarse = ParallelSpace(mesh.with_vertices(mesh.vertices + noise))
     monkeypatch.setattr(minimising, "ELEMENT_TOLERANCE", 1e-15)  # as if more were promised than the faces leave
-    with pytest.raises(ConvergenceError, match=r"faces of M leave their planes by .* planarise the mesh further"):
+    with pytest.raises(ConvergenceError, match=r"faces of M are off their planes by .* planarise the mesh further"):
         coarse.minimise([(1.0, close_to(np.sin(5 * mesh.vertices)))])
 
 

@@ -158,7 +158,7 @@ def test_weights_must_be_numbers() -> None:
 def test_bent_faces_are_refused_by_name(ask: Callable[[ParallelSpace], object]) -> None:
     vertices = shapes.grid(3, 3).vertices.copy()
     vertices[0, 2] = 1e-9
-    with pytest.raises(GeometryError, match=r"face 0 leaves its plane by 2.5e-10 .* allowed 1e-12; planarise"):
+    with pytest.raises(GeometryError, match=r"face 0 is off its plane by 2.5e-10 .* allowed 1e-12; planarise"):
         ask(ParallelSpace(shapes.grid(3, 3).with_vertices(vertices)))
 
 

@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, RankError
 from geometry.functionals.fairness import laplacian
 from geometry.functionals.gauss_image_terms import close_to_vertex_normals, faces_at_unit_distance
 from geometry.gauss.approximate_gauss_image import approximate_pair
@@ -21,6 +21,7 @@ from geometry.optimise.functional import LinearFunctional, normal_equations
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace
+from geometry.parallel.spectrum import null_dimension
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -270,3 +271,53 @@ def test_what_makes_no_sense_is_refused(arguments: dict[str, Any], sentence: str
         arguments = {"quadratic": [(1.0, close_to(DISC.vertices))], **arguments}
     with pytest.raises(GeometryError, match=sentence):
         ParallelSpace(DISC).minimise(**arguments)
+
+
+# --- what fixed vertices leave free
+
+
+@given(st.sampled_from([DISC, HEXAGONS, TORUS]), seeds, st.integers(0, 30))
+@settings(max_examples=25)
+def test_a_minimum_is_refused_exactly_where_nothing_is_free(mesh: Mesh, seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    space = ParallelSpace(mesh)
+    vertices = rng.permutation(mesh.n_vertices)[:count]
+    left = space.free_dimension(vertices)
+    basis = space.basis[:, vertices].reshape(space.dimension, -1)
+    assert left == space.dimension - (np.linalg.matrix_rank(basis, tol=1e-8) if count else 0)
+    element = space.elements(1, seed=seed)[0] if space.dimension > 4 else mesh * 0.7
+    fixed = {int(vertex): element.vertices[vertex] for vertex in vertices}
+    terms = [(1.0, close_to(rng.normal(size=mesh.vertices.shape)))]
+    if left:
+        found = space.minimise(terms, fixed=fixed)
+        assert np.abs(found.vertices - element.vertices).max() > 1e-6
+    else:
+        with pytest.raises(
+            GeometryError, match=f"the {len(fixed)} fixed vertices leave nothing to be minimised"
+        ) as caught:
+            space.minimise(terms, fixed=fixed)
+        assert set(caught.value.elements) == set(fixed)
+
+
+def test_what_fixed_boundaries_leave() -> None:
+    grid = shapes.grid(4, 3)
+    space, on_boundary = ParallelSpace(grid), np.flatnonzero(grid.combinatorics.is_boundary_vertex)
+    # widths of columns and rows, and translations; corners leave widths of equal sums
+    assert [space.free_dimension(fixed) for fixed in ((), [0], [0, 0, 19], on_boundary)] == [10, 7, 5, 0]
+    with pytest.raises(GeometryError, match=r"leave nothing to be minimised: .*`free_dimension` counts what is left"):
+        space.minimise([(1.0, close_to(grid.vertices + 1.0))], fixed={int(v): grid.vertices[v] for v in on_boundary})
+    with pytest.raises(GeometryError, match="vertex 20 is to be fixed, but there are 20 vertices"):
+        space.free_dimension([3, 20])
+    for factor_bounds in (None, (0.5, 2.0)):
+        with pytest.raises(GeometryError, match="the 2 fixed vertices leave nothing"):
+            ParallelSpace(shapes.octahedron()).minimise(
+                [(1.0, close_to(shapes.octahedron().vertices + 1.0))],
+                fixed={v: shapes.octahedron().vertices[v] for v in (0, 1)},
+                factor_bounds=factor_bounds,
+            )
+
+
+def test_where_rounding_decides_what_is_free() -> None:
+    with pytest.raises(RankError, match=r"it is 1 dimensions if those up to 1e-09 are zero, but the next is 2\.0e-08"):
+        null_dimension(np.diag([1.0, 2e-8, 1e-12]))
+    assert [null_dimension(np.diag([1.0, second, 1e-12])) for second in (1e-6, 1e-10)] == [1, 2]

@@ -35,8 +35,8 @@ def test_faces_become_planar_and_vertices_move_little(mesh: Mesh, seed: int, amo
     bent = shaken(mesh, amount, seed)
     result = planarise(bent)
     assert out_of_plane(result.mesh) <= TOLERANCE
-    assert result.planarity_before == pytest.approx(out_of_plane(bent), rel=1e-5, abs=1e-14)
-    assert result.planarity_after <= TOLERANCE
+    assert result.plane_deviation_before == pytest.approx(out_of_plane(bent), rel=1e-5, abs=1e-14)
+    assert result.plane_deviation_after <= TOLERANCE
     # a planar mesh lies within sqrt(3) times the amount; in the strain metric short edges may ask for twice that
     assert result.mean_move <= 2 * 3**0.5 * amount
     assert result.mean_move <= result.largest_move
@@ -76,7 +76,7 @@ def test_attitude_and_numbers_do_not_matter_where_steps_are_long(seed: int) -> N
     numbers = rng.permutation(bent.n_vertices)
     positions = np.empty_like(bent.vertices)
     positions[numbers] = bent.vertices @ turn
-    faces = [numbers[face].tolist() for face in bent.combinatorics.faces()]
+    faces = [numbers[face].tolist() for face in bent.combinatorics.faces]
     copy = Mesh.from_faces(positions, [faces[f] for f in rng.permutation(len(faces))])
     given, found = planarise(bent), planarise(copy)
     assert given.largest_move > 0.4
@@ -89,7 +89,9 @@ def test_attitude_and_numbers_do_not_matter_where_steps_are_long(seed: int) -> N
 def test_parts_do_not_influence_each_other(seed: int) -> None:
     one, other = shaken(vault(), 0.02, seed), shaken(shapes.regular_prism(5), 0.02, seed)
     other = other.with_vertices(other.vertices / other.mean_edge_length * one.mean_edge_length + 10)
-    faces = one.combinatorics.faces() + [[v + one.n_vertices for v in f] for f in other.combinatorics.faces()]
+    faces = [face.tolist() for face in one.combinatorics.faces] + [
+        [v + one.n_vertices for v in f] for f in other.combinatorics.faces
+    ]
     both = planarise(Mesh.from_faces(np.concatenate([one.vertices, other.vertices]), faces)).mesh
     # steps may end one earlier or later, which moves vertices by far less than a quadratic step's last bits
     np.testing.assert_allclose(both.vertices[: one.n_vertices], planarise(one).mesh.vertices, atol=1e-5)
@@ -163,7 +165,7 @@ def test_holding_on_to_the_start_moves_vertices_less() -> None:
 
 def test_quads_along_asymptotic_lines_are_refused() -> None:
     # a hypar along its rulings: every face would have to degenerate, and how that shows is a matter of rounding
-    with pytest.raises(GeometryError, match=r"folded over while planarising|still leaves its plane"):
+    with pytest.raises(GeometryError, match=r"folded over while planarising|off its plane"):
         planarise(graph(12, lambda x, y: 0.4 * x * y))
 
 
@@ -186,7 +188,7 @@ def test_an_edge_that_folds_over_is_named() -> None:
 
 def test_too_few_steps_are_reported_with_the_worst_face() -> None:
     bent = shaken(vault(), 0.05, 4)
-    with pytest.raises(ConvergenceError, match=r"face \d+ still leaves its plane by .* after 1 steps") as raised:
+    with pytest.raises(ConvergenceError, match=r"face \d+ is still off its plane by .* after 1 steps") as raised:
         planarise(bent, effort=Effort(max_steps=1))
     assert raised.value.bound == TOLERANCE
     assert raised.value.value is not None
@@ -221,7 +223,7 @@ def test_advice_names_nothing_that_only_a_library_knows(mesh: Mesh) -> None:
 @settings(deadline=None, max_examples=20)
 def test_moves_are_told_of_each_vertex(seed: int, amount: float) -> None:
     bent = shaken(vault(), amount, seed)
-    bent = Mesh.from_faces(np.concatenate([bent.vertices, [[9.0, 9.0, 9.0]]]), bent.combinatorics.faces())
+    bent = Mesh.from_faces(np.concatenate([bent.vertices, [[9.0, 9.0, 9.0]]]), bent.combinatorics.faces)
     result = planarise(bent)
     moves = np.linalg.norm(result.mesh.vertices - bent.vertices, axis=1) / bent.mean_edge_length
     np.testing.assert_allclose(result.moves, moves, rtol=0, atol=1e-15 * 1e3)
@@ -238,7 +240,7 @@ def test_moves_are_told_of_each_vertex(seed: int, amount: float) -> None:
 def test_a_shape_that_collapses_is_seen_in_the_moves() -> None:
     """Along asymptotic lines no mesh is planar but flat ones: all vertices move, and nothing else tells."""
     result = planarise(graph(8, lambda x, y: 0.12 * x * y))
-    assert result.planarity_after <= TOLERANCE
+    assert result.plane_deviation_after <= TOLERANCE
     assert result.move_of(0.95) > 0.3
 
 

@@ -72,7 +72,7 @@ def test_errors_are_of_the_class_asked_for_with_what_it_needs() -> None:
     assert found.solution is solution
     folded = said(values, "<=", 2.0, error=FoldedError, advice="unfold it")
     assert isinstance(folded, FoldedError)
-    assert (folded.happened, folded.message) == ("1: 3.0", "1: 3.0; unfold it")
+    assert (folded.problem, folded.message) == ("1: 3.0", "1: 3.0; unfold it")
 
 
 def test_nothing_is_said_of_no_values() -> None:

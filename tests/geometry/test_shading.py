@@ -316,7 +316,7 @@ def test_meshes_that_bear_no_fins() -> None:
     with pytest.raises(MeshError, match=r"rises -3.*translated less"):
         Fins(Pair(dome, dome), 0, 0.1).tilted([0, 0, -1.5])
     bent = grid.with_vertices(grid.vertices + 0.01 * np.eye(6, 3)[:, [1, 2, 0]])
-    with pytest.raises(MeshError, match="face 0 leaves its plane"):
+    with pytest.raises(MeshError, match="face 0 is off its plane"):
         Fins(Pair(bent, bent * 0.3 + upright(grid, 0, 1).pair.gauss_image), 0, 0.1)
     inside_out = dome.with_vertices(-dome.vertices).reversed()
     with pytest.raises(MeshError, match=r"crosses itself: at distance 1\.2 its edge is -0\.2 .* within 1 of 0"):

@@ -43,7 +43,7 @@ def test_it_builds_to_the_end(name: str, tmp_path: Path) -> None:
     [
         pytest.param(
             1000.0,
-            r"beams cannot be built: the beam on edge \d+ from vertex \d+ to vertex \d+ has no room",
+            r"beams cannot be built: the beam on edge \d+ from vertex \d+ to vertex \d+ is too short",
             2,
             0,
             id="beams",

@@ -56,7 +56,7 @@ def planar(name: str) -> OptimisedMesh:
 )
 def test_planarise(name: str, steps: int, largest_move: float) -> None:
     result = planar(name)
-    assert result.planarity_after <= 1e-12
+    assert result.plane_deviation_after <= 1e-12
     assert result.iterations <= steps
     assert result.largest_move <= largest_move
     # edges stay edges that can be built
@@ -66,7 +66,7 @@ def test_planarise(name: str, steps: int, largest_move: float) -> None:
 
 def test_less_fairness_stays_closer_to_the_surface() -> None:
     result = planarise(read(BOTANIC), Guides(fairness=0.01), Effort(anchored_steps=8))
-    assert result.planarity_after <= 1e-12
+    assert result.plane_deviation_after <= 1e-12
     assert result.largest_move < 0.25
 
 

@@ -26,7 +26,7 @@ ROOF = "directional/botanic-garden-bubble.off"
 )
 def test_circular(name: str, steps: int, largest_move: float, mean_move: float) -> None:
     result = make_circular(read(name))
-    assert result.planarity_after <= 1e-12
+    assert result.plane_deviation_after <= 1e-12
     assert circularity(result.mesh).max() <= 1e-12
     assert result.iterations <= steps
     assert result.largest_move <= largest_move
@@ -39,7 +39,7 @@ def test_circular(name: str, steps: int, largest_move: float, mean_move: float) 
 )
 def test_conical(name: str, steps: int, largest_move: float, mean_move: float) -> None:
     result = make_conical(read(name))
-    assert result.planarity_after <= 1e-12
+    assert result.plane_deviation_after <= 1e-12
     assert np.nanmax(conicality(result.mesh)) <= 1e-12
     assert result.iterations <= steps
     assert result.largest_move <= largest_move
@@ -62,7 +62,7 @@ def test_a_roof_glides_on_its_surface() -> None:
     mesh, surface = read(BOTANIC), Surface(read(ROOF))
     free, gliding = planarise(mesh), planarise(mesh, Guides(surface=surface))
     distances = [np.linalg.norm(r.mesh.vertices - surface.closest(r.mesh.vertices)[0], axis=1) for r in (free, gliding)]
-    assert gliding.planarity_after <= 1e-12
+    assert gliding.plane_deviation_after <= 1e-12
     assert distances[1].mean() < 0.4 * distances[0].mean()
     assert gliding.surface_distance == pytest.approx(distances[1].max() / mesh.mean_edge_length)
     assert distances[1].max() < 0.6 * distances[0].max()
@@ -80,7 +80,7 @@ def test_the_boundaries_of_a_roof_are_kept() -> None:
 
 
 def test_a_face_that_is_a_corner_of_the_boundary_all_around_is_refused() -> None:
-    with pytest.raises(GeometryError, match=r"face 1476 leaves its plane .* ends, corners or crossings of curves"):
+    with pytest.raises(GeometryError, match=r"face 1476 is off its plane .* ends, corners or crossings of curves"):
         planarise(read(CONJUGATE), Guides(keep_boundary=True))
 
 

@@ -1,4 +1,4 @@
-"""What is unusual, as a section of the report: for each finding its number against its bound, in words, with a cure."""
+"""The findings as a section of the report: for each its value against its bound, a sentence and the cure."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from fabkit.parts import Assembly
 
 __all__ = ["fitness_html"]
 
-BUTTONS = 12
-"""So many of the parts concerned can be clicked; the sentence or the tables name the others."""
+MAX_MARK_BUTTONS = 12
+"""Largest number of parts concerned that get a button; the sentence or the tables name the others."""
 
 TITLES = {
-    "moves": "Movement while planarising",
+    "moves": "Displacement while planarising",
     "folding": "Folding",
     "self-crossing": "Outlines that cross themselves",
-    "self-intersection": "Faces that meet",
+    "self-intersection": "Faces that intersect",
     "lean": "Lean of the node axes",
     "heights": "Heights of the beams",
-    "outwards": "Beams that lie over",
-    "mitres": "Mitres",
-    "blocks": "Height of the node blocks",
-    "lift": "Lift by one node",
-    "sheets": "Panels over sheets",
+    "tilt": "Tilt of the beams",
+    "mitres": "Mitre cuts",
+    "block-heights": "Height of the node blocks",
+    "underside": "Panels raised by one node",
+    "sheets": "Panels larger than the sheets",
 }
 
 
@@ -45,7 +45,7 @@ def _card(finding: Finding, assembly: Assembly) -> str:
         f"<span>{finding.level}</span></header>"
         f"<p class='number'>{number} <small>{escape(finding.unit)}</small></p>{_bar(finding)}"
         f"<p class='said'>{escape(finding.sentence)}.</p>{_buttons(finding, assembly)}"
-        f"<p class='soft'>To mend it: {escape(finding.cure)}.</p></article>"
+        f"<p class='soft'>Remedy: {escape(finding.cure)}.</p></article>"
     )
 
 
@@ -69,5 +69,8 @@ def _buttons(finding: Finding, assembly: Assembly) -> str:
     found = list(dict.fromkeys(marks[element] for element in finding.elements if element in marks))
     if not found:
         return ""
-    buttons = " ".join(f'<button type="button" class="mark">{escape(mark)}</button>' for mark in found[:BUTTONS])
-    return f"<p class='parts'>{buttons}{f' and {len(found) - BUTTONS} more' if len(found) > BUTTONS else ''}</p>"
+    buttons = " ".join(
+        f'<button type="button" class="mark">{escape(mark)}</button>' for mark in found[:MAX_MARK_BUTTONS]
+    )
+    more = len(found) - MAX_MARK_BUTTONS
+    return f"<p class='parts'>{buttons}{f' and {more} more' if more > 0 else ''}</p>"

@@ -65,7 +65,7 @@ def report_html(
         measures=_measure_options(measured),
         mesh_facts=_mesh_facts(facts.mesh),
         mended=_mended(summary),
-        misfits=_misfits(summary, assembly),
+        deviations=_deviations(summary, assembly),
         histograms=_histograms(measured),
         sheets_link='<a href="#sheets">Sheets</a>' if sheets else "",
         sheets=_sheets(sheets),
@@ -158,23 +158,23 @@ def _mended(summary: Summary) -> str:
     return f'<ul class="mended">\n{items}\n</ul>'
 
 
-def _misfits(summary: Summary, assembly: Assembly) -> str:
+def _deviations(summary: Summary, assembly: Assembly) -> str:
     """Median, 95th percentile and maximum of what would be zero for an ideal mesh, and the part it is largest at."""
     beams, nodes = assembly.of(BEAM), assembly.of(NODE)
     rows = []
     if len(nodes):
         own = nodes.details
-        rows.append(_misfit("Beam tops out of level at a node, mm", own.top_spread_mm, ".2f", nodes))
-        title = "Beam sides that miss each other on the node axis, mm"
-        rows.append(_misfit(title, own.axis_spread_mm, ".2f", nodes))
+        rows.append(_deviation("Step between beam tops at a node, mm", own.top_step_mm, ".2f", nodes))
+        title = "Misalignment of the beams at the node axis, mm"
+        rows.append(_deviation(title, own.axis_misalignment_mm, ".2f", nodes))
     if len(beams):
         deviation = np.abs(beams.details.height_deviation_mm)
-        rows.append(_misfit("Section height off the meshes' distance, mm", deviation, ".2f", beams))
-        rows.append(_misfit("Twist of a beam, °", np.abs(beams.details.twist_deg), ".1e", beams))
+        rows.append(_deviation("Deviation of the parallel meshes from the beam height, mm", deviation, ".2f", beams))
+        rows.append(_deviation("Twist of a beam, °", np.abs(beams.details.twist_deg), ".1e", beams))
     return "\n".join(rows)
 
 
-def _misfit(title: str, values: FloatArray, form: str, parts: Parts[Any]) -> str:
+def _deviation(title: str, values: FloatArray, form: str, parts: Parts[Any]) -> str:
     figures = (np.median(values), np.percentile(values, 95), values.max())
     cells = "".join(f"<td>{figure:{form}}</td>" for figure in figures)
     worst = escape(parts.mark_names[parts.mark[values.argmax()]])

@@ -27,7 +27,7 @@ from fabkit.formats.step.entities import Schema
 from fabkit.formats.step.solid import solid_numbers
 from fabkit.formats.step.text import reals, string
 from fabkit.formats.step.writer import BATCH, StepWriter, check_name, instance_name
-from fabkit.parts import Assembly, Kind, Material, Part, Parts, Stack, Topology
+from fabkit.parts import Assembly, Kind, Material, Part, Parts, SolidArray, Topology
 from geometry.arrays import FloatArray
 
 __all__ = ["instance_name", "stream_step", "write_part_step", "write_part_steps", "write_step"]
@@ -106,21 +106,21 @@ def write_part_steps(folder: Path, groups: Iterable[Parts[Any]]) -> None:
         materials = parts.material[parts.firsts]
         for number, material in enumerate(parts.materials):
             own = np.flatnonzero(materials == number)
-            for stack in parts.solids.stacks(parts.shape[parts.firsts[own]]):
-                for start in range(0, len(stack.parts), BATCH):
-                    batch = stack[start : start + BATCH]
+            for solids in parts.solids.by_topology(parts.shape[parts.firsts[own]]):
+                for start in range(0, len(solids.parts), BATCH):
+                    batch = solids[start : start + BATCH]
                     marks = [parts.mark_names[k] for k in own[batch.parts].tolist()]
                     _write_solids(folder, marks, parts.kind, material, batch)
 
 
-def _write_solids(folder: Path, marks: Sequence[str], kind: Kind[Any], material: Material, stack: Stack) -> None:
+def _write_solids(folder: Path, marks: Sequence[str], kind: Kind[Any], material: Material, batch: SolidArray) -> None:
     """Write a file for each mark (k,) of parts that differ in nothing but the vertices of their solids.
 
     All files have one text but for the mark and the numbers.
     """
-    numbers = solid_numbers(stack, marks)
+    numbers = solid_numbers(batch, marks)
     width, texts = numbers.shape[1], reals(numbers)
-    form = _file_form(kind, material, stack.topology, width)
+    form = _file_form(kind, material, batch.topology, width)
     n_names = form.replace("%%", "").count("%s") - width
     for n, mark in enumerate(marks):
         check_name(mark)

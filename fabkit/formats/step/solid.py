@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabkit.errors import OutputError
-from fabkit.parts import Measures, Stack, Topology
+from fabkit.parts import Measures, SolidArray, Topology
 from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["TOLERANCE_MM", "solid_entities", "solid_numbers"]
@@ -59,15 +59,15 @@ def solid_entities(topology: Topology, first: int) -> list[str]:
     return [f"CLOSED_SHELL('',({','.join(faces)}))", *entities[1:]]
 
 
-def solid_numbers(stack: Stack, names: Sequence[str]) -> FloatArray:
+def solid_numbers(batch: SolidArray, names: Sequence[str]) -> FloatArray:
     """(k, m) numbers of the k solids with these names: first volume in mm3, surface area in mm2 and centroid in mm;
     then points of vertices, directions of edges, normals of faces.
 
     Raises OutputError, with the name of the solid, where a number is not finite, an edge is shorter or a face narrower
-    than TOLERANCE_MM, a face leaves its plane by more than that, or the volume is not positive.
+    than TOLERANCE_MM, a face is off its plane by more than that, or the volume is not positive.
     """
-    t, of = stack.topology, Measures(stack.topology, stack.vertices)
-    extents = np.abs(stack.vertices).max(axis=(1, 2))
+    t, of = batch.topology, Measures(batch.topology, batch.vertices)
+    extents = np.abs(batch.vertices).max(axis=(1, 2))
     _hold(np.isfinite(extents), names, extents, "has a vertex at {}")
     along = of.points[:, :, t.edges[:, 1]] - of.points[:, :, t.edges[:, 0]]
     lengths = np.sqrt((along * along).sum(axis=0))
@@ -84,7 +84,7 @@ def solid_numbers(stack: Stack, names: Sequence[str]) -> FloatArray:
     volumes = of.volumes
     _hold(volumes > 0, names, volumes, "encloses {:.3g} mm3; its faces must run counter-clockwise seen from outside")
     directions = np.moveaxis(along / lengths, 0, 2)
-    columns = (volumes, of.areas.sum(axis=1), of.centroids, stack.vertices, directions, of.normals)
+    columns = (volumes, of.areas.sum(axis=1), of.centroids, batch.vertices, directions, of.normals)
     return np.concatenate([each.reshape(len(volumes), -1) for each in columns], axis=1)
 
 

@@ -236,10 +236,10 @@ def solid_texts(solids: Solids, chosen: IntArray, names: Sequence[str]) -> list[
     """Measures and numbers of these solids (k,), of parts with these names, as text; worked out for all of one
     topology at once."""
     rows: dict[int, list[str]] = {}
-    for stack in solids.stacks(chosen):
-        texts = reals(solid_numbers(stack, [names[n] for n in stack.parts.tolist()]))
-        width = len(texts) // len(stack.parts)
-        rows |= {n: texts[row * width : (row + 1) * width] for row, n in enumerate(stack.parts.tolist())}
+    for batch in solids.by_topology(chosen):
+        texts = reals(solid_numbers(batch, [names[n] for n in batch.parts.tolist()]))
+        width = len(texts) // len(batch.parts)
+        rows |= {n: texts[row * width : (row + 1) * width] for row, n in enumerate(batch.parts.tolist())}
     return [rows[n] for n in range(len(chosen))]
 
 

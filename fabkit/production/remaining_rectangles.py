@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 
-__all__ = ["RectanglesLeft"]
+__all__ = ["RemainingRectangles"]
 
 
 class _Sorted:
@@ -51,7 +51,7 @@ class _Sorted:
             node >>= 1
 
 
-class RectanglesLeft:
+class RemainingRectangles:
     """Rectangles sizes (m, 2), the longer side first, each left or taken."""
 
     def __init__(self, sizes: FloatArray, rounding: float) -> None:

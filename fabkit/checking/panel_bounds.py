@@ -12,10 +12,10 @@ from fabkit.parts import Parts
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
-__all__ = ["panels_outside_cells"]
+__all__ = ["panels_crossing_support_planes"]
 
 
-def panels_outside_cells(structure: SupportStructure, panels: Parts[PanelDetails]) -> IntArray:
+def panels_crossing_support_planes(structure: SupportStructure, panels: Parts[PanelDetails]) -> IntArray:
     """Positions of the panels that leave their cells by more than FIT_MM.
 
     At each level the cell is the polygon in which the node axes at the corners of the face meet the plane of the panel.
