@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray, floats, integers
+from geometry.arrays import FloatArray, floats, integers, short_repr
 from geometry.errors import GeometryError
 from geometry.functionals import ConvexFaces, OnCurve, OnSurface, PlanarFaces, relative_plane_deviations, strain
 from geometry.mesh import Mesh
@@ -29,7 +29,7 @@ from geometry.optimise import (
 __all__ = ["OptimisedMesh", "optimised"]
 
 LONGEST_VERTEX_STEP = 0.6
-"""Longest move of a vertex in one step, over the mean edge length. Longer steps leave the range of the linearisation."""
+"""Longest move of a vertex in one step, over the mean edge length. Longer steps leave the range of linearisation."""
 
 SURFACE_WEIGHT = 10.0
 """Weight of squared distances from a surface, over the weight of squared moves. With more, vertices come nearer on
@@ -56,6 +56,8 @@ class OptimisedMesh:
     >>> result.move_of(0.95) < result.largest_move < 0.1
     True
     """
+
+    __repr__ = short_repr
 
     mesh: Mesh
     iterations: int

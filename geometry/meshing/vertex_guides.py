@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from geometry.arrays import BoolArray, FloatArray, IntArray, integers
+from geometry.arrays import BoolArray, FloatArray, IntArray, integers, short_repr
 from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.mesh import Mesh
 from geometry.surface import Curve, Surface
@@ -55,6 +55,8 @@ class Guides:
     >>> result.moves[corners].tolist(), result.surface_distance < 0.05
     ([0.0, 0.0, 0.0, 0.0], True)
     """
+
+    __repr__ = short_repr
 
     fairness: float = 0.3
     surface: Surface | None = None
