@@ -46,9 +46,7 @@ class Blocks:
         self._check_names(values)
         missing = [name for name in self.shapes if name not in values]
         if missing:
-            raise GeometryError(
-                f"{listed(missing, len(missing))} {'is' if len(missing) == 1 else 'are'} missing: give a value for each block"
-            )
+            raise GeometryError(f"a value is missing for {listed(missing, len(missing))}: give one for each block")
         parts = {name: np.asarray(values[name], dtype=np.float64) for name in self.shapes}
         for name, part in parts.items():
             if part.shape != self.shapes[name]:
@@ -74,7 +72,7 @@ class Blocks:
         return BlockFunctional(functional, self.columns(*names), self.n_unknowns)
 
     def longest_point(self, x: FloatArray) -> float:
-        """The length of the longest point of x (n,): points are rows of the blocks; the entry of a block () is a point."""
+        """The length of the longest point of x (n,): rows of blocks are points, and so is the entry of a block ()."""
         parts = self.split(x).values()
         return max(
             (float(np.linalg.norm(np.atleast_1d(part), axis=-1).max(initial=0.0)) for part in parts), default=0.0

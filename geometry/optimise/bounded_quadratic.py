@@ -20,7 +20,7 @@ from geometry.optimise.solution import Reason, Solution
 __all__ = ["distances_from_zero", "minimise_bounded"]
 
 INTERIOR_POINT_ACCURACY = 1e-12
-"""Accuracy required of the interior-point method, for numbers of about 1; lower ones do not show which bounds are active."""
+"""Accuracy required of the interior-point method, for numbers of about 1: it must show which bounds are active."""
 
 ACCEPTED_ACCURACY = 1e-8
 """Accuracy that is accepted of the interior-point method where rounding prevents more."""
@@ -87,7 +87,9 @@ def minimise_bounded(
         tolerance / x_size,
     )
     found = problem.without_far_bounds().solution(max_steps)
-    far_bounds_matter = found.reason is Reason.UNBOUNDED or problem.violation(found.x) > max(found.violation, problem.tolerance)
+    far_bounds_matter = found.reason is Reason.UNBOUNDED or problem.violation(found.x) > max(
+        found.violation, problem.tolerance
+    )
     if far_bounds_matter and found.reason is not Reason.INFEASIBLE:
         found = problem.solution(max_steps)
     return Solution(
@@ -173,7 +175,9 @@ class _Problem:
         direction = x / size
         along = apply(self.G, direction)
         curvature = max(max_norm(apply(self.H, direction)), max_norm(apply(self.A, direction)))
-        approach = max(along[np.isfinite(self.upper)].max(initial=0.0), -along[np.isfinite(self.lower)].min(initial=0.0))
+        approach = max(
+            along[np.isfinite(self.upper)].max(initial=0.0), -along[np.isfinite(self.lower)].min(initial=0.0)
+        )
         return max(curvature, approach) <= CERTIFICATE_TOLERANCE and float(
             self.g @ direction
         ) > CERTIFICATE_TOLERANCE * max_norm(self.g)

@@ -46,7 +46,7 @@ SINGLE_PRECISION_UNKNOWNS = 60_000
 """Number of unknowns above which factors in single precision are faster altogether."""
 
 SINGLE_PRECISION_PENALTY = 1e5
-"""The penalty with factors in single precision, which round by 1e-7 w: a higher one gains less than two digits a solve."""
+"""The penalty with factors in single precision, which round by 1e-7 w: with a higher one, solves gain too little."""
 
 LEAST_DIAGONAL_RATIO = 1e-2
 """Least entry of the diagonal of H over its mean for which single precision is used. Iterations end at a gradient of
@@ -119,11 +119,8 @@ class ConstrainedQuadratic:
 
     def _corrected(self, g: FloatArray, b: FloatArray, tolerance: float, max_steps: int) -> Solution:
         """One solve, and conjugate gradients on the multipliers."""
-        factor, w, patience = (
-            self._factor,
-            self._weight,
-            CAREFUL_STAGNANT_CORRECTIONS if self.careful else MAX_STAGNANT_CORRECTIONS,
-        )
+        factor, w = self._factor, self._weight
+        max_stagnant = CAREFUL_STAGNANT_CORRECTIONS if self.careful else MAX_STAGNANT_CORRECTIONS
         x = factor.solve(g + w * apply(self._transposed, b))
         direction = residual = apply(self.A, x) - b
         multipliers = np.zeros(len(b))  # H x - g + A^T (multipliers + w residual) = 0 at every x
@@ -146,7 +143,7 @@ class ConstrainedQuadratic:
         return best
 
     def _refined(self, best: Solution, g: FloatArray, b: FloatArray, tolerance: float, max_steps: int) -> Solution:
-        """The solution after a restart from the residuals of both equations, which removes the rounding of the factor."""
+        """The solution after a restart from both residuals, which removes the rounding of the factor."""
         gradient = g - apply(self.H, best.x) - apply(self._transposed, best.multipliers)
         more = self._corrected(gradient, b - apply(self.A, best.x), tolerance, max_steps)
         x = best.x + more.x

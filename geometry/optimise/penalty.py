@@ -74,7 +74,7 @@ def minimise_by_penalty(
     ...     [(1.0, low)], csr_array(1e-6 * np.eye(2)), OnUnitCircle(), np.array([0.6, 0.8]),
     ...     penalties=[1.0, 1e2, 1e4], tolerance=1e-12, max_newton_steps=6,
     ... )
-    >>> found.reason.name, found.violation < 1e-12, found.x[1] < 0
+    >>> found.reason.name, found.violation < 1e-12, found.x[1].item() < 0
     ('CONVERGED', True, True)
     """
     x, equations = start, _Equations()

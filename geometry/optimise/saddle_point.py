@@ -39,7 +39,7 @@ class Factor:
     order: IntArray | None = None
 
     def solve(self, values: FloatArray) -> FloatArray:
-        """The solution (n,) or (n, k) for right-hand sides `values` of the same shape and the precision of the factor."""
+        """The solution for right-hand sides (n,) or (n, k) in the precision of the factor."""
         if self.order is None:
             return np.asarray(self.lu.solve(values))
         found = np.empty_like(values)

@@ -33,7 +33,7 @@ LEAST_SIZE_RATIO = 1e-2
 """Size of the minimiser over the size of the start, below which accuracy is relative to the size of the start."""
 
 GRADIENT_TOLERANCE = 1e-13
-"""Largest entry of the gradient at a minimiser, over the size of its terms; iterations end at a tenth of it. With 1e-11,
+"""Largest entry of the gradient at a minimiser, over the size of its terms; iterations end at a tenth. With 1e-11,
 minimisers of symmetric problems were symmetric to 1e-9 only, so that equal parts of a roof got different marks."""
 
 STALLED_TOLERANCE = 1e-9
@@ -49,7 +49,7 @@ POWER_ITERATIONS = 20
 """Solves of the power iteration that finds directions without curvature, or rows of A that cancel."""
 
 CERTIFICATE_TOLERANCE = 1e-6
-"""Curvature or constraint value that counts as zero in a proof that there is no minimiser, relative to that of a general
+"""Curvature or constraint value that counts as zero in a proof that there is no minimiser, over that of a general
 direction."""
 
 
@@ -181,13 +181,13 @@ def _has_no_minimum(system: SaddlePoint, start: _State) -> bool:
     direction = _part_without_curvature(system, start.gradient)
     curvature = max(max_norm(apply(system.H, direction)) / system.curvature, max_norm(apply(system.A, direction)))
     return (
-        bends <= CERTIFICATE_TOLERANCE * max_norm(direction)
+        curvature <= CERTIFICATE_TOLERANCE * max_norm(direction)
         and max_norm(direction) > STALLED_TOLERANCE * start.gradient_size
     )
 
 
 def _part_without_curvature(system: SaddlePoint, x: FloatArray) -> FloatArray:
-    """The part of x (n,) without curvature in A x = 0: powers of K^-1, scaled by the regularisation, leave it unchanged."""
+    """The part of x (n,) without curvature in A x = 0, which powers of regularisation / K leave unchanged."""
     for _ in range(POWER_ITERATIONS):
         x = system.solve(SEMIDEFINITE_REGULARISATION * system.curvature * x)
     return x

@@ -138,13 +138,16 @@ def test_no_point_of_a_block_moves_by_more_than_the_longest_step(target: list[fl
 @pytest.mark.parametrize(
     ("act", "sentence"),
     [
-        (lambda blocks: blocks.join(M=np.zeros((2, 3))), "shift is missing: give a value for each block"),
+        (lambda blocks: blocks.join(M=np.zeros((2, 3))), "a value is missing for shift: give one for each block"),
         (
             lambda blocks: blocks.join(M=np.zeros(6), shift=np.zeros(3)),
             r"the value of block M has shape \(6,\), .* \(2, 3\)",
         ),
-        (lambda blocks: blocks.join(M=np.zeros((2, 3)), shift=np.zeros(3), S=1.0), "no block S, but M and shift"),
-        (lambda blocks: blocks.columns("T"), "no block T, but M and shift"),
+        (
+            lambda blocks: blocks.join(M=np.zeros((2, 3)), shift=np.zeros(3), S=1.0),
+            "no block S: the blocks are M and shift",
+        ),
+        (lambda blocks: blocks.columns("T"), "no block T: the blocks are M and shift"),
     ],
 )
 def test_blocks_that_are_not_there_or_of_another_shape_are_refused(act: object, sentence: str) -> None:
