@@ -11,13 +11,7 @@ from geometry.curvature import (
     steiner_area,
     steiner_areas,
 )
-from geometry.edge_offset import (
-    KoebePolyhedron,
-    edge_offset_mesh,
-    koebe,
-    rotational_koebe,
-    tangent_mesh,
-)
+from geometry.edge_offset import KoebePolyhedron, edge_offset_mesh, koebe, rotational_koebe, tangent_mesh
 from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
 from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
 from geometry.gauss import (
@@ -38,7 +32,7 @@ from geometry.gauss import (
     vertex_offset_pair,
 )
 from geometry.layout import LaidMesh, boundary_lengths, lay_quads
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import Combinatorics, Mesh, as_mesh, to_compas, to_meshio, to_trimesh
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
@@ -78,6 +72,7 @@ __all__ = [
     "Surface",
     "affine_stretches",
     "approximate_pair",
+    "as_mesh",
     "boundary_lengths",
     "christoffel_dual",
     "constant_mean",
@@ -113,6 +108,9 @@ __all__ = [
     "study_networks",
     "subdivided",
     "tangent_mesh",
+    "to_compas",
+    "to_meshio",
+    "to_trimesh",
     "trade_of_heights",
     "vertex_distances",
     "vertex_offset_pair",

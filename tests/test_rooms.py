@@ -233,8 +233,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "combinatorics",
         "polygons",
         "mesh independent_faces",
-        "place solids",
-        "shapes",
+        "place solids triangulation mesh_arguments",
+        "shapes other_libraries",
         "patterns",
     ),
     "geometry.optimise": (

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from geometry.arrays import ComplexArray, FloatArray, IntArray, floats
+from geometry.arrays import ComplexArray, FloatArray, IntArray, floats, short_repr
 from geometry.circle_patterns.layout import circle_centres
 from geometry.circle_patterns.radii import CirclePattern, KiteAngles
 from geometry.mesh import Combinatorics
@@ -27,6 +27,8 @@ class PlanePattern:
     centres (N + F,), complex numbers, and radii (N + F,): of vertices, then of faces. The four circles of
     `edge_at_infinity`, where there is one, are lines: their radii are infinite, their centres are not numbers.
     """
+
+    __repr__ = short_repr
 
     combinatorics: Combinatorics
     centres: ComplexArray

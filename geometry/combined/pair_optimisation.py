@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray, floats
+from geometry.arrays import FloatArray, IntArray, floats, short_repr
 from geometry.combined.aims import Aims
 from geometry.combined.gates import check_given, check_outcome, check_solution
 from geometry.combined.measures import PairMeasures
 from geometry.combined.objective import Objective
 from geometry.errors import GeometryError
-from geometry.gauss import Pair
+from geometry.gauss import Pair, PairLike, as_pair
+from geometry.mesh import Mesh
 from geometry.optimise import minimise_by_penalty
 from geometry.surface import Surface
 
@@ -39,6 +40,8 @@ class OptimisedPair:
     no_longer_convex: faces that were convex and are not. newton_steps: on the constraints, at the end.
     """
 
+    __repr__ = short_repr
+
     pair: Pair
     aims: Aims
     before: PairMeasures
@@ -50,9 +53,17 @@ class OptimisedPair:
     no_longer_convex: IntArray
     newton_steps: int
 
+    @property
+    def mesh(self) -> Mesh:
+        return self.pair.mesh
+
+    @property
+    def gauss_image(self) -> Mesh:
+        return self.pair.gauss_image
+
 
 def optimise_pair(
-    pair: Pair, aims: Aims, *, surface: Surface | None = None, keep_boundary: bool = True
+    pair: PairLike, aims: Aims, *, surface: Surface | None = None, keep_boundary: bool = True
 ) -> OptimisedPair:
     """Move M on Phi and S with it, so that they are parallel, M is planar and they are as the aims ask.
 
@@ -70,6 +81,7 @@ def optimise_pair(
     where an edge collapsed or a face turned over; and GeometryError where axes came to lean, distances gained nothing,
     or a curvature is one of S but not of M.
     """
+    pair = as_pair(pair)
     check_given(pair, surface)
     if surface is None and not aims.curved:
         surface = Surface(pair.mesh)
@@ -108,7 +120,7 @@ def _median_and_largest(values: FloatArray) -> tuple[float, float]:
 
 
 def trade_of_heights(
-    pair: Pair,
+    pair: PairLike,
     aims: Aims,
     *,
     height_errors: Sequence[float] = TRADE,
@@ -120,6 +132,7 @@ def trade_of_heights(
     Ends before the first that `optimise_pair` refuses because something folds over or is not reached; raises that where
     it is the largest.
     """
+    pair = as_pair(pair)
     found: list[OptimisedPair] = []
     for error in sorted(height_errors, reverse=True):
         try:

@@ -19,11 +19,11 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array, eye_array, vstack
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, short_repr
 from geometry.curvature.fairness import fairness_of_lengths
 from geometry.errors import GeometryError, MeshError, RankError, raise_worst
 from geometry.gauss import Pair
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_gauss_image, as_mesh
 from geometry.mesh.polygons import face_centroids, face_sums
 from geometry.optimise import ConstrainedQuadratic, ConvergenceError, Reason, Solution, SparseMatrix, apply
 from geometry.parallel.edge_closure import EdgeClosure
@@ -67,7 +67,12 @@ class ChristoffelDuals:
     without length.
     """
 
+    __repr__ = short_repr
+
     gauss_image: Mesh
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gauss_image", as_gauss_image(self.gauss_image))
 
     @cached_property
     def spectrum(self) -> Spectrum:
@@ -127,11 +132,12 @@ class ChristoffelDuals:
         lengths *= self.gauss_image.mean_edge_length / np.abs(lengths).mean() * (1 if lengths[0] >= 0 else -1)
         return with_edges(self.gauss_image, self._members.positions(lengths[:, None])[0])
 
-    def nearest(self, mesh: Mesh) -> Mesh:
+    def nearest(self, mesh: MeshLike) -> Mesh:
         """The dual whose edges are nearest to those of a mesh with the faces of S, as a sum of squares.
 
         Its mean is at the origin, in each piece. Raises as `fairest` does, and MeshError for other faces.
         """
+        mesh = as_mesh(mesh)
         if not self.gauss_image.combinatorics.same_as(mesh.combinatorics):
             raise MeshError("the mesh to be near to does not have the faces of the Gauss image")
         self._check_existence()
@@ -228,11 +234,12 @@ class ChristoffelDuals:
         )
 
 
-def christoffel_dual(gauss_image: Mesh, *, near: Mesh | None = None) -> Pair:
+def christoffel_dual(gauss_image: MeshLike, *, near: MeshLike | None = None) -> Pair:
     """S with an M that has H = 0 in all faces with respect to it: `ChristoffelDuals.fairest`, or the nearest to a mesh.
 
     Koenigs nets of quads have one dual up to size and place. Raises GeometryError where there is none.
     """
+    gauss_image = as_gauss_image(gauss_image)
     duals = ChristoffelDuals(gauss_image)
     return Pair(duals.fairest() if near is None else duals.nearest(near), gauss_image)
 

@@ -18,7 +18,7 @@ from geometry.curvature.christoffel_duals import with_edges
 from geometry.curvature.fairness import fairness_of_lengths
 from geometry.errors import GeometryError, MeshError
 from geometry.gauss import Pair
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_gauss_image, as_mesh
 from geometry.mesh.polygons import face_mean_edge_lengths
 from geometry.optimise import (
     ConvergenceError,
@@ -49,7 +49,7 @@ HELD_STEPS, MAX_STEPS = 8, 100
 
 
 def constant_mean(
-    gauss_image: Mesh, mean: float, start: Mesh, *, fairness: float = 1.0, tolerance: float = TOLERANCE
+    gauss_image: MeshLike, mean: float, start: MeshLike, *, fairness: float = 1.0, tolerance: float = TOLERANCE
 ) -> Pair:
     """S with the M in P(S) that has H_F = mean in every face with respect to it, near to a mesh with the same faces.
 
@@ -66,6 +66,8 @@ def constant_mean(
     face of S is not planar, for numbers out of range, and where M or an edge of it shrank to a point; ConvergenceError,
     with the worst face, where the method does not arrive: there may be no such M near the start.
     """
+    gauss_image = as_gauss_image(gauss_image)
+    start = as_mesh(start)
     for name, number in [("mean curvature", mean), ("fairness", fairness), ("tolerance", tolerance)]:
         if not np.isfinite(number) or (number < 0 and name != "mean curvature"):
             raise GeometryError(

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.arrays import FloatArray, IntArray, floats, integers, short_repr
 from geometry.errors import MeshError, raise_worst
-from geometry.gauss import Pair
+from geometry.gauss import PairLike, as_pair
 from geometry.mesh.polygons import face_mean_edge_lengths, mixed_areas
 from geometry.parallel.edge_parallelity import check_planar
 
@@ -35,6 +35,8 @@ class FaceCurvatures:
     principal (F, 2): kappa_1 >= kappa_2, the roots of x^2 - 2 H x + K; NaN in the faces `without_principal`.
     """
 
+    __repr__ = short_repr
+
     areas: FloatArray
     mean: FloatArray
     gaussian: FloatArray
@@ -46,7 +48,7 @@ class FaceCurvatures:
         return integers(np.flatnonzero(np.isnan(self.principal[:, 0])))
 
 
-def face_curvatures(pair: Pair, *, negative: float = NEGATIVE) -> FaceCurvatures:
+def face_curvatures(pair: PairLike, *, negative: float = NEGATIVE) -> FaceCurvatures:
     """The curvatures of the faces of M with respect to S [Pottmann2007, (7)].
 
     S may be any Gauss image, exact or not; it is understood to have unit size. They do not change when M or
@@ -56,6 +58,7 @@ def face_curvatures(pair: Pair, *, negative: float = NEGATIVE) -> FaceCurvatures
 
     Raises MeshError where a face of M has no area, GeometryError where one is not planar.
     """
+    pair = as_pair(pair)
     mesh, gauss_image, c = pair.mesh, pair.gauss_image, pair.mesh.combinatorics
     check_planar(mesh)
     areas = np.linalg.norm(mesh.vector_areas, axis=1)
@@ -68,17 +71,18 @@ def face_curvatures(pair: Pair, *, negative: float = NEGATIVE) -> FaceCurvatures
     return FaceCurvatures(floats(areas), floats(mean), floats(gaussian), _principal(mean, gaussian, negative * scale))
 
 
-def steiner_areas(pair: Pair, d: float) -> FloatArray:
+def steiner_areas(pair: PairLike, d: float) -> FloatArray:
     """(F,) areas (1 - 2 d H + d^2 K) area(F) of the faces of the offset M + d S [Pottmann2007, (6)].
 
     Exact for every d, also negative ones; a face that has turned over in the offset counts negative. Raises as
     `face_curvatures` does.
     """
+    pair = as_pair(pair)
     curvatures = face_curvatures(pair)
     return (1 - 2 * d * curvatures.mean + d * d * curvatures.gaussian) * curvatures.areas
 
 
-def steiner_area(pair: Pair, d: float) -> float:
+def steiner_area(pair: PairLike, d: float) -> float:
     """The area of the offset M + d S, as the sum of `steiner_areas` [Pottmann2007, Prop. 5]."""
     return float(steiner_areas(pair, d).sum())
 

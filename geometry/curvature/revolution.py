@@ -19,7 +19,7 @@ from geometry.curvature.levels import levels_of_lying_hexagons
 from geometry.curvature.rings import Rings
 from geometry.errors import GeometryError, raise_worst
 from geometry.gauss import Pair
-from geometry.mesh import Mesh, shapes
+from geometry.mesh import Mesh, MeshLike, as_gauss_image, shapes
 
 __all__ = ["constant_mean_of_revolution", "minimal_of_revolution", "radii_at_inflections"]
 
@@ -30,7 +30,7 @@ ROUNDING = 1e-12
 """How far 1 + 4 H G may be below zero at an inflection, where it should be zero: G is a product of many ratios."""
 
 
-def minimal_of_revolution(gauss_image: Mesh, *, waist: float = 1.0) -> Pair:
+def minimal_of_revolution(gauss_image: MeshLike, *, waist: float = 1.0) -> Pair:
     """S with an M that has H = 0 in every face: a discrete catenoid, when S goes round [Pottmann2007, Figs 17, 18].
 
     waist: the least distance of a vertex from the axis. Edges in rings keep their orientation, meridian edges are
@@ -39,6 +39,7 @@ def minimal_of_revolution(gauss_image: Mesh, *, waist: float = 1.0) -> Pair:
     Raises MeshError where S does not consist of rings about the z axis, nor of lying hexagons; GeometryError where
     waist is not positive.
     """
+    gauss_image = as_gauss_image(gauss_image)
     _check_length("waist", waist)
     rings = Rings(gauss_image)
     is_ringed = rings.is_meridian.any()
@@ -51,7 +52,7 @@ def _minimal(rings: Rings, waist: float) -> Mesh:
     return rings.parallel_mesh(factors * (waist / (factors[rings.of_vertices] * rings.radii).min()), 0.0)
 
 
-def constant_mean_of_revolution(gauss_image: Mesh, mean: float, *, radius: float | None = None) -> Pair:
+def constant_mean_of_revolution(gauss_image: MeshLike, mean: float, *, radius: float | None = None) -> Pair:
     """S with an M that has H_F = mean in every face: a discrete surface of Delaunay [Pottmann2007, Figs 10, 19].
 
     mean: H, not zero; negative where M bulges as a sphere does. radius: distance from the axis of the vertices of M
@@ -65,6 +66,7 @@ def constant_mean_of_revolution(gauss_image: Mesh, mean: float, *, radius: float
     Raises MeshError where S does not consist of rings about the z axis; GeometryError for numbers out of range,
     for a radius of None and an S without folds, and where S reaches beyond the inflection, naming the ring.
     """
+    gauss_image = as_gauss_image(gauss_image)
     rings = Rings(gauss_image)
     if not (np.isfinite(mean) and mean != 0):
         raise GeometryError(

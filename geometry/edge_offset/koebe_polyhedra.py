@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import ComplexArray, FloatArray, IntArray, floats
+from geometry.arrays import ComplexArray, FloatArray, IntArray, floats, short_repr
 from geometry.circle_patterns import PlanePattern, closed_pattern, open_pattern
 from geometry.circle_patterns.planar_graphs import refuse_other_than_polyhedra
 from geometry.edge_offset.centring import centring_similarity, centring_transformation
 from geometry.errors import GeometryError, raise_worst
 from geometry.gauss import edge_distances, edge_feet, face_distances
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import Combinatorics, CombinatoricsLike, Mesh, as_combinatorics, as_gauss_image
 from geometry.spheres import MoebiusTransformation, VertexCones
 from geometry.spheres.stereographic import circle_planes, line_planes, pairs, poles
 
@@ -42,6 +42,8 @@ SMALLEST_CIRCLE = 1e-7
 @dataclass(frozen=True, eq=False)
 class SphereCircles:
     """n circles on the unit sphere: the planes normal . x = distance; normals (n, 3) of length 1, distances (n,)."""
+
+    __repr__ = short_repr
 
     normals: FloatArray
     distances: FloatArray
@@ -69,10 +71,13 @@ class KoebePolyhedron:
     more than `tolerance` (of a face: over its mean edge length).
     """
 
+    __repr__ = short_repr
+
     mesh: Mesh
     tolerance: float = TOLERANCE
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "mesh", as_gauss_image(self.mesh))
         S = self.mesh
         misses = np.abs(edge_distances(S) - 1)
         deviations = np.where(S.combinatorics.face_sizes > 3, S.planarity, 0.0)  # rounding of long thin triangles
@@ -137,7 +142,7 @@ class KoebePolyhedron:
 
 
 def koebe(
-    combinatorics: Combinatorics,
+    combinatorics: CombinatoricsLike,
     *,
     radii: Any = None,
     angles: Any = None,
@@ -159,6 +164,7 @@ def koebe(
     deeply that the smallest would be points, and for open patterns that overlap themselves so much that a vertex would
     be at infinity or beyond; those that overlap less are made.
     """
+    combinatorics = as_combinatorics(combinatorics)
     refuse_other_than_polyhedra(combinatorics)
     if combinatorics.is_boundary_edge.any():
         share = 0.5 if coverage is None else coverage

@@ -16,7 +16,7 @@ from geometry.functionals import (
 )
 from geometry.gauss.pair import Pair
 from geometry.gauss.refinement import nearest_parallel, refine_distances
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import SparseMatrix, normal_equations
 from geometry.parallel.edge_parallelity import check_planar
 
@@ -27,7 +27,7 @@ LEAST_VERTEX_WEIGHT = 1e-8
 
 
 def approximate_pair(
-    mesh: Mesh,
+    mesh: MeshLike,
     *,
     faces: float = 1.0,
     edges: float = 0.0,
@@ -62,6 +62,7 @@ def approximate_pair(
     RankError where rounding decides about S, with the edges and the singular values, as where faces are nearly in one
     plane; ConvergenceError where S is not parallel to M, or not the minimum.
     """
+    mesh = as_mesh(mesh)
     _check_weights(faces, edges, vertices, fairness, rounds)
     refuse_triangle_mesh(mesh)
     check_planar(mesh)

@@ -7,7 +7,7 @@ from typing import Any
 from geometry.gauss.offset_kinds import best_offset_pair
 from geometry.gauss.pair import Pair
 from geometry.gauss.rounded_mesh import rounded_mesh_pair
-from geometry.mesh import Mesh
+from geometry.mesh import MeshLike, as_mesh
 
 __all__ = ["EXACT", "pair_to_build"]
 
@@ -21,7 +21,7 @@ at map coordinates of fair meshes, and more where edges are short or angles shar
 
 
 def pair_to_build(
-    mesh: Mesh, *, moved: float = 0.0, rounding: float = 0.0, tolerance: float = EXACT, **weights: Any
+    mesh: MeshLike, *, moved: float = 0.0, rounding: float = 0.0, tolerance: float = EXACT, **weights: Any
 ) -> tuple[Pair, str | None]:
     """M and S of a planar mesh, and of which offset S is if it is exact: "edge", "vertex" or "face" where M has one and
     no weights are given; else S is as near to the unit sphere as the weights of `approximate_pair` say.
@@ -36,6 +36,7 @@ def pair_to_build(
     Beams follow the mean normals of the faces that they carry, at the boundary too. Raises as `approximate_pair` does,
     but for meshes of triangles that have an exact S.
     """
+    mesh = as_mesh(mesh)
     tolerance = max(tolerance, ROUNDED * rounding / mesh.mean_edge_length)
     exact = None if weights else best_offset_pair(mesh, tolerance=tolerance)
     if exact is not None:

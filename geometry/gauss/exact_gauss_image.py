@@ -29,7 +29,7 @@ from geometry.gauss.inscribed import inscribed_candidate
 from geometry.gauss.midscribed import midscribed_candidate
 from geometry.gauss.pair import Pair
 from geometry.gauss.refinement import LINEAR_DAMPING, PARALLEL, drawn_to_normals, nearest_parallel, refine_distances
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import ConvergenceError, LinearFunctional, SparseMatrix, normal_equations
 from geometry.parallel.edge_parallelity import check_planar, parallelity
 
@@ -59,7 +59,7 @@ AS_GOOD = 2.0
 """Times the largest deviation of another S, up to which one is as good: both have the least squares of deviations."""
 
 
-def vertex_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
+def vertex_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
     """M and the S parallel to it with |s_i| = 1: M is circular, if its faces are quads [Pottmann2007, Prop. 2].
 
     Where M leaves a choice, as discs of circular quads do, S is as near to the vertex normals as possible. Distances
@@ -68,6 +68,7 @@ def vertex_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> 
     Raises GeometryError where there is no such S, naming the worst vertex; where a face is not planar; where the
     tolerance is not positive. Raises MeshError for an edge without length.
     """
+    mesh = as_mesh(mesh)
     pair, deviations = inscribed_pair(mesh, tolerance)
 
     def say(vertex: int, off: float) -> str:
@@ -84,7 +85,7 @@ def vertex_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> 
     return pair
 
 
-def edge_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
+def edge_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
     """M and the S parallel to it whose edge lines touch the unit sphere: a Koebe polyhedron [Pottmann2007, Prop. 2, 3].
 
     Edges may run the other way in S than in M: `edge_factors` says which. S is determined up to its sign, and taken
@@ -95,6 +96,7 @@ def edge_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pa
     Raises GeometryError where no such S is found, naming the worst edge; where a face is not planar; where the
     tolerance is not positive. Raises MeshError for an edge without length.
     """
+    mesh = as_mesh(mesh)
     pair, deviations = midscribed_pair(mesh, tolerance)
 
     def say(edge: int, off: float) -> str:
@@ -111,7 +113,7 @@ def edge_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pa
     return pair
 
 
-def face_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
+def face_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
     """M and the S parallel to it with n_F . s_i = 1 in all faces: M is conical [Pottmann2007, Prop. 2].
 
     n_F are the outer unit normals of M, so all faces are offset to the same side. Where M leaves a choice, as at
@@ -121,6 +123,7 @@ def face_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pa
     Raises GeometryError where there is no such S, naming the worst face and vertex; where a face is not planar; where
     the tolerance is not positive. Raises MeshError for an edge without length.
     """
+    mesh = as_mesh(mesh)
     pair, deviations = circumscribed_pair(mesh, tolerance)
 
     def say(face: int, off: float) -> str:
@@ -137,12 +140,13 @@ def face_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> Pa
     return pair
 
 
-def exact_pairs(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> dict[str, Pair]:
+def exact_pairs(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> dict[str, Pair]:
     """The mesh with the exact Gauss images that it has, by "vertex", "edge" and "face" [Pottmann2007, Prop. 2].
 
     The offsets of M at distance d of these kinds are M + d S. Raises as the functions for each kind do, except where
     there is no S.
     """
+    mesh = as_mesh(mesh)
     found = {
         "vertex": inscribed_pair(mesh, tolerance),
         "edge": midscribed_pair(mesh, tolerance),

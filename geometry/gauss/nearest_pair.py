@@ -10,7 +10,7 @@ from geometry.errors import MeshError, ParallelityError, raise_worst
 from geometry.functionals import ParallelEdges, PlanarFaces, relative_plane_deviations
 from geometry.gauss.pair import Pair
 from geometry.gauss.refinement import PARALLEL
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_gauss_image, as_mesh
 from geometry.optimise import Blocks, ConvergenceError, Reason, StackedFunctional, nearest_feasible
 from geometry.parallel.edge_parallelity import PLANARITY_TOLERANCE, parallelity
 
@@ -31,7 +31,7 @@ MAX_STEPS = 12
 """Steps that pull towards the given pair, and of all: two or three reach rounding from six digits, four from four."""
 
 
-def nearest_parallel_pair(mesh: Mesh, gauss_image: Mesh, *, tolerance: float = np.inf) -> Pair:
+def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: float = np.inf) -> Pair:
     """Planar meshes M and S, parallel to rounding, near to two given ones: those that were a pair with all digits.
 
     The squared moves of the vertices of M, over its mean edge length, and of those of S, over the mean distance of its
@@ -45,6 +45,8 @@ def nearest_parallel_pair(mesh: Mesh, gauss_image: Mesh, *, tolerance: float = n
     worst edge, where no such pair is found near the given meshes; and ParallelityError, naming the vertex, where one
     would move by more than the tolerance.
     """
+    mesh = as_mesh(mesh)
+    gauss_image = as_gauss_image(gauss_image)
     if (
         parallelity(mesh, gauss_image).max() <= PARALLEL
         and relative_plane_deviations(mesh).max() <= PLANARITY_TOLERANCE
@@ -57,12 +59,13 @@ def nearest_parallel_pair(mesh: Mesh, gauss_image: Mesh, *, tolerance: float = n
     return found
 
 
-def nearest_planar_mesh(mesh: Mesh, *, tolerance: float = np.inf) -> Mesh:
+def nearest_planar_mesh(mesh: MeshLike, *, tolerance: float = np.inf) -> Mesh:
     """The planar mesh near to one that lost its last digits, itself if it is exact: a mesh is parallel to itself.
 
     Unlike `planarise` it keeps distances from the origin as well as these digits say them. tolerance: as in
     `nearest_parallel_pair`, which says too what is raised.
     """
+    mesh = as_mesh(mesh)
     return nearest_parallel_pair(mesh, mesh, tolerance=tolerance).gauss_image
 
 

@@ -16,7 +16,7 @@ from geometry.gauss.exact_gauss_image import circumscribed_pair, inscribed_pair,
 from geometry.gauss.inscribed import inscribed_candidate
 from geometry.gauss.midscribed import LEAST_SPREAD
 from geometry.gauss.pair import Pair
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.mesh.polygons import face_sums
 from geometry.optimise import ConvergenceError
 from geometry.parallel.edge_parallelity import check_planar, parallelity, perpendicular_part
@@ -49,7 +49,7 @@ LARGEST_LEAN = np.radians(30)
 """Of the node axes from the normals, in the median: beyond it they are no normals any more."""
 
 
-def best_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> tuple[str, Pair] | None:
+def best_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> tuple[str, Pair] | None:
     """The kind of exact offset, "edge", "vertex" or "face", with which the mesh is best built, and that pair; None of
     none.
 
@@ -61,6 +61,7 @@ def best_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> tu
     Raises GeometryError where a face is not planar or the tolerance is not positive, MeshError for an edge without
     length.
     """
+    mesh = as_mesh(mesh)
     edge = _exact(mesh, "edge", tolerance)
     if edge is not None:
         return "edge", edge
@@ -69,13 +70,14 @@ def best_offset_pair(mesh: Mesh, *, tolerance: float = DISTANCE_TOLERANCE) -> tu
     return min(pairs, key=lambda of_kind: float(np.ptp(of_kind[1].edge_distances)), default=None)
 
 
-def offset_deviations(mesh: Mesh) -> dict[str, float]:
+def offset_deviations(mesh: MeshLike) -> dict[str, float]:
     """How far the vertices, edges and faces of the nearest S of each kind are from distance 1 at worst, by "vertex",
     "edge" and "face": rounding for an offset that the mesh has; infinite where no S is near.
 
     Faces may have any number of corners: triangles are always circular, and have a vertex offset hardly ever;
     pentagons and hexagons need not be circular [Pottmann2007, Prop. 2]. Raises as `best_offset_pair` does.
     """
+    mesh = as_mesh(mesh)
     return {kind: _nearest(mesh, kind, NEAR, DISTANCE_TOLERANCE)[1] for kind in ("vertex", "edge", "face")}
 
 

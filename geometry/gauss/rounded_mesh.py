@@ -20,7 +20,7 @@ from geometry.gauss.approximate_gauss_image import approximate_pair, first_objec
 from geometry.gauss.nearest_pair import nearest_parallel_pair
 from geometry.gauss.pair import Pair
 from geometry.gauss.refinement import refine_distances
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import ConvergenceError, SparseMatrix, apply, factorise
 from geometry.parallel.face_unknowns import FaceUnknowns
 
@@ -51,7 +51,7 @@ SAME = 1e-4
 
 
 def rounded_mesh_pair(
-    mesh: Mesh,
+    mesh: MeshLike,
     moved: float,
     *,
     faces: float = 1.0,
@@ -67,6 +67,7 @@ def rounded_mesh_pair(
     `ROUNDED` of an edge, M may move as far again, up to `AS_FAR`. Raises as `approximate_pair` does, where no such mesh
     is found either.
     """
+    mesh = as_mesh(mesh)
     weights: dict[str, Any] = {"faces": faces, "edges": edges, "vertices": vertices, "fairness": fairness}
     as_it_is, error = None, None
     try:

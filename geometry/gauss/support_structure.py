@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, floats, short_repr
 from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.gauss.axes import axis_directions
-from geometry.gauss.pair import Pair
+from geometry.gauss.pair import Pair, as_pair
 from geometry.mesh import Mesh
 from geometry.parallel.edge_parallelity import perpendicular_part
 
@@ -28,10 +28,13 @@ class SupportStructure:
     a node axis lies in an edge.
     """
 
+    __repr__ = short_repr
+
     pair: Pair
     distance: float
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "pair", as_pair(self.pair))
         if not self.distance > 0:
             raise GeometryError(f"the distance between the two meshes is {self.distance:g}, it must be above 0")
         self._check_heights()

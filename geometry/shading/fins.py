@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, floats, short_repr
 from geometry.errors import GeometryError, MeshError, raise_worst
-from geometry.gauss import Pair
+from geometry.gauss import Pair, as_pair
 from geometry.mesh import Mesh
 
 __all__ = ["Fins"]
@@ -38,11 +38,14 @@ class Fins:
     (84, 4, 3)
     """
 
+    __repr__ = short_repr
+
     pair: Pair
     lower: float
     upper: float
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "pair", as_pair(self.pair))
         if not (self.lower < self.upper and 0 < self.upper < np.inf and self.lower > -np.inf):
             raise GeometryError(
                 f"fins from distance {self.lower:g} to {self.upper:g} cast no shadow: the first must be below the "

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, floats, short_repr
 from geometry.errors import GeometryError
 
 __all__ = ["Suns", "suns_at"]
@@ -38,6 +38,8 @@ class Suns:
     array([[0.707, 0.   , 0.707],
            [0.   , 0.   , 1.   ]])
     """
+
+    __repr__ = short_repr
 
     directions: FloatArray
     weights: FloatArray = field(default_factory=lambda: floats(1.0))

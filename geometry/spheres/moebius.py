@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, floats, short_repr
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.spheres import lorentz
 
 __all__ = ["NEAR_INFINITY", "MoebiusTransformation", "checked_planes"]
@@ -33,6 +33,8 @@ class MoebiusTransformation:
     A and -A do the same; the last entry of `matrix` is made positive. `f @ g` is f after g.
     Raises GeometryError where the matrix is not of the Lorentz group, see `lorentz.orthonormalised`.
     """
+
+    __repr__ = short_repr
 
     matrix: FloatArray
 
@@ -111,12 +113,13 @@ class MoebiusTransformation:
             )
         return np.asarray(moved / lengths[:, None])
 
-    def map_mesh(self, mesh: Mesh) -> Mesh:
+    def map_mesh(self, mesh: MeshLike) -> Mesh:
         """The mesh with its vertices mapped: planar faces stay planar, a Koebe polyhedron stays one.
 
         Its faces are turned over where the transformation reverses the orientation, so that their outside stays
         outside. Raises as `map_points` does, naming the vertex.
         """
+        mesh = as_mesh(mesh)
         moved = mesh.with_vertices(self.map_points(mesh.vertices, what="vertex"))
         return moved.reversed() if self.reverses_orientation else moved
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, short_repr
 from geometry.errors import GeometryError
 from geometry.spheres.lorentz import array_of
 
@@ -32,6 +32,8 @@ class VertexCones:
     The unit normals n of a cone have n . pole = 1, so they point to the side the axis points to. A pole of length 1
     is a cone opened to the plane perpendicular to it. Raises GeometryError for a pole inside the unit sphere.
     """
+
+    __repr__ = short_repr
 
     apices: FloatArray
     poles: FloatArray

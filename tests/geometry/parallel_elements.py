@@ -30,7 +30,7 @@ def opened(mesh: Mesh, seed: int) -> Mesh:
     """Without up to three of its faces; what they alone used is kept as vertices without faces."""
     rng = np.random.default_rng(seed)
     left_out = set(rng.choice(mesh.n_faces, size=int(rng.integers(4)), replace=False).tolist())
-    faces = [face for k, face in enumerate(mesh.combinatorics.faces()) if k not in left_out]
+    faces = [face for k, face in enumerate(mesh.combinatorics.faces) if k not in left_out]
     return Mesh.from_faces(mesh.vertices, faces)
 
 

@@ -50,7 +50,7 @@ def random_disc(rng: np.random.Generator, n: int, kind: str) -> Combinatorics:
     """A random polyhedron without a vertex and the faces around it."""
     c = random_polyhedron(rng, n, kind)
     vertex = int(rng.integers(c.n_vertices))
-    faces = [face for face in c.faces() if vertex not in face]
+    faces = [face for face in c.faces if vertex not in face]
     used, corners = np.unique(np.concatenate(faces), return_inverse=True)
     return Combinatorics(len(used), corners, np.cumsum([0] + [len(face) for face in faces]))
 
@@ -216,7 +216,7 @@ def test_an_irregular_hole_is_filled_for_the_time_being() -> None:
     first = int(np.argmax(c.vertex_degrees))
     one_round = c.adjacency + c.adjacency @ c.adjacency
     far = np.flatnonzero((c.adjacency @ one_round)[[first]].toarray()[0] == 0)
-    faces = [face for face in c.faces() if first not in face and far[0] not in face]
+    faces = [face for face in c.faces if first not in face and far[0] not in face]
     used, corners = np.unique(np.concatenate(faces), return_inverse=True)
     ring = Combinatorics(len(used), corners, np.cumsum([0] + [len(face) for face in faces]))
     assert ring.euler_characteristic == 0
@@ -233,7 +233,7 @@ def test_an_irregular_hole_is_filled_for_the_time_being() -> None:
 
 def test_holes_of_any_shape_and_number() -> None:
     """One a square, filled with a face; the other an L, whose inner corner has two edges: filled with triangles."""
-    faces = shapes.grid(9, 7).combinatorics.faces()
+    faces = shapes.grid(9, 7).combinatorics.faces
     taken = [7 * i + j for i, j in ((2, 2), (2, 3), (3, 2), (3, 3), (6, 3), (6, 4), (7, 4))]
     kept = [face for k, face in enumerate(faces) if k not in taken]
     used, corners = np.unique(np.concatenate(kept), return_inverse=True)
@@ -359,7 +359,7 @@ def test_a_neck_too_long_and_thin() -> None:
 
 
 def test_open_meshes_that_touch_themselves() -> None:
-    faces = shapes.grid(3, 3).combinatorics.faces()
+    faces = shapes.grid(3, 3).combinatorics.faces
     faces = [face for k, face in enumerate(faces) if k not in (4, 8)]
     used, corners = np.unique(np.concatenate(faces), return_inverse=True)
     with pytest.raises(MeshError, match="the boundary passes twice through vertex 10"):

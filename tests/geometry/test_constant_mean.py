@@ -195,9 +195,7 @@ def test_the_equations_say_what_mixed_areas_do(seed: int) -> None:
     size = float(np.abs(residual).max())
     ratio: FloatArray = residual / (2 * areas[0] + areas[1])
     assert size > 0
-    lengths = [
-        np.linalg.norm(np.roll(p, -1, axis=0) - p, axis=1).mean() for p in (image.vertices[f] for f in c.faces())
-    ]
+    lengths = [np.linalg.norm(np.roll(p, -1, axis=0) - p, axis=1).mean() for p in (image.vertices[f] for f in c.faces)]
     np.testing.assert_allclose(ratio, 1 / np.array(lengths), rtol=1e-8)
 
 
