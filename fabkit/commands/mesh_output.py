@@ -23,7 +23,7 @@ from fabkit.pipeline import made_planar
 from geometry.arrays import FloatArray
 from geometry.curvature import FaceCurvatures, face_curvatures
 from geometry.files import MeshFile, read_mesh, write_mesh
-from geometry.gauss import Pair, nearest_parallel_pair, offset, pair_to_build
+from geometry.gauss import Pair, exact_or_approximate_pair, nearest_parallel_pair, offset
 from geometry.mesh import Mesh
 
 __all__ = ["write_curvature", "write_offset", "write_planar"]
@@ -53,7 +53,7 @@ class _Planar:
         if self.pair is not None:
             return self.pair
         moved = float(np.linalg.norm(self.mesh.vertices - self.file.mesh.vertices, axis=1).max())
-        return pair_to_build(self.mesh, moved=moved, rounding=self.file.rounding)[0]
+        return exact_or_approximate_pair(self.mesh, moved=moved, rounding=self.file.rounding)[0]
 
 
 def write_planar(path: Path, out: Path, *, flip: bool, weights: dict[str, Any], force: bool) -> None:

@@ -14,7 +14,7 @@ from fabkit.errors import OutputError
 from fabkit.formats import whole_file
 from geometry import Mesh, face_curvatures, offset, planarise
 from geometry.files import read_mesh, write_mesh
-from geometry.gauss import pair_to_build
+from geometry.gauss import exact_or_approximate_pair
 from geometry.mesh import shapes, solids
 from tests.fabkit.edge_offsets import revolved_pair
 
@@ -127,7 +127,7 @@ def test_curvatures_as_a_table_and_as_colours(folder: Path) -> None:
     near = read_mesh("rough.obj").near_zero()
     planar = planarise(near.mesh).mesh
     moved = float(np.linalg.norm(planar.vertices - near.mesh.vertices, axis=1).max())
-    expected = face_curvatures(pair_to_build(planar, moved=moved, rounding=near.rounding)[0])
+    expected = face_curvatures(exact_or_approximate_pair(planar, moved=moved, rounding=near.rounding)[0])
     with Path("curvatures.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert [int(row["Face"]) for row in rows] == list(range(rough.n_faces))
