@@ -7,12 +7,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from fabkit.detailing import Ends, axis_misalignments, beam_ends
-<<<<<<< HEAD
 from fabkit.fitness import Finding
-from fabkit.gauss_image import TOLERANCE
-=======
 from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE
->>>>>>> int11
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError

@@ -18,7 +18,7 @@ from fabkit.errors import OutputError
 from fabkit.fitness import Finding, FitnessRules
 from fabkit.fitness.shape import of_planar_mesh
 from fabkit.formats import whole_file
-from fabkit.gauss_image import TOLERANCE, read_given_pair
+from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE, read_given_pair
 from fabkit.pipeline import made_planar
 from geometry.arrays import FloatArray
 from geometry.curvature import FaceCurvatures, face_curvatures
@@ -132,8 +132,8 @@ def _planar(path: Path, gauss_image: Path | None, flip: bool, weights: dict[str,
         file, pair = read_mesh(path, flip=flip).near_zero(), None
         mesh = made_planar(file.mesh, weights)
     else:
-        given = read_given_pair(path, gauss_image, flip=flip, tolerance=TOLERANCE)
-        file, pair = given.file, nearest_parallel_pair(given.file.mesh, given.gauss_image, tolerance=TOLERANCE)
+        given = read_given_pair(path, gauss_image, flip=flip, tolerance=GIVEN_PAIR_TOLERANCE)
+        file, pair = given.file, nearest_parallel_pair(given.file.mesh, given.gauss_image, tolerance=GIVEN_PAIR_TOLERANCE)
         mesh = pair.mesh
     return _Planar(file, mesh, pair, of_planar_mesh(file.mesh, mesh, FitnessRules()))
 
