@@ -29,7 +29,7 @@ from geometry.optimise import (
 __all__ = ["OptimisedMesh", "optimised"]
 
 LONGEST_VERTEX_STEP = 0.6
-"""Longest move of a vertex in one step, over the mean edge length. Longer steps leave the range of the linearisation."""
+"""Longest move of a vertex in one step, over the mean edge length. Beyond it the linearisation fails."""
 
 SURFACE_WEIGHT = 10.0
 """Weight of squared distances from a surface, over the weight of squared moves. With more, vertices come nearer on
