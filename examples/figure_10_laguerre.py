@@ -13,8 +13,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import CLAY, GOLD, Note, Panel, Shapes, View, draw_page, faces, mixed
 
+from docs.tools.drawing import CLAY, GOLD, Note, Panel, Shapes, View, draw_page, faces, mixed
 from geometry import Mesh, Pair, edge_distances, face_curvatures, parallelity
 from geometry.curvature import constant_mean_of_revolution
 from geometry.edge_offset.rotational import Pattern, rotational_koebe

@@ -12,8 +12,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import CLAY, GLASS, INK, LINEN, Note, Panel, Shapes, View, draw_page, faces, tubes
 
+from docs.tools.drawing import CLAY, GLASS, INK, LINEN, Note, Panel, Shapes, View, draw_page, faces, tubes
 from geometry import Mesh, Pair, edge_distances, edge_factors, face_curvatures, parallelity
 from geometry.arrays import BoolArray, IntArray
 from geometry.edge_offset.koebe_polyhedra import koebe

@@ -11,8 +11,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import CLAY, INK, Note, Panel, Shapes, View, draw_page, faces, tubes
 
+from docs.tools.drawing import CLAY, INK, Note, Panel, Shapes, View, draw_page, faces, tubes
 from geometry import Mesh, Pair, edge_distances, face_curvatures, parallelity
 from geometry.curvature import minimal_of_revolution
 from geometry.edge_offset.rotational import Pattern, rotational_koebe

@@ -36,6 +36,7 @@ from geometry.mesh import Combinatorics, Mesh, as_mesh, to_compas, to_meshio, to
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
+from geometry.pictures import plot
 from geometry.remeshing import NetworkTrial, RemeshedSurface, affine_stretches, remesh, study_networks
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed, subdivided
@@ -97,6 +98,7 @@ __all__ = [
     "parallel_from_axes",
     "parallelity",
     "planarise",
+    "plot",
     "read_mesh",
     "read_mesh_pair",
     "refined",

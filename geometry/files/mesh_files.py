@@ -125,8 +125,8 @@ def write_mesh(
     ...     print(path.read_text().splitlines()[2])
     comment colours show values from 0 to 5, viridis
     """
-    mesh = as_mesh(mesh)
     path = _as_path(path, "write_mesh(path, mesh)")
+    mesh = as_mesh(mesh)
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise MeshFileError(f"{path_name(path)}: {_unknown_suffix(path, 'written to', tuple(_WRITERS))}")
@@ -145,7 +145,8 @@ def _as_path(given: Any, call: str) -> Path:
     if isinstance(given, (str, PathLike)):
         return Path(given)
     raise MeshFileError(
-        f"a path is needed, not {described(given)}: the path comes first, {call}; as_mesh takes meshes of other libraries"
+        f"a path is needed, not {described(given)}: the path comes first, {call}; meshes of other libraries are made "
+        "Mesh by as_mesh"
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,14 +12,19 @@ from geometry.arrays import FloatArray, floats, integers, short_repr
 from geometry.errors import GeometryError
 from geometry.functionals import ConvexFaces, OnCurve, OnSurface, PlanarFaces, relative_plane_deviations, strain
 from geometry.mesh import Mesh
-from geometry.meshing.result_checks import LEAST_CONVEX_TURN, Requirement, check_fixed_faces, check_result
+from geometry.meshing.result_checks import (
+    LEAST_CONVEX_TURN,
+    Requirement,
+    check_fixed_faces,
+    check_free_vertices,
+    check_result,
+)
 from geometry.meshing.vertex_guides import Effort, Guides, MeshGuides, in_edge_lengths
 from geometry.optimise import (
     AffineMap,
     Blocks,
     ComposedFunctional,
     Functional,
-    Reason,
     Solution,
     SparseMatrix,
     StackedFunctional,
@@ -89,15 +94,29 @@ def optimised(
     Raises as `MeshGuides.of` does, ConvergenceError where a residual is larger than the tolerance, and FoldedError
     where an edge or face folds over.
     """
-    problem = _Problem(mesh, requirement, MeshGuides.of(mesh, guides))
+    mesh_guides = MeshGuides.of(mesh, guides)
+    problem = _Problem(mesh, _with_advice(mesh, requirement, mesh_guides), mesh_guides)
     if problem.is_solved(effort.tolerance):
         return problem.record(mesh, 0, "the given mesh meets all requirements")
     if problem.guides.is_fixed.any():
         check_fixed_faces(mesh, problem.guides, effort.tolerance)
+        check_free_vertices(mesh, problem.requirement, problem.guides)
     solution = problem.solve(effort)
     result = problem.mesh_at(solution.x)
-    check_result(mesh, result, requirement, problem.guides, solution, effort.tolerance)
+    check_result(mesh, result, problem.requirement, problem.guides, solution, effort.tolerance)
     return problem.record(result, solution.steps, solution.reason.value)
+
+
+def _with_advice(mesh: Mesh, requirement: Requirement, guides: MeshGuides) -> Requirement:
+    """With the advice to fix fewer vertices, where planar faces make more equations than coordinates are free."""
+    dimension = guides.expected_dimension(mesh)
+    if dimension >= 0 or not guides.is_fixed.any():
+        return requirement
+    n_free = int(guides.is_free(mesh).sum())
+    advice = (
+        f"planar faces make {-dimension} more equations than the {n_free} free vertices have coordinates: fix fewer"
+    )
+    return replace(requirement, advice=advice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,9 +193,6 @@ class _Problem:
     def solve(self, effort: Effort) -> Solution:
         """Solved for the coordinates of free vertices only; x of the solution holds those of all vertices."""
         fixed = np.repeat(self.guides.is_fixed, 3)
-        if fixed.all():
-            violation = float(np.abs(self.constraint.residual(self.start)).max(initial=0.0))
-            return Solution(self.start, np.zeros(0), violation, 0, Reason.STALLED)
         some_fixed, all_from_free = bool(fixed.any()), AffineMap.fixing(self.start, fixed)
 
         def of_free(functional: Functional) -> Functional:

@@ -100,8 +100,9 @@ class Fixed:
     positions: FloatArray
 
     @classmethod
-    def of(cls, mesh: Mesh, fixed: Mapping[int, Any]) -> Fixed:
+    def of(cls, mesh: Mesh, fixed: Mapping[int, Any] | None) -> Fixed:
         """Raises GeometryError, naming the vertex, where it does not exist or its position is not three numbers."""
+        fixed = {} if fixed is None else fixed
         if not isinstance(fixed, Mapping):
             raise GeometryError(
                 f"the positions of vertices are {described(fixed)}: a dict from vertices to positions is needed, such "

@@ -128,7 +128,7 @@ def test_grids_with_too_few_points_are_refused(shape: tuple[int, ...], closed: t
 def test_faces_come_as_rows_of_an_array_too() -> None:
     rows = np.array(GRID.faces, dtype=np.int32)
     assert Mesh.from_faces(GRID.vertices, rows).combinatorics.same_as(GRID.combinatorics)
-    with pytest.raises(MeshError, match="face 1 names vertex 0.5"):
+    with pytest.raises(MeshError, match=r"face 1 names vertex 0\.5"):
         Mesh.from_faces(GRID.vertices, [[0, 1, 2], [0.5, 1, 2]])  # type: ignore[list-item]
 
 

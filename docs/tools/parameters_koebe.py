@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from parameters_study import Parameter, Study
 
+from docs.tools.parameters_study import Parameter, Study
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
 from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from parameters_koebe import DIRECTIONS, unit
-from parameters_study import Parameter, Study
 
+from docs.tools.parameters_koebe import DIRECTIONS, unit
+from docs.tools.parameters_study import Parameter, Study
 from geometry.curvature import christoffel_dual, constant_mean_of_revolution, minimal_of_revolution
 from geometry.edge_offset.enneper import enneper_koebe
 from geometry.edge_offset.rotational import Pattern, rotational_koebe
