@@ -20,7 +20,7 @@ from geometry.gauss import (
     nearest_parallel_pair,
     offset_deviations,
 )
-from geometry.gauss.best_pair import EXACT as EXACT_OFFSET
+from geometry.gauss.exact_or_approximate import EXACT_OFFSET_TOLERANCE
 from geometry.mesh import Mesh
 from geometry.parallel import parallelity
 
@@ -85,7 +85,7 @@ def offset_kinds(mesh: Mesh) -> Iterator[tuple[str, str]]:
 def _offset(deviation: float, offers: str) -> str:
     if deviation > NEAR_PROPERTY_TOLERANCE:
         return f"no: not {offers}"
-    answer = "yes" if deviation <= EXACT_OFFSET else "nearly"
+    answer = "yes" if deviation <= EXACT_OFFSET_TOLERANCE else "nearly"
     return f"{answer}: {offers}, to {deviation:.1e} of it at most"
 
 
