@@ -35,12 +35,12 @@ from geometry import (
 )
 from geometry.arrays import short_repr
 from geometry.functionals import laplacian
-from geometry.mesh import patterns, shapes, solids
+from geometry.mesh import tilings, shapes, solids
 from geometry.mesh.polygons import face_centroids
 
 GRID = shapes.grid(3, 3)
 DOME = shapes.dome(8, 3)
-OPEN = koebe(patterns.quad_patch(3, 3))
+OPEN = koebe(tilings.quad_patch(3, 3))
 
 
 class Held:
@@ -77,7 +77,7 @@ def test_koebe_polyhedra_are_gauss_images() -> None:
         edge_offset_mesh(OPEN, signs=1, lengths=(1.0, 9.0)).vertices,
         edge_offset_mesh(S, signs=1, lengths=(1.0, 9.0)).vertices,
     )
-    hexagons = koebe(patterns.hexagon_patch(2, 2))
+    hexagons = koebe(tilings.hexagon_patch(2, 2))
     ball = Surface(solids.truncated_icosahedron())
     assert tangent_mesh(hexagons, ball).mesh.n_faces == 4
 
