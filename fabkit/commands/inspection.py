@@ -34,13 +34,8 @@ class Inspection:
 
     gauss_image: as given, None where it is computed. moved: what making faces planar took, None for nothing.
     planar: the mesh after that; structure: it and its Gauss image; None where that failed. findings: what is unusual,
-<<<<<<< HEAD
-    noted, accepted or refused. trouble: why nothing can be built. is_sized: whether parts were made, or
-    only what depends on no size was judged.
-=======
     reported, allowed or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made,
     or only what depends on no size was judged.
->>>>>>> int11
     """
 
     file: MeshFile
@@ -78,13 +73,8 @@ class Inspection:
         if not self.is_sized:
             yield (
                 "not judged",
-<<<<<<< HEAD
-                "room for beams and panels, node blocks, heights, sheets, which need sizes: say --unit or --mean-edge, "
-                "or inspect a project file",
-=======
-                "room for beams and panels, node blocks, lift and sheets, which need sizes: give --unit or --mean-edge,"
+                "room for beams and panels, node blocks and sheets, which need sizes: give --unit or --mean-edge,"
                 " or inspect a project file",
->>>>>>> int11
             )
         yield "verdict", self._verdict()
 
@@ -92,11 +82,7 @@ class Inspection:
         if self.is_unfit:
             return "unfit: a build would be refused"
         so_far = "" if self.is_sized else ", as far as it depends on no size"
-<<<<<<< HEAD
-        return f"fit to build{so_far}; {'what is unusual is noted above' if self.findings else 'nothing is unusual'}"
-=======
         return f"fit to build{so_far}; {'what is unusual is reported above' if self.findings else 'nothing is unusual'}"
->>>>>>> int11
 
 
 def inspect_mesh(path: Path) -> Inspection:

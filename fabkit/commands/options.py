@@ -64,13 +64,7 @@ Thickness = Annotated[float | None, typer.Option(help="Thickness of the panels. 
 Joint = Annotated[
     float | None, typer.Option(help="Width of the joints between panels. Default: 10.", rich_help_panel=SIZES)
 ]
-<<<<<<< HEAD
-Thickness = Annotated[float | None, typer.Option(help="Of the panels. Default: 10.", rich_help_panel=SIZES)]
-Joint = Annotated[float | None, typer.Option(help="Between panels. Default: 10.", rich_help_panel=SIZES)]
 Underside = Annotated[
-=======
-Lift = Annotated[
->>>>>>> int11
     float | None,
     typer.Option(
         help="Height of the panels above the mesh. Default: the least that clears beams and nodes, plus 5.",

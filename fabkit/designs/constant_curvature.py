@@ -7,10 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-<<<<<<< HEAD
-from fabkit.designs.edge_offset_design import CLOSED, TOUCHING, EdgeOffsetDesign, check_count, check_touching
-from fabkit.errors import ProjectError, error_sentence
-=======
 from fabkit.designs.edge_offset_design import (
     KOEBE_TOLERANCE,
     MAX_FACES_IN_CLOSED_FORM,
@@ -18,8 +14,7 @@ from fabkit.designs.edge_offset_design import (
     check_count,
     check_touching,
 )
-from fabkit.errors import ProjectError, in_one_sentence
->>>>>>> int11
+from fabkit.errors import ProjectError, error_sentence
 from fabkit.families import Faces, MinimalShape
 from geometry.curvature import (
     christoffel_dual,
@@ -101,13 +96,8 @@ def _dual_of(given: Mesh, name: str) -> Pair:
         if off <= EXACT_KOEBE_DEVIATION:
             raise
         raise ProjectError(
-<<<<<<< HEAD
             f"{error_sentence(error)}; {name} is off the unit sphere by {off:.1e} of its radius, more than "
-            f"{EXACT:.0e}: write it with more digits"
-=======
-            f"{in_one_sentence(error)}; {name} is off the unit sphere by {off:.1e} of its radius, more than "
             f"{EXACT_KOEBE_DEVIATION:.0e}: write it with more digits"
->>>>>>> int11
         ) from error
 
 

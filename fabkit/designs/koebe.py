@@ -8,13 +8,8 @@ from typing import Any
 
 import numpy as np
 
-<<<<<<< HEAD
-from fabkit.designs.edge_offset_design import SOLVED, EdgeOffsetDesign, check_count
-from fabkit.errors import ProjectError, error_sentence
-=======
 from fabkit.designs.edge_offset_design import MAX_FACES_SOLVED_FOR, EdgeOffsetDesign, check_count
-from fabkit.errors import ProjectError, in_one_sentence
->>>>>>> int11
+from fabkit.errors import ProjectError, error_sentence
 from fabkit.families import Bend, Tiles
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset import edge_offset_mesh, koebe, saddle_signs
