@@ -11,8 +11,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import BLUE, CLAY, GOLD, INK, SAGE, Note, Panel, View, balls, draw_page, faces, tubes
 
+from docs.tools.drawing import BLUE, CLAY, GOLD, INK, SAGE, Note, Panel, View, balls, draw_page, faces, tubes
 from geometry import Mesh, ParallelSpace
 from geometry.arrays import FloatArray
 from geometry.mesh import shapes

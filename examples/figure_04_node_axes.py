@@ -11,8 +11,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import BLUE, CLAY, STEEL, Label, Note, Panel, Shapes, View, bars, draw_page, polygons, tubes
 
+from docs.tools.drawing import BLUE, CLAY, STEEL, Label, Note, Panel, Shapes, View, bars, draw_page, polygons, tubes
 from geometry import SupportStructure, approximate_pair
 from geometry.arrays import FloatArray
 from geometry.mesh import shapes

@@ -10,8 +10,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import BLUE, CLAY, GOLD, Note, Panel, View, draw_page, faces, mixed
 
+from docs.tools.drawing import BLUE, CLAY, GOLD, Note, Panel, View, draw_page, faces, mixed
 from geometry import Mesh, ParallelSpace
 from geometry.arrays import FloatArray
 from geometry.mesh import shapes

@@ -14,10 +14,10 @@ from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
-import figure_10_laguerre as figure_10
 import numpy as np
-from drawing import CLAY, GLASS, GOLD, STEEL, Panel, Shapes, View, balls, draw_page, polygons, tubes
 
+from docs.tools.drawing import CLAY, GLASS, GOLD, STEEL, Panel, Shapes, View, balls, draw_page, polygons, tubes
+from examples import figure_10_laguerre as figure_10
 from fabkit.detailing.assembling import detail
 from fabkit.formats.step.files import write_step
 from fabkit.parts import Assembly, Part, Solid

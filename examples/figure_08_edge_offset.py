@@ -10,8 +10,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import CLAY, GOLD, INK, LINEN, Note, Panel, Shapes, View, bars, draw_page, faces, sphere, tubes
 
+from docs.tools.drawing import CLAY, GOLD, INK, LINEN, Note, Panel, Shapes, View, bars, draw_page, faces, sphere, tubes
 from geometry import Mesh, ParallelSpace, SupportStructure
 from geometry.gauss import Pair, edge_distances, face_distances
 from geometry.mesh import shapes, solids

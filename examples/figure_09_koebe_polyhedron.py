@@ -12,13 +12,28 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import BLUE, CLAY, GOLD, INK, LINEN, Label, Panel, Shapes, View, balls, draw_page, polygons, sphere, tubes
 
+from docs.tools.drawing import (
+    BLUE,
+    CLAY,
+    GOLD,
+    INK,
+    LINEN,
+    Label,
+    Panel,
+    Shapes,
+    View,
+    balls,
+    draw_page,
+    polygons,
+    sphere,
+    tubes,
+)
 from geometry import edge_distances
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, SphereCircles, koebe
 from geometry.mesh import solids
-from geometry.mesh.patterns import dual
+from geometry.mesh.tilings import dual
 from geometry.spheres.moebius import MoebiusTransformation
 
 VIEW = View(-62, 24)

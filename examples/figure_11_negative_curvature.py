@@ -12,14 +12,14 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import CLAY, GLASS, INK, LINEN, Note, Panel, Shapes, View, draw_page, faces, tubes
 
+from docs.tools.drawing import CLAY, GLASS, INK, LINEN, Note, Panel, Shapes, View, draw_page, faces, tubes
 from geometry import Mesh, Pair, edge_distances, edge_factors, face_curvatures, parallelity
 from geometry.arrays import BoolArray, IntArray
 from geometry.edge_offset.koebe_polyhedra import koebe
 from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
-from geometry.mesh.patterns import pentagon_patch
+from geometry.mesh.tilings import pentagon_patch
 
 COUNT, COVERAGE = 10, 0.5
 ALONG, POLE = (1.0, 1.0, 0.0), (0.0, 0.0, -1.0)

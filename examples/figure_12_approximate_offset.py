@@ -10,8 +10,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import BLUE, CLAY, LINEN, Note, Panel, View, bars, draw_page, faces, mixed, sphere
 
+from docs.tools.drawing import BLUE, CLAY, LINEN, Note, Panel, View, bars, draw_page, faces, mixed, sphere
 from geometry import SupportStructure, approximate_pair
 from geometry.arrays import IntArray
 from geometry.curvature import face_curvatures

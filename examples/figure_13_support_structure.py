@@ -11,9 +11,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import CLAY, GLASS, GOLD, STEEL, Note, Panel, Shapes, View, bars, draw_page, faces, tubes
 from matplotlib.colors import to_rgb
 
+from docs.tools.drawing import CLAY, GLASS, GOLD, STEEL, Note, Panel, Shapes, View, bars, draw_page, faces, tubes
 from geometry import Mesh, SupportStructure, approximate_pair, planarise
 from geometry.arrays import FloatArray
 from geometry.mesh import shapes

@@ -12,8 +12,8 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from drawing import BLUE, CLAY, GOLD, Label, Note, Panel, Shapes, View, draw_page, faces, polygons, tubes
 
+from docs.tools.drawing import BLUE, CLAY, GOLD, Label, Note, Panel, Shapes, View, draw_page, faces, polygons, tubes
 from geometry import Mesh, Pair, face_curvatures, parallelity
 from geometry.arrays import FloatArray
 from geometry.curvature import minimal_of_revolution

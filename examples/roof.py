@@ -38,7 +38,7 @@ def write(path: Path) -> None:
     mesh = roof()
     lines = ["# a freeform roof of planar quads, in metres; made by roof.py"]
     lines += [f"v {x:.4f} {y:.4f} {z:.4f}" for x, y, z in mesh.vertices]
-    lines += ["f " + " ".join(str(vertex + 1) for vertex in face) for face in mesh.combinatorics.faces()]
+    lines += ["f " + " ".join(str(vertex + 1) for vertex in face) for face in mesh.combinatorics.faces]
     path.write_text("\n".join(lines) + "\n", encoding="ascii")
 
 

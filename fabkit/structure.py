@@ -12,7 +12,7 @@ from fabkit.project import Project
 from fabkit.stages import Stages
 from fabkit.surface import LaidSurface
 from geometry.errors import FoldedError, GeometryError
-from geometry.gauss import SupportStructure, nearest_parallel_pair, pair_to_build
+from geometry.gauss import SupportStructure, exact_or_approximate_pair, nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
 from geometry.surface import Surface
@@ -55,7 +55,9 @@ def checked_image(
     with stages("Gauss image"):
         moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
         try:
-            pair, offset = pair_to_build(planar, moved=moved, rounding=rounding_mm, **project.gauss_image.weights)
+            pair, offset = exact_or_approximate_pair(
+                planar, moved=moved, rounding=rounding_mm, **project.gauss_image.weights
+            )
         except GeometryError as error:
             if planar.combinatorics.face_sizes.max() > 3:
                 raise

@@ -16,6 +16,7 @@ __all__ = [
     "MeshFileError",
     "ParallelityError",
     "RankError",
+    "described",
     "listed",
     "printable",
     "raise_worst",
@@ -168,6 +169,14 @@ def listed(names: Iterable[object], count: int) -> str:
     if count > len(first):
         return f"{', '.join(first)} and {count - len(first)} more"
     return " and ".join(part for part in (", ".join(first[:-1]), first[-1]) if part)
+
+
+def described(given: object) -> str:
+    """What an argument of a wrong type is, in a sentence."""
+    shape = getattr(given, "shape", None)
+    if isinstance(given, type):
+        return f"the class {given.__name__}"
+    return f"an array of shape {shape}" if isinstance(shape, tuple) else f"a value of type {type(given).__name__}"
 
 
 def printable(text: object, length: int = MAX_QUOTED_CHARACTERS) -> str:

@@ -1,6 +1,5 @@
 """What `import geometry` offers."""
 
-from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heights
 from geometry.curvature import (
     FaceCurvatures,
     christoffel_dual,
@@ -11,13 +10,7 @@ from geometry.curvature import (
     steiner_area,
     steiner_areas,
 )
-from geometry.edge_offset import (
-    KoebePolyhedron,
-    edge_offset_mesh,
-    koebe,
-    rotational_koebe,
-    tangent_mesh,
-)
+from geometry.edge_offset import KoebePolyhedron, edge_offset_mesh, koebe, rotational_koebe, tangent_mesh
 from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
 from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
 from geometry.gauss import (
@@ -38,16 +31,17 @@ from geometry.gauss import (
     vertex_offset_pair,
 )
 from geometry.layout import LaidMesh, boundary_lengths, lay_quads
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import Combinatorics, Mesh, as_mesh, to_compas, to_meshio, to_trimesh
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
+from geometry.optimised_pairs import OptimisedPair, PairTargets, height_trade_off, optimise_pair
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
+from geometry.pictures import plot
 from geometry.remeshing import NetworkTrial, RemeshedSurface, affine_stretches, remesh, study_networks
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed, subdivided
 
 __all__ = [
-    "Aims",
     "Combinatorics",
     "ConvergenceError",
     "Curvature",
@@ -69,6 +63,7 @@ __all__ = [
     "OptimisedMesh",
     "OptimisedPair",
     "Pair",
+    "PairTargets",
     "ParallelSpace",
     "ParallelityError",
     "RankError",
@@ -78,6 +73,7 @@ __all__ = [
     "Surface",
     "affine_stretches",
     "approximate_pair",
+    "as_mesh",
     "boundary_lengths",
     "christoffel_dual",
     "constant_mean",
@@ -90,6 +86,7 @@ __all__ = [
     "face_curvatures",
     "face_distances",
     "face_offset_pair",
+    "height_trade_off",
     "koebe",
     "lay_quads",
     "make_circular",
@@ -102,6 +99,7 @@ __all__ = [
     "parallel_from_axes",
     "parallelity",
     "planarise",
+    "plot",
     "read_mesh",
     "read_mesh_pair",
     "refined",
@@ -113,7 +111,9 @@ __all__ = [
     "study_networks",
     "subdivided",
     "tangent_mesh",
-    "trade_of_heights",
+    "to_compas",
+    "to_meshio",
+    "to_trimesh",
     "vertex_distances",
     "vertex_offset_pair",
     "write_mesh",

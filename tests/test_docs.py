@@ -78,7 +78,7 @@ def test_the_commands_of_the_how_to_on_edge_offset_meshes_run(tmp_path: Path, mo
     (project,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     Path("project.toml").write_text(project, encoding="utf-8")
     dome = geometry.mesh.shapes.dome(60, 20)  # of which a cap is left
-    cap = [face for face in dome.combinatorics.faces() if dome.vertices[face, 2].min() > 0.5]
+    cap = [face for face in dome.combinatorics.faces if dome.vertices[face, 2].min() > 0.5]
     Path("surface.obj").write_text(_obj(dome.vertices.tolist(), cap), encoding="utf-8")
     for command in [*commands, "fabkit build project.toml --nest off"]:
         program, *arguments = command.split()

@@ -20,6 +20,9 @@ PUBLIC = runpy.run_path(str(ROOT / "docs" / "tools" / "public_names.py"))
 KERNELS = {"to_build123d": "build123d", "to_cadquery": "cadquery"}
 """Examples that call these functions need the kernel and run with `-m kernel`."""
 
+LIBRARIES = {"to_compas": "compas", "to_meshio": "meshio"}
+"""Examples that call these functions need the library, which the extra `[test]` installs."""
+
 WITHOUT_EXAMPLE = frozenset((ROOT / "tests" / "without_example.txt").read_text(encoding="utf-8").split())
 """Public names that have no example yet. Names are only taken out of that file, never added."""
 
@@ -28,15 +31,15 @@ def examples() -> Iterator[Any]:
     """Each docstring with examples, as a parameter named after what it documents."""
     for module in PUBLIC["modules"]():
         for found in doctest.DocTestFinder(exclude_empty=True).find(module):
-            kernels = {
-                kernel
-                for call, kernel in KERNELS.items()
+            needed = {
+                library
+                for call, library in (KERNELS | LIBRARIES).items()
                 if any(f"{call}(" in example.source for example in found.examples)
             }
-            marks: list[Any] = [pytest.mark.kernel] if kernels else []
-            for kernel in kernels:
-                reason = f"{kernel} is not installed"
-                marks.append(pytest.mark.skipif(find_spec(kernel) is None, reason=reason))
+            marks: list[Any] = [pytest.mark.kernel] if needed & set(KERNELS.values()) else []
+            for library in needed:
+                reason = f"{library} is not installed"
+                marks.append(pytest.mark.skipif(find_spec(library) is None, reason=reason))
             if found.examples:
                 yield pytest.param(found, id=found.name, marks=marks)
 

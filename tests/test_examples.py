@@ -13,10 +13,12 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from docs.tools import drawing, gallery
 from fabkit import design, load_project
 from geometry.arrays import FloatArray
 from geometry.files import read_mesh
 from geometry.mesh import Mesh
+from geometry.pictures import rendering
 from tests.fabkit.part21 import StepText
 
 ROOT = Path(__file__).parents[1]
@@ -27,13 +29,8 @@ LARGEST_PICTURE = 400_000
 """Bytes: pictures are part of the repository."""
 
 
-@pytest.fixture(autouse=True)
-def _examples_importable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(EXAMPLES)  # as it is for whoever runs one of them
-
-
 def example(name: str) -> ModuleType:
-    return importlib.import_module(name)
+    return importlib.import_module(f"examples.{name}")
 
 
 @cache
@@ -222,7 +219,7 @@ def test_figure_18_shows_a_minimal_mesh_with_edge_offsets() -> None:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_each_figure_draws_a_picture(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(example("rendering"), "FINE", 1)  # coarser than what ships, since that is quicker
+    monkeypatch.setattr(rendering, "OVERSAMPLING", 1)  # coarser than what ships, since that is quicker
     example(name).draw(tmp_path / "picture.png")
     shipped, drawn = imread(GALLERY / f"{name[:9]}.png"), imread(tmp_path / "picture.png")
     assert drawn.shape == shipped.shape
@@ -235,7 +232,6 @@ def test_each_figure_draws_a_picture(name: str, tmp_path: Path, monkeypatch: pyt
 
 
 def test_what_is_nearer_hides_what_is_behind_and_shines_through_glass() -> None:
-    drawing, rendering = example("drawing"), example("rendering")
     square = np.array([[[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]])
     low, high = drawing.polygons(square, "#ff0000"), drawing.polygons(square / 2 + [0, 0, 1], "#0000ff")
     glass = drawing.polygons(square / 2 + [0, 0, 1], "#0000ff", opacity=0.5)
@@ -255,7 +251,6 @@ def test_what_is_nearer_hides_what_is_behind_and_shines_through_glass() -> None:
 
 
 def test_a_face_with_a_notch_is_drawn_without_it() -> None:
-    drawing, rendering = example("drawing"), example("rendering")
     arrow = np.array([[-1.0, -1, 0], [0, 0.5, 0], [1, -1, 0], [0, 1, 0]])
     for turn in range(4):
         shapes = drawing.faces(Mesh.from_faces(np.roll(arrow, turn, axis=0), [[0, 1, 2, 3]]), "#ff0000", width=0.0)
@@ -274,7 +269,6 @@ def _coarse(image: FloatArray) -> FloatArray:
 
 
 def test_the_gallery_has_a_picture_and_an_entry_for_each_figure() -> None:
-    gallery = example("gallery")
     text = (GALLERY / "README.md").read_text(encoding="utf-8")
     expected = gallery.page({name[:9]: numbers(int(name[7:9])) for name in FIGURES})
     number = re.compile(r"(?<=\| )-?\d[\d.e+-]*(?= \|)")

@@ -175,7 +175,7 @@ def test_parallel_planes_make_parallel_meshes(name: str, seed: int) -> None:
     offsets = np.random.default_rng(seed).uniform(0.5, 1.5, mesh.n_faces)
     vertices = np.empty_like(mesh.vertices)
     for vertex in range(mesh.n_vertices):
-        faces = [face for face, corners in enumerate(mesh.combinatorics.faces()) if vertex in corners]
+        faces = [face for face, corners in enumerate(mesh.combinatorics.faces) if vertex in corners]
         vertices[vertex] = np.linalg.solve(mesh.face_normals[faces], offsets[faces])
     assert parallelity(mesh, mesh.with_vertices(vertices)).max() <= ROUNDING
 
@@ -234,7 +234,7 @@ def test_proposition_2_vertex_offsets(name: str, seed: int, d: float) -> None:
 def test_proposition_2_quad_meshes_with_vertex_offsets_are_circular(name: str, seed: int) -> None:
     """Prop. 2.1: a quad mesh has a vertex offset if and only if each face has a circumcircle."""
     mesh = shaped(name, seed)
-    for face in mesh.combinatorics.faces():  # opposite angles of a convex quad with a circumcircle add up to pi
+    for face in mesh.combinatorics.faces:  # opposite angles of a convex quad with a circumcircle add up to pi
         a, b, c, d = mesh.vertices[face]
         assert angle(a, d, b) + angle(c, b, d) == pytest.approx(np.pi, abs=ROUNDING)
     assert circularity(mesh).max() <= ROUNDING
@@ -280,13 +280,13 @@ def test_proposition_2_face_offsets(name: str, seed: int, d: float) -> None:
     image = face_offset_pair(mesh).gauss_image
     assert parallelity(mesh, image).max() <= ROUNDING
     offset = mesh + d * image
-    for face, normal in zip(mesh.combinatorics.faces(), mesh.face_normals, strict=True):
+    for face, normal in zip(mesh.combinatorics.faces, mesh.face_normals, strict=True):
         for i in face:
             assert np.dot(normal, image.vertices[i]) == pytest.approx(1, abs=ROUNDING)
             assert np.dot(normal, offset.vertices[i] - mesh.vertices[i]) == pytest.approx(d, abs=ROUNDING)
     np.testing.assert_allclose(Pair(mesh, image).face_distances, 1, rtol=0, atol=ROUNDING)
     other = element(name, seed)
-    first = other.vertices[[face[0] for face in mesh.combinatorics.faces()]]
+    first = other.vertices[[face[0] for face in mesh.combinatorics.faces]]
     expected = [np.dot(*pair) for pair in zip(mesh.face_normals, first, strict=True)]
     np.testing.assert_allclose(Pair(mesh, other).face_distances, expected, rtol=0, atol=ROUNDING)
 
@@ -298,7 +298,7 @@ def test_proposition_2_meshes_with_face_offsets_are_conical(name: str, seed: int
     image = face_offset_pair(mesh).gauss_image
     c = mesh.combinatorics
     for vertex in np.flatnonzero(~c.is_boundary_vertex):  # the cone's axis is that of the vertex
-        faces = [face for face, corners in enumerate(c.faces()) if vertex in corners]
+        faces = [face for face, corners in enumerate(c.faces) if vertex in corners]
         heights = mesh.face_normals[faces] @ unit(image.vertices[vertex])
         np.testing.assert_allclose(heights, heights[0], rtol=0, atol=ROUNDING)
     assert np.nanmax(conicality(mesh), initial=0) <= ROUNDING

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import base64
-import importlib
 import json
 import re
 import shutil
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
+from docs.tools import parameters
 from geometry.arrays import FloatArray, IntArray
 from tests.fabkit.browser import Browser
 
 ROOT = Path(__file__).parents[1]
-EXAMPLES = ROOT / "examples"
 PAGE = ROOT / "docs" / "gallery" / "parameters.html"
 DATA = re.compile(r'<script type="application/json" id="data">(.*?)</script>', re.DOTALL)
 
@@ -37,15 +35,6 @@ LARGEST = 1_500_000
 
 PACKED = 1e-6
 """Of the size of a mesh: coordinates have 24 bits, 6e-8; from there to a direction is a factor of size over edge."""
-
-
-@pytest.fixture(autouse=True)
-def _examples_importable(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(EXAMPLES)  # as it is for whoever runs one of them
-
-
-def script() -> ModuleType:
-    return importlib.import_module("parameters")
 
 
 @cache
@@ -76,7 +65,7 @@ def states(page: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def test_all_meshes_are_edge_offset_meshes_of_the_curvature_they_should_have() -> None:
-    found = script().main()
+    found = parameters.main()
     assert {name.removeprefix("meshes, ") for name in found if name.startswith("meshes")} == FAMILIES
     assert all(count >= 9 for name, count in found.items() if name.startswith("meshes"))
     assert found["largest deviation of an edge of S from distance 1"] < 1e-13  # rounding of coordinates about 1
@@ -85,7 +74,7 @@ def test_all_meshes_are_edge_offset_meshes_of_the_curvature_they_should_have() -
 
 
 def test_the_page_that_ships_is_the_page_that_the_script_makes() -> None:
-    made = script().page()
+    made = parameters.page()
     assert DATA.sub("", shipped()) == DATA.sub("", made)
     ours, other = data(shipped()), data(made)
     assert ours["rows"] == other["rows"]

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray, floats
-from geometry.edge_offset.buildability import largest_piece, sound_piece
+from geometry.arrays import FloatArray, IntArray, floats, short_repr
+from geometry.edge_offset.buildability import largest_buildable_patch, largest_connected_patch
 from geometry.edge_offset.tangent_hexagons import TangentMesh, tangent_mesh
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_gauss_image
 from geometry.surface import Surface
 
 __all__ = ["SurfaceCover", "mean_normal", "surface_cover"]
@@ -27,6 +27,8 @@ class SurfaceCover:
     where each normal occurs once.
     """
 
+    __repr__ = short_repr
+
     gauss_image: Mesh
     found: TangentMesh
     kept: IntArray
@@ -39,19 +41,20 @@ class SurfaceCover:
         return float(lengths.min() / lengths.mean() * len(self.kept) / self.gauss_image.n_faces)
 
 
-def surface_cover(surface: Surface, gauss_image: Mesh, angle: float = 0.0, *, curvature: int = 0) -> SurfaceCover:
+def surface_cover(surface: Surface, gauss_image: MeshLike, angle: float = 0.0, *, curvature: int = 0) -> SurfaceCover:
     """What touches the surface of S, about the z axis, turned by an angle in radians about it and then by the shortest
     way to the mean normal of the surface.
 
     S ends where the surface has no more normals. curvature: as in `tangent_mesh`. Raises as that does.
     """
+    gauss_image = as_gauss_image(gauss_image)
     axis, _ = mean_normal(surface.mesh)
     turned = gauss_image.with_vertices(gauss_image.vertices @ _turned_to(axis, angle).T)
     found = tangent_mesh(turned, surface, curvature=curvature)
     times = _times_over(surface.mesh, curvature, turned, found)
-    turned = turned.part(largest_piece(turned, np.setdiff1d(np.arange(turned.n_faces), found.missing)))
+    turned = turned.part(largest_connected_patch(turned, np.setdiff1d(np.arange(turned.n_faces), found.missing)))
     found = tangent_mesh(turned, surface, curvature=curvature)
-    kept = sound_piece(found.mesh, largest_piece(turned, _running(found)))
+    kept = largest_buildable_patch(found.mesh, largest_connected_patch(turned, _running(found)))
     return SurfaceCover(turned, found, kept, times)
 
 

@@ -16,11 +16,11 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.edge_offset.contradictory_signs import check_faces_can_close, check_signs_fit_together, checked_signs
-from geometry.edge_offset.koebe_polyhedra import TOLERANCE, KoebePolyhedron
+from geometry.edge_offset.koebe_polyhedra import EDGE_TANGENCY_TOLERANCE, KoebePolyhedron
 from geometry.errors import GeometryError, raise_worst
 from geometry.functionals import laplacian
 from geometry.gauss import edge_feet
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import CombinatoricsLike, Mesh, MeshLike, as_combinatorics, as_gauss_image, as_mesh
 from geometry.optimise import LinearFunctional, distances_from_zero, max_norm
 from geometry.parallel import ParallelSpace, edge_factors
 from geometry.parallel.constraints import FactorBounds, Fixed
@@ -29,16 +29,16 @@ from geometry.spheres.lorentz import array_of
 
 __all__ = ["alternating_signs", "edge_offset_mesh", "guided_signs", "saddle_signs"]
 
-CLEAR = 1e-9
+GUIDE_COSINE_TOLERANCE = 1e-9
 """Cosine of the angle between an edge and its guide, up to which the guide has no say."""
 
-VANISHED = 1e-6
+LEAST_MESH_SIZE = 1e-6
 """Mean edge length over the largest coordinate or length that is asked for, below which a mesh has shrunk to a point:
 bounds are kept to 1e-9."""
 
 
 def edge_offset_mesh(
-    gauss_image: Mesh,
+    gauss_image: MeshLike,
     *,
     signs: Any = 0,
     lengths: tuple[Any, Any] = (0.0, np.inf),
@@ -65,6 +65,7 @@ def edge_offset_mesh(
     Raises GeometryError where S is no Koebe polyhedron, where the signs have no solution, naming the faces that cannot
     close or a few edges that stand in the way, where M has shrunk to a point, and as `ParallelSpace.minimise` does.
     """
+    gauss_image = as_gauss_image(gauss_image)
     KoebePolyhedron(gauss_image)  # checks it
     wanted = checked_signs(gauss_image, signs)
     check_faces_can_close(gauss_image, wanted)
@@ -89,7 +90,7 @@ def edge_offset_mesh(
     except GeometryError as error:
         check_signs_fit_together(gauss_image, wanted, error)
         raise
-    if found.mean_edge_length <= VANISHED * max(size, max_norm(found.vertices)):
+    if found.mean_edge_length <= LEAST_MESH_SIZE * max(size, max_norm(found.vertices)):
         raise _shrunk(found.mean_edge_length)
     return found if is_held else found.translated(-found.vertices.mean(axis=0))
 
@@ -142,19 +143,21 @@ def _shrunk(mean_edge_length: float) -> GeometryError:
 # --- signs
 
 
-def guided_signs(gauss_image: Mesh, guide: Mesh) -> IntArray:
+def guided_signs(gauss_image: MeshLike, guide: MeshLike) -> IntArray:
     """(E,) 1 where an edge of the guide runs rather as that of S, -1 where rather against it; 0 right across or empty.
 
     The guide has the faces of S and the rough shape that is wanted; it need not be parallel to S, but only for a mesh
     in P(S), such as `ParallelSpace.project(guide)`, the signs surely have a solution: they are those of its edge
     factors (1). Raises MeshError where it has other faces.
     """
+    gauss_image = as_gauss_image(gauss_image)
+    guide = as_mesh(guide)
     sizes = np.maximum(guide.edge_lengths, np.finfo(float).tiny)
     cosines = edge_factors(gauss_image, guide) * gauss_image.edge_lengths / sizes
-    return integers(np.where(np.abs(cosines) <= CLEAR, 0, np.sign(cosines)))
+    return integers(np.where(np.abs(cosines) <= GUIDE_COSINE_TOLERANCE, 0, np.sign(cosines)))
 
 
-def saddle_signs(gauss_image: Mesh, direction: Any, *, pole: Any = None) -> IntArray:
+def saddle_signs(gauss_image: MeshLike, direction: Any, *, pole: Any = None) -> IntArray:
     """(E,) for negative curvature: 1 for edges nearer to a direction field, -1 for those nearer to the one across it.
 
     direction (3,) or (E, 3): vectors at the points where the edges touch the unit sphere, projected to its tangent
@@ -164,6 +167,7 @@ def saddle_signs(gauss_image: Mesh, direction: Any, *, pole: Any = None) -> IntA
 
     Raises GeometryError for other shapes, numbers that are not finite, and a pole off the unit sphere.
     """
+    gauss_image = as_gauss_image(gauss_image)
     field = floats(direction)
     if field.shape not in ((3,), (gauss_image.n_edges, 3)):
         raise GeometryError(f"the direction has shape {field.shape}, (3,) or ({gauss_image.n_edges}, 3) is needed")
@@ -176,7 +180,7 @@ def saddle_signs(gauss_image: Mesh, direction: Any, *, pole: Any = None) -> IntA
     along = np.einsum("ei,ei->e", flat, gauss_image.edge_directions)
     rather_along = 2 * along**2 - np.einsum("ei,ei->e", flat, flat)
     size = float(np.square(field).sum(axis=-1).max())
-    return integers(np.where(np.abs(rather_along) <= CLEAR * size, 0, np.sign(rather_along)))
+    return integers(np.where(np.abs(rather_along) <= GUIDE_COSINE_TOLERANCE * size, 0, np.sign(rather_along)))
 
 
 def _mirrored(vectors: FloatArray, normals: FloatArray) -> FloatArray:
@@ -187,23 +191,24 @@ def _mirrored(vectors: FloatArray, normals: FloatArray) -> FloatArray:
     squares = np.einsum("ei,ei->e", normals, normals)[:, None]
     inner = np.einsum("ei,ei->e", vectors, normals)[:, None]
     mirrored = vectors - 2 * inner / np.maximum(squares, np.finfo(float).tiny) * normals
-    return np.where(squares > CLEAR**2, mirrored, 0.0)
+    return np.where(squares > GUIDE_COSINE_TOLERANCE**2, mirrored, 0.0)
 
 
 def _checked_pole(pole: Any) -> FloatArray:
     point = floats(pole)
-    if point.shape != (3,) or not abs(np.linalg.norm(point) - 1) <= TOLERANCE:
+    if point.shape != (3,) or not abs(np.linalg.norm(point) - 1) <= EDGE_TANGENCY_TOLERANCE:
         raise GeometryError(f"the pole is {point.tolist()}, a point of the unit sphere is needed")
     return point
 
 
-def alternating_signs(combinatorics: Combinatorics, *, first: int = 1) -> IntArray:
+def alternating_signs(combinatorics: CombinatoricsLike, *, first: int = 1) -> IntArray:
     """(E,) the signs of negative curvature in a mesh of quads: opposite edges alike, neighbouring ones not.
 
     first: 1 or -1, the sign of edge 0, and of the first edge of each part that no quads connect with it. Faces of
     other sizes have no say, and edges that belong to no quad get 0. Raises GeometryError, naming an edge, where that is
     contradictory, as around interior vertices of odd valence.
     """
+    combinatorics = as_combinatorics(combinatorics)
     if first not in (-1, 1):
         raise GeometryError(f"the first sign is {first}: it must be -1 or 1")
     c, n = combinatorics, combinatorics.n_edges

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array, triu, vstack
 
-from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.arrays import FloatArray, IntArray, floats, integers, short_repr
 from geometry.edge_offset.points_of_contact import touching_points
 from geometry.errors import GeometryError
 from geometry.functionals import coordinates
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import Combinatorics, Mesh, MeshLike, as_gauss_image
 from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 from geometry.optimise import (
     ConvergenceError,
@@ -38,7 +38,7 @@ from geometry.surface import Surface
 
 __all__ = ["TangentMesh", "mesh_with_planes", "tangent_mesh"]
 
-PARALLELS = 8
+PARALLEL_EDGE_POWER = 8
 """Power of the cosine of the angle between two edges, by which they count as parallel."""
 
 
@@ -53,6 +53,8 @@ class TangentMesh:
     none are, unless M folds over. self_crossing_faces (k,) and intersecting_faces (k, 2) are those of
     `geometry.mesh.intersections.meeting_faces`.
     """
+
+    __repr__ = short_repr
 
     mesh: Mesh
     touching: FloatArray
@@ -93,7 +95,7 @@ def _some(names: IntArray | list[str], count: int = 5) -> str:
     return shown + (f" and {len(names) - count} more" if len(names) > count else "")
 
 
-def tangent_mesh(gauss_image: Mesh, surface: Surface, *, curvature: int = 0) -> TangentMesh:
+def tangent_mesh(gauss_image: MeshLike, surface: Surface, *, curvature: int = 0) -> TangentMesh:
     """The mesh parallel to S whose face planes touch a surface Phi where it has their normals.
 
     Normals are those on the outside of S and of Phi. Where Phi has several points with one normal, the one on the part
@@ -109,6 +111,7 @@ def tangent_mesh(gauss_image: Mesh, surface: Surface, *, curvature: int = 0) -> 
     Raises GeometryError where a vertex of S has more than 3 faces, where a face of S is not planar, and where no face
     can touch. Self-intersections are no error: the result says them.
     """
+    gauss_image = as_gauss_image(gauss_image)
     _check_valence(gauss_image)
     touching, heights = touching_points(surface, gauss_image, curvature)
     mesh = mesh_with_planes(gauss_image, heights)
@@ -199,7 +202,7 @@ def _like_factors(mesh: Mesh) -> LinearFunctional:
     """Differences of the factors of every two edges nearby, times their mean length, if they are about parallel."""
     first, second = _nearby_edges(mesh.combinatorics).T
     cosines = np.einsum("ki,ki->k", mesh.edge_directions[first], mesh.edge_directions[second])
-    weights = np.abs(cosines) ** PARALLELS * np.sqrt(mesh.edge_lengths[first] * mesh.edge_lengths[second])
+    weights = np.abs(cosines) ** PARALLEL_EDGE_POWER * np.sqrt(mesh.edge_lengths[first] * mesh.edge_lengths[second])
     pairs = np.arange(len(first))
     places = (np.concatenate([pairs, pairs]), np.concatenate([first, second]))
     differences = coo_array((np.concatenate([weights, -weights]), places), shape=(len(first), mesh.n_edges))

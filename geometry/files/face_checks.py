@@ -11,7 +11,7 @@ from geometry.errors import MeshError, listed
 from geometry.files.meeting_outlines import Meeting, flattened, meetings
 from geometry.files.overlaid_faces import overlaid_faces, same_vertices
 from geometry.files.polygon_soup import PolygonSoup
-from geometry.mesh import Mesh
+from geometry.mesh import MeshLike, as_mesh
 from geometry.mesh.ragged_arrays import runs_by_size
 
 __all__ = [
@@ -48,7 +48,7 @@ LARGEST = 1e60
 SMALLEST = 1e-60
 
 
-def check_faces(mesh: Mesh, *, coincidence: float = COINCIDENCE, clearance: float = FOLD_CLEARANCE) -> None:
+def check_faces(mesh: MeshLike, *, coincidence: float = COINCIDENCE, clearance: float = FOLD_CLEARANCE) -> None:
     """Raise MeshError where a face cannot be built by anybody; non-convex faces are fine.
 
     Refused are edges shorter than `coincidence` times the mean edge length, two faces with the same vertices, faces
@@ -56,6 +56,7 @@ def check_faces(mesh: Mesh, *, coincidence: float = COINCIDENCE, clearance: floa
     crosses itself or has a corner within `clearance` times the face's mean edge length of another edge (spikes, faces
     without area). The sentence is about one face and names others of its kind; `elements` are all of them.
     """
+    mesh = as_mesh(mesh)
     soup = PolygonSoup.from_mesh(mesh)
     check_edges(soup, coincidence)
     check_duplicates(soup)

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, floats, short_repr
 from geometry.colours import ElementColours, element_colours
 from geometry.errors import MeshError, MeshFileError, printable
 from geometry.files.encoding import decoded
@@ -24,7 +24,7 @@ from geometry.files.off import off_text, read_off
 from geometry.files.ply import ply_text, read_ply
 from geometry.files.polygon_soup import PolygonSoup
 from geometry.files.triangle_formats import TRIANGLE_SUFFIXES, read_triangles
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.mesh.origin import rounding
 
 __all__ = ["MeshFile", "about", "path_name", "read_mesh", "read_soup", "write_mesh"]
@@ -47,6 +47,8 @@ class MeshFile:
     is zero: the mesh stands where the file has it, and nothing is to be put back. sha256: of the bytes it
     was read from, which are read once; companion_sha256: of those of the second file of a pair.
     """
+
+    __repr__ = short_repr
 
     path: Path
     mesh: Mesh
@@ -95,7 +97,7 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
 
 def write_mesh(
     path: str | PathLike[str],
-    mesh: Mesh,
+    mesh: MeshLike,
     *,
     values: Any = None,
     colours: Any = None,
@@ -123,6 +125,7 @@ def write_mesh(
     ...     print(path.read_text().splitlines()[2])
     comment colours show values from 0 to 5, viridis
     """
+    mesh = as_mesh(mesh)
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:

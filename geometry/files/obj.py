@@ -78,7 +78,7 @@ def obj_text(mesh: Mesh, colours: ElementColours | None = None, materials: Mater
     Colours of vertices stand behind their coordinates, where many programs read them; faces have their materials.
     """
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    faces = ["f " + " ".join(str(vertex + 1) for vertex in face) for face in mesh.combinatorics.faces()]
+    faces = ["f " + " ".join(str(vertex + 1) for vertex in face.tolist()) for face in mesh.faces]
     if materials is not None:
         names = materials.of_faces
         changes = [True, *(name != before for before, name in pairwise(names))]

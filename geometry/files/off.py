@@ -58,7 +58,7 @@ def off_text(mesh: Mesh, colours: ElementColours | None = None) -> str:
     Those of faces stand behind their corners as fractions, which cannot be taken for the number of corners of a face.
     """
     vertices = [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    faces = [" ".join(map(str, [len(face), *face])) for face in mesh.combinatorics.faces()]
+    faces = [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
     header = "OFF"
     if colours and colours.on == "vertices":
         header, rgb = "COFF", colours.eight_bits.tolist()

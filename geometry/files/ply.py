@@ -138,7 +138,7 @@ def ply_text(mesh: Mesh, colours: ElementColours | None = None) -> str:
         header.append(f"comment {colours.comment}")
     header += [f"element vertex {mesh.n_vertices}", *(f"property double {axis}" for axis in "xyz")]
     vertices = [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
-    faces = [" ".join(map(str, [len(face), *face])) for face in mesh.combinatorics.faces()]
+    faces = [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
     if colours and colours.on == "vertices":
         header += channels
         vertices = _with_columns(vertices, colours)

@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError, MeshError, ParallelityError, raise_worst
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_gauss_image, as_mesh
 from geometry.mesh.spanning_forests import SpanningForest, spanning_forest
 from geometry.parallel.edge_parallelity import check_parallel, perpendicular_part
 
@@ -18,12 +18,12 @@ AXIS_TOLERANCE = 1e-9
 """How far two axes may be from coplanar, in radians, and two meshes from parallel, over their largest distance:
 what rounding leaves of meshes a million times larger than their distance."""
 
-LEAST_ANGLE = 1e-6
+LEAST_AXIS_ANGLE = 1e-6
 """Angle in radians between a node axis and an edge, below which the axis lies in the edge: a thousand times more
 than axes may be off, so that the plane through edge and axis is still known."""
 
 
-def node_axes(mesh: Mesh, parallel: Mesh, *, tolerance: float = AXIS_TOLERANCE) -> FloatArray:
+def node_axes(mesh: MeshLike, parallel: MeshLike, *, tolerance: float = AXIS_TOLERANCE) -> FloatArray:
     """(N, 3) unit directions from m_i to m'_i: node axes of M, if M' is parallel to M.
 
     `tolerance` bounds how far an end of an edge of M' may be off the direction of its edge of M, over the largest
@@ -32,6 +32,8 @@ def node_axes(mesh: Mesh, parallel: Mesh, *, tolerance: float = AXIS_TOLERANCE) 
     Raises MeshError where the meshes do not have the same faces or an edge of M has no length, ParallelityError
     where they are not parallel, and GeometryError where a vertex is the same in both or an axis lies in an edge.
     """
+    mesh = as_mesh(mesh)
+    parallel = as_gauss_image(parallel)
     apart = parallel - mesh
     lengths = np.linalg.norm(apart.vertices, axis=1)
     largest = float(lengths.max())
@@ -57,7 +59,7 @@ def axis_directions(mesh: Mesh, vectors: FloatArray) -> FloatArray:
 
 
 def parallel_from_axes(
-    mesh: Mesh, axes: Any, *, start: int = 0, distance: float = 1.0, tolerance: float = AXIS_TOLERANCE
+    mesh: MeshLike, axes: Any, *, start: int = 0, distance: float = 1.0, tolerance: float = AXIS_TOLERANCE
 ) -> Mesh:
     """The mesh M' parallel to M with m'_i on the axis through m_i, and m'_start = m_start + distance axis_start.
 
@@ -70,6 +72,7 @@ def parallel_from_axes(
     does not close: Prop. 1 promises it for simply connected meshes with axes that lie in no face. Raises MeshError for
     an edge without length and GeometryError for axes that are none.
     """
+    mesh = as_mesh(mesh)
     directions = _checked_axes(mesh, axes)
     _check_start(mesh, start, distance)
     across = _across(mesh, directions)
@@ -103,11 +106,11 @@ def _across(mesh: Mesh, axes: FloatArray) -> FloatArray:
     raise_worst(
         sines.min(axis=1),
         ">=",
-        LEAST_ANGLE,
+        LEAST_AXIS_ANGLE,
         lambda edge, sine: (
             f"the node axis at vertex {mesh.combinatorics.edges[edge, sines[edge].argmin()]} lies in "
             f"{mesh.combinatorics.edge_name(edge)}: the angle between them is {np.degrees(sine):.1e} degrees, at least "
-            f"{np.degrees(LEAST_ANGLE):.1e} is needed"
+            f"{np.degrees(LEAST_AXIS_ANGLE):.1e} is needed"
         ),
     )
     return across

@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.gauss.edge_cones import angles_between, best_cones, edge_stars
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_gauss_image, as_mesh
 from geometry.mesh.polygons import face_centroids, face_mean_edge_lengths, face_sums
 from geometry.parallel.edge_parallelity import perpendicular_part
 
@@ -34,42 +34,47 @@ DISTANCE_TOLERANCE = 1e-9
 """How far a distance may be from 1: what faces planar to 1e-12 say with certainty of meshes with a thousand edges
 from end to end."""
 
-RANK = 1e-12
+SCATTER_RANK_TOLERANCE = 1e-12
 """Eigenvalues of a scatter matrix over the largest, below which they are rounding: spreads below 1e-6 of another."""
 
 
-def vertex_distances(gauss_image: Mesh) -> FloatArray:
+def vertex_distances(gauss_image: MeshLike) -> FloatArray:
     """(N,) distances of the vertices of S from the origin: all 1 for a vertex offset [Pottmann2007, Prop. 2]."""
+    gauss_image = as_gauss_image(gauss_image)
     return np.asarray(np.linalg.norm(gauss_image.vertices, axis=1))
 
 
-def edge_distances(gauss_image: Mesh, directions: FloatArray | None = None) -> FloatArray:
+def edge_distances(gauss_image: MeshLike, directions: FloatArray | None = None) -> FloatArray:
     """(E,) distances of the edge lines of S from the origin: all 1 for an edge offset; beam heights over d.
 
     directions (E, 3): unit vectors along the lines, such as the edge directions of M, if an edge of S may have no
     length; left out, those of S, which raises MeshError for such an edge.
     """
+    gauss_image = as_gauss_image(gauss_image)
     return np.asarray(np.linalg.norm(edge_feet(gauss_image, directions), axis=1))
 
 
-def edge_feet(gauss_image: Mesh, directions: FloatArray | None = None) -> FloatArray:
+def edge_feet(gauss_image: MeshLike, directions: FloatArray | None = None) -> FloatArray:
     """(E, 3) the nearest points to the origin of the edge lines of S; directions as in `edge_distances`."""
+    gauss_image = as_gauss_image(gauss_image)
     middles = gauss_image.vertices[gauss_image.combinatorics.edges].mean(axis=1)
     return perpendicular_part(middles, gauss_image.edge_directions if directions is None else directions)
 
 
-def face_distances(gauss_image: Mesh, normals: FloatArray | None = None) -> FloatArray:
+def face_distances(gauss_image: MeshLike, normals: FloatArray | None = None) -> FloatArray:
     """(F,) signed distances of the face planes of S from the origin along unit normals (F, 3), such as those of M; left
     out, along those of S: all 1 for a face offset."""
+    gauss_image = as_gauss_image(gauss_image)
     centroids = face_centroids(gauss_image.vertices, gauss_image.combinatorics)
     return np.asarray(np.einsum("fi,fi->f", centroids, gauss_image.face_normals if normals is None else normals))
 
 
-def circularity(mesh: Mesh) -> FloatArray:
+def circularity(mesh: MeshLike) -> FloatArray:
     """(F,) largest distance of a corner from the best circle of its face, over the face's mean edge length.
 
     The corners are taken in the best plane of the face. Triangles are circular.
     """
+    mesh = as_mesh(mesh)
     c = mesh.combinatorics
     size = face_mean_edge_lengths(mesh.vertices, c)
     here = mesh.vertices[c.corners] - face_centroids(mesh.vertices, c)[c.corner_face]
@@ -94,12 +99,13 @@ def _circle_deviations(flat: FloatArray, mesh: Mesh) -> FloatArray:
     return np.maximum.reduceat(off, c.face_starts[:-1])
 
 
-def conicality(mesh: Mesh) -> FloatArray:
+def conicality(mesh: MeshLike) -> FloatArray:
     """(N,) how far the faces at a vertex are from tangent to a cone of revolution, in radians [PottmannWallner2007].
 
     Largest difference between the angle of a face normal with the best axis and the mean of these angles. NaN at the
     boundary and for unused vertices, where nothing is asked; zero for interior vertices of valence 3.
     """
+    mesh = as_mesh(mesh)
     c = mesh.combinatorics
     normals = mesh.face_normals[c.corner_face]
     asked = c.is_used & ~c.is_boundary_vertex
@@ -119,7 +125,7 @@ def conicality(mesh: Mesh) -> FloatArray:
     return np.where(asked, largest, np.nan)
 
 
-def edge_cone_deviation(mesh: Mesh) -> FloatArray:
+def edge_cone_deviation(mesh: MeshLike) -> FloatArray:
     """(N,) how far the edges at a vertex are from a cone of revolution, in radians [Pottmann2007, Prop. 3].
 
     Largest difference between the angle of an edge line with the best axis and the mean of these angles. In the Gauss
@@ -127,19 +133,21 @@ def edge_cone_deviation(mesh: Mesh) -> FloatArray:
     cones of `best_cones` counts. NaN for vertices with less than 4 edges, of which nothing is asked:
     three lines always lie on a cone. Zero everywhere is necessary for an edge offset, not sufficient.
     """
+    mesh = as_mesh(mesh)
     deviations = np.full(mesh.n_vertices, np.nan)
     for vertices, directions in edge_stars(mesh, least_valence=4):
         deviations[vertices] = best_cones(directions)[1].min(axis=1)
     return deviations
 
 
-def edge_axis_twist(mesh: Mesh) -> FloatArray:
+def edge_axis_twist(mesh: MeshLike) -> FloatArray:
     """(E,) angle in radians between the planes that an edge spans with the axes of the cones at its two ends.
 
     In a mesh with an edge offset these are the node axes, so the angle is zero [Pottmann2007, Prop. 1, 3]. It says
     what `edge_cone_deviation` cannot for vertices with 3 edges, whose lines lie on 4 cones: the
     least angle over these counts. NaN where an end has less than 3 edges.
     """
+    mesh = as_mesh(mesh)
     axes = np.full((mesh.n_vertices, 4, 3), np.nan)
     for vertices, directions in edge_stars(mesh, least_valence=3):
         candidates, deviations = best_cones(directions)
@@ -162,4 +170,6 @@ def vertex_sums(mesh: Mesh, per_corner: FloatArray) -> FloatArray:
 
 def least_norm(scatter: FloatArray, moments: FloatArray) -> FloatArray:
     """(n, 3) x of least norm with scatter x nearest to moments; scatter (n, 3, 3) symmetric, of any rank."""
-    return np.asarray(np.einsum("nij,nj->ni", np.linalg.pinv(scatter, rcond=RANK, hermitian=True), moments))
+    return np.asarray(
+        np.einsum("nij,nj->ni", np.linalg.pinv(scatter, rcond=SCATTER_RANK_TOLERANCE, hermitian=True), moments)
+    )

@@ -8,12 +8,12 @@ from geometry.arrays import FloatArray
 from geometry.errors import MeshError
 from geometry.functionals import extrapolated_normals
 from geometry.gauss.edge_cones import angles_between
-from geometry.mesh import Mesh
+from geometry.mesh import MeshLike, as_mesh
 
 __all__ = ["axis_lean"]
 
 
-def axis_lean(mesh: Mesh, axes: FloatArray) -> FloatArray:
+def axis_lean(mesh: MeshLike, axes: FloatArray) -> FloatArray:
     """(N,) angle in radians between node axes (N, 3), such as the s_i, and the estimated normals of M, from 0 to pi.
 
     Zero torsion says nothing of it: on meshes laid askew of the principal directions axes lean far. Large angles make
@@ -23,6 +23,7 @@ def axis_lean(mesh: Mesh, axes: FloatArray) -> FloatArray:
 
     Raises MeshError where there is not one axis for each vertex.
     """
+    mesh = as_mesh(mesh)
     if axes.shape != mesh.vertices.shape:
         raise MeshError(f"axes have shape {axes.shape}, one vector a vertex is needed: {mesh.vertices.shape}")
     leans = np.minimum(angles_between(axes, mesh.vertex_normals), angles_between(axes, extrapolated_normals(mesh)))

@@ -16,12 +16,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
-from geometry.errors import raise_worst
+from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers, short_repr
+from geometry.errors import GeometryError, described, raise_worst
 from geometry.gauss.distances import (
     DISTANCE_TOLERANCE,
     edge_distances,
@@ -30,12 +30,12 @@ from geometry.gauss.distances import (
     vertex_distances,
 )
 from geometry.gauss.lean import axis_lean
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_gauss_image, as_mesh
 from geometry.parallel.blending import weight_ranges
 from geometry.parallel.edge_parallelity import check_parallel, edge_factors
 from geometry.spheres import LaguerreTransformation
 
-__all__ = ["PARALLEL_TOLERANCE", "Pair", "points_inwards"]
+__all__ = ["PARALLEL_TOLERANCE", "HasPair", "Pair", "PairLike", "as_pair", "points_inwards"]
 
 PARALLEL_TOLERANCE = 1e-9
 """Largest distance that an end of an edge of S may lie off the direction of its edge of M; S has unit size."""
@@ -54,10 +54,14 @@ class Pair:
     where M and S are not parallel.
     """
 
+    __repr__ = short_repr
+
     mesh: Mesh
     gauss_image: Mesh
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "mesh", as_mesh(self.mesh))
+        object.__setattr__(self, "gauss_image", as_gauss_image(self.gauss_image))
         check_parallel(self.mesh, self.gauss_image, PARALLEL_TOLERANCE, what="the Gauss image")
         if self.gauss_image.combinatorics is not self.mesh.combinatorics:
             object.__setattr__(self, "gauss_image", self.mesh.with_vertices(self.gauss_image.vertices))
@@ -197,11 +201,48 @@ class Pair:
         )
 
 
-def points_inwards(mesh: Mesh, gauss_image: Mesh) -> bool:
+class HasPair(Protocol):
+    """What holds a pair: OptimisedPair, OffsetMesh, SupportStructure, Fins, or a class of one's own.
+
+    >>> from geometry import face_curvatures, offset
+    >>> from geometry.mesh.solids import cube
+    >>> face_curvatures(offset(cube() * 2.0, 1.0, "face")).mean.round(6).tolist()  # of the cube that was offset
+    [-0.5, -0.5, -0.5, -0.5, -0.5, -0.5]
+    """
+
+    @property
+    def pair(self) -> Pair: ...
+
+
+PairLike: TypeAlias = "Pair | HasPair"
+"""A pair, or what holds one as `.pair`."""
+
+
+def as_pair(given: Any) -> Pair:
+    """The pair that is meant: a Pair as it is, and of what holds one as `.pair` that one. Raises GeometryError else.
+
+    >>> from geometry import Pair, SupportStructure
+    >>> from geometry.mesh.solids import cube
+    >>> pair = Pair(cube() * 700.0, cube())
+    >>> as_pair(SupportStructure(pair, 120.0)) is pair
+    True
+    """
+    pair = getattr(given, "pair", given)
+    if not isinstance(pair, Pair):
+        raise GeometryError(
+            f"a Pair is needed, not {described(given)}: make one of a mesh and its Gauss image by "
+            "Pair(mesh, gauss_image), or of a planar mesh by approximate_pair(mesh)"
+        )
+    return pair
+
+
+def points_inwards(mesh: MeshLike, gauss_image: MeshLike) -> bool:
     """Whether S points to the inside of M: most feet of its edges lie below the faces of M beside them.
 
     For two meshes that may be parallel to a few digits only, such as those of files; of a `Pair` ask `is_inwards`.
     """
+    mesh = as_mesh(mesh)
+    gauss_image = as_gauss_image(gauss_image)
     c = mesh.combinatorics
     feet = edge_feet(gauss_image, mesh.edge_directions)
     facing = np.einsum("ck,ck->c", feet[c.corner_edge], mesh.face_normals[c.corner_face])

@@ -7,16 +7,16 @@ from functools import cached_property
 
 import numpy as np
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, floats, short_repr
 from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.gauss.axes import axis_directions
-from geometry.gauss.pair import Pair
+from geometry.gauss.pair import Pair, as_pair
 from geometry.mesh import Mesh
 from geometry.parallel.edge_parallelity import perpendicular_part
 
 __all__ = ["SupportStructure"]
 
-LEAST_HEIGHT = 1e-3
+LEAST_QUAD_HEIGHT = 1e-3
 """Least height of a transverse quad over the nominal one: below it the node axis lies in the edge."""
 
 
@@ -28,10 +28,13 @@ class SupportStructure:
     a node axis lies in an edge.
     """
 
+    __repr__ = short_repr
+
     pair: Pair
     distance: float
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "pair", as_pair(self.pair))
         if not self.distance > 0:
             raise GeometryError(f"the distance between the two meshes is {self.distance:g}, it must be above 0")
         self._check_heights()
@@ -93,10 +96,10 @@ class SupportStructure:
         raise_worst(
             self.heights,
             ">=",
-            LEAST_HEIGHT,
+            LEAST_QUAD_HEIGHT,
             lambda edge, height: (
                 f"the node axes at {self.mesh.combinatorics.edge_name(edge)} lie in the edge: its height is "
-                f"{height:.1e} of the nominal one, at least {LEAST_HEIGHT:.0e} is needed; "
+                f"{height:.1e} of the nominal one, at least {LEAST_QUAD_HEIGHT:.0e} is needed; "
                 "give more weight to the vertices when computing the Gauss image, or change the mesh there"
             ),
             error=MeshError,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from geometry.arrays import ComplexArray, FloatArray, floats
+from geometry.arrays import ComplexArray, FloatArray, floats, short_repr
 from geometry.layout.tangent_frames import TangentFrames
 
 __all__ = ["Network", "determinants", "forms_of_isolines"]
@@ -18,6 +18,8 @@ class Network:
 
     forms (F, 3): II(first, first), II(first, second), II(second, second), over `curvature`, its root mean square.
     """
+
+    __repr__ = short_repr
 
     frames: TangentFrames
     first: ComplexArray

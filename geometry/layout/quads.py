@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, floats, integers
+from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, floats, integers, short_repr
 from geometry.errors import GeometryError
 from geometry.layout.conjugate_networks import conjugate_network
 from geometry.layout.drafts import draft
@@ -45,6 +45,8 @@ class LaidMesh:
     index the families change places. singularities (k,): vertices; singular_indices (k,): their valence is 4 - index.
     edge_length: of the grid, as asked for or found. network: what the edges follow.
     """
+
+    __repr__ = short_repr
 
     mesh: Mesh
     polylines: tuple[tuple[IntArray, ...], tuple[IntArray, ...]]

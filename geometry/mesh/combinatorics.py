@@ -10,13 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
-from geometry.arrays import BoolArray, IntArray, integers
-from geometry.errors import MeshError
+from geometry.arrays import BoolArray, IntArray, integers, short_repr
+from geometry.errors import MeshError, described
 from geometry.mesh.ragged_arrays import next_in_run, run_of_place, runs_by_size
 
 __all__ = ["Combinatorics", "corners_and_sizes"]
@@ -27,20 +29,35 @@ def corners_and_sizes(faces: Iterable[Sequence[int]]) -> tuple[IntArray, IntArra
 
     Raises MeshError for vertices that are no whole numbers.
     """
-    lists = [list(face) for face in faces]
-    sizes = integers([len(face) for face in lists])
-    given = np.array([vertex for face in lists for vertex in face])
+    if isinstance(faces, np.ndarray) and faces.ndim == 2:
+        given, sizes = faces.ravel(), integers(np.full(len(faces), faces.shape[1]))
+    else:
+        given, sizes = _flattened(faces)
     if given.dtype.kind in "iu" or not given.size:
         return integers(given), sizes
+    if given.ndim != 1 or given.dtype.kind != "f":
+        raise MeshError("faces are sequences of the numbers of their vertices, such as [[0, 1, 2], [0, 2, 3, 4]]")
     with np.errstate(invalid="ignore"):
         broken = given.astype(np.float64) % 1 != 0  # so is what is not finite
     if broken.any():
         places = np.flatnonzero(broken)
-        wrong = np.unique(np.repeat(np.arange(len(lists)), sizes)[places])
+        wrong = np.unique(np.repeat(np.arange(len(sizes)), sizes)[places])
         raise MeshError(
             f"face {wrong[0]} names vertex {given[places[0]]}: vertices have whole numbers", elements=wrong.tolist()
         )
     return integers(given), sizes
+
+
+def _flattened(faces: Iterable[Sequence[int]]) -> tuple[NDArray[Any], IntArray]:
+    """All corners of faces of any sizes, and these sizes."""
+    try:
+        lists = [list(face) for face in faces]
+        return np.array([vertex for face in lists for vertex in face]), integers([len(face) for face in lists])
+    except (TypeError, ValueError) as error:  # what is no sequence, or has sequences for vertices
+        raise MeshError(
+            f"faces are sequences of the numbers of their vertices, such as [[0, 1, 2], [0, 2, 3, 4]], not "
+            f"{described(faces)}"
+        ) from error
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +71,8 @@ class Combinatorics:
     Raises MeshError where a face has fewer than three corners or meets a vertex twice, where an index is out of
     range, and where a directed edge belongs to two faces (not manifold, or not oriented).
     """
+
+    __repr__ = short_repr
 
     n_vertices: int
     corners: IntArray
@@ -70,6 +89,14 @@ class Combinatorics:
         """From one sequence of vertex indices a face. Raises MeshError also where one is no whole number."""
         corners, sizes = corners_and_sizes(faces)
         return cls(n_vertices, corners, np.concatenate([[0], np.cumsum(sizes)]))
+
+    @classmethod
+    def grid(cls, m: int, n: int, *, closed: tuple[bool, bool] = (False, False)) -> Combinatorics:
+        """Quads over m by n vertices, of which (i, j) has number i n + j; see `Mesh.from_grid`."""
+        i, j = np.indices((m - (not closed[0]), n - (not closed[1]))).reshape(2, -1)
+        here, there, above = i * n, (i + 1) % m * n, (j + 1) % n
+        corners = np.stack([here + j, there + j, there + above, here + above], axis=1)
+        return cls(m * n, corners.ravel(), np.arange(0, corners.size + 1, 4))
 
     # --- faces and corners
 
@@ -107,9 +134,10 @@ class Combinatorics:
         """Vertices of one face."""
         return self.corners[self.face_starts[face] : self.face_starts[face + 1]]
 
-    def faces(self) -> list[list[int]]:
-        """All faces as lists of vertices."""
-        return [part.tolist() for part in np.split(self.corners, self.face_starts[1:-1])]
+    @cached_property
+    def faces(self) -> tuple[IntArray, ...]:
+        """The vertices of each face, read-only, so that `vertices[face]` are its corners."""
+        return tuple(np.split(self.corners, self.face_starts[1:-1]))
 
     def faces_by_size(self) -> list[tuple[IntArray, IntArray]]:
         """For each size k: the faces with k corners (n,) and their corners (n, k)."""

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray, floats
-from geometry.errors import MeshError, raise_worst
+from geometry.arrays import FloatArray, IntArray, floats, short_repr
+from geometry.errors import MeshError, described, raise_worst
 from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.origin import whole_origin
 from geometry.mesh.polygons import best_planes, face_mean_edge_lengths, vector_areas
@@ -22,15 +22,33 @@ __all__ = ["Mesh"]
 class Mesh:
     """Vertices (N, 3), read-only, over a combinatorics shared by reference.
 
-    Meshes over the same combinatorics form a vector space: `+`, `-`, and `*` with a number.
+    Meshes over the same combinatorics form a vector space: `+`, `-`, `sum`, and `*` and `/` with a number.
     Raises MeshError where the shape does not fit or a coordinate is not finite.
+
+    >>> from geometry import Mesh
+    >>> M = Mesh.from_faces([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [3, 1, 0]], [[0, 1, 2, 3], [1, 4, 2]])
+    >>> M
+    Mesh(5 vertices, 2 faces, 6 edges)
+    >>> [face.tolist() for face in M.faces], M.vertices[M.faces[1]].tolist()
+    ([[0, 1, 2, 3], [1, 4, 2]], [[2.0, 0.0, 0.0], [3.0, 1.0, 0.0], [2.0, 2.0, 0.0]])
+    >>> (sum([M, M]) / 4 - M).vertices[2].tolist()
+    [-1.0, -1.0, 0.0]
     """
+
+    __repr__ = short_repr
+
+    __array_ufunc__ = None  # arrays and numbers of numpy leave the operators to the mesh
 
     vertices: FloatArray
     combinatorics: Combinatorics
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", floats(self.vertices))
+        if not isinstance(self.combinatorics, Combinatorics):
+            raise MeshError(
+                f"Mesh(vertices, combinatorics) takes a Combinatorics, not {described(self.combinatorics)}: from faces "
+                "a mesh is made by Mesh.from_faces(vertices, faces)"
+            )
+        object.__setattr__(self, "vertices", _positions(self.vertices))
         expected = (self.combinatorics.n_vertices, 3)
         if self.vertices.shape != expected:
             raise MeshError(f"vertices have shape {self.vertices.shape}, the faces need {expected}")
@@ -44,9 +62,52 @@ class Mesh:
 
     @classmethod
     def from_faces(cls, vertices: Any, faces: Iterable[Sequence[int]]) -> Mesh:
-        """From positions (N, 3) and one sequence of vertices a face, counter-clockwise seen from outside."""
-        positions = floats(vertices)
-        return cls(positions, Combinatorics.from_faces(len(positions), faces))
+        """From positions (N, 3) and one sequence of vertices a face, counter-clockwise seen from outside.
+
+        Raises MeshError where they make no mesh; where the other order would, it says that they are exchanged.
+        """
+        faces = faces if isinstance(faces, np.ndarray) or not isinstance(faces, Iterable) else list(faces)
+        try:
+            positions = _positions(vertices)
+            return cls(positions, Combinatorics.from_faces(len(positions), faces))
+        except MeshError as error:
+            if _make_a_mesh(faces, vertices):
+                raise MeshError(
+                    "vertices and faces are exchanged: the first argument has whole numbers, which are faces, and the "
+                    "second positions; write Mesh.from_faces(vertices, faces)"
+                ) from error
+            raise
+
+    @classmethod
+    def from_grid(cls, points: Any, *, closed: tuple[bool, bool] = (False, False)) -> Mesh:
+        """Quads over a grid of points (m, n, 3); vertex (i, j) has number i n + j.
+
+        closed: whether the last row i = m - 1 is joined to the first one, and the last column j = n - 1 to the first;
+        the first points are not to be written again at the end. The normals are those of "along i" x "along j": points
+        whose i runs with x and whose j runs with y are seen from above, for others there is `reversed`.
+
+        Raises MeshError for another shape and for too few points: 2 in a direction, 3 where it is closed.
+
+        >>> import numpy as np
+        >>> from geometry import Mesh
+        >>> x, y = np.meshgrid(np.arange(9), np.arange(6), indexing="ij")
+        >>> Mesh.from_grid(np.stack([x, y, 0.1 * x * y], axis=2))
+        Mesh(54 vertices, 40 faces, 93 edges)
+        """
+        grid = _positions(points)
+        closed_rows, closed_columns = closed
+        if (
+            grid.ndim != 3
+            or grid.shape[2] != 3
+            or grid.shape[0] < 2 + closed_rows
+            or grid.shape[1] < 2 + closed_columns
+        ):
+            raise MeshError(
+                f"the points have shape {grid.shape}: a grid (m, n, 3) is needed, with m and n from 2 upwards, and "
+                "from 3 upwards where it is closed"
+            )
+        m, n, _ = grid.shape
+        return cls(grid.reshape(-1, 3), Combinatorics.grid(m, n, closed=(closed_rows, closed_columns)))
 
     def with_vertices(self, vertices: Any) -> Mesh:
         """The same combinatorics with other positions."""
@@ -66,27 +127,53 @@ class Mesh:
     def n_faces(self) -> int:
         return self.combinatorics.n_faces
 
+    @property
+    def faces(self) -> tuple[IntArray, ...]:
+        """The vertices of each face, counter-clockwise, read-only; flat arrays of all are in `combinatorics`."""
+        return self.combinatorics.faces
+
     # --- the vector space of combinatorially equivalent meshes
 
     def __add__(self, other: Mesh) -> Mesh:
         return self.with_vertices(self.vertices + self._equivalent(other).vertices)
 
+    def __radd__(self, other: Mesh | int) -> Mesh:
+        """`sum` begins with 0."""
+        return self if isinstance(other, int) and other == 0 else self._equivalent(other) + self
+
     def __sub__(self, other: Mesh) -> Mesh:
         return self.with_vertices(self.vertices - self._equivalent(other).vertices)
 
+    def __rsub__(self, other: Mesh) -> Mesh:
+        return self._equivalent(other) - self
+
+    def __neg__(self) -> Mesh:
+        return self.with_vertices(-self.vertices)
+
     def __mul__(self, factor: float) -> Mesh:
-        return self.with_vertices(self.vertices * factor)
+        return self.with_vertices(self.vertices * _number(factor))
 
     __rmul__ = __mul__
 
-    def _equivalent(self, other: Mesh) -> Mesh:
+    def __truediv__(self, divisor: float) -> Mesh:
+        if _number(divisor) == 0:
+            raise MeshError("a mesh is divided by 0", value=0.0)
+        return self.with_vertices(self.vertices / divisor)
+
+    def _equivalent(self, other: Any) -> Mesh:
+        other = getattr(other, "mesh", other)
+        if not isinstance(other, Mesh):
+            raise MeshError(
+                f"to a mesh one adds a mesh with the same faces, not {described(other)}: a vector moves it by "
+                "mesh.translated(vector), an array of positions becomes one by mesh.with_vertices(positions)"
+            )
         if not self.combinatorics.same_as(other.combinatorics):
             raise MeshError("the two meshes do not have the same faces: linear combinations need equal combinatorics")
         return other
 
     def translated(self, vector: Any) -> Mesh:
         """All vertices moved by a vector (3,). Translates of a Gauss image are Gauss images [Pottmann2007, 4.4]."""
-        shift = floats(vector)
+        shift = _positions(vector)
         if shift.shape != (3,):
             raise MeshError(f"a mesh is translated by a vector of 3 numbers, not by an array of shape {shift.shape}")
         return self.with_vertices(self.vertices + shift)
@@ -195,3 +282,30 @@ class Mesh:
         np.add.at(sums, c.corners, self.corner_angles[:, None] * self.face_normals[c.corner_face])
         lengths = np.linalg.norm(sums, axis=1, keepdims=True)
         return floats(np.divide(sums, lengths, out=np.zeros_like(sums), where=lengths > 0))
+
+
+def _positions(given: Any) -> FloatArray:
+    """Coordinates as floats, of any shape. Raises MeshError for what is no array of numbers."""
+    try:
+        return floats(given)
+    except (TypeError, ValueError) as error:
+        raise MeshError(
+            f"coordinates are numbers in an array, (n, 3) for n vertices, not {described(given)}"
+        ) from error
+
+
+def _number(factor: Any) -> float:
+    if isinstance(factor, (int, float, np.number)) and not isinstance(factor, np.complexfloating):
+        return float(factor)
+    raise MeshError(
+        f"a mesh is multiplied by or divided by a number, not {described(factor)}: scale along axes by "
+        "mesh.with_vertices(mesh.vertices * factors)"
+    )
+
+
+def _make_a_mesh(vertices: Any, faces: Any) -> bool:
+    try:
+        Mesh(vertices, Combinatorics.from_faces(len(vertices), faces))
+    except (MeshError, TypeError):  # such as what has no length
+        return False
+    return True

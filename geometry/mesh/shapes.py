@@ -39,7 +39,7 @@ __all__ = [
 def grid(nx: int, ny: int) -> Mesh:
     """A disc of nx by ny unit squares in the plane z = 0, normal +z; vertex (i, j) has number i (ny + 1) + j."""
     x, y = np.meshgrid(np.arange(nx + 1.0), np.arange(ny + 1.0), indexing="ij")
-    return Mesh(np.stack([x, y, np.zeros_like(x)], axis=2).reshape(-1, 3), _quads(nx, ny))
+    return Mesh.from_grid(np.stack([x, y, np.zeros_like(x)], axis=2))
 
 
 def translation_surface(first: Any, second: Any) -> Mesh:
@@ -48,7 +48,7 @@ def translation_surface(first: Any, second: Any) -> Mesh:
     Vertex (i, j) has number i n + j. Seen from outside, the second polyline is to the left of the first.
     """
     p, q = floats(first), floats(second)
-    return Mesh((p[:, None, :] + q[None, :, :]).reshape(-1, 3), _quads(len(p) - 1, len(q) - 1))
+    return Mesh.from_grid(p[:, None, :] + q[None, :, :])
 
 
 def rotational_mesh(profile: Any, n: int, *, closed: bool = True) -> Mesh:
@@ -60,8 +60,7 @@ def rotational_mesh(profile: Any, n: int, *, closed: bool = True) -> Mesh:
 
     Raises MeshError where a radius is not positive or n is less than 3 (closed) or 2.
     """
-    vertices = _turned(profile, n, closed=closed)
-    return Mesh(vertices, _quads(n - (not closed), len(vertices) // n - 1, closed_x=closed))
+    return Mesh.from_grid(_turned(profile, n, closed=closed), closed=(closed, False))
 
 
 def torus(profile: Any, n: int) -> Mesh:
@@ -72,8 +71,7 @@ def torus(profile: Any, n: int) -> Mesh:
 
     Raises MeshError where a radius is not positive or n is less than 3.
     """
-    vertices = _turned(profile, n, closed=True)
-    return Mesh(vertices, _quads(n, len(vertices) // n, closed_x=True, closed_y=True))
+    return Mesh.from_grid(_turned(profile, n, closed=True), closed=(True, True))
 
 
 def dome(n: int, rings: int) -> Mesh:
@@ -169,14 +167,13 @@ def cap(mesh: Mesh, height: float) -> Mesh:
 
 
 def _turned(profile: Any, n: int, *, closed: bool) -> FloatArray:
-    """(n m, 3) the points of a profile (m, 2) in n half-planes through the z axis, around or over half a turn."""
+    """(n, m, 3) the points of a profile (m, 2) in n half-planes through the z axis, around or over half a turn."""
     radii, heights = floats(profile).T
     if n < 2 + closed or not (radii > 0).all():
         raise MeshError(f"a rotational mesh needs positive radii and at least {2 + closed} meridians, not {n}")
     angles = np.arange(n) * (2 * np.pi / n if closed else np.pi / (n - 1))
     rings = [radii * np.cos(angles)[:, None], radii * np.sin(angles)[:, None], np.tile(heights, (n, 1))]
-    vertices: FloatArray = np.stack(rings, axis=2).reshape(-1, 3)
-    return vertices
+    return np.stack(rings, axis=2)
 
 
 def _moved_inwards(polygon: FloatArray, distance: float) -> FloatArray:
@@ -186,13 +183,3 @@ def _moved_inwards(polygon: FloatArray, distance: float) -> FloatArray:
     both = left + np.roll(left, 1, axis=0)
     moved: FloatArray = polygon + 2 * distance * both / np.square(both).sum(axis=1, keepdims=True)
     return moved
-
-
-def _quads(nx: int, ny: int, *, closed_x: bool = False, closed_y: bool = False) -> Combinatorics:
-    """Quads (i, j), (i+1, j), (i+1, j+1), (i, j+1) of vertices numbered i n_rows + j; closed: i, j go around."""
-    n_columns, n_rows = nx + (not closed_x), ny + (not closed_y)
-    i, j = np.divmod(np.arange(nx * ny), ny)
-    here, there = i * n_rows, (i + 1) % n_columns * n_rows
-    above = (j + 1) % n_rows
-    corners = np.stack([here + j, there + j, there + above, here + above], axis=1)
-    return Combinatorics(n_columns * n_rows, corners.ravel(), np.arange(0, corners.size + 1, 4))

@@ -6,7 +6,7 @@ import numpy as np
 
 from geometry.arrays import IntArray, integers
 from geometry.functionals import ConicalVertices, closed_fans
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import Combinatorics, MeshLike, as_mesh
 from geometry.meshing.optimised import OptimisedMesh, optimised
 from geometry.meshing.result_checks import Requirement
 from geometry.meshing.vertex_guides import Effort, Guides
@@ -14,7 +14,7 @@ from geometry.meshing.vertex_guides import Effort, Guides
 __all__ = ["make_conical"]
 
 
-def make_conical(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
+def make_conical(mesh: MeshLike, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
     """Move vertices so that each face is planar and the faces at each interior vertex are tangent to a cone.
 
     Planar to the tolerance in mean edge lengths, conical to the tolerance in radians. Both constraints are solved
@@ -31,6 +31,7 @@ def make_conical(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort(
     >>> result.residual_before > 1e-3, result.residual_after < 1e-12, result.plane_deviation_after < 1e-12
     (True, True, True)
     """
+    mesh = as_mesh(mesh)
     c = mesh.combinatorics
     requirement = Requirement(
         "making the mesh conical",

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray, floats, integers
+from geometry.arrays import FloatArray, floats, integers, short_repr
 from geometry.errors import GeometryError
 from geometry.functionals import ConvexFaces, OnCurve, OnSurface, PlanarFaces, relative_plane_deviations, strain
 from geometry.mesh import Mesh
-from geometry.meshing.result_checks import LEAST_CONVEX_TURN, Requirement, check_fixed_faces, check_result
+from geometry.meshing.result_checks import (
+    LEAST_CONVEX_TURN,
+    Requirement,
+    check_fixed_faces,
+    check_free_vertices,
+    check_result,
+)
 from geometry.meshing.vertex_guides import Effort, Guides, MeshGuides, in_edge_lengths
 from geometry.optimise import (
     AffineMap,
     Blocks,
     ComposedFunctional,
     Functional,
-    Reason,
     Solution,
     SparseMatrix,
     StackedFunctional,
@@ -29,7 +34,7 @@ from geometry.optimise import (
 __all__ = ["OptimisedMesh", "optimised"]
 
 LONGEST_VERTEX_STEP = 0.6
-"""Longest move of a vertex in one step, over the mean edge length. Longer steps leave the range of the linearisation."""
+"""Longest move of a vertex in one step, over the mean edge length. Longer steps leave the range of linearisation."""
 
 SURFACE_WEIGHT = 10.0
 """Weight of squared distances from a surface, over the weight of squared moves. With more, vertices come nearer on
@@ -56,6 +61,8 @@ class OptimisedMesh:
     >>> result.move_of(0.95) < result.largest_move < 0.1
     True
     """
+
+    __repr__ = short_repr
 
     mesh: Mesh
     iterations: int
@@ -87,15 +94,29 @@ def optimised(
     Raises as `MeshGuides.of` does, ConvergenceError where a residual is larger than the tolerance, and FoldedError
     where an edge or face folds over.
     """
-    problem = _Problem(mesh, requirement, MeshGuides.of(mesh, guides))
+    mesh_guides = MeshGuides.of(mesh, guides)
+    problem = _Problem(mesh, _with_advice(mesh, requirement, mesh_guides), mesh_guides)
     if problem.is_solved(effort.tolerance):
         return problem.record(mesh, 0, "the given mesh meets all requirements")
     if problem.guides.is_fixed.any():
         check_fixed_faces(mesh, problem.guides, effort.tolerance)
+        check_free_vertices(mesh, problem.requirement, problem.guides)
     solution = problem.solve(effort)
     result = problem.mesh_at(solution.x)
-    check_result(mesh, result, requirement, problem.guides, solution, effort.tolerance)
+    check_result(mesh, result, problem.requirement, problem.guides, solution, effort.tolerance)
     return problem.record(result, solution.steps, solution.reason.value)
+
+
+def _with_advice(mesh: Mesh, requirement: Requirement, guides: MeshGuides) -> Requirement:
+    """With the advice to fix fewer vertices, where planar faces make more equations than coordinates are free."""
+    dimension = guides.expected_dimension(mesh)
+    if dimension >= 0 or not guides.is_fixed.any():
+        return requirement
+    n_free = int(guides.is_free(mesh).sum())
+    advice = (
+        f"planar faces make {-dimension} more equations than the {n_free} free vertices have coordinates: fix fewer"
+    )
+    return replace(requirement, advice=advice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,9 +193,6 @@ class _Problem:
     def solve(self, effort: Effort) -> Solution:
         """Solved for the coordinates of free vertices only; x of the solution holds those of all vertices."""
         fixed = np.repeat(self.guides.is_fixed, 3)
-        if fixed.all():
-            violation = float(np.abs(self.constraint.residual(self.start)).max(initial=0.0))
-            return Solution(self.start, np.zeros(0), violation, 0, Reason.STALLED)
         some_fixed, all_from_free = bool(fixed.any()), AffineMap.fixing(self.start, fixed)
 
         def of_free(functional: Functional) -> Functional:
@@ -187,7 +205,7 @@ class _Problem:
             csr_array(self.metric[free][:, free]) if some_fixed else self.metric,
             soft_terms=[(weight, of_free(functional)) for weight, functional in self.soft_terms],
             inequality=of_free(self.turns) if len(self.guides.convex) else None,
-            least=LEAST_CONVEX_TURN,
+            lower_bound=LEAST_CONVEX_TURN,
             tolerance=effort.tolerance / 4,  # the distance of a corner is at most the norm of the residuals of its face
             longest_step=LONGEST_VERTEX_STEP,
             blocks=Blocks({"free vertices": (len(free) // 3, 3)}),

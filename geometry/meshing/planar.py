@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from geometry.mesh import Mesh
+from geometry.mesh import MeshLike, as_mesh
 from geometry.meshing.optimised import OptimisedMesh, optimised
 from geometry.meshing.result_checks import Requirement
 from geometry.meshing.vertex_guides import Effort, Guides
@@ -10,7 +10,7 @@ from geometry.meshing.vertex_guides import Effort, Guides
 __all__ = ["planarise"]
 
 
-def planarise(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
+def planarise(mesh: MeshLike, guides: Guides = Guides(), effort: Effort = Effort()) -> OptimisedMesh:
     """Move vertices so that no corner is off the plane of its face by more than the tolerance, in mean edge lengths.
 
     Constrained Newton steps minimise |moves|^2 + fairness * strain. Faces have any number of corners. A mesh that
@@ -29,5 +29,6 @@ def planarise(mesh: Mesh, guides: Guides = Guides(), effort: Effort = Effort()) 
     >>> round(result.plane_deviation_before, 4), result.plane_deviation_after < 1e-12, result.largest_move < 0.1
     (0.0029, True, True)
     """
+    mesh = as_mesh(mesh)
     requirement = Requirement("planarising", "lay the mesh along conjugate directions", anchored_steps=16)
     return optimised(mesh, requirement, guides, effort)

@@ -14,7 +14,7 @@ from geometry.mesh.place import cure_of_place
 from geometry.meshing.vertex_guides import MeshGuides, in_edge_lengths
 from geometry.optimise import ConvergenceError, Functional, Reason, Solution, max_norm
 
-__all__ = ["LEAST_CONVEX_TURN", "Requirement", "check_fixed_faces", "check_result"]
+__all__ = ["LEAST_CONVEX_TURN", "Requirement", "check_fixed_faces", "check_free_vertices", "check_result"]
 
 COLLAPSED_LENGTH_RATIO = 0.05
 """Length of an edge afterwards over its length before, below which it counts as collapsed."""
@@ -69,6 +69,18 @@ def check_fixed_faces(mesh: Mesh, guides: MeshGuides, tolerance: float) -> None:
         error=ConvergenceError,
         solution=Solution(in_edge_lengths(mesh).ravel(), np.zeros(0), max_norm(deviations), 0, Reason.INFEASIBLE),
     )
+
+
+def check_free_vertices(mesh: Mesh, requirement: Requirement, guides: MeshGuides) -> None:
+    """Raise ConvergenceError, before any step, where all vertices are fixed."""
+    if not guides.is_free(mesh).any():
+        raise ConvergenceError(
+            "the mesh does not meet what is required, and cannot change, as all its vertices are fixed, or ends, "
+            f"corners or crossings of curves: free some of them before {requirement.activity}",
+            solution=Solution(in_edge_lengths(mesh).ravel(), np.zeros(0), np.inf, 0, Reason.INFEASIBLE),
+            value=0.0,
+            bound=1.0,
+        )
 
 
 def check_result(

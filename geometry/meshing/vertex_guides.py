@@ -9,7 +9,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from geometry.arrays import BoolArray, FloatArray, IntArray, integers
+from geometry.arrays import BoolArray, FloatArray, IntArray, integers, short_repr
 from geometry.errors import GeometryError, MeshError, raise_worst
 from geometry.mesh import Mesh
 from geometry.surface import Curve, Surface
@@ -56,6 +56,8 @@ class Guides:
     ([0.0, 0.0, 0.0, 0.0], True)
     """
 
+    __repr__ = short_repr
+
     fairness: float = 0.3
     surface: Surface | None = None
     fixed: Indices = ()
@@ -69,6 +71,26 @@ class Guides:
             raise GeometryError(
                 f"the surface is a {type(self.surface).__name__}, not a Surface: make one by Surface(mesh)"
             )
+
+    def expected_dimension(self, mesh: Mesh) -> int:
+        """Coordinates that are free, less the equations that planar faces and curves make of them: a guide.
+
+        A face with a free vertex makes one equation for each corner beyond three. Where the number is negative, or 0,
+        the faces cannot become planar in general, unless equations depend on each other as those of planar meshes do:
+        fix fewer vertices. Circular and conical meshes have as many equations again. Raises as `planarise` does for
+        vertices, faces and curves that do not fit the mesh.
+
+        >>> from geometry import Guides
+        >>> from geometry.mesh import shapes
+        >>> for n in (2, 3, 8):
+        ...     grid = shapes.grid(n, n)
+        ...     boundary = grid.combinatorics.is_boundary_vertex.nonzero()[0]
+        ...     print(Guides().expected_dimension(grid), Guides(fixed=boundary).expected_dimension(grid))
+        23 -1
+        39 3
+        179 83
+        """
+        return MeshGuides.of(mesh, self).expected_dimension(mesh)
 
 
 @dataclass(frozen=True)
@@ -150,6 +172,17 @@ class MeshGuides:
             tuple((curve, integers(path[~is_fixed[path]])) for curve, path in made),
             _indices("convex", faces, mesh.n_faces, "faces"),
         )
+
+    def is_free(self, mesh: Mesh) -> BoolArray:
+        """(N,) the vertices that belong to a face and are not fixed."""
+        return np.asarray(mesh.combinatorics.is_used & ~self.is_fixed)
+
+    def expected_dimension(self, mesh: Mesh) -> int:
+        """See `Guides.expected_dimension`."""
+        c, free = mesh.combinatorics, self.is_free(mesh)
+        moves = np.logical_or.reduceat(free[c.corners], c.face_starts[:-1])
+        on_curves = sum(len(vertices) for _, vertices in self.curves)
+        return int(3 * free.sum() - (c.face_sizes[moves] - 3).sum() - 2 * on_curves)
 
 
 def _check_edges(mesh: Mesh) -> None:

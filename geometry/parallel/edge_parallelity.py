@@ -7,7 +7,7 @@ import numpy as np
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError, ParallelityError, raise_worst
 from geometry.functionals import relative_plane_deviations
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.mesh.place import cure_of_place
 
 __all__ = ["PLANARITY_TOLERANCE", "check_parallel", "check_planar", "edge_factors", "parallelity", "perpendicular_part"]
@@ -16,20 +16,24 @@ PLANARITY_TOLERANCE = 1e-12
 """How far a corner may be off its face's plane, over the mean edge length: what `planarise` reaches."""
 
 
-def parallelity(mesh: Mesh, other: Mesh) -> FloatArray:
+def parallelity(mesh: MeshLike, other: MeshLike) -> FloatArray:
     """(E,) how far s_j - s_i is off the direction of m_j - m_i, in the unit of S = `other`; zero where parallel.
 
     Raises MeshError where the meshes do not have the same faces, and for an edge of `mesh` without length.
     """
+    mesh = as_mesh(mesh)
+    other = as_mesh(other)
     _, across = _along_and_across(mesh, other)
     return np.asarray(np.linalg.norm(across, axis=1))
 
 
-def edge_factors(mesh: Mesh, other: Mesh) -> FloatArray:
+def edge_factors(mesh: MeshLike, other: MeshLike) -> FloatArray:
     """(E,) the factors lambda of s_j - s_i = lambda (m_j - m_i), by projection [Pottmann2007, (1)].
 
     Negative where the correspondence of the edges reverses their orientation. Raises as `parallelity` does.
     """
+    mesh = as_mesh(mesh)
+    other = as_mesh(other)
     along, _ = _along_and_across(mesh, other)
     return along / mesh.edge_lengths
 

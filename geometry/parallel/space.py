@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray, IntArray, floats
+from geometry.arrays import FloatArray, IntArray, floats, short_repr
 from geometry.errors import GeometryError, MeshError
 from geometry.functionals import parallel_to
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatrix
 from geometry.parallel.blending import weight_ranges
 from geometry.parallel.constraints import FactorBounds, Fixed, Objective
@@ -46,7 +46,12 @@ class ParallelSpace:
     of M without length, and for another mesh that does not have the faces of M. Factors are kept for the next call.
     """
 
+    __repr__ = short_repr
+
     mesh: Mesh
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mesh", as_mesh(self.mesh))
 
     @cached_property
     def matrix(self) -> SparseMatrix:
@@ -158,13 +163,14 @@ class ParallelSpace:
             raise GeometryError(f"{count} elements are asked for, it must be 1 or more", value=count, bound=1)
         return [self.mesh.with_vertices(vertices) for vertices in self._orthonormal(count, seed)]
 
-    def project(self, mesh: Mesh) -> Mesh:
+    def project(self, mesh: MeshLike) -> Mesh:
         """The element of P(M) nearest to a mesh: the sum of squared distances of the vertices is least.
 
         It is parallel to M within `ELEMENT_TOLERANCE` times the size of the given mesh. Raises ConvergenceError where
         that is not reached, and RankError, naming edges and singular values, where rounding decides which element is
         the nearest.
         """
+        mesh = as_mesh(mesh)
         if not self.mesh.combinatorics.same_as(mesh.combinatorics):
             raise MeshError("the two meshes do not have the same faces, so they cannot be parallel")
         centre = mesh.vertices.mean(axis=0)  # translations are members: they can be kept out of rounding
@@ -181,8 +187,9 @@ class ParallelSpace:
         )
         return found.with_vertices(found.vertices + centre)
 
-    def contains(self, mesh: Mesh) -> bool:
+    def contains(self, mesh: MeshLike) -> bool:
         """Whether a mesh is parallel to M, within `ELEMENT_TOLERANCE` times its largest coordinate."""
+        mesh = as_mesh(mesh)
         return bool(parallelity(self.mesh, mesh).max() <= self._allowed(mesh))
 
     def blend(self, weights: Sequence[float], members: Sequence[Mesh]) -> Mesh:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, short_repr
 from geometry.spheres import lorentz
 from geometry.spheres.lorentz import FORM, array_of
 from geometry.spheres.moebius import MoebiusTransformation, checked_planes
@@ -32,6 +32,8 @@ class LaguerreTransformation:
     `f @ g` is f after g. Raises GeometryError where the matrix is not of the Lorentz group, see
     `lorentz.orthonormalised`, or the shift is not of 4 finite numbers.
     """
+
+    __repr__ = short_repr
 
     matrix: FloatArray
     shift: FloatArray
@@ -75,7 +77,7 @@ class LaguerreTransformation:
         return cls(lorentz.boost(velocity), np.zeros(4))
 
     @classmethod
-    def turning_over(cls) -> LaguerreTransformation:
+    def reversal(cls) -> LaguerreTransformation:
         """Every sphere and plane from its other side: (m, r) to (m, -r). M, S become M, -S with faces turned over."""
         return cls(FORM, np.zeros(4))
 

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.arrays import FloatArray, IntArray, floats, integers, short_repr
 from geometry.errors import MeshError
 from geometry.mesh import Mesh
 
@@ -36,6 +36,8 @@ class Umbilics:
     or a plane, have none or very many.
     """
 
+    __repr__ = short_repr
+
     triangles: IntArray
     indices: FloatArray
 
@@ -43,6 +45,8 @@ class Umbilics:
 @dataclass(frozen=True, eq=False)
 class Curvature:
     """Curvature at the vertices of triangles. normals (N, 3) unit; tensors (N, 3, 3) II, as bilinear form in space."""
+
+    __repr__ = short_repr
 
     mesh: Mesh
     normals: FloatArray

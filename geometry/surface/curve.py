@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
-from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.arrays import FloatArray, IntArray, floats, integers, short_repr
 from geometry.errors import GeometryError
 from geometry.surface.surface import check_points
 
@@ -38,6 +38,8 @@ class Curve:
     spans (S, 4, 3): coefficients of t^3, t^2, t, 1 for t from 0 to 1; span s begins at point s. corners: indices of the
     points where the curve turns sharply.
     """
+
+    __repr__ = short_repr
 
     spans: FloatArray
     closed: bool

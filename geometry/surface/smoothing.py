@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
-from geometry.arrays import FloatArray, IntArray, floats
+from geometry.arrays import FloatArray, IntArray, floats, short_repr
 from geometry.errors import GeometryError
 from geometry.mesh import Mesh
 from geometry.surface.rim_corners import boundary_corners
@@ -21,6 +21,8 @@ __all__ = ["SmoothedSurface", "smoothed"]
 @dataclass(frozen=True, eq=False)
 class SmoothedSurface:
     """surface: of triangles. moves (N,): how far each of its vertices moved."""
+
+    __repr__ = short_repr
 
     surface: Surface
     moves: FloatArray

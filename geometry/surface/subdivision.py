@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
 from geometry.errors import GeometryError, MeshError
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import Combinatorics, Mesh, MeshLike, as_mesh
 from geometry.mesh.polygons import face_centroids
 from geometry.surface.rim_corners import boundary_corners
 
@@ -18,7 +18,7 @@ LARGEST_SUBDIVISION = 5_000_000
 """Faces of a subdivided mesh, at most: some gigabytes while it is made."""
 
 
-def subdivided(mesh: Mesh, times: int = 1, *, corners: Sequence[int] | IntArray | None = None) -> Mesh:
+def subdivided(mesh: MeshLike, times: int = 1, *, corners: Sequence[int] | IntArray | None = None) -> Mesh:
     """The mesh with each face of k corners cut into k quads, some times, and its vertices moved to make it smooth.
 
     The scheme is that of [CatmullClark1978]: on regular quads the meshes converge to a bicubic B-spline. The
@@ -46,6 +46,7 @@ def subdivided(mesh: Mesh, times: int = 1, *, corners: Sequence[int] | IntArray 
     >>> ball.n_faces, set(ball.combinatorics.face_sizes.tolist())
     (384, {4})
     """
+    mesh = as_mesh(mesh)
     _check_times(mesh, times)
     stay = boundary_corners(mesh) if corners is None else _chosen(mesh, integers(corners))
     for _ in range(times):

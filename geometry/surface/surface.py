@@ -10,9 +10,9 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
+from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers, short_repr
 from geometry.errors import GeometryError, MeshError, raise_worst
-from geometry.mesh import Combinatorics, Mesh
+from geometry.mesh import Combinatorics, Mesh, as_mesh
 from geometry.mesh.polygons import face_centroids
 
 __all__ = ["Surface", "check_points"]
@@ -51,9 +51,12 @@ class Surface:
     MeshError for triangles without area, faces that cannot be cut that way, and vertices without a normal.
     """
 
+    __repr__ = short_repr
+
     mesh: Mesh
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "mesh", as_mesh(self.mesh))
         self._check_areas()
         lengths = np.linalg.norm(self._normals[self._triangles], axis=2)
         if (lengths == 0).any():

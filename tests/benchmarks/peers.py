@@ -38,7 +38,7 @@ Peer = Callable[[Mesh, int], FloatArray]
 
 
 def by_libigl(mesh: Mesh, steps: int) -> FloatArray:
-    quads = np.array(mesh.combinatorics.faces())
+    quads = np.array(mesh.combinatorics.faces)
     return igl.planarize_quad_mesh(mesh.vertices, quads, maxIter=steps, threshold=0.0)
 
 
@@ -48,7 +48,7 @@ def by_mpfp(mesh: Mesh, steps: int) -> FloatArray:
     settings = mpfp.MakePlanarSettings()
     settings.verbose = False
     settings.optimization_rounds = steps
-    return np.array(mpfp.make_planar_faces(list(mesh.vertices), mesh.combinatorics.faces(), [], settings))
+    return np.array(mpfp.make_planar_faces(list(mesh.vertices), [face.tolist() for face in mesh.faces], [], settings))
 
 
 def by_shapeop(mesh: Mesh, steps: int) -> FloatArray:
@@ -56,7 +56,7 @@ def by_shapeop(mesh: Mesh, steps: int) -> FloatArray:
 
     solver = Solver()
     solver.points = mesh.vertices / mesh.mean_edge_length
-    for face in mesh.combinatorics.faces():
+    for face in mesh.combinatorics.faces:
         solver.add_plane_constraint(face, 1.0)
     for vertex in range(mesh.n_vertices):
         solver.add_closeness_constraint(vertex, 1e-4)

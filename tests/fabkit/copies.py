@@ -56,7 +56,7 @@ def copy_of(
     positions = np.empty_like(mesh.vertices)
     positions[vertices] = scale * mesh.vertices @ rotation.T + move
     corners: list[list[int]] = [[] for _ in range(mesh.n_faces)]
-    for face, ring in enumerate(mesh.combinatorics.faces()):
+    for face, ring in enumerate(mesh.combinatorics.faces):
         start = int(rng.integers(len(ring))) if renumbered else 0
         corners[faces[face]] = vertices[ring[start:] + ring[:start]].tolist()
     return Copy(Mesh.from_faces(positions, corners), vertices, faces, rotation, scale, move)
@@ -70,7 +70,7 @@ def made_of(mesh: Mesh, folder: Path, **settings: Any) -> Built:
 
 def piece(mesh: Mesh, n_faces: int) -> Mesh:
     """The faces nearest to one in the middle of the list, with edges of mean length 1."""
-    centres = np.array([mesh.vertices[ring].mean(axis=0) for ring in mesh.combinatorics.faces()])
+    centres = np.array([mesh.vertices[ring].mean(axis=0) for ring in mesh.combinatorics.faces])
     distances = np.linalg.norm(centres - centres[len(centres) // 3], axis=1)
     part = mesh.part(np.sort(np.argsort(distances, kind="stable")[:n_faces]))
     return part * (1 / part.mean_edge_length)

@@ -61,7 +61,7 @@ def surface(folder: Path, bends: tuple[float, float], n: int = 40) -> Path:
     grid = shapes.grid(n, n)
     plan = grid.vertices[:, :2] * 2 / n - 1
     vertices = np.column_stack([plan, np.square(plan) @ bends / 2])
-    mesh = Mesh.from_faces(vertices, [f for a, b, c, d in grid.combinatorics.faces() for f in ([a, b, c], [a, c, d])])
+    mesh = Mesh.from_faces(vertices, [f for a, b, c, d in grid.combinatorics.faces for f in ([a, b, c], [a, c, d])])
     write_mesh(folder / "surface.obj", mesh if mesh.vertex_normals[0, 2] > 0 else mesh.reversed())
     return folder / "surface.obj"
 

@@ -73,7 +73,7 @@ def pole(n: int) -> Mesh:
 
 def two(mesh: Mesh) -> Mesh:
     """Two copies beside each other."""
-    faces = mesh.combinatorics.faces()
+    faces = [face.tolist() for face in mesh.combinatorics.faces]
     beside = mesh.vertices + np.array([10.0, 0.0, 0.0])
     return Mesh.from_faces(
         np.concatenate([mesh.vertices, beside]), faces + [[v + mesh.n_vertices for v in face] for face in faces]

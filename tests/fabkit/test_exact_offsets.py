@@ -107,7 +107,7 @@ def test_inspect_judges_offsets_by_s_and_not_by_circles(tmp_path: Path) -> None:
     bent = grid.vertices + np.stack(
         [0 * grid.vertices[:, 0]] * 2 + [0.1 * grid.vertices[:, 0] * grid.vertices[:, 1]], 1
     )
-    triangles = [t for a, b, c, d in grid.combinatorics.faces() for t in ([a, b, c], [a, c, d])]
+    triangles = [t for a, b, c, d in grid.combinatorics.faces for t in ([a, b, c], [a, c, d])]
     write_mesh(tmp_path / "triangles.obj", Mesh.from_faces(bent, triangles))
     facts = dict(inspect_mesh(tmp_path / "triangles.obj").facts())
     assert facts["circular"].startswith("yes")

@@ -201,7 +201,7 @@ def bump(folder: Path, move: FloatArray) -> Path:
     grid = shapes.grid(24, 24)
     plan = grid.vertices[:, :2] * 10 / 12 - 10
     vertices = np.column_stack([plan, np.square(plan) @ [-1.0, -0.7] / 20])
-    faces = [f for a, b, c, d in grid.combinatorics.faces() for f in ([a, b, c], [a, c, d])]
+    faces = [f for a, b, c, d in grid.combinatorics.faces for f in ([a, b, c], [a, c, d])]
     mesh = dyadic(Mesh.from_faces(vertices, faces))
     mesh = mesh if mesh.vertex_normals[0, 2] > 0 else mesh.reversed()
     write_mesh(folder / "surface.obj", mesh.translated(move))

@@ -39,7 +39,7 @@ def through_itself(n: int = 4) -> Mesh:
     second = np.stack([0 * steps, steps, -0.05 * steps**2], axis=1)
     sheet = shapes.translation_surface(first, second)
     tilted = sheet.vertices @ np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]) + [0.13, 0.21, 0.17]
-    faces = list(sheet.combinatorics.faces())
+    faces = list(sheet.combinatorics.faces)
     others = [[int(vertex) + sheet.n_vertices for vertex in face] for face in faces]
     return Mesh.from_faces(np.concatenate([sheet.vertices, tilted]), [*map(list, faces), *others])
 
@@ -67,5 +67,5 @@ def triangles(n: int = 3) -> Mesh:
     """Squares cut in two: meshes parallel to it are scaled copies of it."""
     grid = shapes.grid(n, n)
     bent = grid.with_vertices(grid.vertices + np.outer(0.1 * grid.vertices[:, 0] ** 2, [0, 0, 1]))
-    faces = [[int(v) for v in face] for face in grid.combinatorics.faces()]
+    faces = [[int(v) for v in face] for face in grid.combinatorics.faces]
     return Mesh.from_faces(bent.vertices, [half for a, b, c, d in faces for half in ([a, b, c], [a, c, d])])

@@ -86,7 +86,7 @@ def _binary_ply(mesh: Mesh, random: Random) -> bytes:
     real, real_name = random.choice([("d" if is_large else "f", "double" if is_large else "float"), ("d", "double")])
     index, index_name = random.choice([("i", "int"), ("H", "ushort"), ("f", "float")])
     count, count_name = random.choice([("B", "uchar"), ("i", "int"), ("f", "float")])
-    faces = mesh.combinatorics.faces()
+    faces = [face.tolist() for face in mesh.combinatorics.faces]
     header = COLUMNS.format(name, mesh.n_vertices, real_name, real_name, real_name, len(faces), count_name, index_name)
     body = b"".join(struct.pack(f"{order}{real}B{real}{real}", x, 7, y, z) for x, y, z in mesh.vertices.tolist())
     for face in faces:

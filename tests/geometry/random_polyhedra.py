@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from geometry.mesh import Combinatorics
-from geometry.mesh.patterns import dual
+from geometry.mesh.tilings import dual
 
 KINDS = ("triangles", "simple", "mixed", "dual of mixed")
 
@@ -37,7 +37,7 @@ def random_triangulation(rng: np.random.Generator, n: int) -> Combinatorics:
 def stellated(combinatorics: Combinatorics, chosen: np.ndarray) -> Combinatorics:
     """Each chosen face becomes triangles to a vertex of its own."""
     faces, n = [], combinatorics.n_vertices
-    for face, is_chosen in zip(combinatorics.faces(), chosen, strict=True):
+    for face, is_chosen in zip(combinatorics.faces, chosen, strict=True):
         if is_chosen:
             faces += [[face[k - 1], face[k], n] for k in range(len(face))]
             n += 1

@@ -90,12 +90,12 @@ def test_they_turn_with_the_mesh_and_nothing_else_changes_them(seed: int, decade
     np.testing.assert_allclose(extrapolated_normals(moved), normals @ turn.T, rtol=0, atol=1e-12)  # some ten edges away
     np.testing.assert_allclose(extrapolated_normals(mesh.reversed()), -normals, rtol=0, atol=1e-13)
     order = rng.permutation(mesh.n_vertices)
-    faces = [[int(order[v]) for v in face] for face in mesh.combinatorics.faces()]
+    faces = [[int(order[v]) for v in face] for face in mesh.combinatorics.faces]
     renumbered = Mesh.from_faces(mesh.vertices[np.argsort(order)], [faces[k] for k in rng.permutation(len(faces))])
     np.testing.assert_allclose(extrapolated_normals(renumbered)[order], normals, rtol=0, atol=1e-13)
     both = Mesh.from_faces(
         np.concatenate([mesh.vertices, mesh.vertices + 20]),
-        [*mesh.combinatorics.faces(), *[[v + mesh.n_vertices for v in face] for face in mesh.combinatorics.faces()]],
+        [*mesh.combinatorics.faces, *[[v + mesh.n_vertices for v in face] for face in mesh.combinatorics.faces]],
     )
     np.testing.assert_allclose(extrapolated_normals(both), np.tile(normals, (2, 1)), rtol=0, atol=1e-13)
 

@@ -95,7 +95,7 @@ def rings_of_a_cone(n: int, rings: int) -> Mesh:
 
 def open_box() -> Mesh:
     box = shapes.box(1, 1.3, 0.8)
-    return Mesh.from_faces(box.vertices, box.combinatorics.faces()[1:])
+    return Mesh.from_faces(box.vertices, box.combinatorics.faces[1:])
 
 
 @given(st.one_of(st.just(open_box()), st.builds(rings_of_a_cone, st.integers(5, 12), st.integers(3, 5))), seeds)
@@ -106,7 +106,7 @@ def test_of_several_images_rounding_does_not_choose(mesh: Mesh, seed: int) -> No
     turn, number = turning(seed), rng.permutation(mesh.n_vertices)
     positions = np.empty_like(mesh.vertices)
     positions[number] = mesh.vertices @ turn.T
-    copy = Mesh.from_faces(positions, [number[list(face)] for face in mesh.combinatorics.faces()])
+    copy = Mesh.from_faces(positions, [number[list(face)] for face in mesh.combinatorics.faces])
     found, image = edge_offset_pair(copy).gauss_image, edge_offset_pair(mesh).gauss_image
     # rounding, over edges of M of a tenth of the largest or so
     np.testing.assert_allclose(found.vertices[number], image.vertices @ turn.T, atol=1e-12)
@@ -122,7 +122,7 @@ def test_edges_that_do_not_tell_candidates_apart_are_told_by_others(half: int, r
     radius = np.sin(np.pi / n)  # of the circles in the sides; their upper edges are tangents, between parallel tangents
     heights = np.concatenate([np.full(n, -radius), radius * np.where(np.arange(n) % 2, ratio, 1 / ratio)])
     positions = np.column_stack([tube.vertices[:, :2], heights])
-    image = Mesh.from_faces(positions, tube.combinatorics.faces()[:n])
+    image = Mesh.from_faces(positions, tube.combinatorics.faces[:n])
     np.testing.assert_allclose(edge_distances(image), 1, atol=1e-13)
     mesh = member(image, seed)
     pair = edge_offset_pair(mesh)
@@ -135,7 +135,7 @@ def test_neighbours_with_two_edges_get_a_line_from_their_face(seed: int, edge: i
     """Of all faces at the ends of an edge only one is kept: neither end says where the edge of S lies."""
     whole = boosted(solid("dodecahedron", "edge"), seed)
     c = whole.combinatorics
-    kept = [f for k, f in enumerate(c.faces()) if k == c.edge_faces[edge, 0] or not {*f} & {*c.edges[edge].tolist()}]
+    kept = [f for k, f in enumerate(c.faces) if k == c.edge_faces[edge, 0] or not {*f} & {*c.edges[edge].tolist()}]
     image = Mesh.from_faces(whole.vertices, kept)
     assert (image.combinatorics.vertex_degrees[c.edges[edge]] == 2).all()
     mesh = member(image, seed)

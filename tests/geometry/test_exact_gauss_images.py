@@ -115,7 +115,9 @@ def test_where_many_s_are_exact_it_is_near_the_normals() -> None:
 
 def test_parts_have_each_their_own() -> None:
     one, other = SOLIDS["dodecahedron"], SOLIDS["truncated_cube"] * 0.1
-    faces = one.combinatorics.faces() + [[v + one.n_vertices for v in f] for f in other.combinatorics.faces()]
+    faces = [face.tolist() for face in one.combinatorics.faces] + [
+        [v + one.n_vertices for v in f] for f in other.combinatorics.faces
+    ]
     both = Mesh.from_faces(np.concatenate([one.vertices, other.vertices + 5]), faces)
     expected = np.concatenate([solid("dodecahedron", "edge").vertices, solid("truncated_cube", "edge").vertices])
     np.testing.assert_allclose(edge_offset_pair(both).gauss_image.vertices, expected, atol=1e-12)

@@ -183,7 +183,7 @@ def test_ply_without_vertices(tmp_path: Path) -> None:
 def test_a_scalar_beside_the_list_of_corners_is_passed_over(tmp_path: Path) -> None:
     header = PLY.format("ascii 1.0") + "property int vertex_indices\nproperty list uchar int vertex_index\nend_header\n"
     mesh, _ = read_bytes(tmp_path / "a.ply", f"{header}{ROWS}7 4 0 1 2 3\n".encode())
-    assert mesh.combinatorics.faces() == [[0, 1, 2, 3]]
+    assert [face.tolist() for face in mesh.combinatorics.faces] == [[0, 1, 2, 3]]
 
 
 @pytest.mark.parametrize("bits", [0x7F800001, 0xFFC00000, 0x7F800000])

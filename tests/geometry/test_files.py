@@ -44,7 +44,7 @@ def read(tmp_path: Path) -> Read:
 def assert_quad_and_triangle(found: tuple[Mesh, tuple[str, ...]], *mended: str) -> None:
     mesh, said = found
     np.testing.assert_array_equal(mesh.vertices, VERTICES)
-    assert mesh.combinatorics.faces() == QUAD_AND_TRIANGLE
+    assert [face.tolist() for face in mesh.combinatorics.faces] == QUAD_AND_TRIANGLE
     assert said == mended
 
 
@@ -172,13 +172,13 @@ def test_off_indices_that_start_at_1_are_noticed(read: Read) -> None:
 
 def test_off_indices_that_start_at_1_are_noticed_by_the_last_one_too(read: Read) -> None:
     mesh, said = read("a.off", "OFF\n6 2 0\n7 7 7\n" + ROWS + "4 2 3 4 5\n3 3 6 4\n")
-    assert mesh.combinatorics.faces() == QUAD_AND_TRIANGLE
+    assert [face.tolist() for face in mesh.combinatorics.faces] == QUAD_AND_TRIANGLE
     assert said[0] == "face indices started at 1; counted from 0"
 
 
 def test_off_first_vertex_unused_is_not_taken_for_base_1(read: Read) -> None:
     mesh, said = read("a.off", "OFF\n6 2 0\n7 7 7\n" + ROWS + "4 1 2 3 4\n3 2 5 3\n")
-    assert mesh.combinatorics.faces() == QUAD_AND_TRIANGLE
+    assert [face.tolist() for face in mesh.combinatorics.faces] == QUAD_AND_TRIANGLE
     assert said == ("1 of 6 vertices belonged to no face; removed",)
 
 

@@ -37,7 +37,7 @@ def with_triangles() -> Mesh:
     second = np.stack([0 * steps, steps, -0.05 * steps**2], axis=1)
     quads = shapes.translation_surface(first, second)
     faces: list[list[int]] = []
-    for k, (a, b, c, d) in enumerate(quads.combinatorics.faces()):
+    for k, (a, b, c, d) in enumerate(quads.combinatorics.faces):
         faces += [[a, b, c], [a, c, d]] if k % 3 == 0 else [[a, b, c, d]]
     return Mesh.from_faces(quads.vertices, faces)
 

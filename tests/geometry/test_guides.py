@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Mesh, shapes
-from geometry.meshing import Effort, Guides, planarise
+from geometry.meshing import Effort, Guides, make_circular, planarise
+from geometry.meshing.vertex_guides import MeshGuides
 from geometry.optimise.solution import ConvergenceError
 from geometry.surface.curve import Curve
 from geometry.surface.surface import Surface
@@ -50,6 +51,55 @@ def test_faces_that_cannot_move_are_named() -> None:
             planarise(bent, Guides(fixed=fixed))
         if len(fixed) == 4:
             assert raised.value.elements == (7,)
+
+
+def test_where_no_vertex_is_free_nothing_is_returned() -> None:
+    plane = shapes.grid(3, 2)  # planar, but not on the surface
+    surface = Surface(shapes.grid(3, 2).translated([0, 0, 0.5]))
+    everything = range(plane.n_vertices)
+    with pytest.raises(ConvergenceError, match=r"cannot change, as all its vertices are fixed.* before planarising"):
+        planarise(plane, Guides(surface=surface, fixed=everything))
+    assert planarise(plane, Guides(fixed=everything)).mesh is plane  # as it is asked for
+    assert planarise(plane, Guides(surface=surface, fixed=everything[1:])).largest_move > 0
+    kite = Mesh.from_faces([[0, 0, 0], [2, 0, 0], [1, 1, 0], [0, 1, 0], [5, 5, 5]], [[0, 1, 2, 3]])
+    with pytest.raises(ConvergenceError, match=r"cannot change.* before making the mesh circular"):
+        make_circular(kite, Guides(fixed=range(4)))  # vertex 4 belongs to no face
+
+
+@given(st.integers(2, 6), st.integers(2, 6), seeds)
+def test_the_expected_dimension_is_the_number_of_coordinates_less_that_of_equations(
+    nx: int, ny: int, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    mesh = shaken(shapes.grid(nx, ny), 0.1, seed)  # in general position
+    fixed = np.flatnonzero(rng.random(mesh.n_vertices) < rng.random())
+    free = np.repeat(~np.isin(np.arange(mesh.n_vertices), fixed), 3)
+    c = mesh.combinatorics
+    a, b, d, e = mesh.vertices[c.corners.reshape(-1, 4)].swapaxes(0, 1)
+    # the derivatives of the volumes of the tetrahedra of the faces
+    gradients = np.zeros((mesh.n_faces, mesh.n_vertices, 3))
+    faces = np.arange(mesh.n_faces)
+    for corner, vectors in enumerate([np.cross(e - b, d - b), np.cross(d - a, e - a), np.cross(e - a, b - a)]):
+        gradients[faces, c.corners.reshape(-1, 4)[:, corner]] = vectors
+    gradients[faces, c.corners.reshape(-1, 4)[:, 3]] = np.cross(b - a, d - a)
+    rows = gradients.reshape(mesh.n_faces, -1)[:, free]
+    found = Guides(fixed=fixed).expected_dimension(mesh)
+    assert found == free.sum() - np.abs(rows).max(axis=1, initial=0.0).astype(bool).sum()
+
+
+def test_too_few_free_vertices_are_the_reason() -> None:
+    bent = shaken(shapes.grid(2, 2), 0.1, 0)
+    guides = Guides(fixed=np.flatnonzero(bent.combinatorics.is_boundary_vertex))
+    assert guides.expected_dimension(bent) == -1
+    with pytest.raises(
+        ConvergenceError, match="make 1 more equations than the 1 free vertices have coordinates: fix fewer"
+    ):
+        planarise(bent, guides)
+    vaulted = vault()
+    loose, kept = (Guides(keep_boundary=keep).expected_dimension(vaulted) for keep in (False, True))
+    c = vaulted.combinatorics
+    corners = MeshGuides.of(vaulted, Guides(keep_boundary=True)).is_fixed.sum()
+    assert loose - kept == 3 * corners + 2 * (c.is_boundary_vertex.sum() - corners)
 
 
 # --- curves

@@ -35,7 +35,7 @@ def prisms(first: int, second: int, seed: int) -> Mesh:
     vertices, faces = [], []
     for k, turn, shift in ((first, np.eye(3), np.zeros(3)), (second, rotation(seed), rng.normal(size=3) / 2)):
         prism = shapes.regular_prism(k)
-        faces += [[v + sum(map(len, vertices)) for v in face] for face in prism.combinatorics.faces()]
+        faces += [[v + sum(map(len, vertices)) for v in face] for face in prism.combinatorics.faces]
         vertices.append(prism.vertices / np.abs(prism.vertices).max() @ turn + shift)
     return Mesh.from_faces(np.concatenate(vertices), faces)
 
@@ -82,7 +82,7 @@ def crowd(seed: int, n_vertices: int, n_faces: int, *, hubs: int, planes: int) -
 def by_all_pairs(mesh: Mesh) -> list[list[int]]:
     """Every two faces one of which has an edge through the other, or that lie in one plane and share area."""
     close = 1e-9 * mesh.mean_edge_length
-    faces = mesh.combinatorics.faces()
+    faces = [face.tolist() for face in mesh.combinatorics.faces]
     frames = [np.linalg.svd(normal[None])[2] for normal in mesh.face_normals]  # the normal, and two across it
     crossing, flat = set(), set()
     for a, b in permutations(range(mesh.n_faces), 2):
@@ -242,7 +242,7 @@ def test_faces_as_small_as_rounding_share_no_area(seed: int) -> None:
     crowded = mesh.vertices.copy()
     crowded[small] = [3, 3, 0] + 1e-15 * rng.normal(size=(25, 3))
     meeting = intersecting_faces(mesh.with_vertices(crowded))
-    is_small = np.array([set(face) <= set(small.tolist()) for face in mesh.combinatorics.faces()])
+    is_small = np.array([set(face) <= set(small.tolist()) for face in mesh.combinatorics.faces])
     assert not is_small[meeting].all(axis=1).any()
 
 
@@ -268,7 +268,7 @@ def test_a_strip_along_a_loop_crosses_itself_once() -> None:
 def test_a_large_face_is_not_copied_for_each_of_its_neighbours() -> None:
     n = 1000
     prism = shapes.rotational_mesh(np.array([[1.0, 0.0], [1.0, 1.0]]), n)
-    faces = [*prism.combinatorics.faces(), list(range(0, 2 * n, 2))[::-1], list(range(1, 2 * n, 2))]
+    faces = [*prism.combinatorics.faces, list(range(0, 2 * n, 2))[::-1], list(range(1, 2 * n, 2))]
     capped = Mesh.from_faces(prism.vertices @ rotation(0).T, faces)
     tracemalloc.start()
     assert not len(intersecting_faces(capped))

@@ -16,7 +16,7 @@ from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
 from geometry.errors import GeometryError, MeshError
 from geometry.gauss.distances import edge_distances
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
-from geometry.mesh.patterns import dual
+from geometry.mesh.tilings import dual
 from geometry.spheres.moebius import MoebiusTransformation
 from geometry.spheres.stereographic import circle_planes, poles
 from tests.geometry.random_polyhedra import KINDS, random_polyhedron
@@ -128,7 +128,7 @@ def test_numbering_does_not_matter(seed: int, n: int) -> None:
     rng = np.random.default_rng(seed)
     c = random_polyhedron(rng, n, "mixed")
     order = rng.permutation(c.n_vertices)
-    faces = [np.roll(order[face], rng.integers(len(face))).tolist() for face in c.faces()]
+    faces = [np.roll(order[face], rng.integers(len(face))).tolist() for face in c.faces]
     rng.shuffle(faces)
     other = koebe(Combinatorics.from_faces(c.n_vertices, faces)).mesh.vertices
     assert misfit_up_to_rotation(koebe(c).mesh.vertices, other[order]) <= 1e-10
@@ -168,7 +168,7 @@ def test_vertex_cones_touch_the_sphere_and_contain_the_edges() -> None:
 
 def test_a_vertex_without_face_has_no_circle_inside_the_sphere() -> None:
     mesh = koebe(solids.cube().combinatorics).mesh
-    more = Mesh.from_faces([*mesh.vertices, [0, 0, 0]], mesh.combinatorics.faces())
+    more = Mesh.from_faces([*mesh.vertices, [0, 0, 0]], mesh.combinatorics.faces)
     with pytest.raises(GeometryError, match="pole of cone 8 has length 0"):
         KoebePolyhedron(more).vertex_circles  # noqa: B018
 
@@ -267,7 +267,7 @@ def test_handles_and_unused_vertices() -> None:
         koebe(tube)
     assert (caught.value.value, caught.value.bound) == (0, 2)
     with pytest.raises(MeshError, match="vertex 4 belongs to no face"):
-        koebe(Combinatorics.from_faces(5, solids.tetrahedron().combinatorics.faces()))
+        koebe(Combinatorics.from_faces(5, solids.tetrahedron().combinatorics.faces))
 
 
 @given(seeds, st.integers(5, 30), st.sampled_from(KINDS))
@@ -302,7 +302,7 @@ def _without_edge(c: Combinatorics, edge: int) -> list[list[int]]:
     i, j = c.edges[edge].tolist()
     one, two = c.face(left).tolist(), c.face(right).tolist()
     merged = _part(one, one.index(j), one.index(i))[:-1] + _part(two, two.index(i), two.index(j))[:-1]
-    return [face for f, face in enumerate(c.faces()) if f not in (left, right)] + [merged]
+    return [face for f, face in enumerate(c.faces) if f not in (left, right)] + [merged]
 
 
 def _part(ring: list[int], start: int, end: int) -> list[int]:

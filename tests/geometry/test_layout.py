@@ -153,7 +153,7 @@ def test_several_pieces_and_polygons() -> None:
     one = shapes.torus(np.stack([3 + np.cos(angles), np.sin(angles)], axis=1), 36)
     two = Mesh.from_faces(
         np.concatenate([one.vertices, one.vertices + np.array([100, 0, 0])]),
-        [*one.combinatorics.faces(), *[[v + one.n_vertices for v in f] for f in one.combinatorics.faces()]],
+        [*one.combinatorics.faces, *[[v + one.n_vertices for v in f] for f in one.combinatorics.faces]],
     )
     result = lay_quads(Surface(two), n_faces=400)
     c = result.mesh.combinatorics
@@ -176,7 +176,7 @@ def ring(hole: float) -> Surface:
 def punched(triangle: int) -> Surface:
     """A plane without one of its triangles."""
     mesh = plane().mesh
-    faces = mesh.combinatorics.faces()
+    faces = [face.tolist() for face in mesh.combinatorics.faces]
     del faces[triangle]
     return Surface(Mesh.from_faces(mesh.vertices, faces))
 

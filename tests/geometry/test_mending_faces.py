@@ -47,7 +47,7 @@ def assert_mended_to(mesh: Mesh, vertices: object, faces: Faces) -> tuple[str, .
 def test_corners_named_several_times_in_a_row_count_once(mesh: Mesh, seed: int) -> None:
     rng = np.random.default_rng(seed)
     faces, doubled = [], []
-    for number, face in enumerate(mesh.combinatorics.faces()):
+    for number, face in enumerate(mesh.combinatorics.faces):
         counts = rng.integers(1, 4, len(face)) if rng.random() < 0.5 else np.ones(len(face), dtype=int)
         faces.append(np.repeat(face, counts).tolist())
         doubled += [number] if counts.max() > 1 else []
@@ -68,7 +68,7 @@ def test_corners_of_their_own_at_one_place_count_once(mesh: Mesh, seed: int, sha
     step = rng.normal(size=3)
     extra = mesh.vertices[tail] + step / np.linalg.norm(step) * share * shortest
     faces = []
-    for face in mesh.combinatorics.faces():
+    for face in mesh.combinatorics.faces:
         for before, after, between in ((tail, head, [tail, mesh.n_vertices]), (head, tail, [head, mesh.n_vertices])):
             place = next((k for k in range(len(face)) if [face[k], face[(k + 1) % len(face)]] == [before, after]), None)
             if place is not None:
@@ -85,7 +85,7 @@ def test_an_edge_without_length_between_two_faces_is_closed() -> None:
     vertices = mesh.vertices.copy()
     (first, second), *_ = mesh.combinatorics.edges[~mesh.combinatorics.is_boundary_edge].tolist()
     vertices[second] = vertices[first]
-    found, said = mend(vertices, mesh.combinatorics.faces())
+    found, said = mend(vertices, mesh.combinatorics.faces)
     assert sorted(found.combinatorics.face_sizes.tolist()) == [3, 3, 4]
     assert len(said) == 2
 
@@ -97,7 +97,7 @@ def test_a_chain_of_short_edges_is_no_copy_of_a_vertex() -> None:
     grid = shapes.grid(100, 100).translated([0, 400.0, 0])  # so that the mean edge is one of the large ones
     n = len(side) + 3
     vertices = np.concatenate([side, [[1, 0, 0], [1, 1, 0], [0, 1, 0]], grid.vertices])
-    faces = [list(range(n)), *[[v + n for v in face] for face in grid.combinatorics.faces()]]
+    faces = [list(range(n)), *[[v + n for v in face] for face in grid.combinatorics.faces]]
     error = refused(vertices, faces)
     assert "but joined by steps of at most" in error.message
     assert len(error.elements) > 1_000
@@ -122,7 +122,7 @@ def test_a_vertex_twice_but_not_in_a_row_is_refused_and_all_such_faces_are_named
 def test_faces_with_fewer_than_three_corners_are_dropped(mesh: Mesh, seed: int) -> None:
     """And numbers in sentences are still those of the file."""
     rng = np.random.default_rng(seed)
-    faces = mesh.combinatorics.faces()
+    faces = [face.tolist() for face in mesh.combinatorics.faces]
     thin = [[], [0], [1, 2], [3, 3, 3], [2, 1, 2]]
     added = sorted(rng.integers(0, len(faces) + 1, 3).tolist(), reverse=True)
     for place in added:
@@ -136,7 +136,7 @@ def test_faces_with_fewer_than_three_corners_are_dropped(mesh: Mesh, seed: int) 
         )
         for sentence in said
     )
-    crossed = shapes.grid(1, 1).combinatorics.faces()[0]
+    crossed = shapes.grid(1, 1).combinatorics.faces[0]
     crossed = [mesh.n_vertices + v for v in (crossed[0], crossed[2], crossed[1], crossed[3])]
     error = refused(np.concatenate([mesh.vertices, shapes.grid(1, 1).vertices + 50]), [*faces, crossed])
     assert error.message.startswith(f"face {len(faces)} crosses itself")
@@ -146,7 +146,7 @@ def test_faces_with_fewer_than_three_corners_are_dropped(mesh: Mesh, seed: int) 
 @given(meshes, seeds)
 def test_faces_written_again_are_dropped_whichever_way_they_run(mesh: Mesh, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    faces = mesh.combinatorics.faces()
+    faces = [face.tolist() for face in mesh.combinatorics.faces]
     again = rng.integers(0, len(faces), int(rng.integers(1, 2 * len(faces)))).tolist()
     for face in again:
         k = int(rng.integers(len(faces[face])))
@@ -161,7 +161,7 @@ def test_faces_written_again_are_dropped_whichever_way_they_run(mesh: Mesh, seed
 def test_a_mesh_written_twice_with_vertices_of_its_own_counts_once(mesh: Mesh, seed: int) -> None:
     shift = np.random.default_rng(seed).uniform(-0.3, 0.3, mesh.vertices.shape)
     shift *= COINCIDENCE * float(mesh.edge_lengths.min())
-    faces = mesh.combinatorics.faces()
+    faces = [face.tolist() for face in mesh.combinatorics.faces]
     twice = [*faces, *[[v + mesh.n_vertices for v in face[::-1]] for face in faces]]
     said = assert_mended_to(mesh, np.concatenate([mesh.vertices, mesh.vertices + shift]), twice)
     assert said[0].startswith(f"{mesh.n_faces} of {2 * mesh.n_faces} faces were written before; dropped: faces ")
@@ -171,7 +171,7 @@ def test_a_mesh_written_twice_with_vertices_of_its_own_counts_once(mesh: Mesh, s
 def test_boxes_side_by_side_keep_the_walls_that_they_share() -> None:
     cube = shapes.cube()
     width = float(np.ptp(cube.vertices[:, 0]))
-    faces = cube.combinatorics.faces()
+    faces = [face.tolist() for face in cube.combinatorics.faces]
     vertices = np.concatenate([cube.vertices, cube.vertices + np.array([width, 0, 0])])
     found, said = mend(vertices, faces + [[v + 8 for v in face] for face in faces])
     assert (found.n_faces, said) == (12, ())
@@ -204,7 +204,7 @@ def triangulated(face: list[int], rng: np.random.Generator) -> Faces:
 def test_faces_and_their_triangles_are_all_listed(mesh: Mesh, seed: int) -> None:
     rng = np.random.default_rng(seed)
     turned = mesh.vertices @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    faces = mesh.combinatorics.faces()
+    faces = [face.tolist() for face in mesh.combinatorics.faces]
     large = [number for number, face in enumerate(faces) if len(face) > 3]
     chosen = sorted(rng.choice(large, int(rng.integers(1, len(large) + 1)), replace=False).tolist())
     expected = set(chosen)
@@ -227,7 +227,7 @@ def test_a_triangle_in_the_notch_of_a_face_lies_beside_it() -> None:
 
 def test_all_pairs_of_other_rings_of_the_same_vertices_are_listed() -> None:
     grid = shapes.grid(4, 3)
-    faces = grid.combinatorics.faces()
+    faces = [face.tolist() for face in grid.combinatorics.faces]
     soup = PolygonSoup.from_faces(grid.vertices, faces + [[a, c, b, d] for a, b, c, d in faces])
     with pytest.raises(MeshError) as caught:
         check_duplicates(soup)
@@ -241,7 +241,9 @@ def test_all_edges_of_three_faces_are_counted() -> None:
     row = np.flatnonzero(np.isclose(grid.vertices[:, 1], 1)).tolist()
     lifted = grid.vertices[row] + [0, 0, 1]
     fence = [[row[k], row[k + 1], grid.n_vertices + k + 1, grid.n_vertices + k] for k in range(4)]
-    error = refused(np.concatenate([grid.vertices, lifted]), grid.combinatorics.faces() + fence)
+    error = refused(
+        np.concatenate([grid.vertices, lifted]), [face.tolist() for face in grid.combinatorics.faces] + fence
+    )
     first, *others = [f"{b} to {a}" for a, b in pairwise(row)]
     assert error.message.startswith(f"the edge from vertex {first.replace('to', 'to vertex')} belongs to faces ")
     assert f"; likewise the edges {others[0]}, {others[1]} and {others[2]} (vert" in error.message
@@ -271,7 +273,7 @@ def test_a_pair_goes_through_the_same_mending(tmp_path_factory: pytest.TempPathF
     mesh = shapes.grid(3, 2)
     image = mesh.vertices @ rng.normal(size=(3, 3))
     for name, vertices in (("M.obj", mesh.vertices), ("S.obj", image)):
-        faces = mesh.combinatorics.faces()
+        faces = [face.tolist() for face in mesh.combinatorics.faces]
         faces = [[face[0], *face] if rng.random() < 0.5 else face for face in faces]
         faces += [faces[rng.integers(6)][::-1], [1, 2], [4, 4, 4]][: rng.integers(4)]
         rows = ["v " + " ".join(map(repr, row)) for row in vertices.tolist()]
@@ -286,7 +288,9 @@ def test_a_pair_goes_through_the_same_mending(tmp_path_factory: pytest.TempPathF
 def test_copies_in_place_are_none_where_the_other_mesh_tells_them_apart(tmp_path: Path) -> None:
     """Two closed pieces at one place whose images differ, as of a surface that covers itself twice."""
     cube = shapes.cube()
-    faces = cube.combinatorics.faces() + [[v + 8 for v in face] for face in cube.combinatorics.faces()]
+    faces = [face.tolist() for face in cube.combinatorics.faces] + [
+        [v + 8 for v in face] for face in cube.combinatorics.faces
+    ]
     for name, moved in (("M.obj", 0.0), ("S.obj", 5.0)):
         rows = [f"v {x} {y} {z}" for x, y, z in [*cube.vertices, *(cube.vertices + moved)]]
         (tmp_path / name).write_text("\n".join([*rows, *("f " + " ".join(str(v + 1) for v in f) for f in faces)]))

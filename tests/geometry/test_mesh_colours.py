@@ -24,7 +24,7 @@ AS_MANY_FACES_AS_VERTICES = Mesh.from_faces(np.eye(4)[:, :3], [[0, 1, 2], [0, 2,
 
 
 def triangles() -> Mesh:
-    return Mesh.from_faces(DOME.vertices, [part for face in DOME.combinatorics.faces() for part in fan(face)])
+    return Mesh.from_faces(DOME.vertices, [part for face in DOME.faces for part in fan(face)])
 
 
 def fan(face: list[int]) -> list[list[int]]:

@@ -47,7 +47,7 @@ def test_vertices_correspond_whatever_the_faces_of_the_second_look_like(
 ) -> None:
     folder = tmp_path_factory.mktemp("pair")
     mesh = shapes.hexagonal_paraboloid(3, 3)
-    vertices, faces = split(mesh) if gaps else (mesh.vertices, mesh.combinatorics.faces())
+    vertices, faces = split(mesh) if gaps else (mesh.vertices, [face.tolist() for face in mesh.faces])
     images, _ = split(image_of(mesh)) if gaps else (image_of(mesh).vertices, [])
     shuffled = [face[k:] + face[:k] for face in faces for k in [random.randrange(len(face))]]
     shuffled = [face[::-1] if random.random() < 0.5 else face for face in shuffled]
@@ -67,7 +67,7 @@ def test_the_second_is_not_judged_and_turns_with_the_first(tmp_path: Path) -> No
     """An overfolded image with an edge of no length; the first has an unused vertex and faces that run inwards."""
     cube = solids.cube()
     vertices = np.vstack([cube.vertices, [9.0, 9.0, 9.0]])
-    faces = [face[::-1] for face in cube.combinatorics.faces()]
+    faces = [face[::-1] for face in cube.combinatorics.faces]
     images = vertices * [1, 1, -1]
     images[0] = images[faces[0][1]]
     write(tmp_path / "M.obj", vertices, faces)
@@ -108,8 +108,8 @@ def test_other_faces_are_refused(
     tmp_path: Path, change: Callable[[np.ndarray, Faces], tuple[np.ndarray, Faces]], sentence: str
 ) -> None:
     mesh = shapes.grid(3, 3)
-    write(tmp_path / "M.obj", mesh.vertices, mesh.combinatorics.faces())
-    write(tmp_path / "S.obj", *change(mesh.vertices, mesh.combinatorics.faces()))
+    write(tmp_path / "M.obj", mesh.vertices, mesh.combinatorics.faces)
+    write(tmp_path / "S.obj", *change(mesh.vertices, mesh.combinatorics.faces))
     with pytest.raises(MeshError, match=sentence):
         read_mesh_pair(tmp_path / "M.obj", tmp_path / "S.obj")
 

@@ -24,7 +24,7 @@ seeds = st.integers(0, 2**32 - 1)
 
 WINDOW = Mesh.from_faces(  # a 4 x 4 grid without the middle four: an annulus with vertices of valence 2
     shapes.grid(4, 4).vertices,
-    [f for k, f in enumerate(shapes.grid(4, 4).combinatorics.faces()) if k not in (5, 6, 9, 10)],
+    [f for k, f in enumerate(shapes.grid(4, 4).combinatorics.faces) if k not in (5, 6, 9, 10)],
 )
 MESHES = {
     "disc": shapes.hexagonal_paraboloid(4, 3),
@@ -81,7 +81,9 @@ def test_the_sign_and_the_size_of_the_distance(seed: int) -> None:
 
 def test_each_component_starts_at_its_own_vertex() -> None:
     one, other = shapes.dome(7, 3), shapes.cube()
-    faces = one.combinatorics.faces() + [[v + one.n_vertices for v in f] for f in other.combinatorics.faces()]
+    faces = [face.tolist() for face in one.combinatorics.faces] + [
+        [v + one.n_vertices for v in f] for f in other.combinatorics.faces
+    ]
     both = Mesh.from_faces(np.concatenate([one.vertices, other.vertices + 9]), faces)
     axes = np.concatenate([one.vertices, other.vertices])
     moved = (parallel_from_axes(both, axes, start=3, distance=0.5) - both).vertices
@@ -110,7 +112,7 @@ def around(growth: float) -> tuple[Mesh, FloatArray]:
     """The sides of a prism, and horizontal axes coplanar over each edge whose distances grow once around."""
     n, rng = 7, np.random.default_rng(0)
     prism = shapes.regular_prism(n)
-    ring = Mesh.from_faces(prism.vertices, prism.combinatorics.faces()[:n])
+    ring = Mesh.from_faces(prism.vertices, prism.combinatorics.faces[:n])
     steps = np.diff(np.concatenate([prism.vertices[:n], prism.vertices[:1]])[:, :2], axis=0)
     start = np.array([0.9, 0.7])
     factors = rng.uniform(0.5, 1.5, size=n)
@@ -132,7 +134,7 @@ def test_around_a_hole_coplanar_axes_may_belong_to_no_parallel_mesh() -> None:
     # of the two distances at one end, 1 and 1.3, the difference across the edge over the larger distance at its ends
     assert 0.2 / 1.3 * min(sines) < raised.value.value <= 0.3 / 1.3 * max(sines) + 1e-12
     # once the ring is cut open, there is one
-    faces = ring.combinatorics.faces()[:-1]
+    faces = [face.tolist() for face in ring.combinatorics.faces[:-1]]
     parallel_from_axes(Mesh.from_faces(ring.vertices, faces), axes)
 
 

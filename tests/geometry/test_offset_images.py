@@ -95,7 +95,7 @@ def test_triangles_are_circular_and_have_no_vertex_offset_for_that() -> None:
     grid = shapes.grid(3, 3)
     points = grid.vertices.copy()
     points[:, 2] = 0.2 * points[:, 0] ** 2 + 0.1 * points[:, 1] ** 2 + 0.05 * points[:, 0] * points[:, 1]
-    mesh = Mesh.from_faces(points, [t for a, b, c, d in grid.combinatorics.faces() for t in ([a, b, c], [a, c, d])])
+    mesh = Mesh.from_faces(points, [t for a, b, c, d in grid.combinatorics.faces for t in ([a, b, c], [a, c, d])])
     off = offset_deviations(mesh)
     assert off["vertex"] > 1e-3
     assert off["face"] > 1e-3

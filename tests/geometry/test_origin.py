@@ -76,7 +76,7 @@ def test_mending_does_not_depend_on_the_place(seed: int, move: FloatArray, close
     rng = np.random.default_rng(seed)
     corners = mesh.combinatorics.corners
     vertices = dyadic(Mesh(mesh.vertices[corners] + rng.uniform(-4e-5, 4e-5, (len(corners), 3)), _apart(mesh))).vertices
-    faces = [face[:: rng.choice([-1, 1])] for face in _apart(mesh).faces()]
+    faces = [face[:: rng.choice([-1, 1])] for face in _apart(mesh).faces]
     here, there = mend(vertices, faces), mend(vertices + move, faces)
     np.testing.assert_array_equal(there[0].vertices, here[0].vertices + move)
     assert there[0].combinatorics.same_as(here[0].combinatorics)

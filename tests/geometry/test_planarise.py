@@ -76,7 +76,7 @@ def test_attitude_and_numbers_do_not_matter_where_steps_are_long(seed: int) -> N
     numbers = rng.permutation(bent.n_vertices)
     positions = np.empty_like(bent.vertices)
     positions[numbers] = bent.vertices @ turn
-    faces = [numbers[face].tolist() for face in bent.combinatorics.faces()]
+    faces = [numbers[face].tolist() for face in bent.combinatorics.faces]
     copy = Mesh.from_faces(positions, [faces[f] for f in rng.permutation(len(faces))])
     given, found = planarise(bent), planarise(copy)
     assert given.largest_move > 0.4
@@ -89,7 +89,9 @@ def test_attitude_and_numbers_do_not_matter_where_steps_are_long(seed: int) -> N
 def test_parts_do_not_influence_each_other(seed: int) -> None:
     one, other = shaken(vault(), 0.02, seed), shaken(shapes.regular_prism(5), 0.02, seed)
     other = other.with_vertices(other.vertices / other.mean_edge_length * one.mean_edge_length + 10)
-    faces = one.combinatorics.faces() + [[v + one.n_vertices for v in f] for f in other.combinatorics.faces()]
+    faces = [face.tolist() for face in one.combinatorics.faces] + [
+        [v + one.n_vertices for v in f] for f in other.combinatorics.faces
+    ]
     both = planarise(Mesh.from_faces(np.concatenate([one.vertices, other.vertices]), faces)).mesh
     # steps may end one earlier or later, which moves vertices by far less than a quadratic step's last bits
     np.testing.assert_allclose(both.vertices[: one.n_vertices], planarise(one).mesh.vertices, atol=1e-5)
@@ -221,7 +223,7 @@ def test_advice_names_nothing_that_only_a_library_knows(mesh: Mesh) -> None:
 @settings(deadline=None, max_examples=20)
 def test_moves_are_told_of_each_vertex(seed: int, amount: float) -> None:
     bent = shaken(vault(), amount, seed)
-    bent = Mesh.from_faces(np.concatenate([bent.vertices, [[9.0, 9.0, 9.0]]]), bent.combinatorics.faces())
+    bent = Mesh.from_faces(np.concatenate([bent.vertices, [[9.0, 9.0, 9.0]]]), bent.combinatorics.faces)
     result = planarise(bent)
     moves = np.linalg.norm(result.mesh.vertices - bent.vertices, axis=1) / bent.mean_edge_length
     np.testing.assert_allclose(result.moves, moves, rtol=0, atol=1e-15 * 1e3)

@@ -176,7 +176,7 @@ def test_vertex_normals_of_platonic_solids_are_radial() -> None:
 def test_vertex_normals_do_not_see_how_a_planar_face_is_cut() -> None:
     """They are weighted by angles, which add up."""
     cube = shapes.box(1, 2, 3)
-    whole, *others = cube.combinatorics.faces()
+    whole, *others = cube.combinatorics.faces
     cut = Mesh.from_faces(cube.vertices, [whole[:3], [*whole[2:], whole[0]], *others])
     np.testing.assert_allclose(cut.vertex_normals, cube.vertex_normals, rtol=0, atol=100 * EPS)
 

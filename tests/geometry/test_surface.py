@@ -23,7 +23,7 @@ def shaken(mesh: Mesh, amount: float, seed: int) -> Mesh:
 def triangles_of(mesh: Mesh) -> FloatArray:
     """(T, 3, 3): triangles as they are, larger faces cut about their centroids."""
     parts = []
-    for face in mesh.combinatorics.faces():
+    for face in mesh.combinatorics.faces:
         ring = mesh.vertices[face]
         if len(face) == 3:
             parts.append(ring[None])

@@ -52,7 +52,7 @@ def globe(n: int, axes: FloatArray = AXES) -> Surface:
     mirror = np.diag([-1.0, 1.0, -1.0])
     sides = np.concatenate([side @ turn.T for turn in (*turns, *(turn @ mirror for turn in turns))])
     _, first, vertex = np.unique(np.rint(1e6 * sides), axis=0, return_index=True, return_inverse=True)
-    faces = np.concatenate([np.array(grid.combinatorics.faces()) + k * grid.n_vertices for k in range(6)])
+    faces = np.concatenate([np.array(grid.combinatorics.faces) + k * grid.n_vertices for k in range(6)])
     points = sides[first] / np.linalg.norm(sides[first], axis=1, keepdims=True)
     return Surface(Mesh.from_faces(points * axes, vertex.ravel()[faces].tolist()))
 
@@ -209,7 +209,7 @@ def test_the_part_with_most_normals_is_taken() -> None:
     """A piece of a ball, with the normals of the first half of the faces, between two whole ones."""
     ball = globe(16, np.ones(3)).mesh
     towards = ball.vertices @ PATCH.face_normals[0]
-    piece = Mesh.from_faces(ball.vertices, [f for f in ball.combinatorics.faces() if towards[f].min() > 0.5])
+    piece = Mesh.from_faces(ball.vertices, [f for f in ball.combinatorics.faces if towards[f].min() > 0.5])
     ball = ball.translated([5, 0, 0])
     for parts in ([piece, ball, ball], [ball, piece, ball], [ball, ball, piece]):
         found = tangent_mesh(PATCH, Surface(without_unused(together(*parts))))
@@ -253,7 +253,7 @@ def test_triangles_and_quads_of_a_surface_say_the_same() -> None:
 
 def test_faces_without_a_point_to_touch_are_named() -> None:
     ball = globe(24, np.ones(3)).mesh
-    upper = [face for face in ball.combinatorics.faces() if ball.vertices[face, 2].min() > 0.6]
+    upper = [face for face in ball.combinatorics.faces if ball.vertices[face, 2].min() > 0.6]
     found = tangent_mesh(PATCH, Surface(Mesh.from_faces(ball.vertices, upper)))
     check(found, PATCH)
     rim = np.radians(3)  # the normals at the boundary of a surface are off by part of a quad

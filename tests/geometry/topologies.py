@@ -33,20 +33,20 @@ def together(*meshes: Mesh) -> Mesh:
     faces = [
         [int(v + start) for v in f]
         for mesh, start in zip(meshes, starts, strict=False)
-        for f in mesh.combinatorics.faces()
+        for f in mesh.combinatorics.faces
     ]
     return Mesh.from_faces(np.concatenate([mesh.vertices for mesh in meshes]), faces)
 
 
 def without(mesh: Mesh, *faces: int) -> Mesh:
     """With holes; vertices that are left over stay, unused."""
-    return Mesh.from_faces(mesh.vertices, [f for k, f in enumerate(mesh.combinatorics.faces()) if k not in faces])
+    return Mesh.from_faces(mesh.vertices, [f for k, f in enumerate(mesh.combinatorics.faces) if k not in faces])
 
 
 def split(mesh: Mesh, *faces: int) -> Mesh:
     """With faces cut into triangles from their first corner."""
     parts = []
-    for k, f in enumerate(mesh.combinatorics.faces()):
+    for k, f in enumerate(mesh.combinatorics.faces):
         parts += [[f[0], f[n], f[n + 1]] for n in range(1, len(f) - 1)] if k in faces else [f]
     return Mesh.from_faces(mesh.vertices, parts)
 
@@ -56,7 +56,7 @@ def subdivided(mesh: Mesh, *edges: int) -> Mesh:
     pairs = [mesh.combinatorics.edges[edge].tolist() for edge in edges]
     middle = {frozenset(pair): mesh.n_vertices + k for k, pair in enumerate(pairs)}
     faces = []
-    for f in mesh.combinatorics.faces():
+    for f in mesh.combinatorics.faces:
         following = [*f[1:], f[0]]
         new = [[v, middle.get(frozenset((v, w)))] for v, w in zip(f, following, strict=True)]
         faces.append([v for pair in new for v in pair if v is not None])

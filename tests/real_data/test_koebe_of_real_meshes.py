@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geometry.arrays import FloatArray
-from geometry.circle_patterns.boundary_values import open_pattern
+from geometry.circle_patterns.boundary_values import open_circle_pattern
 from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
@@ -26,7 +26,7 @@ def without_straight_vertices() -> Mesh:
     straight = np.linalg.norm(mesh.vertices, axis=1) < 1 + 1e-6
     kept = np.flatnonzero(~straight)
     number = np.cumsum(~straight) - 1
-    faces = [[number[v] for v in face if not straight[v]] for face in mesh.combinatorics.faces()]
+    faces = [[number[v] for v in face if not straight[v]] for face in mesh.combinatorics.faces]
     return Mesh.from_faces(mesh.vertices[kept], faces)
 
 
@@ -41,7 +41,9 @@ def test_it_is_made_again_from_its_combinatorics_closed_by_two_faces() -> None:
     theirs = without_straight_vertices()
     c = theirs.combinatorics
     assert [len(loop) for loop in c.boundary_loops] == [20, 20]
-    closed = Combinatorics.from_faces(c.n_vertices, c.faces() + [loop[::-1].tolist() for loop in c.boundary_loops])
+    closed = Combinatorics.from_faces(
+        c.n_vertices, [face.tolist() for face in c.faces] + [loop[::-1].tolist() for loop in c.boundary_loops]
+    )
     S = koebe(closed)
     assert S.mesh.n_faces == 182
     assert misfit_up_to_rotation(S.mesh.vertices, theirs.vertices) <= AS_WRITTEN
@@ -63,7 +65,7 @@ def test_it_is_made_again_from_the_radii_along_its_boundary() -> None:
     assert (sizes > 0).all()
     boundary = np.where(c.is_boundary_vertex, sizes, np.nan)
     assert np.nanmax(boundary) > 3 * np.nanmin(boundary[boundary > np.nanmedian(boundary)])
-    pattern = open_pattern(c, radii=boundary, outer=int(np.nanargmax(boundary)))
+    pattern = open_circle_pattern(c, radii=boundary, outer=int(np.nanargmax(boundary)))
     np.testing.assert_allclose(pattern.vertex_radii, sizes, rtol=1e-8)
     S = koebe(c, radii=boundary, outer=int(np.nanargmax(boundary)), coverage=1.0)
     assert misfit_up_to_rotation(S.mesh.vertices, theirs.vertices) <= AS_WRITTEN

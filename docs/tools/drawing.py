@@ -1,4 +1,4 @@
-"""Pictures of meshes: shapes in a restrained palette, panels side by side, labels."""
+"""Pages of figures: shapes in a restrained palette, panels side by side, labels; rendered as `geometry.plot` does."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from PIL import Image
-from rendering import Polygons, View, fit, render
 
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import FloatArray
 from geometry.mesh import Mesh
+from geometry.pictures.mesh_polygons import flat_normals, mesh_polygons
+from geometry.pictures.rendering import Polygons, View, fit, render
 
 __all__ = [
     "BLUE",
@@ -72,14 +73,15 @@ def polygons(
 ) -> Polygons:
     """Polygons (n, k, 3). width: of their outlines in pixels, within each polygon. normals (n, k, 3): smooth."""
     n, k = corners.shape[:2]
-    if normals is None:
-        ahead = np.roll(corners, -1, axis=1)
-        flat = np.cross(corners - corners[:, :1], ahead - corners[:, :1]).sum(axis=1)
-        flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-300)
-        normals = np.repeat(flat[:, None], k, axis=1)
-    front, behind = (np.broadcast_to(_rgb(shade), (n, 3)) for shade in (colour, colour if back is None else back))
+    front, behind = (_spread(shade, n, k) for shade in (colour, colour if back is None else back))
     outline = np.broadcast_to(np.asarray(width, dtype=float), (n, k))
-    return Polygons(corners, normals, front, behind, outline, _rgb(ink), opacity)
+    normals = flat_normals(corners) if normals is None else normals
+    return Polygons(corners, normals, front, behind, outline, _spread(ink, n, k), opacity)
+
+
+def _spread(colour: str | FloatArray, n: int, k: int) -> FloatArray:
+    """(n, k, 3) one colour, or colours (n, 3) of polygons, at their corners."""
+    return np.broadcast_to(_rgb(colour)[..., None, :], (n, k, 3))
 
 
 def faces(
@@ -98,26 +100,9 @@ def faces(
     for shade, chosen in (special or {}).items():
         colours[list(chosen)] = backs[list(chosen)] = _rgb(shade)
     widths = width * np.where(c.is_boundary_edge[c.corner_edge], 2.0, 1.0)
-    shapes = []
-    for chosen, corners in c.faces_by_size():
-        corners = np.take_along_axis(corners, _starts_of_fans(mesh.vertices[c.corners[corners]]), axis=1)
-        points, outline = mesh.vertices[c.corners[corners]], widths[corners]
-        shapes.append(polygons(points, colours[chosen], back=backs[chosen], width=outline, opacity=opacity))
-    return shapes
-
-
-def _starts_of_fans(corners: FloatArray) -> IntArray:
-    """(n, k) the corners of polygons (n, k, 3) in their order, each from the one whose fan of triangles fits best."""
-    k = corners.shape[1]
-    turns = (np.arange(k)[:, None] + np.arange(k)) % k
-    arms = corners[:, turns] - corners[:, turns[:, :1]]
-    doubled = np.cross(arms[:, :, 1:-1], arms[:, :, 2:])
-    normals = doubled.sum(axis=2)
-    signed = (
-        np.einsum("nsti,nsi->nst", doubled, normals) / np.maximum(np.square(normals).sum(axis=2), 1e-300)[..., None]
-    )
-    order: IntArray = turns[np.argmax(signed.min(axis=2) > -1e-9, axis=1)]
-    return order
+    ink = np.broadcast_to(_rgb(INK), (c.n_corners, 3))
+    fronts, behind = colours[c.corner_face], backs[c.corner_face]
+    return mesh_polygons(mesh, fronts, behind, widths=widths, ink=ink, opacity=opacity)
 
 
 def bars(
@@ -232,14 +217,14 @@ def draw_page(path: Path, width: int, height: int, panels: Sequence[Panel], note
             for label in panel.labels:
                 x, y = camera.project(label.point)[:2]
                 right, up = label.offset
-                _write(axes, left + x + right, top + y - up, label.text, label.size, label.colour)
+                _add_text(axes, left + x + right, top + y - up, label.text, label.size, label.colour)
         for note in notes:
-            _write(axes, note.x, note.y, note.text, note.size, INK)
+            _add_text(axes, note.x, note.y, note.text, note.size, INK)
         figure.figimage(page, zorder=-1)
         buffer = BytesIO()
         figure.savefig(buffer, format="png")
     Image.open(buffer).convert("RGB").quantize(256, kmeans=4, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
-def _write(axes: Axes, x: float, y: float, text: str, size: float, colour: str) -> None:
+def _add_text(axes: Axes, x: float, y: float, text: str, size: float, colour: str) -> None:
     axes.text(x, y, text, size=size * 0.72, color=colour, ha="center", va="center")

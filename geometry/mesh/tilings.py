@@ -8,6 +8,7 @@ from geometry.arrays import IntArray
 from geometry.errors import MeshError
 from geometry.mesh import shapes
 from geometry.mesh.combinatorics import Combinatorics
+from geometry.mesh.mesh_arguments import CombinatoricsLike, as_combinatorics
 
 __all__ = ["dual", "hexagon_patch", "pentagon_patch", "quad_patch", "rotational_hexagons", "rotational_quads"]
 
@@ -72,12 +73,13 @@ def rotational_hexagons(n: int, rings: int) -> Combinatorics:
     return Combinatorics(2 * n * (rings + 1), faces.ravel(), np.arange(0, faces.size + 1, 6))
 
 
-def dual(combinatorics: Combinatorics) -> Combinatorics:
+def dual(combinatorics: CombinatoricsLike) -> Combinatorics:
     """A face for each inner vertex, through the faces around it; a vertex for each face that has an inner vertex.
 
     Both in their order. Of a closed polyhedron the dual of the dual is the same again. Raises MeshError where no vertex
     is inside.
     """
+    combinatorics = as_combinatorics(combinatorics)
     c = combinatorics
     inner = np.flatnonzero(c.is_used & ~c.is_boundary_vertex)
     if not len(inner):

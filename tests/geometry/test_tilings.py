@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from geometry.errors import MeshError
 from geometry.mesh import Combinatorics, solids
-from geometry.mesh.patterns import (
+from geometry.mesh.tilings import (
     dual,
     hexagon_patch,
     pentagon_patch,
@@ -24,7 +24,7 @@ sizes = st.integers(1, 6)
 
 def face_sets(c: Combinatorics) -> list[list[int]]:
     """Faces in any order, each from its least vertex on."""
-    return sorted(np.roll(face, -int(np.argmin(face))).tolist() for face in c.faces())
+    return sorted(np.roll(face, -int(np.argmin(face))).tolist() for face in c.faces)
 
 
 def inner_degrees(c: Combinatorics) -> set[int]:

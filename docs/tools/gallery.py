@@ -9,15 +9,16 @@ from types import ModuleType
 
 __all__ = ["page", "rows"]
 
-EXAMPLES = Path(__file__).parent
-GALLERY = EXAMPLES.parent / "docs" / "gallery"
+ROOT = Path(__file__).parents[2]
+EXAMPLES, GALLERY = ROOT / "examples", ROOT / "docs" / "gallery"
 
 HEAD = """\
 # Gallery
 
 Figures of the paper this project implements, [Pottmann2007] in [references.bib](../references.bib), made anew with
-shapes of our own. Each is drawn by a short script in [examples](../../examples); `python examples/gallery.py` runs all
-of them and writes this page. Lengths without unit are in units of the example; d is the nominal distance of M and M'.
+shapes of our own. Each is drawn by a short script in [examples](../../examples), which runs in the folder of
+the project as `python -m examples.figure_03_parallel_meshes`; `python -m docs.tools.gallery` runs all of them and
+writes this page. Lengths without unit are in units of the example; d is the nominal distance of M and M'.
 
 What the free parameters of edge offset meshes do is on a page of its own, [parameters.html](parameters.html): open it
 in a browser, turn a slider, and see M and S change.
@@ -31,7 +32,8 @@ CITATION = re.compile(r" \[.*?\]\.?")
 
 def figures() -> dict[str, ModuleType]:
     """The scripts by the names of their pictures."""
-    return {path.stem[:9]: importlib.import_module(path.stem) for path in sorted(EXAMPLES.glob("figure_*.py"))}
+    names = sorted(path.stem for path in EXAMPLES.glob("figure_*.py"))
+    return {name[:9]: importlib.import_module(f"examples.{name}") for name in names}
 
 
 def rows(numbers: dict[str, float]) -> list[str]:

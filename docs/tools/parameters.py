@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from parameters_koebe import KOEBE, SIGNS
-from parameters_revolution import CONSTANT_MEAN, LAGUERRE, MINIMAL
-from parameters_study import Parameter, Study
 
+from docs.tools.parameters_koebe import KOEBE, SIGNS
+from docs.tools.parameters_revolution import CONSTANT_MEAN, LAGUERRE, MINIMAL
+from docs.tools.parameters_study import Parameter, Study
 from geometry.arrays import BoolArray, FloatArray
 from geometry.curvature import FaceCurvatures, face_curvatures
 from geometry.gauss import Pair, edge_distances
@@ -31,8 +31,8 @@ from geometry.parallel import parallelity
 
 __all__ = ["State", "main", "page", "states"]
 
-EXAMPLES = Path(__file__).parent
-PAGE = EXAMPLES.parent / "docs" / "gallery" / "parameters.html"
+TOOLS = Path(__file__).parent
+PAGE = TOOLS.parent / "gallery" / "parameters.html"
 
 ROUNDING = 1e-9
 """Below this a number is zero but for rounding, and its digits differ from machine to machine."""
@@ -126,9 +126,9 @@ def page() -> str:
     found = main()
     tangency, parallelity_, curvature = list(found.values())[-3:]
     shared = [files("fabkit.formats.report").joinpath(name) for name in ("camera.js", "program.js")]
-    own = [EXAMPLES / name for name in ("parameters_view.js", "parameters_page.js")]
+    own = [TOOLS / name for name in ("parameters_view.js", "parameters_page.js")]
     scripts = [script.read_text(encoding="utf-8") for script in (*shared, *own)]
-    return Template((EXAMPLES / "parameters.html").read_text(encoding="utf-8")).substitute(
+    return Template((TOOLS / "parameters.html").read_text(encoding="utf-8")).substitute(
         n_meshes=sum(len(each) for _, each in states()),
         tangency=_power_of_ten(tangency),
         parallelity=_power_of_ten(parallelity_),

@@ -1,7 +1,7 @@
 """Polygons in space to pixels: a depth buffer, light, shadow, and outlines that belong to their faces.
 
-Every pixel is sampled `FINE` times in each direction. A sample first finds its nearest triangle; colour, outline and
-shadow are looked up only then. Translucent polygons are peeled off layer by layer.
+Every pixel is sampled `OVERSAMPLING` times in each direction. A sample first finds its nearest triangle; colour,
+outline and shadow are looked up only then. Translucent polygons are peeled off layer by layer.
 """
 
 from __future__ import annotations
@@ -12,27 +12,45 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray
+from geometry.colours import ColourScale
 
-__all__ = ["Polygons", "View", "render"]
+__all__ = ["Camera", "Polygons", "View", "fit", "render"]
 
-FINE = 2
-LAYERS = 8
+OVERSAMPLING = 2
+"""Samples of a pixel in each direction."""
+
+TRANSLUCENT_LAYERS = 8
+"""Translucent polygons that are seen behind each other, at most."""
+
 LIGHT = np.array([-0.45, 0.55, 0.8])
 """Where the light comes from: right, up and towards the viewer."""
 
-AMBIENT, SKY, SUN = 0.65, 0.11, 0.36
-"""Light from all sides, more of it where a side faces upwards, and light from one side, which casts shadows."""
+AMBIENT_LIGHT = 0.65
+"""Light from all sides, as a part of the light that leaves colours as they are."""
 
-SHADE = 0.8
-"""What a shadow takes off the light from one side."""
+SKY_LIGHT = 0.11
+"""More of it where a side faces upwards, less where it faces downwards."""
+
+SUN_LIGHT = 0.36
+"""Light from one side, which casts shadows."""
+
+SHADOW_STRENGTH = 0.8
+"""Part of the light from one side that a shadow takes."""
+
+LARGEST_SHADOW = 800
+"""Pixels along a side of the picture that the light sees, at most: shadows are soft."""
+
+SAMPLES_IN_MEMORY = 2_000_000
+"""Samples of triangles that are computed together, which bounds the memory."""
 
 
 @dataclass(frozen=True, eq=False)
 class Polygons:
     """n polygons with k corners (n, k, 3), as near to convex as a fan of triangles needs.
 
-    normals (n, k, 3) at the corners; colour and back (n, 3) of the side they point to and of the other one.
-    outline (n, k): widths in pixels of the lines along the edges that start at the corners.
+    normals (n, k, 3) at the corners; colour and back (n, k, 3) there of the side they point to and of the other one.
+    outline (n, k): widths in pixels of the lines along the edges that start at the corners; ink (n, k, 3): their
+    colours. scale: where it is given, colour and back are values (n, k, 1), of which it makes colours pixel by pixel.
     """
 
     corners: FloatArray
@@ -42,20 +60,18 @@ class Polygons:
     outline: FloatArray
     ink: FloatArray
     opacity: float = 1.0
+    scale: ColourScale | None = None
 
     @property
     def triangles(self) -> FloatArray:
         """(n (k - 2), 3, 3), polygon after polygon."""
-        return self._fan(self.corners)
+        return self.at_triangles(self.corners)
 
-    @property
-    def triangle_normals(self) -> FloatArray:
-        return self._fan(self.normals)
-
-    def _fan(self, values: FloatArray) -> FloatArray:
+    def at_triangles(self, values: FloatArray) -> FloatArray:
+        """(n (k - 2), 3, c) values (n, k, c) of corners at those of the triangles."""
         k = values.shape[1]
         rank = np.stack([np.zeros(k - 2, dtype=int), np.arange(1, k - 1), np.arange(2, k)], axis=1)
-        return values[:, rank].reshape(-1, 3, 3)
+        return values[:, rank].reshape(-1, 3, values.shape[2])
 
 
 @dataclass(frozen=True)
@@ -97,7 +113,9 @@ class Camera:
         return points
 
     def finer(self) -> Camera:
-        return replace(self, scale=self.scale * FINE, middle=self.middle * FINE, eye=self.eye * FINE)
+        return replace(
+            self, scale=self.scale * OVERSAMPLING, middle=self.middle * OVERSAMPLING, eye=self.eye * OVERSAMPLING
+        )
 
 
 def fit(view: View, points: FloatArray, width: float, height: float, scale: float | None = None) -> Camera:
@@ -116,37 +134,39 @@ def fit(view: View, points: FloatArray, width: float, height: float, scale: floa
 def render(shapes: Sequence[Polygons], camera: Camera, width: int, height: int) -> FloatArray:
     """(height, width, 4) colours, premultiplied by their opacity."""
     fine = camera.finer()
-    rows, columns = height * FINE, width * FINE
+    rows, columns = height * OVERSAMPLING, width * OVERSAMPLING
     triangles = fine.project(np.concatenate([shape.triangles for shape in shapes]))
-    shadow = _Shadow.of(shapes, fine)
+    shadow = _Shadow.of(shapes, fine, min(max(rows, columns), LARGEST_SHADOW * OVERSAMPLING))
     image = np.zeros((rows * columns, 4))
-    clear, depth = np.ones(rows * columns), np.full(rows * columns, np.inf)
-    for _ in range(LAYERS):
-        depth, nearest = _nearest(triangles, rows, columns, np.where(clear > 0.01, depth, -np.inf))
-        first, seen_through = 0, False
+    transparency, depth = np.ones(rows * columns), np.full(rows * columns, np.inf)
+    for _ in range(TRANSLUCENT_LAYERS):
+        depth, nearest = _nearest(triangles, rows, columns, np.where(transparency > 0.01, depth, -np.inf))
+        first, is_translucent = 0, False
         for shape in shapes:
             count = shape.corners.shape[0] * (shape.corners.shape[1] - 2)
             places = np.flatnonzero((nearest >= first) & (nearest < first + count))
             if len(places):
                 samples = np.stack([places % columns + 0.5, places // columns + 0.5, depth[places]], axis=1)
                 colour, opacity = _shade(shape, nearest[places] - first, samples, fine, shadow)
-                image[places] += np.column_stack([colour, np.ones(len(places))]) * (clear[places] * opacity)[:, None]
-                clear[places] *= 1 - opacity
-                seen_through |= shape.opacity < 1
+                image[places] += (
+                    np.column_stack([colour, np.ones(len(places))]) * (transparency[places] * opacity)[:, None]
+                )
+                transparency[places] *= 1 - opacity
+                is_translucent |= shape.opacity < 1
             first += count
-        if not seen_through:
+        if not is_translucent:
             break
-    return np.asarray(image.reshape(height, FINE, width, FINE, 4).mean(axis=(1, 3)))
+    return np.asarray(image.reshape(height, OVERSAMPLING, width, OVERSAMPLING, 4).mean(axis=(1, 3)))
 
 
 # --- which triangle is nearest
 
 
-def _nearest(triangles: FloatArray, rows: int, columns: int, beyond: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Depth and triangle (rows * columns,) seen at each sample, -1 for none; only what lies behind `beyond` counts."""
+def _nearest(triangles: FloatArray, rows: int, columns: int, limit: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Depth and triangle (rows * columns,) seen at each sample, -1 for none; only what lies behind the limit counts."""
     depth, nearest = np.full(rows * columns, -np.inf), np.full(rows * columns, -1)
     for triangle, sample, here in _fragments(triangles, rows, columns):
-        counts = here < beyond[sample]
+        counts = here < limit[sample]
         triangle, sample, here = triangle[counts], sample[counts], here[counts]
         np.maximum.at(depth, sample, here)
         wins = here == depth[sample]
@@ -154,9 +174,7 @@ def _nearest(triangles: FloatArray, rows: int, columns: int, beyond: FloatArray)
     return depth, nearest
 
 
-def _fragments(
-    triangles: FloatArray, rows: int, columns: int, at_once: int = 2_000_000
-) -> Iterator[tuple[IntArray, IntArray, FloatArray]]:
+def _fragments(triangles: FloatArray, rows: int, columns: int) -> Iterator[tuple[IntArray, IntArray, FloatArray]]:
     """Triangle, sample and depth of everything covered, some of it at a time: spans of rows first, then samples."""
     x, y, z = np.moveaxis(triangles, 2, 0)
     twice = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
@@ -171,7 +189,9 @@ def _fragments(
     slope_x, slope_y = _slopes(x, y, z, np.where(np.abs(twice) < 1e-9, 1.0, twice))
     start = z[:, 0] - slope_x * x[:, 0] - slope_y * y[:, 0]
     base = start[triangle] + slope_y[triangle] * (row + 0.5)
-    parts = np.searchsorted(np.cumsum(lengths), np.arange(at_once, lengths.sum() + at_once, at_once))
+    parts = np.searchsorted(
+        np.cumsum(lengths), np.arange(SAMPLES_IN_MEMORY, lengths.sum() + SAMPLES_IN_MEMORY, SAMPLES_IN_MEMORY)
+    )
     for part in np.split(np.arange(len(lengths)), np.unique(parts)):
         span, step = _expand(lengths[part])
         span = part[span]
@@ -209,18 +229,25 @@ def _shade(
     """Colours (n, 3) and opacities (n,) of a shape at samples (n, 3) that lie in the given of its triangles."""
     polygon = triangle // (shape.corners.shape[1] - 2)
     weights = _barycentric(camera.project(shape.triangles)[triangle], samples)
-    normal = np.einsum("nc,nci->ni", weights, shape.triangle_normals[triangle]) @ camera.axes.T
+
+    def interpolated(values: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("nc,nci->ni", weights, shape.at_triangles(values)[triangle]))
+
+    normal = interpolated(shape.normals) @ camera.axes.T
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     front = normal[:, 2] > 0
     normal *= np.where(front, 1, -1)[:, None]
     sun = np.maximum(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0)
     if shape.opacity == 1:
-        sun *= 1 - SHADE * shadow.at(camera.unproject(samples))
-    light = AMBIENT + SKY * normal[:, 1] + SUN * sun
-    paint = np.where(front[:, None], shape.colour[polygon], shape.back[polygon]) * light[:, None]
-    inked = _inked(camera.project(shape.corners), shape.outline, polygon, samples)
-    paint += inked[:, None] * (shape.ink - paint)
-    return np.clip(paint, 0, 1), shape.opacity + (1 - shape.opacity) * inked
+        sun *= 1 - SHADOW_STRENGTH * shadow.at(camera.unproject(samples))
+    light = AMBIENT_LIGHT + SKY_LIGHT * normal[:, 1] + SUN_LIGHT * sun
+    colour = np.where(front[:, None], interpolated(shape.colour), interpolated(shape.back))
+    if shape.scale is not None:
+        colour = shape.scale.colours(colour[:, 0])
+    colour = colour * light[:, None]
+    share, ink = _outlined(camera.project(shape.corners), shape, polygon, samples)
+    colour += share[:, None] * (ink - colour)
+    return np.clip(colour, 0, 1), shape.opacity + (1 - shape.opacity) * share
 
 
 def _barycentric(triangles: FloatArray, samples: FloatArray) -> FloatArray:
@@ -232,19 +259,23 @@ def _barycentric(triangles: FloatArray, samples: FloatArray) -> FloatArray:
     return np.stack([1 - second - third, second, third], axis=1)
 
 
-def _inked(corners: FloatArray, widths: FloatArray, polygon: IntArray, samples: FloatArray) -> FloatArray:
-    """(n,) 0 to 1: how much of a sample the outline of its polygon covers."""
-    inked = np.zeros(len(samples))
-    for start in np.flatnonzero(widths.any(axis=0)):
+def _outlined(
+    corners: FloatArray, shape: Polygons, polygon: IntArray, samples: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """0 to 1 (n,): how much of each sample the outline of its polygon covers; and the colour (n, 3) of that outline."""
+    share, ink = np.zeros(len(samples)), np.zeros((len(samples), 3))
+    for start in np.flatnonzero(shape.outline.any(axis=0)):
         tail = corners[:, start, :2]
-        ahead = np.roll(corners, -1, axis=1)[:, start, :2] - tail
-        ahead_here, from_tail = ahead[polygon], samples[:, :2] - tail[polygon]
-        squared = np.maximum(np.einsum("ni,ni->n", ahead_here, ahead_here), 1e-12)
-        share = np.clip(np.einsum("ni,ni->n", ahead_here, from_tail) / squared, 0, 1)
-        away = np.linalg.norm(from_tail - share[:, None] * ahead_here, axis=1)
-        width = widths[polygon, start] * FINE
-        inked = np.maximum(inked, np.where(width > 0, np.clip(width - away + 0.5, 0, 1), 0))
-    return inked
+        along = (np.roll(corners, -1, axis=1)[:, start, :2] - tail)[polygon]
+        from_tail = samples[:, :2] - tail[polygon]
+        squared = np.maximum(np.einsum("ni,ni->n", along, along), 1e-12)
+        place = np.clip(np.einsum("ni,ni->n", along, from_tail) / squared, 0, 1)
+        distance = np.linalg.norm(from_tail - place[:, None] * along, axis=1)
+        width = shape.outline[polygon, start] * OVERSAMPLING
+        covered = np.where(width > 0, np.clip(width - distance + 0.5, 0, 1), 0)
+        nearer = covered > share
+        share[nearer], ink[nearer] = covered[nearer], shape.ink[polygon[nearer], start]
+    return share, ink
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,8 +288,7 @@ class _Shadow:
     softness: float
 
     @classmethod
-    def of(cls, shapes: Sequence[Polygons], camera: Camera) -> _Shadow:
-        size = 800 * FINE
+    def of(cls, shapes: Sequence[Polygons], camera: Camera, size: int) -> _Shadow:
         points = np.concatenate([shape.triangles for shape in shapes if shape.opacity == 1])
         towards = LIGHT / np.linalg.norm(LIGHT) @ camera.axes
         right = np.cross(camera.axes[1], towards)

@@ -10,18 +10,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.arrays import FloatArray, IntArray, floats, integers, short_repr
 from geometry.errors import MeshError, raise_worst
-from geometry.gauss import Pair
+from geometry.gauss import PairLike, as_pair
 from geometry.mesh.polygons import face_mean_edge_lengths, mixed_areas
 from geometry.parallel.edge_parallelity import check_planar
 
-__all__ = ["LEAST_AREA", "NEGATIVE", "FaceCurvatures", "face_curvatures", "steiner_area", "steiner_areas"]
+__all__ = [
+    "LEAST_DISCRIMINANT",
+    "LEAST_FACE_AREA",
+    "FaceCurvatures",
+    "face_curvatures",
+    "steiner_area",
+    "steiner_areas",
+]
 
-LEAST_AREA = 1e-9
+LEAST_FACE_AREA = 1e-9
 """Least area of a face over the square of its mean edge length: rounding takes as many digits from its curvatures."""
 
-NEGATIVE = 1e-9
+LEAST_DISCRIMINANT = 1e-9
 """H^2 - K down to minus this passes for zero, over the square of l l' / area(F) with the mean edge lengths l and l' of
 the face and its image: meshes count as parallel to 1e-9, which may change it by so much."""
 
@@ -35,6 +42,8 @@ class FaceCurvatures:
     principal (F, 2): kappa_1 >= kappa_2, the roots of x^2 - 2 H x + K; NaN in the faces `without_principal`.
     """
 
+    __repr__ = short_repr
+
     areas: FloatArray
     mean: FloatArray
     gaussian: FloatArray
@@ -46,16 +55,18 @@ class FaceCurvatures:
         return integers(np.flatnonzero(np.isnan(self.principal[:, 0])))
 
 
-def face_curvatures(pair: Pair, *, negative: float = NEGATIVE) -> FaceCurvatures:
+def face_curvatures(pair: PairLike, *, negative: float = LEAST_DISCRIMINANT) -> FaceCurvatures:
     """The curvatures of the faces of M with respect to S [Pottmann2007, (7)].
 
     S may be any Gauss image, exact or not; it is understood to have unit size. They do not change when M or
     S is moved, nor when both are turned; M twice as large has half the H and a quarter of the K.
 
-    `negative`: how far below zero rounding may take H^2 - K where both principal curvatures are equal; see `NEGATIVE`.
+    `negative`: how far below zero rounding may take H^2 - K where both principal curvatures are equal; see
+    `LEAST_DISCRIMINANT`.
 
     Raises MeshError where a face of M has no area, GeometryError where one is not planar.
     """
+    pair = as_pair(pair)
     mesh, gauss_image, c = pair.mesh, pair.gauss_image, pair.mesh.combinatorics
     check_planar(mesh)
     areas = np.linalg.norm(mesh.vector_areas, axis=1)
@@ -68,17 +79,18 @@ def face_curvatures(pair: Pair, *, negative: float = NEGATIVE) -> FaceCurvatures
     return FaceCurvatures(floats(areas), floats(mean), floats(gaussian), _principal(mean, gaussian, negative * scale))
 
 
-def steiner_areas(pair: Pair, d: float) -> FloatArray:
+def steiner_areas(pair: PairLike, d: float) -> FloatArray:
     """(F,) areas (1 - 2 d H + d^2 K) area(F) of the faces of the offset M + d S [Pottmann2007, (6)].
 
     Exact for every d, also negative ones; a face that has turned over in the offset counts negative. Raises as
     `face_curvatures` does.
     """
+    pair = as_pair(pair)
     curvatures = face_curvatures(pair)
     return (1 - 2 * d * curvatures.mean + d * d * curvatures.gaussian) * curvatures.areas
 
 
-def steiner_area(pair: Pair, d: float) -> float:
+def steiner_area(pair: PairLike, d: float) -> float:
     """The area of the offset M + d S, as the sum of `steiner_areas` [Pottmann2007, Prop. 5]."""
     return float(steiner_areas(pair, d).sum())
 
@@ -96,10 +108,10 @@ def _check_areas(relative: FloatArray) -> None:
     raise_worst(
         relative,
         ">=",
-        LEAST_AREA,
+        LEAST_FACE_AREA,
         lambda face, value: (
             f"face {face} has an area of {value:.1e} of its mean edge length squared, at least "
-            f"{LEAST_AREA:.0e} is needed: it has no curvature; remove the face, or list its corners in their order"
+            f"{LEAST_FACE_AREA:.0e} is needed: it has no curvature; remove the face, or list its corners in their order"
         ),
         error=MeshError,
     )
