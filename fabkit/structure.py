@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from fabkit.fitness import Finding, FitnessError, check_fit_to_build, with_accepted
@@ -17,7 +19,7 @@ from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
 from geometry.surface import Surface
 
-__all__ = ["checked_image", "checked_pair", "checked_planar", "checked_structure", "with_checked"]
+__all__ = ["checked_image", "checked_pair", "checked_planar", "checked_structure", "made_planar", "with_checked"]
 
 
 def checked_structure(
@@ -40,7 +42,11 @@ def checked_planar(
 ) -> tuple[Mesh, tuple[Finding, ...]]:
     """The mesh with planar faces, and the findings about it. Raises FitnessError if a finding is refused."""
     with stages("Planarise"):
-        planar = _planar(project, mesh, laid)
+        weights = project.planarise.model_dump(exclude_none=True)
+        if laid is not None:
+            scale = mesh.mean_edge_length / laid.laid.mesh.mean_edge_length
+            weights = {"surface": Surface(laid.surface.mesh * scale), "keep_boundary": True, **weights}
+        planar = made_planar(mesh, weights)
         return planar, with_checked(project, (), of_planar_mesh(mesh, planar, project.fitness))
 
 
@@ -80,13 +86,10 @@ def checked_pair(
         return structure, image, with_checked(project, found, of_gauss_image(structure, project.fitness))
 
 
-def _planar(project: Project, mesh: Mesh, laid: LaidSurface | None) -> Mesh:
-    guides = project.planarise.model_dump(exclude_none=True)
-    if laid is not None:
-        scale = mesh.mean_edge_length / laid.laid.mesh.mean_edge_length
-        guides = {"surface": Surface(laid.surface.mesh * scale), "keep_boundary": True, **guides}
+def made_planar(mesh: Mesh, weights: dict[str, Any]) -> Mesh:
+    """The mesh with planar faces, by these weights of `Guides`. Raises FitnessError where it folds over."""
     try:
-        return planarise(mesh, Guides(**guides)).mesh
+        return planarise(mesh, Guides(**weights)).mesh
     except FoldedError as error:
         raise FitnessError([folded(error)]) from None
 

@@ -70,8 +70,8 @@ def edge_offset_mesh(
     wanted = checked_signs(gauss_image, signs)
     check_faces_can_close(gauss_image, wanted)
     bounds = _bounds(gauss_image, wanted, lengths)
-    wished = Fixed.of(gauss_image, near or {})
-    asked = [wished.positions, Fixed.of(gauss_image, fixed or {}).positions]
+    wished = Fixed.of(gauss_image, near)
+    asked = [wished.positions, Fixed.of(gauss_image, fixed).positions]
     asked.append(distances_from_zero(*bounds) * gauss_image.edge_lengths)
     terms = [(1.0, laplacian(gauss_image.combinatorics))]
     if len(wished.vertices):
