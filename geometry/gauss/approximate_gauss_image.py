@@ -96,7 +96,7 @@ def refuse_triangle_mesh(mesh: Mesh) -> None:
     if mesh.combinatorics.face_sizes.max() == 3:
         raise GeometryError(
             "all faces are triangles: meshes parallel to a triangle mesh are only scaled copies of it, so there is no "
-            "Gauss image to be found; lay a mesh of planar quads or hexagons over the surface"
+            "Gauss image to be found; lay planar quads on this surface, as `remesh` does"
         )
 
 
