@@ -36,13 +36,14 @@ from geometry.parallel.sampling import ElementSampler
 __all__ = ["ConstantMean", "constant_mean"]
 
 CONSTANT_MEAN_TOLERANCE = 1e-11
-"""What may be left of the equations, in mean edge lengths: a few digits more than rounding takes."""
+"""Largest residual of the equations, in mean edge lengths: a few digits more than rounding takes."""
 
 LONGEST_EDGE_CHANGE = 0.5
 """Longest change of an edge in one step, over the mean edge length."""
 
 LEAST_SIZE_SHARE = 1e-3
-"""Mean edge length over that of the start, below which what was found is a point: nobody begins so far away."""
+"""Mean edge length over that of the start, below which the result counts as a point: no useful start is that far
+off."""
 
 CONSTANT_MEAN_ANCHORED_STEPS = 8
 """First steps that also minimise the distance from the start."""

@@ -30,11 +30,11 @@ from geometry.spheres.lorentz import array_of
 __all__ = ["alternating_signs", "edge_offset_mesh", "guided_signs", "saddle_signs"]
 
 GUIDE_COSINE_TOLERANCE = 1e-9
-"""Cosine of the angle between an edge and its guide, up to which the guide has no say."""
+"""Cosine of the angle between an edge and its guide, up to which the guide determines no sign."""
 
 LEAST_MESH_SIZE = 1e-6
-"""Mean edge length over the largest coordinate or length that is asked for, below which a mesh has shrunk to a point:
-bounds are kept to 1e-9."""
+"""Mean edge length over the largest coordinate or required length, below which a mesh counts as shrunk to a point:
+bounds are met to 1e-9."""
 
 
 def edge_offset_mesh(

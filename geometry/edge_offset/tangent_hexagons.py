@@ -39,7 +39,7 @@ from geometry.surface import Surface
 __all__ = ["TangentMesh", "mesh_with_planes", "tangent_mesh"]
 
 PARALLEL_EDGE_POWER = 8
-"""Power of the cosine of the angle between two edges, by which they count as parallel."""
+"""Power of the cosine of the angle between two edges, which weighs how parallel they are."""
 
 
 @dataclass(frozen=True, eq=False)

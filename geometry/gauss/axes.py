@@ -15,12 +15,12 @@ from geometry.parallel.edge_parallelity import check_parallel, perpendicular_par
 __all__ = ["AXIS_TOLERANCE", "axis_directions", "node_axes", "parallel_from_axes"]
 
 AXIS_TOLERANCE = 1e-9
-"""How far two axes may be from coplanar, in radians, and two meshes from parallel, over their largest distance:
-what rounding leaves of meshes a million times larger than their distance."""
+"""Angle in radians by which two axes may fail to be coplanar, and distance by which two meshes may fail to be
+parallel, over their largest distance: the rounding of meshes a million times larger than their distance."""
 
 LEAST_AXIS_ANGLE = 1e-6
-"""Angle in radians between a node axis and an edge, below which the axis lies in the edge: a thousand times more
-than axes may be off, so that the plane through edge and axis is still known."""
+"""Angle in radians between a node axis and an edge, below which the axis counts as lying in the edge: a thousand times
+`AXIS_TOLERANCE`, so that the plane through edge and axis is still determined."""
 
 
 def node_axes(mesh: MeshLike, parallel: MeshLike, *, tolerance: float = AXIS_TOLERANCE) -> FloatArray:

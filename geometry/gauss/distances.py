@@ -31,11 +31,12 @@ __all__ = [
 ]
 
 DISTANCE_TOLERANCE = 1e-9
-"""How far a distance may be from 1: what faces planar to 1e-12 say with certainty of meshes with a thousand edges
-from end to end."""
+"""Deviation of a distance of S from 1 that counts as exact: the accuracy that faces planar to 1e-12 give in meshes
+with a thousand edges from end to end."""
 
 SCATTER_RANK_TOLERANCE = 1e-12
-"""Eigenvalues of a scatter matrix over the largest, below which they are rounding: spreads below 1e-6 of another."""
+"""Eigenvalue of a scatter matrix over the largest one, below which it counts as zero: spreads below 1e-6 of another
+are rounding."""
 
 
 def vertex_distances(gauss_image: MeshLike) -> FloatArray:

@@ -50,12 +50,14 @@ __all__ = [
 ]
 
 CHORD_TOLERANCE = 0.1
-"""How far s_j may be from s_i reflected at their edge. More is another S on the sphere, one whose edges have no length
-where they should, as a single point has it for each mesh: [Pottmann2007, Prop. 2] leaves these out."""
+"""Distance of s_j from the reflection of s_i at their edge, up to which S counts as inscribed. A larger one belongs to
+another S on the sphere, with edges that have no length where they should, such as the single point that every mesh
+has: [Pottmann2007, Prop. 2] excludes these."""
 
 UNKNOWN_VERTEX_WEIGHT = 1e-4
-"""Weight by which vertices whose place is not known are drawn to their normals, over that of the known ones: three
-rounds lower what is left by its cube, and with less, rounding decides where vertices are that edges leave free."""
+"""Weight that attracts vertices of unknown position to their normals, over that of the known ones: three rounds reduce
+the residual to its cube; with a smaller weight, rounding decides the position of vertices that the edges leave
+free."""
 
 MAX_DISTANCE_ROUNDS = 30
 """Most rounds of `approach_unit_distances` in the search for an exact S."""
@@ -65,7 +67,8 @@ LEAST_ROUND_GAIN = 0.5
 none."""
 
 EQUALLY_EXACT_RATIO = 2.0
-"""Times the largest deviation of another S, up to which one is as good: both have the least squares of deviations."""
+"""Ratio of the largest deviations of two S, up to which they count as equally exact: both minimise the squared
+deviations."""
 
 
 def vertex_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:

@@ -17,14 +17,16 @@ from geometry.parallel.edge_parallelity import PLANARITY_TOLERANCE, parallelity
 __all__ = ["nearest_parallel_pair", "nearest_planar_mesh"]
 
 PAIR_ACCURACY = 1e-13
-"""What is asked of parallelity and planarity, over the size of S and the mean edge length: a tenth of what others ask,
-so that they take the pair as it is."""
+"""Parallelity and planarity of the result, over the size of S and the mean edge length: a tenth of what others
+require, so that they accept the pair unchanged."""
 
 LONGEST_PAIR_STEP = 0.1
-"""Of a vertex, over the mean edge length of M or the size of S: a pair further off is not nearly parallel."""
+"""Longest move of a vertex in a step, over the mean edge length of M or the size of S: a pair further off is not
+nearly parallel."""
 
 LEAST_GAUSS_IMAGE_SIZE = 1e-60
-"""Of S: products of four such lengths are still numbers, as are those of its inverse."""
+"""Least mean distance of the vertices of S from the origin; one over it is the largest. Products of four such lengths
+are still in the range of a double."""
 
 PAIR_ANCHORED_STEPS = 2
 """First steps that also minimise the distance from the given pair."""

@@ -17,7 +17,7 @@ from geometry.parallel.edge_parallelity import perpendicular_part
 __all__ = ["SupportStructure"]
 
 LEAST_QUAD_HEIGHT = 1e-3
-"""Least height of a transverse quad over the nominal one: below it the node axis lies in the edge."""
+"""Least height of a transverse quad over the nominal one: below it, the node axis lies in the edge."""
 
 
 @dataclass(frozen=True, eq=False)
