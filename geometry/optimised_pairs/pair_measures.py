@@ -46,7 +46,7 @@ class PairMeasures:
     face_spread: float
     lean: tuple[float, float, float]
     surface_distance: tuple[float, float]
-    planarity: float
+    plane_deviation: float
     parallelity: float
 
     @classmethod
@@ -66,7 +66,7 @@ class PairMeasures:
             face_spread=_spread(pair.face_distances),
             lean=(median, most, largest),
             surface_distance=(float(np.quantile(away, 0.95)), float(away.max())),
-            planarity=float(relative_plane_deviations(mesh).max()),
+            plane_deviation=float(relative_plane_deviations(mesh).max()),
             parallelity=float(parallelity(mesh, image).max()),
         )
 
