@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +13,19 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 from rich.table import Table
 from rich.text import Text
 
+from fabkit.commands.facts import findings_facts
 from fabkit.commands.inspection import UNSIZED, inspect_project
 from fabkit.commands.options import project_of
 from fabkit.commands.terminal import ERR, OUT, facts_table, printable
 from fabkit.designs import EdgeOffsetDesign, write_design
 from fabkit.errors import ProjectError
-from fabkit.fitness import MAX_NAMED_ELEMENTS, Finding
+from fabkit.fitness import MAX_NAMED_ELEMENTS
 from fabkit.pipeline import Built, build
 from fabkit.production import TERMINAL
 from fabkit.project import Project
+from fabkit.stages import Listener
 
-__all__ = ["build_and_print", "inspect_and_print", "write_and_print"]
+__all__ = ["add_facts", "build_and_print", "inspect_and_print", "progress_display", "write_and_print"]
 
 COLOURS = {"note": "yellow", "accepted": "yellow", "unfit": "red"}
 
@@ -32,8 +36,8 @@ LARGEST_BOOST_COMPONENT = 1e9
 def build_and_print(mesh: Path, settings: dict[str, Any], *, force: bool) -> None:
     """Build while the stages are shown, and print the facts."""
     project = project_of(mesh, settings)
-    with _progress() as progress:
-        built = build(project, force=force, listener=_Display(progress))
+    with progress_display() as listener:
+        built = build(project, force=force, listener=listener)
     _print_result(project, built)
 
 
@@ -44,8 +48,7 @@ def inspect_and_print(mesh: Path, settings: dict[str, Any]) -> bool:
     else:
         inspection = inspect_project(project_of(mesh, settings | UNSIZED), is_sized=False)
     table = facts_table()
-    for name, fact in inspection.facts():
-        table.add_row(Text(name, style=COLOURS.get(name, "")), printable(fact))
+    add_facts(table, inspection.facts())
     OUT.print(table)
     return inspection.is_unfit
 
@@ -75,14 +78,17 @@ def write_and_print(design: EdgeOffsetDesign, out: Path, boosts: list[str] | Non
     OUT.print(f"  fabkit build {mesh} --gauss-image {image} {size} -o {built}")
 
 
-def _progress() -> Progress:
-    return Progress(
+@contextmanager
+def progress_display() -> Iterator[Listener]:
+    """What stages are reported to, one line each, while it runs."""
+    with Progress(
         SpinnerColumn(finished_text="[green]✓[/]"),
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),
         TimeElapsedColumn(),
         console=ERR,
-    )
+    ) as progress:
+        yield _Display(progress)
 
 
 class _Display:
@@ -106,7 +112,7 @@ def _print_result(project: Project, built: Built) -> None:
             table.add_row(fact.name, printable(f"{fact.text} ({fact.note})" if fact.note else fact.text))
     for note in summary.mended:
         table.add_row("mended", printable(note))
-    _add_findings(table, summary.fitness)
+    add_facts(table, findings_facts(summary.fitness))
     OUT.print(table)
     reasons = [part.reason for part in built.assembly.left_out]
     if len(reasons) > MAX_NAMED_ELEMENTS:
@@ -119,11 +125,10 @@ def _print_result(project: Project, built: Built) -> None:
     OUT.print(Text.assemble("written to ", (printable(str(project.out)), "bold"), f" in {seconds:.1f} s"))
 
 
-def _add_findings(table: Table, findings: tuple[Finding, ...]) -> None:
-    for finding in findings:
-        table.add_row(
-            Text(finding.level, style=COLOURS[finding.level]), printable(f"{finding.name}: {finding.sentence}")
-        )
+def add_facts(table: Table, facts: Iterable[tuple[str, str]]) -> None:
+    """Rows of names and sentences; findings are coloured."""
+    for name, fact in facts:
+        table.add_row(Text(name, style=COLOURS.get(name, "")), printable(fact))
 
 
 def _as_typed(path: Path) -> str:

@@ -264,7 +264,7 @@ class ParallelSpace:
         return minimising_mesh(
             self._unknowns,
             Objective.of(self.mesh, quadratic, linear),
-            FixedVertices.of(self.mesh, fixed or {}),
+            FixedVertices.of(self.mesh, fixed),
             None if factor_bounds is None else FactorBounds.of(self.mesh, factor_bounds),
         )
 
