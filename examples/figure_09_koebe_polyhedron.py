@@ -33,7 +33,7 @@ from geometry import edge_distances
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, SphereCircles, koebe
 from geometry.mesh import solids
-from geometry.mesh.patterns import dual
+from geometry.mesh.tilings import dual
 from geometry.spheres.moebius import MoebiusTransformation
 
 VIEW = View(-62, 24)

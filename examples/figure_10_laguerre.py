@@ -17,7 +17,7 @@ import numpy as np
 from docs.tools.drawing import CLAY, GOLD, Note, Panel, Shapes, View, draw_page, faces, mixed
 from geometry import Mesh, Pair, edge_distances, face_curvatures, parallelity
 from geometry.curvature import constant_mean_of_revolution
-from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.edge_offset.rotational import BandTiling, rotational_koebe
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 from geometry.spheres.laguerre import LaguerreTransformation
 
@@ -31,7 +31,7 @@ TRANSFORMATION = LaguerreTransformation.boost((0.35, 0.0, -0.2)) @ LaguerreTrans
 @cache
 def original() -> Pair:
     """M, S."""
-    s = rotational_koebe(Pattern.LYING_HEXAGONS, AROUND, ROWS, latitude=LATITUDE, folds=1)
+    s = rotational_koebe(BandTiling.FLAT_TOP_HEXAGONS, AROUND, ROWS, latitude=LATITUDE, folds=1)
     return constant_mean_of_revolution(s, MEAN)
 
 

@@ -19,7 +19,7 @@ from geometry.arrays import BoolArray, IntArray
 from geometry.edge_offset.koebe_polyhedra import koebe
 from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
-from geometry.mesh.patterns import pentagon_patch
+from geometry.mesh.tilings import pentagon_patch
 
 COUNT, COVERAGE = 10, 0.5
 ALONG, POLE = (1.0, 1.0, 0.0), (0.0, 0.0, -1.0)

@@ -15,7 +15,7 @@ import numpy as np
 from docs.tools.drawing import CLAY, INK, Note, Panel, Shapes, View, draw_page, faces, tubes
 from geometry import Mesh, Pair, edge_distances, face_curvatures, parallelity
 from geometry.curvature import minimal_of_revolution
-from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.edge_offset.rotational import BandTiling, rotational_koebe
 from geometry.mesh.intersections.meeting_faces import intersecting_faces, self_crossing_faces
 
 AROUND, ROWS = 18, 7
@@ -23,7 +23,7 @@ AROUND, ROWS = 18, 7
 
 @cache
 def koebe() -> Mesh:
-    return rotational_koebe(Pattern.STANDING_HEXAGONS, AROUND, ROWS)
+    return rotational_koebe(BandTiling.POINTY_TOP_HEXAGONS, AROUND, ROWS)
 
 
 @cache

@@ -14,14 +14,15 @@ from geometry.gauss import edge_distances, points_inwards
 from geometry.mesh import Mesh
 from geometry.parallel import parallelity
 
-__all__ = ["TOLERANCE", "GivenPair", "read_given_pair"]
+__all__ = ["GIVEN_PAIR_TOLERANCE", "GivenPair", "read_given_pair"]
 
-TOLERANCE = 1e-3
-"""How far a pair may be off parallel, and be moved to be exact, in radii of the unit sphere, if nothing is said."""
+GIVEN_PAIR_TOLERANCE = 1e-3
+"""Default of the largest deviation of a given pair from parallel, in radii of the unit sphere. Up to it the pair is
+made exact."""
 
-LEAST_SIZE, LARGEST_SIZE = 0.5, 2.0
-"""Where the median distance of the edges of S from the origin has to be: they are beam heights over the nominal one,
-so a value far from 1 means another scale than that of the unit sphere."""
+LEAST_MEDIAN_DISTANCE, LARGEST_MEDIAN_DISTANCE = 0.5, 2.0
+"""Bounds of the median distance of the edges of a given S from the origin. These distances are beam heights over the
+nominal height, so a value far from 1 means that S is not scaled to the unit sphere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +62,13 @@ def read_given_pair(mesh: Path, gauss_image: Path, *, flip: bool, tolerance: flo
 
 def _check_size(mesh: Mesh, gauss_image: Mesh, path: Path) -> None:
     median = float(np.median(edge_distances(gauss_image, mesh.edge_directions)))
-    if not LEAST_SIZE <= median <= LARGEST_SIZE:
+    if not LEAST_MEDIAN_DISTANCE <= median <= LARGEST_MEDIAN_DISTANCE:
         raise MeshError(
             f"the edges of {path.name} have a distance of {median:.3g} from the origin in the median, and from "
-            f"{LEAST_SIZE:g} to {LARGEST_SIZE:g} is needed: a Gauss image lies near the unit sphere about the origin, "
-            "whatever the unit of the mesh; scale and move it there",
+            f"{LEAST_MEDIAN_DISTANCE:g} to {LARGEST_MEDIAN_DISTANCE:g} is needed: a Gauss "
+            "image lies near the unit sphere about the origin, whatever the unit of the mesh; scale and move it there",
             value=median,
-            bound=LEAST_SIZE if median < LEAST_SIZE else LARGEST_SIZE,
+            bound=LEAST_MEDIAN_DISTANCE if median < LEAST_MEDIAN_DISTANCE else LARGEST_MEDIAN_DISTANCE,
         )
 
 

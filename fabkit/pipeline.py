@@ -39,7 +39,7 @@ from fabkit.units import MM_PER_UNIT
 from fabkit.wording import readable
 from geometry.errors import FoldedError
 from geometry.files import MeshFile, read_mesh
-from geometry.gauss import SupportStructure, nearest_parallel_pair, pair_to_build
+from geometry.gauss import SupportStructure, exact_or_approximate_pair, nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
 
@@ -199,7 +199,9 @@ def checked_image(
     """
     with stages("Gauss image"):
         moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
-        pair, offset = pair_to_build(planar, moved=moved, rounding=rounding_mm, **project.gauss_image.weights)
+        pair, offset = exact_or_approximate_pair(
+            planar, moved=moved, rounding=rounding_mm, **project.gauss_image.weights
+        )
         structure = SupportStructure(pair, project.beams.height_mm)
         image = None if offset is None else ExactGaussImage(offset)
         return structure, image, _checked(project, before, of_gauss_image(structure, project.fitness))

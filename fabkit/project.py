@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from fabkit.errors import ProjectError
 from fabkit.fitness import CRITERIA, FitnessRules
-from fabkit.gauss_image import TOLERANCE
+from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE
 from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
 from fabkit.units import MM_PER_UNIT, Unit
@@ -30,7 +30,7 @@ PLAIN = {
     "model_type": "A table is needed",
     "dataclass_type": "A table is needed",
 }
-"""What to say where pydantic would speak of Python, by its types of errors."""
+"""Sentences in place of those in which pydantic speaks of Python, by its types of errors."""
 
 MAX_PROBLEM_LETTERS = 400
 """Largest number of letters that describe the problems of one project."""
@@ -50,7 +50,7 @@ class GaussImageRules(BaseModel):
     model_config = _STRICT
 
     file: Path | None = None
-    tolerance: Positive = TOLERANCE
+    tolerance: Positive = GIVEN_PAIR_TOLERANCE
 
     faces: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     edges: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None

@@ -15,11 +15,12 @@ from fabkit.wording import echo
 
 __all__ = ["BeamRules", "DetailingRules", "HeightReference", "NodeRules", "PanelRules", "Setbacks", "SheetRules"]
 
-#: A thousand kilometres: beyond anything that is built, and far below where products of lengths overflow.
-LARGEST = 1e9
+LARGEST_LENGTH_MM = 1e9
+"""Largest length in mm that a project may state: a thousand kilometres, far below where products of lengths
+overflow."""
 
-Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, le=LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
 HeightReference = Literal["outer", "centre", "inner"]
 Setbacks = Literal["auto", "least", "equal"]
 
@@ -66,7 +67,9 @@ class PanelRules:
     thickness_mm: Positive = 10.0
     joint_mm: NotNegative = 10.0
     seat_mm: NotNegative = 5.0
-    underside_mm: Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)] | None = None
+    underside_mm: Annotated[float, Field(ge=-LARGEST_LENGTH_MM, le=LARGEST_LENGTH_MM, allow_inf_nan=False)] | None = (
+        None
+    )
     least_edge_mm: Positive = 1.0
     material: str = "glass"
 

@@ -1,6 +1,5 @@
 """What `import geometry` offers."""
 
-from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heights
 from geometry.curvature import (
     FaceCurvatures,
     christoffel_dual,
@@ -35,6 +34,7 @@ from geometry.layout import LaidMesh, boundary_lengths, lay_quads
 from geometry.mesh import Combinatorics, Mesh, as_mesh, to_compas, to_meshio, to_trimesh
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError
+from geometry.optimised_pairs import OptimisedPair, PairTargets, height_trade_off, optimise_pair
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from geometry.pictures import plot
 from geometry.remeshing import NetworkTrial, RemeshedSurface, affine_stretches, remesh, study_networks
@@ -42,7 +42,6 @@ from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed, subdivided
 
 __all__ = [
-    "Aims",
     "Combinatorics",
     "ConvergenceError",
     "Curvature",
@@ -64,6 +63,7 @@ __all__ = [
     "OptimisedMesh",
     "OptimisedPair",
     "Pair",
+    "PairTargets",
     "ParallelSpace",
     "ParallelityError",
     "RankError",
@@ -86,6 +86,7 @@ __all__ = [
     "face_curvatures",
     "face_distances",
     "face_offset_pair",
+    "height_trade_off",
     "koebe",
     "lay_quads",
     "make_circular",
@@ -113,7 +114,6 @@ __all__ = [
     "to_compas",
     "to_meshio",
     "to_trimesh",
-    "trade_of_heights",
     "vertex_distances",
     "vertex_offset_pair",
     "write_mesh",

@@ -26,7 +26,7 @@ GROUND = {"geometry.arrays", "geometry.errors"}
 MAY_IMPORT: dict[str, set[str]] = {
     "geometry": {"geometry.public"},
     "geometry.public": {
-        "geometry.combined",
+        "geometry.optimised_pairs",
         "geometry.curvature",
         "geometry.edge_offset",
         "geometry.errors",
@@ -66,7 +66,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "geometry.circle_patterns": {"geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.curvature": {"geometry.gauss", "geometry.parallel", "geometry.optimise", "geometry.mesh", *GROUND},
-    "geometry.combined": {
+    "geometry.optimised_pairs": {
         "geometry.gauss",
         "geometry.parallel",
         "geometry.meshing",
@@ -237,7 +237,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "mesh independent_faces",
         "place solids triangulation mesh_arguments",
         "shapes other_libraries",
-        "patterns",
+        "tilings",
     ),
     "geometry.optimise": (
         "functional solution",
@@ -281,14 +281,14 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.gauss": (
         "axes edge_cones inscribed",
         "distances lean midscribed",
-        "pair circumscribed refinement",
+        "pair circumscribed unit_distances",
         "support_structure approximate_gauss_image exact_gauss_image nearest_pair",
         "offset_kinds rounded_mesh",
-        "best_pair",
+        "exact_or_approximate",
         "constant_offset",
     ),
     "geometry.curvature": (
-        "faces fairness levels rings",
+        "face_curvature fairness hexagon_levels rings",
         "christoffel_duals",
         "constant_mean_curvature",
         "revolution",

@@ -12,7 +12,7 @@ from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
 from geometry.edge_offset.signed_meshes import edge_offset_mesh, saddle_signs
 from geometry.gauss import Pair
 from geometry.mesh import Combinatorics, Mesh
-from geometry.mesh.patterns import hexagon_patch, pentagon_patch, quad_patch
+from geometry.mesh.tilings import hexagon_patch, pentagon_patch, quad_patch
 from geometry.spheres.moebius import MoebiusTransformation
 
 __all__ = ["DIRECTIONS", "KOEBE", "SIGNS", "unit"]

@@ -10,19 +10,19 @@ from docs.tools.parameters_koebe import DIRECTIONS, unit
 from docs.tools.parameters_study import Parameter, Study
 from geometry.curvature import christoffel_dual, constant_mean_of_revolution, minimal_of_revolution
 from geometry.edge_offset.enneper import enneper_koebe
-from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.edge_offset.rotational import BandTiling, rotational_koebe
 from geometry.gauss import Pair
 from geometry.spheres.laguerre import LaguerreTransformation
 
 __all__ = ["CONSTANT_MEAN", "LAGUERRE", "MINIMAL"]
 
-KINDS = tuple(pattern.value for pattern in Pattern)
+KINDS = tuple(tiling.value for tiling in BandTiling)
 
 
 @cache
 def _catenoid(pattern: str, around: int, rows: int, latitude_deg: float = 0.0) -> Pair:
     return minimal_of_revolution(
-        rotational_koebe(Pattern(pattern), around, rows, latitude=float(np.radians(latitude_deg)))
+        rotational_koebe(BandTiling(pattern), around, rows, latitude=float(np.radians(latitude_deg)))
     )
 
 
@@ -97,12 +97,12 @@ MINIMAL = (
 
 @cache
 def _unduloid(rows: int, folds: int) -> Pair:
-    return constant_mean_of_revolution(rotational_koebe(Pattern.QUADS, 16, rows, folds=folds), -1.0)
+    return constant_mean_of_revolution(rotational_koebe(BandTiling.QUADS, 16, rows, folds=folds), -1.0)
 
 
 def _nodoid(pattern: str, radius: float) -> Pair:
     """radius: over that of S, which is the sphere with the mean curvature -1."""
-    S = rotational_koebe(Pattern(pattern), 16, 3)
+    S = rotational_koebe(BandTiling(pattern), 16, 3)
     largest = float(np.linalg.norm(S.vertices[:, :2], axis=1).max())
     return constant_mean_of_revolution(S, -1.0, radius=radius * largest)
 
@@ -152,7 +152,7 @@ BODIES = ("catenoid", "unduloid")
 
 
 def _body(name: str) -> Pair:
-    return _catenoid("standing hexagons", 12, 4) if name == "catenoid" else _unduloid(4, 2)
+    return _catenoid("pointy-top hexagons", 12, 4) if name == "catenoid" else _unduloid(4, 2)
 
 
 def _by_boost(body: str, direction: str, speed: float) -> Pair:

@@ -16,7 +16,7 @@ from geometry.arrays import FloatArray, IntArray
 __all__ = ["clashes", "clashing_pairs"]
 
 TOUCHING_MM = 1e-6
-"""Neighbouring parts meet face to face; computed in double precision such faces lie within 1e-9 mm."""
+"""Depth of overlap up to which two parts only touch, in mm. Rounding makes 1e-9 mm of faces that meet exactly."""
 
 
 def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[Part, Part, float]]:

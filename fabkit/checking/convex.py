@@ -11,18 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from fabkit.checking.convex_pieces import MOST_CORNERS, triangles
+from fabkit.checking.convex_pieces import MAX_CORNERS_UNCUT, triangles
 from fabkit.parts import SolidArray, Topology, prism_topology
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["Pieces", "convex_pieces", "depths", "is_splittable"]
 
-FLUSH_MM = 1e-6
-"""A solid none of whose corners stands further in front of one of its faces counts as convex."""
-PARALLEL = 1e-10
-"""Directions (sine of the angle) taken as one axis: over 10 m the overlap is off by 1e-6 mm, never less than it is."""
-NUMBERS_AT_ONCE = 4_000_000
-"""Projections held in memory at a time: 32 MB."""
+CONVEXITY_TOLERANCE_MM = 1e-6
+"""Largest height of a corner above a face plane of its solid, up to which the solid counts as convex, in mm."""
+PARALLEL_AXES_SINE = 1e-10
+"""Sine of the angle below which two directions count as one axis. Over 10 m the overlap is too large by 1e-6 mm at
+most."""
+MAX_PROJECTIONS_IN_MEMORY = 4_000_000
+"""Number of projections held in memory at a time: 32 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,14 +57,14 @@ def is_splittable(batch: SolidArray) -> BoolArray:
         outlines, axes, _ = _seen_along(vertices)
         generators = vertices[:, n:] - vertices[:, :n]
         astray = np.linalg.norm(np.cross(generators, axes[:, None, :]), axis=-1).max(axis=1)
-        result[others] = (astray <= FLUSH_MM) & shapely.is_valid(shapely.polygons(outlines))
+        result[others] = (astray <= CONVEXITY_TOLERANCE_MM) & shapely.is_valid(shapely.polygons(outlines))
     return result
 
 
 def _is_convex(batch: SolidArray) -> BoolArray:
     """(P,) False for what is cut anyway."""
     t = batch.topology
-    if t.n_vertices > 2 * MOST_CORNERS and _is_prism(t):
+    if t.n_vertices > 2 * MAX_CORNERS_UNCUT and _is_prism(t):
         return np.zeros(len(batch.parts), dtype=bool)
     flush = np.empty(len(batch.parts), dtype=bool)
     done = 0
@@ -71,7 +72,7 @@ def _is_convex(batch: SolidArray) -> BoolArray:
         normals = few.normals
         levels = np.einsum("pfk,pfk->pf", normals, few.vertices[:, t.corners[t.first_corner]])
         heights = normals @ few.vertices.transpose(0, 2, 1) - levels[..., None]
-        flush[done : done + len(few.parts)] = heights.max(axis=(1, 2), initial=-np.inf) <= FLUSH_MM
+        flush[done : done + len(few.parts)] = heights.max(axis=(1, 2), initial=-np.inf) <= CONVEXITY_TOLERANCE_MM
         done += len(few.parts)
     return flush
 
@@ -124,7 +125,7 @@ def _distinct(directions: FloatArray) -> FloatArray:
     kept: list[int] = []
     for k in range(directions.shape[1]):
         turn = np.cross(directions[:, kept], directions[:, k : k + 1])
-        parallel = (np.abs(turn) <= PARALLEL).all(axis=(0, 2))
+        parallel = (np.abs(turn) <= PARALLEL_AXES_SINE).all(axis=(0, 2))
         if not parallel.any():
             kept.append(k)
     return directions[:, kept]
@@ -156,8 +157,8 @@ def _n_vertices(first: Pieces, second: Pieces) -> int:
 
 
 def _chunks(rows: IntArray, numbers: int) -> list[IntArray]:
-    """These rows in runs, so that with this many numbers a row a run stays within NUMBERS_AT_ONCE."""
-    size = max(1, NUMBERS_AT_ONCE // numbers)
+    """These rows in runs, so that with this many numbers a row a run stays within MAX_PROJECTIONS_IN_MEMORY."""
+    size = max(1, MAX_PROJECTIONS_IN_MEMORY // numbers)
     return [rows[start : start + size] for start in range(0, len(rows), size)]
 
 
@@ -165,7 +166,7 @@ def _products(first: FloatArray, second: FloatArray) -> FloatArray:
     """(K, D1 * D2, 3) unit vectors across directions (K, D1, 3) and (K, D2, 3); zero where those are parallel."""
     across = np.cross(first[:, :, None, :], second[:, None, :, :]).reshape(len(first), -1, 3)
     sines = np.linalg.norm(across, axis=-1, keepdims=True)
-    units: FloatArray = np.divide(across, sines, out=np.zeros_like(across), where=sines > PARALLEL)
+    units: FloatArray = np.divide(across, sines, out=np.zeros_like(across), where=sines > PARALLEL_AXES_SINE)
     return units
 
 

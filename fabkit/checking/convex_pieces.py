@@ -8,10 +8,10 @@ import shapely
 
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["MOST_CORNERS", "triangles"]
+__all__ = ["MAX_CORNERS_UNCUT", "triangles"]
 
-MOST_CORNERS = 32
-"""Polygons with more corners are halved before they are triangulated."""
+MAX_CORNERS_UNCUT = 32
+"""Largest number of corners of a polygon that is triangulated without being halved first."""
 
 Polygons = npt.NDArray[np.object_]
 
@@ -33,7 +33,7 @@ def _halved(polygons: Polygons) -> tuple[Polygons, IntArray]:
     done = []
     while len(polygons):
         counts = shapely.get_num_coordinates(polygons) - 1
-        large = (counts > MOST_CORNERS) & (counts < before)
+        large = (counts > MAX_CORNERS_UNCUT) & (counts < before)
         done.append((polygons[~large], owner[~large]))
         boxes = np.array([_halves(polygon) for polygon in polygons[large]]).reshape(-1, 2)
         parts, index = shapely.get_parts(shapely.intersection(polygons[large, None], boxes).ravel(), return_index=True)

@@ -12,8 +12,8 @@ from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["EndFits", "end_fits"]
 
-NUMBERS_AT_ONCE = 4_000_000
-"""Numbers held in memory while ends are compared with facets: 32 MB."""
+MAX_FIT_VALUES_IN_MEMORY = 4_000_000
+"""Number of values held in memory while beam ends are compared with facets: 32 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +55,8 @@ def end_fits(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> EndFits:
 
 
 def _in_batches(rows: IntArray, topology: Topology) -> list[IntArray]:
-    """These rows in runs, so that some twenty numbers a corner of each block are no more than NUMBERS_AT_ONCE."""
-    size = max(1, NUMBERS_AT_ONCE // (20 * len(topology.corners)))
+    """These rows in batches of at most MAX_FIT_VALUES_IN_MEMORY values, some twenty for each corner of a block."""
+    size = max(1, MAX_FIT_VALUES_IN_MEMORY // (20 * len(topology.corners)))
     return [rows[start : start + size] for start in range(0, len(rows), size)]
 
 

@@ -24,12 +24,14 @@ from geometry.arrays import BoolArray, FloatArray
 __all__ = ["Violation", "check_fit", "violations", "violations_sentence"]
 
 FIT_MM = 1e-6
-"""Faces planar, ends on facets, neighbours apart: five digits below any saw, four above double precision."""
+"""Largest deviation of faces from planar, of ends from facets, and depth of overlap, in mm. Five digits below the
+accuracy of any saw, four above double precision."""
 SHORTEST_EDGE_MM = 1e-3
-"""CAD programs merge corners that are closer; Rhino's default tolerance is 1e-3 mm."""
-TWIST_DEG = 1e-6
-RIGID = 1e-10
-"""Largest entry of axes axes^T - 1: over 10 m that is the 1e-6 mm asked of everything else."""
+"""Least length of an edge of a solid, in mm. CAD programs merge corners that are closer; Rhino's default is 1e-3 mm."""
+LARGEST_TWIST_DEG = 1e-6
+"""Largest twist of a beam, in degrees."""
+ORTHONORMALITY_TOLERANCE = 1e-10
+"""Largest entry of axes axes^T - 1 for the axes of a placement. Over 10 m it moves a point by 1e-6 mm, as FIT_MM."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ def check_fit(
     *,
     fit_mm: float = FIT_MM,
     shortest_edge_mm: float = SHORTEST_EDGE_MM,
-    twist_deg: float = TWIST_DEG,
+    twist_deg: float = LARGEST_TWIST_DEG,
 ) -> None:
     """Raise DetailingError, with the text of `violations_sentence`, if `violations` finds any."""
     found = violations(assembly, fit_mm=fit_mm, shortest_edge_mm=shortest_edge_mm, twist_deg=twist_deg)
@@ -79,7 +81,7 @@ def violations(
     *,
     fit_mm: float = FIT_MM,
     shortest_edge_mm: float = SHORTEST_EDGE_MM,
-    twist_deg: float = TWIST_DEG,
+    twist_deg: float = LARGEST_TWIST_DEG,
     have_marks: bool = True,
 ) -> tuple[Violation, ...]:
     """Everything that does not hold, none if all is well; lengths in mm, angles in degrees. have_marks: whether parts
@@ -174,14 +176,14 @@ def _solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_ed
     tail, head = batch.topology.edges.T
     shortest = np.linalg.norm(batch.vertices[:, head] - batch.vertices[:, tail], axis=-1).min(axis=1)
     bulge = _bulges(measures)
-    measured = (skew <= RIGID) & (volume > 0) & (shortest >= shortest_edge_mm) & (bulge <= fit_mm)
+    measured = (skew <= ORTHONORMALITY_TOLERANCE) & (volume > 0) & (shortest >= shortest_edge_mm) & (bulge <= fit_mm)
     splittable = measured.copy()
     splittable[measured] = is_splittable(batch[measured])
     return [
         _Rule(
             skew,
-            skew <= RIGID,
-            f"has axes that are {{:.3g}} from orthonormal, allowed {RIGID:g}",
+            skew <= ORTHONORMALITY_TOLERANCE,
+            f"has axes that are {{:.3g}} from orthonormal, allowed {ORTHONORMALITY_TOLERANCE:g}",
             "give each part's placement unit axes at right angles",
         ),
         _Rule(
@@ -269,11 +271,11 @@ def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name
         first, second = positions[i], positions[j]
         finding = f"{name(first)} and {name(second)} share volume, {depth:.3g} mm deep, allowed {fit_mm:g} mm"
         near = not vertices.of(first).isdisjoint(vertices.of(second))
-        yield Violation(finding, NEARBY if near else APART, _concerned(first, second))
+        yield Violation(finding, CURE_NEAR if near else CURE_FAR, _concerned(first, second))
 
 
-NEARBY = "widen clearance, seat or joint, or leave one of them out with --skip-unbuildable"
-APART = (
+CURE_NEAR = "widen clearance, seat or joint, or leave one of them out with --skip-unbuildable"
+CURE_FAR = (
     "they share no corner of the mesh, which runs through itself or folds back there: move it apart, or leave one of "
     "them out with --skip-unbuildable"
 )

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from fabkit.detailing import Ends, axis_misalignments, beam_ends
-from fabkit.gauss_image import TOLERANCE
+from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError
@@ -20,7 +20,7 @@ from geometry.gauss import (
     nearest_parallel_pair,
     offset_deviations,
 )
-from geometry.gauss.best_pair import EXACT as EXACT_OFFSET
+from geometry.gauss.exact_or_approximate import EXACT_OFFSET_TOLERANCE
 from geometry.mesh import Mesh
 from geometry.parallel import parallelity
 
@@ -85,7 +85,7 @@ def offset_kinds(mesh: Mesh) -> Iterator[tuple[str, str]]:
 def _offset(deviation: float, offers: str) -> str:
     if deviation > NEAR_PROPERTY_TOLERANCE:
         return f"no: not {offers}"
-    answer = "yes" if deviation <= EXACT_OFFSET else "nearly"
+    answer = "yes" if deviation <= EXACT_OFFSET_TOLERANCE else "nearly"
     return f"{answer}: {offers}, to {deviation:.1e} of it at most"
 
 
@@ -130,7 +130,9 @@ def _pair_moves(of_mesh: FloatArray, of_gauss_image: FloatArray) -> str:
     largest = max(of_mesh.max(), of_gauss_image.max())
     if largest == 0:
         return "nothing to do"
-    refused = f", more than {TOLERANCE:g}, so that a build refuses it" if largest > TOLERANCE else ""
+    refused = (
+        f", more than {GIVEN_PAIR_TOLERANCE:g}, so that a build refuses it" if largest > GIVEN_PAIR_TOLERANCE else ""
+    )
     return (
         f"by moving vertices of the mesh by {of_mesh.max():.1e} of its mean edge length at most, of the Gauss image by "
         f"{of_gauss_image.max():.1e} of the unit sphere's radius{refused}"

@@ -24,7 +24,7 @@ from geometry.curvature import (
     minimal_of_revolution,
     radii_at_inflections,
 )
-from geometry.edge_offset import Pattern, enneper_koebe, rotational_koebe, rows_within
+from geometry.edge_offset import BandTiling, enneper_koebe, rotational_koebe, rows_within
 from geometry.errors import GeometryError
 from geometry.files import read_mesh, read_mesh_pair
 from geometry.gauss import Pair, edge_distances, nearest_parallel_pair, nearest_planar_mesh
@@ -45,7 +45,7 @@ LARGEST_RELATIVE_CURVATURE = 1e3
 """Mean curvature times mean edge length of a start, beyond which a sphere is a thousandth of an edge."""
 
 
-PATTERNS = {Faces.QUADS: Pattern.QUADS, Faces.HEXAGONS: Pattern.STANDING_HEXAGONS}
+BAND_TILINGS = {Faces.QUADS: BandTiling.QUADS, Faces.HEXAGONS: BandTiling.POINTY_TOP_HEXAGONS}
 
 
 def minimal_design(
@@ -74,9 +74,9 @@ def minimal_design(
     settings = {"shape": str(shape), "faces": str(faces), "count": count, "turn_deg": turn_deg}
     check_count(count, MAX_FACES_IN_CLOSED_FORM)
     if shape is MinimalShape.CATENOID:
-        rows = rows_within(PATTERNS[faces], count, turn)
+        rows = rows_within(BAND_TILINGS[faces], count, turn)
         check_count(count * rows, MAX_FACES_IN_CLOSED_FORM)
-        S = rotational_koebe(PATTERNS[faces], count, rows)
+        S = rotational_koebe(BAND_TILINGS[faces], count, rows)
         return EdgeOffsetDesign.of("minimal", minimal_of_revolution(S), settings)
     if faces is not Faces.QUADS:
         raise ProjectError("the surface of Enneper is made of quads; leave out the hexagons, or take the catenoid")
@@ -131,7 +131,7 @@ def cmc_design(
             f"a band of hexagons cannot fold over itself, and {folds} folds are asked for: take quads, or no folds"
         )
     check_count(max(count, 0) * max(rows, 0) * (max(folds, 0) + 1), MAX_FACES_IN_CLOSED_FORM)
-    S = rotational_koebe(PATTERNS[faces], count, rows, folds=folds)
+    S = rotational_koebe(BAND_TILINGS[faces], count, rows, folds=folds)
     low, high = radii_at_inflections(S)
     if bulge is not None and bulge > LARGEST_BULGE_RADIUS:
         raise ProjectError(

@@ -16,7 +16,7 @@ from fabkit.formats.drawings import pair_picture
 from fabkit.wording import echo
 from geometry.arrays import FloatArray
 from geometry.curvature import face_curvatures
-from geometry.edge_offset.buildability import face_widths
+from geometry.edge_offset.buildability import face_extents
 from geometry.files import write_mesh
 from geometry.gauss import Pair, edge_distances
 from geometry.mesh import Mesh
@@ -115,7 +115,7 @@ class EdgeOffsetDesign:
 
     def proposed_mean_edge_mm(self) -> int:
         """1500, or less where panels would not go on common sheets: `LARGEST_PANEL_MM`."""
-        largest = float((face_widths(self.mesh) / LARGEST_PANEL_MM).max())
+        largest = float((face_extents(self.mesh) / LARGEST_PANEL_MM).max())
         return max(1, min(1500, int(self.mesh.mean_edge_length / largest) // 50 * 50))
 
 

@@ -13,7 +13,7 @@ from fabkit.errors import ProjectError
 from fabkit.families import Tiles
 from geometry.arrays import IntArray
 from geometry.edge_offset import TangentMesh, koebe, mean_normal, surface_cover
-from geometry.edge_offset.buildability import NARROWEST
+from geometry.edge_offset.buildability import LEAST_FACE_WIDTH
 from geometry.files import read_mesh
 from geometry.gauss import Pair
 from geometry.surface import Surface
@@ -105,7 +105,7 @@ def _check_enough(n_kept: int, n: int, surface: str, times: float) -> None:
     if n_kept < LEAST_KEPT_SHARE * n:
         raise ProjectError(
             f"only {n_kept} of {n} hexagons that touch {surface} can be built together, as others cross, fold over or "
-            f"are narrower than {NARROWEST:g} of the mean edge length; "
+            f"are narrower than {LEAST_FACE_WIDTH:g} of the mean edge length; "
             + (
                 _covered_often(surface, times)
                 if times > REPORTED_COVERINGS

@@ -13,12 +13,12 @@ from fabkit.errors import ProjectError, error_sentence
 from fabkit.families import Bend, Tiles
 from geometry.arrays import FloatArray, IntArray
 from geometry.edge_offset import edge_offset_mesh, koebe, saddle_signs
-from geometry.edge_offset.buildability import without_unsound_rim
+from geometry.edge_offset.buildability import without_unbuildable_rim
 from geometry.errors import GeometryError
 from geometry.files import read_mesh
 from geometry.gauss import Pair
 from geometry.mesh import Combinatorics, Mesh
-from geometry.mesh.patterns import dual, hexagon_patch, pentagon_patch, quad_patch
+from geometry.mesh.tilings import dual, hexagon_patch, pentagon_patch, quad_patch
 
 __all__ = ["koebe_design", "patch"]
 
@@ -89,7 +89,7 @@ def koebe_design(
     settings |= {"dual": take_dual, "coverage": share, "bend": str(bend), "direction_deg": direction_deg}
     pair = Pair(_bent(S, bend, direction_deg, is_open), S)
     n = pair.mesh.n_faces
-    kept = without_unsound_rim(pair.mesh) if bend is Bend.SADDLE else np.arange(n)
+    kept = without_unbuildable_rim(pair.mesh) if bend is Bend.SADDLE else np.arange(n)
     design = EdgeOffsetDesign.of("koebe", pair.part(kept), settings)
     n_cut = n - len(kept)
     note = f"{n_cut} of {n} faces at the rim were cut off, as some of them were too narrow, or crossed"

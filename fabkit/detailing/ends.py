@@ -16,12 +16,12 @@ from geometry.gauss import SupportStructure
 
 __all__ = ["Ends", "beam_ends"]
 
-LEVEL_MM = 0.01
-"""Ends of beams that one setback brings this near to one level are meant to be level: meshes with six digits come to
-1e-3 mm, and no saw shows a hundredth."""
+LEVEL_ENDS_MM = 0.01
+"""Difference in level, in mm, up to which the beam ends of a node count as level with equal setbacks. Meshes with six
+digits reach 1e-3 mm, and no saw shows a hundredth."""
 
-ALIGNED = 1e-9
-"""Ends of beams this near to one level, over the height of the beams, are aligned as they are."""
+ALIGNED_ENDS_TOLERANCE = 1e-9
+"""Difference in level between beam ends that count as aligned already, over the height of the beams."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +128,8 @@ def _setbacks(vertex: IntArray, inclination: FloatArray, least: FloatArray, rule
     if rules.nodes.setbacks == "equal":
         return equal
     slope, height = np.abs(np.tan(inclination)), rules.beams.height_mm
-    off_level = _spread(least * slope, starts) > ALIGNED * height
-    on_cone = np.maximum(_spread(equal * slope, starts), _spread(height / np.cos(inclination), starts)) <= LEVEL_MM
+    off_level = _spread(least * slope, starts) > ALIGNED_ENDS_TOLERANCE * height
+    on_cone = np.maximum(_spread(equal * slope, starts), _spread(height / np.cos(inclination), starts)) <= LEVEL_ENDS_MM
     return np.where((off_level & on_cone)[of_ring], equal, least)
 
 

@@ -17,9 +17,9 @@ from geometry.gauss import SupportStructure
 __all__ = ["NodeShapes", "axis_misalignments", "make_nodes", "node_shapes"]
 
 
-STRAIGHT = 1e-6
-"""Angle by which a gap between beams may be over half a turn without a corner for it: more than rounding at map
-coordinates, and a block without that corner is a ten-thousandth of a millimetre off."""
+HALF_TURN_TOLERANCE = 1e-6
+"""Angle in radians by which a gap between beams may exceed half a turn without an extra corner of the block. It is
+above rounding at map coordinates, and a block without that corner is off by a ten-thousandth of a millimetre."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ def _sections(ends: Ends, half_width: float, n_vertices: int) -> tuple[FloatArra
     middle = azimuth + gap / 2
     angles = np.stack([azimuth - half_angle, azimuth + half_angle, middle], axis=1)
     radii = np.stack([radius, radius, np.full(len(ring), half_width)], axis=1)
-    present = np.stack([np.ones_like(gap), np.ones_like(gap), gap > np.pi + STRAIGHT], axis=1).astype(bool)
+    present = np.stack([np.ones_like(gap), np.ones_like(gap), gap > np.pi + HALF_TURN_TOLERANCE], axis=1).astype(bool)
     counts = np.bincount(ends.vertex[ring], weights=present.sum(axis=1), minlength=n_vertices).astype(np.int64)
     angles, radii = angles[present], radii[present]
     corners = radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)

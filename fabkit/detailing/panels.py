@@ -21,8 +21,9 @@ from geometry.mesh.ragged_arrays import runs_by_size
 
 __all__ = ["PanelShapes", "make_panels", "panel_shapes"]
 
-COLLINEAR = 1e-3
-"""Two edges of a face that turn by less, in radians, are cut back alike: their lines have no sure intersection."""
+COLLINEAR_EDGES_SINE = 1e-3
+"""Sine of the angle between two edges of a face below which both are cut back by the same distance, since the
+intersection of their lines is ill-conditioned."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,7 @@ def panel_shapes(structure: SupportStructure, rules: PanelRules, underside: floa
     inwards = ((rules.joint_mm / 2 - levels * leaning) / upright[:, None]).max(axis=1)
     before = c.previous_corner
     turn = np.einsum("ck,ck->c", cuts.n, np.cross(cuts.t[before], cuts.t))
-    straight = (np.abs(turn) < COLLINEAR) & (np.einsum("ck,ck->c", cuts.t[before], cuts.t) > 0)
+    straight = (np.abs(turn) < COLLINEAR_EDGES_SINE) & (np.einsum("ck,ck->c", cuts.t[before], cuts.t) > 0)
     safe = np.where(straight, 1.0, turn)
     meet = (inwards[before] / safe)[:, None] * cuts.t - (inwards / safe)[:, None] * cuts.t[before]
     alike = np.maximum(inwards, inwards[before])[:, None] * (cuts.q + cuts.q[before]) / 2

@@ -23,11 +23,12 @@ else:
 
 __all__ = ["check_replaceable", "whole_folder"]
 
-NAMED = 5
-"""So many files that are not ours are named; of more it is said that there are more."""
+MAX_NAMED_FILES = 5
+"""Largest number of foreign files that an error names."""
 
-LONGEST = 200
-"""Bytes of a name to which those of our folder beside it can be added: file systems take 255."""
+LONGEST_FOLDER_NAME = 200
+"""Largest number of bytes of a folder name that is used whole in the name of the working folder beside it. File systems
+take 255."""
 
 
 def check_replaceable(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> None:
@@ -134,11 +135,12 @@ def _check_ours(folder: Path, out: Path) -> None:
     """Raise OutputError, naming them, where files in the folder that is or was at `out` are not ours."""
     if folder.is_symlink() or not folder.is_dir():
         raise OutputError(f"{out} is not a folder, so it is not replaced; choose another name")
-    names = list(islice(foreign_files(folder), NAMED + 1))
+    names = list(islice(foreign_files(folder), MAX_NAMED_FILES + 1))
     if names:
-        more = " and others" if len(names) > NAMED else ""
+        more = " and others" if len(names) > MAX_NAMED_FILES else ""
         raise OutputError(
-            f"{out} holds files that fabkit did not write so, and is not replaced: {', '.join(names[:NAMED])}{more}; "
+            f"{out} holds files that fabkit did not write or that were edited since, and is not replaced: "
+            f"{', '.join(names[:MAX_NAMED_FILES])}{more}; "
             "move them elsewhere, or choose another folder"
         )
 
@@ -175,8 +177,8 @@ def _workspace(out: Path) -> Path:
     or, where names were exchanged, is what was there. before: what was there, where the system cannot exchange names.
     """
     name = out.name
-    if len(os.fsencode(name)) > LONGEST:
-        name = name[: LONGEST // 8] + hashlib.sha256(os.fsencode(name)).hexdigest()[:16]
+    if len(os.fsencode(name)) > LONGEST_FOLDER_NAME:
+        name = name[: LONGEST_FOLDER_NAME // 8] + hashlib.sha256(os.fsencode(name)).hexdigest()[:16]
     return out.parent / f".{name}.fabkit"
 
 

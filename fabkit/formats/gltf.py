@@ -29,9 +29,14 @@ Json = dict[str, Any]
 
 _Z_UP_TO_Y_UP = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
 _FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
+"""Component types of glTF accessors."""
 _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
+"""Targets of glTF buffer views: values of vertices, and indices of them."""
 GLASS_OPACITY = 0.35
-LEFT_OUT_THICKNESS = 0.03  # of the length of the edge: thick enough to be seen, thin enough to be no beam
+"""Opacity of glass panels, from 0 (invisible) to 1."""
+LEFT_OUT_BAR_THICKNESS = 0.03
+"""Thickness of the red bar in the place of a beam that is left out, over the length of its edge: visible, but too thin
+to be taken for a beam."""
 _CHUNK_JSON, _CHUNK_BIN = b"JSON", b"BIN\0"
 
 
@@ -102,7 +107,7 @@ def _bars(lines: FloatArray, names: list[str]) -> _Placed:
     """Square bars in world coordinates about lines (n, 2, 3)."""
     along = lines[:, 1] - lines[:, 0]
     lengths = np.linalg.norm(along, axis=1)
-    half = LEFT_OUT_THICKNESS / 2 * lengths[:, None]
+    half = LEFT_OUT_BAR_THICKNESS / 2 * lengths[:, None]
     square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     local = prism_vertices(square * half[:, :, None], 0.0, lengths)
     least = np.eye(3)[np.abs(along).argmin(axis=1)]

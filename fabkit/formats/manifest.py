@@ -15,11 +15,12 @@ __all__ = ["MANIFEST", "foreign_files", "write_manifest"]
 
 MANIFEST = "manifest.json"
 
-_LITTER = {".DS_Store", ".localized", ".directory", "Thumbs.db", "ehthumbs.db", "desktop.ini", "Icon\r"}
+_SYSTEM_FILES = {".DS_Store", ".localized", ".directory", "Thumbs.db", "ehthumbs.db", "desktop.ini", "Icon\r"}
 """Files that systems put into folders that somebody looks at, and make again when they want them."""
 
 _UNSIGNED = "0" * 64
-_BLOCK = 1 << 16
+_HASH_BLOCK_BYTES = 1 << 16
+"""Number of bytes read at a time while a file is hashed."""
 
 
 def write_manifest(folder: Path, entries: dict[str, Any], facts: Iterable[Fact] = ()) -> None:
@@ -94,7 +95,7 @@ def _others(folder: Path, prefix: str, files: dict[str, str], folders: set[str])
                 yield f"{name} (edited)"
         elif name == MANIFEST:
             yield f"{name} (edited, or of an earlier version: it does not say what fabkit wrote)"
-        elif not _is_litter(prefix, entry.name, files, folders):
+        elif not _is_system_file(prefix, entry.name, files, folders):
             yield name
 
 
@@ -116,10 +117,12 @@ def _listed(folder: Path) -> tuple[dict[str, str], set[str]]:
     return {**files, MANIFEST: hashlib.sha256(data).hexdigest()}, folders
 
 
-def _is_litter(prefix: str, name: str, files: dict[str, str], folders: set[str]) -> bool:
+def _is_system_file(prefix: str, name: str, files: dict[str, str], folders: set[str]) -> bool:
     """Also the `._` files in which macOS keeps what its other file systems keep beside a file."""
     beside = prefix + name.removeprefix("._")
-    return name in _LITTER or (name.startswith("._") and (beside in files or beside in folders or name[2:] in _LITTER))
+    return name in _SYSTEM_FILES or (
+        name.startswith("._") and (beside in files or beside in folders or name[2:] in _SYSTEM_FILES)
+    )
 
 
 def _sha256(path: str | Path) -> str:
@@ -127,6 +130,6 @@ def _sha256(path: str | Path) -> str:
     with open(
         path, "rb", buffering=0
     ) as stream:  # most files are small: what buffers would cost is more than they take
-        while block := stream.read(_BLOCK):
+        while block := stream.read(_HASH_BLOCK_BYTES):
             digest.update(block)
     return digest.hexdigest()

@@ -16,16 +16,17 @@ from fabkit.production import WORKBOOK, BuildFacts, CutList, Fact, Summary, Tabl
 
 __all__ = ["spreadsheet_safe", "write_csv", "write_xlsx"]
 
-#: Written as the time of creation, so that the same lists give the same bytes.
 CREATED = datetime(2000, 1, 1)
-WIDEST = 48
+"""Time of creation written into workbooks, so that the same lists give the same bytes."""
+MAX_SHEET_COLUMN_LETTERS = 48
+"""Largest width of a column of the workbook, in letters."""
 
-LONGEST, GAP = 32767, " ..."
-"""Letters of a cell, at the most; what a text ends with that was longer."""
+LONGEST_CELL, CUT_OFF = 32767, " ..."
+"""Largest number of letters of a cell of a workbook; end of a text that was longer."""
 
 _NUMBER = re.compile(r"[-+]?\d+(\.\d*)?([eE][-+]?\d+)?", re.ASCII)
-_MAY_RUN = re.compile(r"[-=+@\t\r\n\uff1d\uff0b\uff0d\uff20]")
-_RUN = re.compile(r"(?:^|(?<=[;\t\n]))(?=[-=+@\t\n\uff1d\uff0b\uff0d\uff20])")
+_POSSIBLE_FORMULA = re.compile(r"[-=+@\t\r\n\uff1d\uff0b\uff0d\uff20]")
+_FORMULA_START = re.compile(r"(?:^|(?<=[;\t\n]))(?=[-=+@\t\n\uff1d\uff0b\uff0d\uff20])")
 
 
 def write_csv(target: Path | TextIO, table: Table) -> None:
@@ -50,10 +51,10 @@ def spreadsheet_safe(cell: str) -> str:
     What begins with = + - @, a tab or a line end is run, also after a semicolon, tab or line end, at which spreadsheets
     of other countries part cells [OWASP, CSV Injection]. Numbers are no formulas.
     """
-    if not _MAY_RUN.search(cell) or _NUMBER.fullmatch(cell):
+    if not _POSSIBLE_FORMULA.search(cell) or _NUMBER.fullmatch(cell):
         return cell
     lines = cell.replace("\r\n", "\n").replace("\r", "\n")  # of which csv.writer quotes no \r
-    return _RUN.sub("'", lines)
+    return _FORMULA_START.sub("'", lines)
 
 
 def write_xlsx(path: Path, lists: CutList, summary: Summary, facts: BuildFacts) -> None:
@@ -74,7 +75,7 @@ def _write_table(workbook: Any, table: Table) -> None:
     total_formats = [workbook.add_format({"bold": True, "top": 1, **pattern}) for pattern in patterns]
     for column, (name, *shown) in enumerate(zip(table.columns, *table.texts, table.total_texts, strict=True)):
         sheet.write_string(0, column, name, head)
-        sheet.set_column(column, column, min(WIDEST, max(map(len, (name[:14], *shown)))) + 2)
+        sheet.set_column(column, column, min(MAX_SHEET_COLUMN_LETTERS, max(map(len, (name[:14], *shown)))) + 2)
     for number, row in enumerate(table.rows, start=1):
         _write_row(sheet, number, row, formats)
     _write_row(sheet, len(table.rows) + 1, table.totals, total_formats)
@@ -94,7 +95,7 @@ def _write_row(sheet: Any, number: int, row: Sequence[Cell], formats: Sequence[A
 
 
 def _cut(text: str) -> str:
-    return text if len(text) <= LONGEST else text[: LONGEST - len(GAP)] + GAP
+    return text if len(text) <= LONGEST_CELL else text[: LONGEST_CELL - len(CUT_OFF)] + CUT_OFF
 
 
 def _write_cell(sheet: Any, number: int, column: int, cell: Cell, form: Any) -> None:

@@ -14,7 +14,8 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["Facets", "facets"]
 
-CONVEX_TOLERANCE = 1e-9  # sine of the turn at a corner: rounding of a straight corner, far below what can be seen
+CONVEX_CORNER_SINE = 1e-9
+"""Sine of the inward turn at a corner up to which a face counts as convex: rounding of a straight corner."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +75,7 @@ def _convex(points: FloatArray, normals: FloatArray, topology: Topology) -> Bool
     behind[:, topology.next_corner] = ahead
     turns = np.einsum("kci,kci->kc", np.cross(behind, ahead), normals)
     first = topology.first_corner
-    inwards = np.minimum.reduceat(turns, first, axis=1) < -CONVEX_TOLERANCE
+    inwards = np.minimum.reduceat(turns, first, axis=1) < -CONVEX_CORNER_SINE
     convex: BoolArray = ~inwards & (np.diff(topology.face_starts) == 1)
     return convex
 

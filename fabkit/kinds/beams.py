@@ -26,7 +26,7 @@ from geometry.arrays import FloatArray, IntArray
 __all__ = ["BEAM", "BeamDetails", "ends_glyphs"]
 
 ANGLE_DECIMALS = 2
-"""An end whose angle rounds to zero in the list is cut square."""
+"""Decimals of cut angles in the list; an end whose angle rounds to zero is cut square."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from geometry.arrays import FloatArray, IntArray, floats
 __all__ = ["LEFT_OUT_COLOUR", "Assembly", "LeftOut", "Surroundings"]
 
 LEFT_OUT_COLOUR = (0.84, 0.10, 0.12)
-"""sRGB red, green and blue, 0 to 1, of what was not made."""
+"""Colour of parts that are left out: sRGB red, green and blue, 0 to 1."""
 
 D = TypeVar("D", bound=Details)
 

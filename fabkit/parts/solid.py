@@ -95,8 +95,9 @@ def prism_vertices(outlines: FloatArray, bottom: FloatArray | float, top: FloatA
     return np.concatenate([at(bottom), at(top)], axis=-2)
 
 
-CORNERS_AT_ONCE = 20_000
-"""Of solids that are measured together: what is worked out for them stays in the processor's cache."""
+CORNERS_PER_BATCH = 20_000
+"""Number of corners of solids that are measured together, so that intermediate results stay in the processor's
+cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +117,7 @@ class SolidArray:
 
     def in_batches(self) -> list[SolidArray]:
         """The same solids in smaller batches, one at least."""
-        size = max(1, CORNERS_AT_ONCE // len(self.topology.corners))
+        size = max(1, CORNERS_PER_BATCH // len(self.topology.corners))
         return [self[k : k + size] for k in range(0, max(1, len(self.parts)), size)]
 
     @cached_property

@@ -25,15 +25,18 @@ __all__ = ["CUT", "MARK", "SHEET", "Drawing", "panel_drawings", "sheet_drawings"
 
 CUT, MARK, SHEET = "CUT", "MARK", "SHEET"
 
-#: Largest height of a panel's own mark and of what stands along its edges, in mm.
-MARK_MM, EDGE_MARK_MM = 80.0, 30.0
-#: Neighbours' marks smaller than this cannot be read, and are left away.
-READABLE_MM = 3.0
-#: In radii of the largest circle inside the panel: half the diagonal of the mark; height and distance from the edge of
-#: what stands along the edges. They add up to less than one, so neither meets the other.
+MAX_MARK_HEIGHT_MM, MAX_EDGE_MARK_HEIGHT_MM = 80.0, 30.0
+"""Largest height of a panel's own mark, and of the marks along its edges, in mm."""
+
+LEAST_READABLE_HEIGHT_MM = 3.0
+"""Least height of a neighbour's mark in mm: smaller ones cannot be read and are omitted."""
+
 MARK_SHARE, EDGE_MARK_SHARE, EDGE_GAP_SHARE = 0.7, 0.14, 0.06
-#: Largest share of an edge that a text along it takes.
-EDGE_SHARE = 0.4
+"""Half the diagonal of a panel's mark, the height of the marks along its edges, and their distance from the edges, over
+the radius of the largest circle inside the panel. They add up to less than one, so the marks do not meet."""
+
+MAX_EDGE_SHARE = 0.4
+"""Largest part of an edge that a mark along it takes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +152,7 @@ def _marks(marks: Sequence[str], outlines: Ragged, edge_texts: Sequence[str]) ->
 
 def _middle_labels(texts: Sequence[str], centres: FloatArray, radii: FloatArray) -> _Labels:
     widths = text_widths(texts)
-    height = np.minimum(MARK_MM, 2 * MARK_SHARE * radii / np.hypot(widths, 1.0))
+    height = np.minimum(MAX_MARK_HEIGHT_MM, 2 * MARK_SHARE * radii / np.hypot(widths, 1.0))
     foot = centres - np.stack([np.zeros(len(texts)), height / 2], axis=1)
     along = np.tile([1.0, 0.0], (len(texts), 1))
     return _Labels(texts, np.arange(len(texts)), foot, along, height)
@@ -169,7 +172,9 @@ def _edge_labels(
     along = (end - start) / lengths[:, None]
     inward = np.stack([-along[:, 1], along[:, 0]], axis=1)
     widths = text_widths(texts)
-    height = np.minimum(EDGE_MARK_MM, np.minimum(EDGE_MARK_SHARE * radii[panel], EDGE_SHARE * lengths / widths))
+    height = np.minimum(
+        MAX_EDGE_MARK_HEIGHT_MM, np.minimum(EDGE_MARK_SHARE * radii[panel], MAX_EDGE_SHARE * lengths / widths)
+    )
 
     def labels(chosen: IntArray) -> _Labels:
         gap = height[chosen] * EDGE_GAP_SHARE / EDGE_MARK_SHARE
@@ -179,7 +184,7 @@ def _edge_labels(
     outside = np.arange(len(texts))
     shapely.prepare(shapes)  # one with thousands of corners is asked for each of its edges
     while len(outside):
-        if height[outside].min() < READABLE_MM * 1e-3:
+        if height[outside].min() < LEAST_READABLE_HEIGHT_MM * 1e-3:
             named = ", ".join(marks[k] for k in np.unique(panel[outside])[:10])
             raise DetailingError(f"panels {named}: no mark fits inside; the outline must run counter-clockwise")
         boxes = labels(outside).boxes()
@@ -187,7 +192,7 @@ def _edge_labels(
         outside = outside[~inside]
         height[outside] /= 2
     arrow = np.array([text[0] == ARROW for text in texts])
-    return labels(np.flatnonzero(arrow | (height >= READABLE_MM)))
+    return labels(np.flatnonzero(arrow | (height >= LEAST_READABLE_HEIGHT_MM)))
 
 
 def _closed(outline: FloatArray) -> FloatArray:

@@ -13,13 +13,15 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 __all__ = ["TurnedShapes", "equal_shapes", "may_have_equals"]
 
 TREE_CORNERS = 8
-"""So many corners, spread evenly, tell most shapes apart; those of beams and quads are all."""
-LEVELS = 5
-"""So many of the corners' distances, from the least to the largest, are compared before anything is turned."""
-ROUNDING = 1e-13
-"""What rounding makes of distances within a shape, over its size: some hundred times the precision of numbers."""
-NUMBERS_AT_ONCE = 4_000_000
-"""Coordinates held in memory at a time: 32 MB."""
+"""Number of corners, spread evenly, that are compared first: they distinguish most shapes; beams and quads have no
+more."""
+DISTANCE_LEVELS = 5
+"""Number of distances of corners from their mean, from the least to the largest, that are compared before shapes are
+rotated."""
+DISTANCE_ROUNDING = 1e-13
+"""Rounding error of distances within a shape, over its size: some hundred times the precision of double numbers."""
+MAX_COORDINATES_IN_MEMORY = 4_000_000
+"""Number of coordinates held in memory at a time: 32 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +45,9 @@ def may_have_equals(corners: FloatArray, within: float) -> BoolArray:
     hangs together with no other has no equal. Sorted for one distance after the other, all is n log n.
     """
     distances = np.sort(np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2), axis=1)
-    levels = np.unique(np.linspace(0, distances.shape[1] - 1, LEVELS).astype(np.int64))
+    levels = np.unique(np.linspace(0, distances.shape[1] - 1, DISTANCE_LEVELS).astype(np.int64))
     # corners that are off by `within` in each coordinate, and so is their mean
-    largest = 2 * np.sqrt(3) * within + ROUNDING * distances.max(initial=0.0)
+    largest = 2 * np.sqrt(3) * within + DISTANCE_ROUNDING * distances.max(initial=0.0)
     group = np.zeros(len(distances), dtype=np.int64)
     for values in (distances.mean(axis=1), *distances[:, levels].T):
         order = np.lexsort((values, group))
@@ -95,7 +97,7 @@ def _near_in_all_corners(shapes: TurnedShapes, part: int, hits: IntArray, within
     bends = np.square(own[0, 2:] - 2 * own[0, 1:-1] + own[0, :-2]).sum(axis=1)
     unusual = 1 + np.argsort(-np.abs(bends - np.median(bends)), kind="stable")[:TREE_CORNERS]
     hits = hits[off(hits, unusual) <= within]
-    at_once = max(1, NUMBERS_AT_ONCE // (3 * shapes.n_corners))
+    at_once = max(1, MAX_COORDINATES_IN_MEMORY // (3 * shapes.n_corners))
     equal = [np.zeros(0, dtype=np.int64)]
     while len(hits):
         # the smallest turn that is left of each shape, for as many shapes as memory allows

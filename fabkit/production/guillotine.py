@@ -22,21 +22,21 @@ from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["Guillotine", "smallest_rectangles"]
 
-#: What rounding may add to a rectangle that fits exactly; far below the tolerance of a nest.
-ROUNDING_MM = 1e-9
+RECTANGLE_ROUNDING_MM = 1e-9
+"""Rounding allowance in mm for a rectangle that fits exactly, far below the tolerance of a nest."""
 
-#: Whether the first cut across a section runs along x, above the rectangle, given what is left of the section and the
-#: rectangle's size. No rule is always best; the fullest sheet wins.
 SPLITS: tuple[Callable[[float, float, float, float], bool], ...] = (
     lambda left_x, left_y, length, width: length * left_y <= width * left_x,
     lambda left_x, left_y, length, width: length * left_y > width * left_x,
     lambda left_x, left_y, length, width: True,
     lambda left_x, left_y, length, width: False,
 )
+"""Rules that say whether the first cut of a section runs along x, above the rectangle, given the remainders of the
+section in x and y and the size of the rectangle. None is always best; the fullest sheet is kept."""
 
-#: Whether rectangles may lie along the sheet and stand across it. All in one way often fills it better than each in the
-#: way that fits best at the moment.
-WAYS = ((True, True), (True, False), (False, True))
+ORIENTATIONS = ((True, True), (True, False), (False, True))
+"""Whether rectangles may lie along the sheet, and across it. One orientation for all often fills a sheet better than
+the best one for each."""
 
 
 def smallest_rectangles(outlines: Ragged, inside: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
@@ -53,7 +53,7 @@ def smallest_rectangles(outlines: Ragged, inside: tuple[float, float]) -> tuple[
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     extents = np.stack([_extents(following, along, owner, starts, axes) for axes in (along, across)], axis=1)
     sizes = -np.sort(-extents, axis=1)
-    unfit = (sizes > np.sort(inside)[::-1] + ROUNDING_MM).any(axis=1)
+    unfit = (sizes > np.sort(inside)[::-1] + RECTANGLE_ROUNDING_MM).any(axis=1)
     best = np.lexsort((sizes.prod(axis=1), unfit, owner))[starts]  # of the first of equal ones
     quarter = np.where(extents[best, 0] >= extents[best, 1], 0.0, 90.0)
     return quarter - np.rad2deg(np.arctan2(along[best, 1], along[best, 0])), sizes[best]
@@ -114,13 +114,13 @@ class Guillotine:
         return fillings
 
     def _rectangles(self, pool: IntArray) -> RemainingRectangles:
-        return RemainingRectangles(self.sizes[pool] + self.stock.gap_mm, ROUNDING_MM)
+        return RemainingRectangles(self.sizes[pool] + self.stock.gap_mm, RECTANGLE_ROUNDING_MM)
 
     def _fill(self, pool: IntArray, rectangles: RemainingRectangles) -> list[Placement]:
         """As `fill`, from the rectangles of the pool that are left; those laid are taken."""
         gap, border = self.stock.gap_mm, self.stock.border_mm
         inside = (self.stock.inside[0] + gap, self.stock.inside[1] + gap)
-        fillings = (_fill(rectangles, inside, split, ways) for split in SPLITS for ways in WAYS)
+        fillings = (_fill(rectangles, inside, split, ways) for split in SPLITS for ways in ORIENTATIONS)
         laid = max(fillings, key=lambda filling: fsum(each.length * each.width for each in filling))
         placements = []
         for each in laid:

@@ -22,10 +22,10 @@ from geometry.arrays import BoolArray, FloatArray
 __all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine", "suits_engines"]
 
 
-#: What an engine bears: largest inner circle over diagonal of the box, length of an edge, and how far the outline may
-#: turn at a corner. The engines offset outlines and look for circles inside them, and break down over slivers and
-#: needles; real panels are far from either.
-LEAST_ROUNDNESS, LEAST_EDGE_MM, LARGEST_TURN_DEG = 0.01, 1.0, 175.0
+LEAST_ROUNDNESS, LEAST_OUTLINE_EDGE_MM, LARGEST_OUTLINE_TURN_DEG = 0.01, 1.0, 175.0
+"""Bounds of the outlines given to an engine: radius of the largest inner circle over the diagonal of the box; length of
+an edge in mm; turn of the outline at a corner in degrees. The engines offset outlines and look for circles inside them,
+and fail on slivers and needles; real panels are far from both."""
 
 
 def suits_engines(outlines: Ragged) -> BoolArray:
@@ -43,8 +43,8 @@ def _blunt(outline: FloatArray) -> bool:
     edges = np.roll(outline, -1, axis=0) - outline
     directions = np.arctan2(edges[:, 1], edges[:, 0])
     turns = (directions - np.roll(directions, 1) + np.pi) % (2 * np.pi) - np.pi
-    long_enough = np.linalg.norm(edges, axis=1).min() >= LEAST_EDGE_MM
-    return bool(long_enough and np.abs(turns).max() <= np.deg2rad(LARGEST_TURN_DEG))
+    long_enough = np.linalg.norm(edges, axis=1).min() >= LEAST_OUTLINE_EDGE_MM
+    return bool(long_enough and np.abs(turns).max() <= np.deg2rad(LARGEST_OUTLINE_TURN_DEG))
 
 
 class Engine(Protocol):

@@ -19,7 +19,7 @@ from fabkit.parts import Parts, Ragged
 from geometry.arrays import FloatArray
 
 __all__ = [
-    "TOLERANCE_MM",
+    "NEST_TOLERANCE_MM",
     "Nest",
     "Placement",
     "Sheet",
@@ -31,8 +31,9 @@ __all__ = [
     "turned",
 ]
 
-#: What rounding may take from a distance: lengths of 10 m in double precision, turned and moved, are good to 1e-11 m.
-TOLERANCE_MM = 1e-6
+NEST_TOLERANCE_MM = 1e-6
+"""Rounding allowance for gaps and borders of a nest, in mm. Lengths of 10 m, rotated and moved, are accurate to 1e-8
+mm."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,7 @@ def outline_areas(outlines: Ragged) -> FloatArray:
 
 def check_nest(nest: Nest, panels: Parts[PanelDetails]) -> None:
     """Raise a NestingError, with marks and values, unless each panel lies once, inside its sheet less the border,
-    and apart from its neighbours by the gap; all to TOLERANCE_MM."""
+    and apart from its neighbours by the gap; all to NEST_TOLERANCE_MM."""
     if [placement.panel for placement in nest.placements] != list(range(len(panels))):
         raise NestingError(f"the nest places {len(nest.placements)} panels in a wrong order or number, "
                            f"there are {len(panels)}; each panel must be placed once")  # fmt: skip
@@ -147,7 +148,7 @@ def _check_inside(nest: Nest, marks: Sequence[str], outlines: Ragged) -> None:
     size = np.array([nest.sheet.length_mm, nest.sheet.width_mm])
     high = (size - outlines.reduced(np.maximum)).min(axis=1)
     room = np.minimum(low, high)
-    wrong = np.flatnonzero(~(room >= nest.border_mm - TOLERANCE_MM))
+    wrong = np.flatnonzero(~(room >= nest.border_mm - NEST_TOLERANCE_MM))
     if len(wrong):
         first = int(room.argmin())
         named = ", ".join(marks[panel] for panel in wrong[:10])
@@ -170,7 +171,7 @@ def _check_apart(nest: Nest, marks: Sequence[str], outlines: Ragged) -> None:
     distances = shapely.distance(shapes[first], shapes[second])
     overlaps = shapely.area(shapely.intersection(shapes[first], shapes[second]))
     distances -= overlaps / np.minimum(shapely.length(shapes[first]), shapely.length(shapes[second]))
-    wrong = np.flatnonzero(~(distances >= nest.gap_mm - TOLERANCE_MM))
+    wrong = np.flatnonzero(~(distances >= nest.gap_mm - NEST_TOLERANCE_MM))
     if len(wrong):
         worst = wrong[distances[wrong].argmin()]
         pairs = [f"{marks[first[pair]]} and {marks[second[pair]]}" for pair in wrong[:10]]

@@ -13,15 +13,15 @@ import shapely
 from fabkit.errors import NestingError
 from fabkit.kinds import PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
-from fabkit.production.guillotine import ROUNDING_MM, Guillotine
+from fabkit.production.guillotine import RECTANGLE_ROUNDING_MM, Guillotine
 from fabkit.production.irregular import Engine, installed_engine, suits_engines
 from fabkit.production.nests import Nest, Placement, Sheet, Stock, check_nest, moved, outline_areas, polygons
 from geometry.arrays import FloatArray
 
 __all__ = ["nest_panels", "too_large"]
 
-#: An engine chooses from about this many sheets' worth of panels: enough to combine, few enough to be quick.
 POOL_SHEETS = 3
+"""Area of the panels that an engine chooses from, in sheets: enough to combine, few enough to be quick."""
 
 
 def nest_panels(
@@ -159,7 +159,7 @@ def _too_large(panels: Parts[PanelDetails], guillotine: Guillotine) -> dict[int,
         panel: f"panel {panels[panel].mark} on face {panels.elements[panel]} is larger than a sheet less its borders "
         f"(face counted from 0): its smallest rectangle is {guillotine.sizes[panel, 0]:.1f} x "
         f"{guillotine.sizes[panel, 1]:.1f} mm, and {inside[0]:g} x {inside[1]:g} mm are at hand"
-        for panel in np.flatnonzero((guillotine.sizes > inside + ROUNDING_MM).any(axis=1)).tolist()
+        for panel in np.flatnonzero((guillotine.sizes > inside + RECTANGLE_ROUNDING_MM).any(axis=1)).tolist()
     }
 
 

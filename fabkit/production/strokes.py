@@ -12,11 +12,9 @@ from geometry.arrays import FloatArray, IntArray, floats, integers
 
 __all__ = ["ARROW", "text_strokes", "text_widths"]
 
-#: Stands for an arrow to the right in a text.
 ARROW = ">"
+"""Character that is drawn as an arrow to the right."""
 
-#: Strokes of each character on a grid 4 wide (the arrow: 9) and 6 high: "00,26,40" runs from (0, 0) over (2, 6) to
-#: (4, 0).
 GLYPHS = {
     "0": "10,01,05,16,36,45,41,30,10 12,34",
     "1": "05,26,20 00,40",
@@ -57,7 +55,11 @@ GLYPHS = {
     "-": "13,33",
     ARROW: "03,93 75,93,71",
 }
-HEIGHT, SPACE = 6, 2
+"""Strokes of each character on a grid 4 wide (the arrow: 9) and 6 high: "00,26,40" runs from (0, 0) over (2, 6) to
+(4, 0)."""
+
+GLYPH_HEIGHT, GLYPH_SPACE = 6, 2
+"""Height of the grid of characters, and space between two of them, in grid units."""
 
 
 _STROKES = Curves.of(
@@ -69,7 +71,7 @@ _STROKES = Curves.of(
 )
 """Of all glyphs, one after the other."""
 _FIRST_STROKE = np.cumsum([0, *(len(strokes.split()) for strokes in GLYPHS.values())])
-_ADVANCE = np.array([(9 if character == ARROW else 4) + SPACE for character in GLYPHS])
+_ADVANCE = np.array([(9 if character == ARROW else 4) + GLYPH_SPACE for character in GLYPHS])
 _GLYPH = {character: number for number, character in enumerate(GLYPHS)}
 
 
@@ -77,7 +79,7 @@ def text_widths(texts: Sequence[str]) -> FloatArray:
     """(m,) widths over height of texts."""
     glyph, starts = _glyphs(texts)
     ends = np.concatenate([[0], np.cumsum(_ADVANCE[glyph])])[starts]
-    widths: FloatArray = (np.diff(ends) - SPACE) / HEIGHT
+    widths: FloatArray = (np.diff(ends) - GLYPH_SPACE) / GLYPH_HEIGHT
     return widths
 
 
@@ -96,7 +98,7 @@ def text_strokes(texts: Sequence[str]) -> tuple[Curves, IntArray]:
     firsts = np.cumsum(counts) - counts
     curves = _STROKES[np.arange(len(character)) + (_FIRST_STROKE[glyph] - firsts)[character]]
     right = np.stack([x[character[curves.row]], np.zeros(len(curves.values))], axis=1)
-    return Curves((curves.values + right) / HEIGHT, curves.starts), integers(text[character])
+    return Curves((curves.values + right) / GLYPH_HEIGHT, curves.starts), integers(text[character])
 
 
 def _glyphs(texts: Sequence[str]) -> tuple[IntArray, IntArray]:

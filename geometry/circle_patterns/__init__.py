@@ -1,7 +1,7 @@
 """Circle patterns of the plane, from which Koebe polyhedra are lifted: radii, boundary values, layout."""
 
-from geometry.circle_patterns.boundary_values import open_pattern
-from geometry.circle_patterns.plane_pattern import PlanePattern, closed_pattern
-from geometry.circle_patterns.radii import CirclePattern
+from geometry.circle_patterns.boundary_values import open_circle_pattern
+from geometry.circle_patterns.circle_pattern import CirclePattern, closed_circle_pattern
+from geometry.circle_patterns.radii import RadiusProblem
 
-__all__ = ["CirclePattern", "PlanePattern", "closed_pattern", "open_pattern"]
+__all__ = ["CirclePattern", "RadiusProblem", "closed_circle_pattern", "open_circle_pattern"]

@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats
+from geometry.circle_patterns.circle_pattern import CirclePattern, all_kites, laid_out
 from geometry.circle_patterns.planar_graphs import double_contact
-from geometry.circle_patterns.plane_pattern import PlanePattern, all_kites, laid_out
-from geometry.circle_patterns.radii import CirclePattern
+from geometry.circle_patterns.radii import RadiusProblem
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics
 
-__all__ = ["open_pattern"]
+__all__ = ["open_circle_pattern"]
 
-CLOSING = 1e-6
+KITE_TOLERANCE = 1e-6
 """By how much a kite may be off, over the distance of its centres, where the pattern is said to close around holes:
 rounding leaves 1e-9 where radii differ by a factor of a million."""
 
@@ -52,9 +52,9 @@ class _Boundary:
         return (len(self.loops[loop]) + (2 if loop else -2)) * np.pi
 
 
-def open_pattern(
+def open_circle_pattern(
     combinatorics: Combinatorics, *, radii: Any = None, angles: Any = None, outer: int | None = None
-) -> PlanePattern:
+) -> CirclePattern:
     """The circle pattern of an open polyhedron, a disc or a disc with holes.
 
     radii (N,): of the circles of boundary vertices, NaN elsewhere and where free. angles (N,): in the same way. Along
@@ -77,22 +77,22 @@ def open_pattern(
         if (c.vertex_degrees[hole] >= 3).all():
             filled = _filled(filled, _with_face(filled, hole[::-1]))
     pattern, off = laid_out(filled, _pattern(filled, boundary))
-    if off > CLOSING:
+    if off > KITE_TOLERANCE:
         for hole in boundary.free_holes(filled):
             filled = _filled(filled, _with_triangles(filled, hole[::-1]))
         pattern, off = laid_out(filled, _pattern(filled, boundary))
-    if off > CLOSING and len(filled.boundary_loops) > 1:
+    if off > KITE_TOLERANCE and len(filled.boundary_loops) > 1:
         raise GeometryError(
             f"the circle pattern does not close around a hole: its kites miss each other by {off:.1e} of their size, "
-            f"allowed {CLOSING:.0e}; leave the values along the hole free, or fill it with faces",
+            f"allowed {KITE_TOLERANCE:.0e}; leave the values along the hole free, or fill it with faces",
             value=off,
-            bound=CLOSING,
+            bound=KITE_TOLERANCE,
         )
     kept = np.concatenate([np.arange(c.n_vertices), filled.n_vertices + np.arange(c.n_faces)])
-    return PlanePattern(c, pattern.centres[kept], pattern.radii[kept])
+    return CirclePattern(c, pattern.centres[kept], pattern.radii[kept])
 
 
-def _pattern(c: Combinatorics, boundary: _Boundary) -> CirclePattern:
+def _pattern(c: Combinatorics, boundary: _Boundary) -> RadiusProblem:
     n = c.n_vertices
     totals = np.full(n + c.n_faces, 2 * np.pi)
     factors = np.ones(n + c.n_faces)
@@ -111,7 +111,7 @@ def _pattern(c: Combinatorics, boundary: _Boundary) -> CirclePattern:
         held = True
     kept, unknowns = np.unique(labels, return_inverse=True)
     shift = int(kept[0] < 0)
-    return CirclePattern(n, all_kites(c), unknowns - shift, factors, totals[kept[shift:]])
+    return RadiusProblem(n, all_kites(c), unknowns - shift, factors, totals[kept[shift:]])
 
 
 def _with_face(c: Combinatorics, vertices: IntArray) -> Combinatorics:

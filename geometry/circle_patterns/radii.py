@@ -16,24 +16,24 @@ from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError
 from geometry.optimise import ConvergenceError, GroundedLaplacian, Reason, Solution, max_norm
 
-__all__ = ["CirclePattern", "KiteAngles"]
+__all__ = ["KiteAngles", "RadiusProblem"]
 
 ANGLE_TOLERANCE = 1e-12
 """Radians by which the kites about a centre may miss their total: rounding of the sum of hundreds of angles."""
 
-ROUNDED = 2e-14
+ANGLE_ROUNDING = 2e-14
 """Radians that the angles about centres with some ten kites are off, but for rounding: no step makes it less."""
 
-MAX_STEPS = 100
+MAX_RADIUS_STEPS = 100
 """Newton steps; about 8 do, with hundreds of thousands of circles too."""
 
-WIDEST = 60.0
+LARGEST_LOG_RATIO = 60.0
 """Logarithm of the ratio of two radii, above which rounding leaves nothing."""
 
-LOOSE = 1e-2
+LOOSEST_STEP_ACCURACY = 1e-2
 """Accuracy of a Newton step far from the minimum, where more would be wasted."""
 
-SHOWN = 5
+SHOWN_CIRCLES = 5
 """Vertices or faces that an error names, of many."""
 
 
@@ -56,7 +56,7 @@ class KiteAngles:
 
 
 @dataclass(frozen=True, eq=False)
-class CirclePattern:
+class RadiusProblem:
     """Which circles meet, and what is given of them.
 
     n_vertices: the n circles are those of the vertices, then those of the faces.
@@ -96,19 +96,19 @@ class CirclePattern:
         """
         multipliers, best, steps = self._start(), np.inf, 0
         found = multipliers
-        while steps <= MAX_STEPS:
+        while steps <= MAX_RADIUS_STEPS:
             excess = self._excess(multipliers)
             worst = max_norm(excess)
-            settled = worst <= ROUNDED or (best <= ANGLE_TOLERANCE and worst > best / 2)
+            settled = worst <= ANGLE_ROUNDING or (best <= ANGLE_TOLERANCE and worst > best / 2)
             if worst < best:
                 found, best = multipliers, worst
-            if settled or np.ptp(np.log(multipliers)) > WIDEST:
+            if settled or np.ptp(np.log(multipliers)) > LARGEST_LOG_RATIO:
                 break
             multipliers = multipliers * np.exp(self._newton_step(multipliers, excess))
             steps += 1
         if best > ANGLE_TOLERANCE:
             self._refuse_crowded(multipliers)
-            reason = Reason.STEP_LIMIT if steps > MAX_STEPS else Reason.STALLED
+            reason = Reason.STEP_LIMIT if steps > MAX_RADIUS_STEPS else Reason.STALLED
             raise ConvergenceError(
                 f"the circle pattern misses its angles by {best:.1e} radians after {steps} steps, allowed "
                 f"{ANGLE_TOLERANCE:.0e}; its radii differ by a factor of {multipliers.max() / multipliers.min():.0e}, "
@@ -187,7 +187,7 @@ class CirclePattern:
         weights = 2 / (first / second + second / first)
         links = self.links
         laplacian = GroundedLaplacian(self.n_unknowns, links, weights)
-        direction = laplacian.solve(excess, accuracy=min(LOOSE, max_norm(excess)))
+        direction = laplacian.solve(excess, accuracy=min(LOOSEST_STEP_ACCURACY, max_norm(excess)))
         padded = np.append(direction, 0.0)
         steepest = float(np.abs(padded[links[:, 0]] - padded[links[:, 1]]).max())
         return direction * (np.log1p(steepest) / steepest if steepest > 0 else 1.0)
@@ -197,5 +197,7 @@ def _listed(kind: str, numbers: IntArray) -> str:
     """Such as "3 vertices (4, 7, 9)", with the first few numbers."""
     if len(numbers) < 2:
         return f"{kind} {numbers[0]}" if len(numbers) else f"no {kind}"
-    shown = ", ".join(str(number) for number in numbers[:SHOWN]) + (", ..." if len(numbers) > SHOWN else "")
+    shown = ", ".join(str(number) for number in numbers[:SHOWN_CIRCLES]) + (
+        ", ..." if len(numbers) > SHOWN_CIRCLES else ""
+    )
     return f"{len(numbers)} {'vertices' if kind == 'vertex' else 'faces'} ({shown})"

@@ -5,7 +5,7 @@
 
 from geometry.curvature.christoffel_duals import ChristoffelDuals, christoffel_dual
 from geometry.curvature.constant_mean_curvature import constant_mean
-from geometry.curvature.faces import FaceCurvatures, face_curvatures, steiner_area, steiner_areas
+from geometry.curvature.face_curvature import FaceCurvatures, face_curvatures, steiner_area, steiner_areas
 from geometry.curvature.revolution import constant_mean_of_revolution, minimal_of_revolution, radii_at_inflections
 
 __all__ = [

@@ -31,30 +31,36 @@ from geometry.parallel.edge_parallelity import check_planar
 from geometry.parallel.sampling import ElementSampler
 from geometry.parallel.spectrum import LEAST_SPECTRAL_GAP, Spectrum, least_singular_vectors, zero_threshold
 
-__all__ = ["COLLAPSED", "ChristoffelDuals", "christoffel_dual", "with_edges"]
+__all__ = ["LEAST_DUAL_EDGE", "ChristoffelDuals", "christoffel_dual", "with_edges"]
 
-COLLAPSED = 1e-6
+LEAST_DUAL_EDGE = 1e-6
 """Length of an edge over the mean edge length, below which it has none: rounding turns shorter ones by more than the
 1e-9 to which meshes count as parallel."""
 
-SHORT = 0.1
+SHORT_DUAL_EDGE = 0.1
 """Length of an edge over the mean of its faces, below which the fairest dual is turned towards others that are nearly
 as fair. On meshes of hexagons two are equally fair, as the associated minimal surfaces are; in one of them three edges
 of a hexagon sum to zero as 1 + 1 - 2, in the other as 1 - 1 + 0: then every third edge vanishes."""
 
-VANISHING = 1e-2
+VANISHING_DUAL_EDGE = 1e-2
 """The same, below which a dual is refused where there was a choice: its faces have other numbers of corners."""
 
-CHOICE, ANGLES = 4, 720
-"""How many of the fairest are turned to, and how many turns over a half circle are tried."""
+BLENDED_DUALS = 4
+"""Number of fairest duals that are blended with the fairest one."""
 
-FLAT = 1e-12
+BLEND_ANGLES = 720
+"""Number of blends that are tried: cos t times one dual plus sin t times another, for t over a half circle."""
+
+FAIRNESS_REGULARISATION = 1e-12
 """Added to the squares of fairness, so that they are definite; it does not change which dual is fairest."""
 
-LANCZOS, RESTARTS = 20, 20
-"""Vectors of Lanczos' method, and how often it may begin afresh with the best of them; mostly once is enough."""
+LANCZOS_VECTORS = 20
+"""Number of vectors of Lanczos' method."""
 
-FAIREST = 1e-10
+LANCZOS_RESTARTS = 20
+"""Most restarts of Lanczos' method from its best vectors; mostly one is enough."""
+
+FAIREST_ACCURACY = 1e-10
 """Relative accuracy of the largest eigenvalue, at which the vector is good to about its root."""
 
 
@@ -157,10 +163,10 @@ class ChristoffelDuals:
     def _sound_lengths(self) -> FloatArray:
         """(E,) the signed lengths of the fairest dual without edges that vanish, up to size."""
         fairest = apply(self.equations.lengths, self._fairest(1)[:, 0])
-        if self.dimension == 1 or self._relative(fairest[:, None]).min() >= SHORT:
+        if self.dimension == 1 or self._relative(fairest[:, None]).min() >= SHORT_DUAL_EDGE:
             return fairest
-        others = np.asarray(self.equations.lengths @ self._fairest(min(CHOICE, self.dimension)))
-        turns = np.linspace(0, np.pi, ANGLES, endpoint=False)
+        others = np.asarray(self.equations.lengths @ self._fairest(min(BLENDED_DUALS, self.dimension)))
+        turns = np.linspace(0, np.pi, BLEND_ANGLES, endpoint=False)
         best: FloatArray = max(
             (np.outer(others[:, 0], np.cos(turns)) + np.outer(other, np.sin(turns)) for other in others.T[1:]),
             key=lambda turned: self._relative(turned).min(axis=0).max(),
@@ -170,11 +176,12 @@ class ChristoffelDuals:
         raise_worst(
             relative[:, turn],
             ">=",
-            VANISHING,
+            VANISHING_DUAL_EDGE,
             lambda edge, value: (
                 f"{self.gauss_image.combinatorics.edge_name(edge)} vanishes in the fairest dual, and in all between it "
                 f"and the next fairest some edge does: the best leaves it {value:.1e} of the mean edge "
-                f"of its faces, at least {VANISHING:g} is needed; ask for the nearest to a mesh, or take other faces"
+                f"of its faces, at least {VANISHING_DUAL_EDGE:g} is needed; ask for the nearest to a mesh, or take "
+                f"other faces"
             ),
         )
         return np.asarray(best[:, turn])
@@ -197,7 +204,7 @@ class ChristoffelDuals:
         if self.dimension == 1:
             return (start / np.linalg.norm(start))[:, None]
         fair = csr_array(fairness_of_lengths(self.gauss_image) @ self.equations.lengths)
-        H = csr_array(csr_array(fair.T) @ fair + FLAT * eye_array(n))
+        H = csr_array(csr_array(fair.T) @ fair + FAIRNESS_REGULARISATION * eye_array(n))
         quadratic, zero = ConstrainedQuadratic(H, B), np.zeros(B.shape[0])
 
         def inverse(x: FloatArray) -> FloatArray:
@@ -206,7 +213,9 @@ class ChristoffelDuals:
 
         operator = LinearOperator((n, n), matvec=inverse, dtype=np.float64)
         try:
-            _, vectors = eigsh(operator, k=count, v0=start, ncv=min(LANCZOS, n), maxiter=RESTARTS, tol=FAIREST)
+            _, vectors = eigsh(
+                operator, k=count, v0=start, ncv=min(LANCZOS_VECTORS, n), maxiter=LANCZOS_RESTARTS, tol=FAIREST_ACCURACY
+            )
         except ArpackNoConvergence as error:
             raise _undecided(start, self.dimension) from error
         return self._members.closed(vectors[:, ::-1])
@@ -250,10 +259,11 @@ def with_edges(gauss_image: Mesh, vertices: FloatArray) -> Mesh:
     raise_worst(
         mesh.edge_lengths / (mesh.mean_edge_length or 1.0),
         ">",
-        COLLAPSED,
+        LEAST_DUAL_EDGE,
         lambda edge, value: (
             f"{mesh.combinatorics.edge_name(edge)} of the parallel mesh has a length of {value:.1e} of the mean edge "
-            f"length, more than {COLLAPSED:.0e} is needed: triangles may become points; where there are none, ask for "
+            f"length, more than {LEAST_DUAL_EDGE:.0e} is needed: triangles may become points; where there are none, "
+            f"ask for "
             "the nearest to another mesh"
         ),
     )
@@ -283,9 +293,10 @@ class _DualClosure(EdgeClosure):
 
 
 def _undecided(x: FloatArray, dimension: int) -> ConvergenceError:
-    solution = Solution(x, np.zeros(0), np.inf, RESTARTS * LANCZOS, Reason.STEP_LIMIT)
+    solution = Solution(x, np.zeros(0), np.inf, LANCZOS_RESTARTS * LANCZOS_VECTORS, Reason.STEP_LIMIT)
     return ConvergenceError(
-        f"the fairest of {dimension} independent duals is not found to {FAIREST:.0e} after {RESTARTS * LANCZOS} steps: "
+        f"the fairest of {dimension} independent duals is not found to {FAIREST_ACCURACY:.0e} after "
+        f"{LANCZOS_RESTARTS * LANCZOS_VECTORS} steps: "
         "several are nearly equally fair; ask for the `nearest` to some mesh",
         solution=solution,
         value=float(dimension),

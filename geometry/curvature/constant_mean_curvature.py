@@ -35,21 +35,29 @@ from geometry.parallel.sampling import ElementSampler
 
 __all__ = ["ConstantMean", "constant_mean"]
 
-TOLERANCE = 1e-11
+CONSTANT_MEAN_TOLERANCE = 1e-11
 """What may be left of the equations, in mean edge lengths: a few digits more than rounding takes."""
 
-LONGEST_STEP = 0.5
+LONGEST_EDGE_CHANGE = 0.5
 """Longest change of an edge in one step, over the mean edge length."""
 
-SHRUNK = 1e-3
+LEAST_SIZE_SHARE = 1e-3
 """Mean edge length over that of the start, below which what was found is a point: nobody begins so far away."""
 
-HELD_STEPS, MAX_STEPS = 8, 100
-"""Steps that are pulled towards the start, and all together; ten in all are mostly enough."""
+CONSTANT_MEAN_ANCHORED_STEPS = 8
+"""First steps that also minimise the distance from the start."""
+
+MAX_CONSTANT_MEAN_STEPS = 100
+"""Most Newton steps; ten are mostly enough."""
 
 
 def constant_mean(
-    gauss_image: MeshLike, mean: float, start: MeshLike, *, fairness: float = 1.0, tolerance: float = TOLERANCE
+    gauss_image: MeshLike,
+    mean: float,
+    start: MeshLike,
+    *,
+    fairness: float = 1.0,
+    tolerance: float = CONSTANT_MEAN_TOLERANCE,
 ) -> Pair:
     """S with the M in P(S) that has H_F = mean in every face with respect to it, near to a mesh with the same faces.
 
@@ -88,9 +96,9 @@ def constant_mean(
         begin,
         csr_array(eye_array(n) + fairness * csr_array(csr_array(fair.T) @ fair)),
         tolerance=tolerance,
-        longest_step=LONGEST_STEP,
-        anchored_steps=HELD_STEPS,
-        max_steps=MAX_STEPS,
+        longest_step=LONGEST_EDGE_CHANGE,
+        anchored_steps=CONSTANT_MEAN_ANCHORED_STEPS,
+        max_steps=MAX_CONSTANT_MEAN_STEPS,
     )
     if not solution.violation <= tolerance:
         raise _not_reached(functional, solution, tolerance)
@@ -156,12 +164,12 @@ class ConstantMean:
 
 def _check_size(relative: float, mean: float) -> None:
     """Raise GeometryError where what was found is a point, which solves the equations too."""
-    if relative < SHRUNK:
+    if relative < LEAST_SIZE_SHARE:
         raise GeometryError(
             f"what was found has shrunk to a point, to {relative:.0e} of the mean edge length of the start, at least "
-            f"{SHRUNK:.0e} is needed: begin with a mesh whose mean curvatures are nearer to {mean:g}",
+            f"{LEAST_SIZE_SHARE:.0e} is needed: begin with a mesh whose mean curvatures are nearer to {mean:g}",
             value=relative,
-            bound=SHRUNK,
+            bound=LEAST_SIZE_SHARE,
         )
 
 

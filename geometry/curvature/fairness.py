@@ -10,7 +10,7 @@ from geometry.optimise import SparseMatrix
 
 __all__ = ["fairness_of_lengths"]
 
-BOUNDARY = 1e-3
+BOUNDARY_FAIRNESS_WEIGHT = 1e-3
 """Weight of the residuals of boundary vertices, whose neighbours are on one side only: enough to decide where no
 others do, as in a single row of faces."""
 
@@ -27,7 +27,7 @@ def fairness_of_lengths(mesh: Mesh) -> SparseMatrix:
     edges = np.arange(c.n_edges)
     mean = diags_array(1 / np.maximum(c.vertex_degrees, 1))
     # with P the mean over neighbours, 1 - P^2 = (1 + P) (1 - P), and 1 - P has the edges alone
-    weights = diags_array(np.where(c.is_boundary_vertex, BOUNDARY, 1.0))
+    weights = diags_array(np.where(c.is_boundary_vertex, BOUNDARY_FAIRNESS_WEIGHT, 1.0))
     further = csr_array(weights @ (eye_array(c.n_vertices) + mean @ c.adjacency))
     parts = []
     for k in range(3):

@@ -1,7 +1,7 @@
 """Minimal and constant mean curvature meshes of rotational symmetry [Pottmann2007, 5; Figs 10, 17 to 19].
 
 In closed form for Gauss images S that consist of rings, see `Rings`: quads of generalised rotational symmetry, and
-standing hexagons. Lying hexagons have no rings: there M is found near a smooth surface by `constant_mean`, or as a
+pointy-top hexagons. Flat-top hexagons have no rings: there M is found near a smooth surface by `constant_mean`, or as a
 Christoffel dual. The axis is the z axis.
 
 The first integral is that of the surfaces of Delaunay: with R and r the radii of M and S, H R^2 + r R is the same on
@@ -15,7 +15,7 @@ import numpy as np
 from geometry.arrays import FloatArray
 from geometry.curvature.christoffel_duals import christoffel_dual
 from geometry.curvature.constant_mean_curvature import constant_mean
-from geometry.curvature.levels import levels_of_lying_hexagons
+from geometry.curvature.hexagon_levels import levels_of_flat_top_hexagons
 from geometry.curvature.rings import Rings
 from geometry.errors import GeometryError, raise_worst
 from geometry.gauss import Pair
@@ -23,10 +23,10 @@ from geometry.mesh import Mesh, MeshLike, as_gauss_image, shapes
 
 __all__ = ["constant_mean_of_revolution", "minimal_of_revolution", "radii_at_inflections"]
 
-AROUND = 8
+SMOOTH_BAND_QUADS = 8
 """Quads around the axis that stand for a smooth band: their first integral is the smooth one for any number."""
 
-ROUNDING = 1e-12
+INFLECTION_ROUNDING = 1e-12
 """How far 1 + 4 H G may be below zero at an inflection, where it should be zero: G is a product of many ratios."""
 
 
@@ -34,16 +34,16 @@ def minimal_of_revolution(gauss_image: MeshLike, *, waist: float = 1.0) -> Pair:
     """S with an M that has H = 0 in every face: a discrete catenoid, when S goes round [Pottmann2007, Figs 17, 18].
 
     waist: the least distance of a vertex from the axis. Edges in rings keep their orientation, meridian edges are
-    reversed; of lying hexagons the horizontal edges keep it. M is centred in height.
+    reversed; of flat-top hexagons the horizontal edges keep it. M is centred in height.
 
-    Raises MeshError where S does not consist of rings about the z axis, nor of lying hexagons; GeometryError where
+    Raises MeshError where S does not consist of rings about the z axis, nor of flat-top hexagons; GeometryError where
     waist is not positive.
     """
     gauss_image = as_gauss_image(gauss_image)
     _check_length("waist", waist)
     rings = Rings(gauss_image)
     is_ringed = rings.is_meridian.any()
-    mesh = _minimal(rings, waist) if is_ringed else _minimal_of_lying_hexagons(gauss_image, waist)
+    mesh = _minimal(rings, waist) if is_ringed else _minimal_of_flat_top_hexagons(gauss_image, waist)
     return Pair(mesh, gauss_image)
 
 
@@ -74,7 +74,7 @@ def constant_mean_of_revolution(gauss_image: MeshLike, mean: float, *, radius: f
             value=mean,
         )
     if not rings.is_meridian.any():
-        return _constant_mean_of_lying_hexagons(gauss_image, mean, radius)
+        return _constant_mean_of_flat_top_hexagons(gauss_image, mean, radius)
     return Pair(_constant_mean(rings, mean, radius), gauss_image)
 
 
@@ -112,7 +112,7 @@ def _factors(rings: Rings, integrals: FloatArray, mean: float, branch: float) ->
             "rings, let them fold there, or take a radius further from that of the cylinder"
         )
 
-    raise_worst(squares, ">=", -ROUNDING, say)
+    raise_worst(squares, ">=", -INFLECTION_ROUNDING, say)
     start = rings.of_vertices[rings.radii.argmax()]
     turns = np.searchsorted(rings.folds, np.arange(rings.n_rings))  # folds before each ring
     signs = branch * (-1.0) ** (turns - turns[start])
@@ -138,20 +138,20 @@ def _check_length(name: str, value: float) -> None:
         raise GeometryError(f"the {name} is {value}: a length above 0 is needed", value=value, bound=0.0)
 
 
-# --- lying hexagons
+# --- flat-top hexagons
 
 
-def _minimal_of_lying_hexagons(gauss_image: Mesh, waist: float) -> Mesh:
+def _minimal_of_flat_top_hexagons(gauss_image: Mesh, waist: float) -> Mesh:
     start = _lifted(gauss_image, _minimal(Rings(_smooth_band(gauss_image)), 1.0))
     mesh = christoffel_dual(gauss_image, near=start).mesh
     return mesh * (waist / float(np.linalg.norm(mesh.vertices[:, :2], axis=1).min()))
 
 
-def _constant_mean_of_lying_hexagons(gauss_image: Mesh, mean: float, radius: float | None) -> Pair:
+def _constant_mean_of_flat_top_hexagons(gauss_image: Mesh, mean: float, radius: float | None) -> Pair:
     rings = Rings(_smooth_band(gauss_image))
     if radius is not None and len(rings.folds):
         raise GeometryError(
-            f"the radius is {radius}, but where lying hexagons fold over, the folds say the radius: leave it out",
+            f"the radius is {radius}, but where flat-top hexagons fold over, the folds say the radius: leave it out",
             value=radius,
         )
     start = _lifted(gauss_image, _constant_mean(rings, mean, radius))
@@ -163,7 +163,7 @@ def _smooth_band(gauss_image: Mesh) -> Mesh:
 
     Where S folds over itself, a row of faces is folded flat, and the inflection of M is where its plane is tangent.
     """
-    c, levels = gauss_image.combinatorics, levels_of_lying_hexagons(gauss_image)
+    c, levels = gauss_image.combinatorics, levels_of_flat_top_hexagons(gauss_image)
     vertices = gauss_image.vertices[np.unique(levels, return_index=True)[1]]
     steps = np.diff(vertices[:, 2])
     folds = np.flatnonzero(steps[1:] * steps[:-1] < 0) + 1
@@ -174,12 +174,12 @@ def _smooth_band(gauss_image: Mesh) -> Mesh:
         furthest = np.abs(normals[:, 2]).max()
         sines = np.clip(sines, -furthest, furthest)
     profile = np.stack([np.sqrt(1 - sines**2), sines], axis=1)
-    return shapes.rotational_mesh(profile, AROUND)
+    return shapes.rotational_mesh(profile, SMOOTH_BAND_QUADS)
 
 
 def _lifted(gauss_image: Mesh, smooth: Mesh) -> Mesh:
     """Vertices in the meridian planes of those of S, and in the rings of a mesh over `_smooth_band`."""
-    levels = levels_of_lying_hexagons(gauss_image)
+    levels = levels_of_flat_top_hexagons(gauss_image)
     radii, _, heights = smooth.vertices[: levels.max() + 1].T  # the first meridian is over the x axis
     flat = gauss_image.vertices[:, :2]
     flat = flat * (radii[levels] / np.linalg.norm(flat, axis=1))[:, None]

@@ -29,15 +29,15 @@ from geometry.errors import MeshError, raise_worst
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
 
-__all__ = ["ALIKE", "Rings"]
+__all__ = ["ROW_TOLERANCE", "Rings"]
 
-MERIDIAN = 1e-9
+MERIDIAN_SINE = 1e-9
 """Sine of the angle between the meridian planes of the ends of an edge, below which it is in one of them."""
 
-UPRIGHT = 1e-9
+LEAST_RELATIVE_DIFFERENCE = 1e-9
 """What must be left of a difference, over what it is the difference of, to divide by it."""
 
-ALIKE = 1e-9
+ROW_TOLERANCE = 1e-9
 """Relative difference of the ratio A / B between faces of a row: meshes count as exact to this."""
 
 
@@ -59,7 +59,7 @@ class Rings:
         i, j = self.mesh.combinatorics.edges.T
         flat, radii = self.mesh.vertices[:, :2], self.radii
         crossed = flat[i, 0] * flat[j, 1] - flat[i, 1] * flat[j, 0]
-        meridian: BoolArray = np.abs(crossed) <= MERIDIAN * radii[i] * radii[j]
+        meridian: BoolArray = np.abs(crossed) <= MERIDIAN_SINE * radii[i] * radii[j]
         return meridian
 
     @cached_property
@@ -69,7 +69,7 @@ class Rings:
         raise_worst(
             radii,
             ">",
-            MERIDIAN * self.mesh.mean_edge_length,
+            MERIDIAN_SINE * self.mesh.mean_edge_length,
             lambda vertex, _: (
                 f"vertex {vertex} is on the z axis, about which the mesh is to be symmetric: open it there"
             ),
@@ -154,10 +154,10 @@ class Rings:
         raise_worst(
             np.abs(ratios / expected - 1),
             "<=",
-            ALIKE,
+            ROW_TOLERANCE,
             lambda face, off: (
                 f"face {face} differs from others of its row: the areas it spans with the z axis, over its "
-                f"two rings, are in a ratio that differs by {off:.1e}, allowed {ALIKE:.0e}; the rings must be "
+                f"two rings, are in a ratio that differs by {off:.1e}, allowed {ROW_TOLERANCE:.0e}; the rings must be "
                 "symmetric, or horizontal polylines that are scaled copies of each other"
             ),
             error=MeshError,
@@ -210,7 +210,7 @@ class Rings:
         raise_worst(
             np.maximum(by_radius, by_face),
             ">",
-            UPRIGHT,
+            LEAST_RELATIVE_DIFFERENCE,
             lambda row, _: (
                 f"the meridian edges of row {row} of the mesh would be infinitely long: its inflection is there, while "
                 "the Gauss image does not come nearer to the axis; take another radius, or more rows"

@@ -4,13 +4,13 @@ from geometry.edge_offset.contradictory_signs import conflicting_edges
 from geometry.edge_offset.covering import SurfaceCover, mean_normal, surface_cover
 from geometry.edge_offset.enneper import enneper_koebe
 from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, SphereCircles, koebe
-from geometry.edge_offset.rotational import Pattern, rotational_koebe, rows_within
+from geometry.edge_offset.rotational import BandTiling, rotational_koebe, rows_within
 from geometry.edge_offset.signed_meshes import alternating_signs, edge_offset_mesh, guided_signs, saddle_signs
 from geometry.edge_offset.tangent_hexagons import TangentMesh, mesh_with_planes, tangent_mesh
 
 __all__ = [
+    "BandTiling",
     "KoebePolyhedron",
-    "Pattern",
     "SphereCircles",
     "SurfaceCover",
     "TangentMesh",

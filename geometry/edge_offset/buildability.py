@@ -8,14 +8,21 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.mesh import Mesh
 from geometry.mesh.intersections import intersecting_faces, is_embedded, self_crossing_faces
 
-__all__ = ["NARROWEST", "face_necks", "face_widths", "largest_piece", "sound_piece", "without_unsound_rim"]
+__all__ = [
+    "LEAST_FACE_WIDTH",
+    "face_extents",
+    "largest_buildable_patch",
+    "largest_connected_patch",
+    "least_face_widths",
+    "without_unbuildable_rim",
+]
 
-NARROWEST = 0.05
+LEAST_FACE_WIDTH = 0.05
 """Neck of a face over the mean edge length: at a mean edge of 1500 mm, room for two beams of 50 mm side by side, less
 what mitres take. Saddles of pentagons with less were seen to have panels that joints cut in two."""
 
 
-def largest_piece(mesh: Mesh, faces: IntArray) -> IntArray:
+def largest_connected_patch(mesh: Mesh, faces: IntArray) -> IntArray:
     """Those of the faces (k,) that hang together over edges with most others."""
     if not len(faces):
         return faces
@@ -23,7 +30,7 @@ def largest_piece(mesh: Mesh, faces: IntArray) -> IntArray:
     return np.asarray(faces[components == np.bincount(components).argmax()])
 
 
-def face_necks(mesh: Mesh) -> FloatArray:
+def least_face_widths(mesh: Mesh) -> FloatArray:
     """(F,) least distance of a corner of each face from an edge of it that does not end there."""
     c = mesh.combinatorics
     necks = np.empty(c.n_faces)
@@ -40,7 +47,7 @@ def face_necks(mesh: Mesh) -> FloatArray:
     return necks
 
 
-def face_widths(mesh: Mesh) -> FloatArray:
+def face_extents(mesh: Mesh) -> FloatArray:
     """(F, 2) least extent of each face across one of its edges, and largest distance of two of its corners."""
     c = mesh.combinatorics
     widths = np.empty((c.n_faces, 2))
@@ -54,31 +61,31 @@ def face_widths(mesh: Mesh) -> FloatArray:
     return widths
 
 
-def without_unsound_rim(mesh: Mesh) -> IntArray:
+def without_unbuildable_rim(mesh: Mesh) -> IntArray:
     """The faces that are left when the rim is taken off until none crosses itself or another, nor is narrower than
-    `NARROWEST`; all if none are left."""
+    `LEAST_FACE_WIDTH`; all if none are left."""
     kept = np.arange(mesh.n_faces)
     while len(kept):
         part = mesh.part(kept)
-        if face_necks(part).min() >= NARROWEST * part.mean_edge_length and is_embedded(part):
+        if least_face_widths(part).min() >= LEAST_FACE_WIDTH * part.mean_edge_length and is_embedded(part):
             return kept
-        kept = kept[largest_piece(part, part.combinatorics.inner_faces)]
+        kept = kept[largest_connected_patch(part, part.combinatorics.inner_faces)]
     return np.arange(mesh.n_faces)
 
 
-def sound_piece(mesh: Mesh, faces: IntArray) -> IntArray:
+def largest_buildable_patch(mesh: Mesh, faces: IntArray) -> IntArray:
     """Those of the faces (k,) that hang together when all are taken out that cross themselves or are narrower than
-    `NARROWEST`, and then those that meet most others, until none meet; all if none are left."""
-    kept = largest_piece(mesh, _not_narrow(mesh, faces))
+    `LEAST_FACE_WIDTH`, and then those that meet most others, until none meet; all if none are left."""
+    kept = largest_connected_patch(mesh, _not_narrow(mesh, faces))
     while len(kept):
         met, counts = np.unique(intersecting_faces(mesh.part(kept)), return_counts=True)
         if not len(met):
             return kept
-        kept = largest_piece(mesh, np.delete(kept, met[counts == counts.max()]))
+        kept = largest_connected_patch(mesh, np.delete(kept, met[counts == counts.max()]))
     return faces
 
 
 def _not_narrow(mesh: Mesh, faces: IntArray) -> IntArray:
     """Those of the faces (k,) that are wide enough and do not cross themselves."""
-    wide = faces[face_necks(mesh)[faces] >= NARROWEST * mesh.mean_edge_length]
+    wide = faces[least_face_widths(mesh)[faces] >= LEAST_FACE_WIDTH * mesh.mean_edge_length]
     return np.asarray(np.setdiff1d(wide, self_crossing_faces(mesh)))

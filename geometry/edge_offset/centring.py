@@ -19,10 +19,10 @@ from geometry.spheres.stereographic import pairs, to_sphere
 
 __all__ = ["centring_similarity", "centring_transformation"]
 
-CENTRED = 1e-12
+CENTRING_TOLERANCE = 1e-12
 """Distance of the centre from where it should be, that is allowed; steps go on while they halve it."""
 
-MAX_STEPS = 100
+MAX_CENTRING_STEPS = 100
 """6 to 10 do, unless half of the points are nearly in one place."""
 
 
@@ -77,19 +77,20 @@ class _Descent:
     def step(self, points: FloatArray, weight: float) -> FloatArray | None:
         """The next step (3,) in hyperbolic space from the middle; None where there is nothing to gain.
 
-        points (k, 3) of the sphere, and one of this weight at the north pole. Raises GeometryError after `MAX_STEPS`.
+        points (k, 3) of the sphere, and one of this weight at the north pole. Raises GeometryError after
+        `MAX_CENTRING_STEPS`.
         """
         north = np.array([0.0, 0.0, weight])
         centre = points.sum(axis=0) + north
         before, self.off = self.off, float(np.linalg.norm(centre)) / self.n
-        if self.off == 0 or before / 2 < self.off <= CENTRED:
+        if self.off == 0 or before / 2 < self.off <= CENTRING_TOLERANCE:
             return None
-        if self.steps == MAX_STEPS:
+        if self.steps == MAX_CENTRING_STEPS:
             raise GeometryError(
                 f"the centre of {self.n} points of the sphere stays {self.off:.1e} from where it should be, allowed "
-                f"{CENTRED:.0e}: half of them or more are nearly in one place",
+                f"{CENTRING_TOLERANCE:.0e}: half of them or more are nearly in one place",
                 value=self.off,
-                bound=CENTRED,
+                bound=CENTRING_TOLERANCE,
             )
         self.steps += 1
         curvature = (len(points) + weight) * np.eye(3) - points.T @ points - np.diag(north)

@@ -21,7 +21,7 @@ __all__ = ["check_faces_can_close", "check_signs_fit_together", "checked_signs",
 HALF_TURN = np.pi + 1e-9
 """Angle between directions one after the other, from which on they are all on one side; rounding beside."""
 
-FEASIBLE = 1e-6
+FEASIBILITY_TOLERANCE = 1e-6
 """Length of an edge in a linear programme, below which it has none, where 1 is asked; its solver stops at 1e-8."""
 
 
@@ -110,14 +110,14 @@ def conflicting_edges(gauss_image: Mesh, signs: Any) -> IntArray:
         csr_array(vstack(limits)),
         np.repeat([1.0, 0.0], k),
         np.full(2 * k, np.inf),
-        tolerance=FEASIBLE,
+        tolerance=FEASIBILITY_TOLERANCE,
     )
-    lacking = signed[apply(rows, unknowns.split(solution.x)["positions"].ravel()) <= FEASIBLE]
+    lacking = signed[apply(rows, unknowns.split(solution.x)["positions"].ravel()) <= FEASIBILITY_TOLERANCE]
     if len(lacking) and solution.reason is not Reason.CONVERGED:
         raise ConvergenceError(
             f"whether the signs have a solution is not found out: the solver stopped since {solution.reason.value}",
             solution=solution,
             value=solution.violation,
-            bound=FEASIBLE,
+            bound=FEASIBILITY_TOLERANCE,
         )
     return integers(lacking)

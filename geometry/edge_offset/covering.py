@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, short_repr
-from geometry.edge_offset.buildability import largest_piece, sound_piece
+from geometry.edge_offset.buildability import largest_buildable_patch, largest_connected_patch
 from geometry.edge_offset.tangent_hexagons import TangentMesh, tangent_mesh
 from geometry.mesh import Mesh, MeshLike, as_gauss_image
 from geometry.surface import Surface
@@ -52,9 +52,9 @@ def surface_cover(surface: Surface, gauss_image: MeshLike, angle: float = 0.0, *
     turned = gauss_image.with_vertices(gauss_image.vertices @ _turned_to(axis, angle).T)
     found = tangent_mesh(turned, surface, curvature=curvature)
     times = _times_over(surface.mesh, curvature, turned, found)
-    turned = turned.part(largest_piece(turned, np.setdiff1d(np.arange(turned.n_faces), found.missing)))
+    turned = turned.part(largest_connected_patch(turned, np.setdiff1d(np.arange(turned.n_faces), found.missing)))
     found = tangent_mesh(turned, surface, curvature=curvature)
-    kept = sound_piece(found.mesh, largest_piece(turned, _running(found)))
+    kept = largest_buildable_patch(found.mesh, largest_connected_patch(turned, _running(found)))
     return SurfaceCover(turned, found, kept, times)
 
 

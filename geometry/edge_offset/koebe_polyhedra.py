@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from geometry.arrays import ComplexArray, FloatArray, IntArray, floats, short_repr
-from geometry.circle_patterns import PlanePattern, closed_pattern, open_pattern
+from geometry.circle_patterns import CirclePattern, closed_circle_pattern, open_circle_pattern
 from geometry.circle_patterns.planar_graphs import refuse_other_than_polyhedra
 from geometry.edge_offset.centring import centring_similarity, centring_transformation
 from geometry.errors import GeometryError, raise_worst
@@ -25,17 +25,17 @@ from geometry.spheres.stereographic import circle_planes, line_planes, pairs, po
 
 __all__ = ["KoebePolyhedron", "SphereCircles", "koebe", "lifted"]
 
-TOLERANCE = 1e-9
+EDGE_TANGENCY_TOLERANCE = 1e-9
 """How far an edge line may be from touching the sphere, and a face from its plane, over its mean edge length: ten
 digits in a file pass."""
 
-OFF_AXIS = 1e-6
+OFF_AXIS_SHARE = 1e-6
 """Distance of a vertex from the axis, over the radius of its circle, above which it is not on the axis."""
 
-LEAST_DISTANCE = 1e-6
+LEAST_CIRCLE_DISTANCE = 1e-6
 """Of the plane of a vertex circle from the origin: the vertex is at one over it, and rounds by its square."""
 
-SMALLEST_CIRCLE = 1e-7
+SMALLEST_CIRCLE_RADIUS = 1e-7
 """Radius on the sphere; coordinates round by 1e-16, 1e-9 of it."""
 
 
@@ -74,7 +74,7 @@ class KoebePolyhedron:
     __repr__ = short_repr
 
     mesh: Mesh
-    tolerance: float = TOLERANCE
+    tolerance: float = EDGE_TANGENCY_TOLERANCE
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mesh", as_gauss_image(self.mesh))
@@ -154,15 +154,15 @@ def koebe(
     A closed one is unique, but for Moebius transformations; its points of tangency have their centre at the origin,
     which leaves rotations. The graph must be planar, simple and 3-connected.
 
-    An open one, a disc or a disc with holes, is what `open_pattern` makes of `radii`, `angles` and `outer`, lifted
-    to the sphere. coverage: above 0, at most 1, by default 0.5: the points of tangency have their centre at
+    An open one, a disc or a disc with holes, is what `open_circle_pattern` makes of `radii`, `angles` and `outer`,
+    lifted to the sphere. coverage: above 0, at most 1, by default 0.5: the points of tangency have their centre at
     (0, 0, 1 - coverage), as have those that cover that part of the area of the sphere evenly, about the
     north pole. It is a Moebius transformation of S that the coverage decides.
 
     Raises MeshError, naming vertices or faces, where no polyhedron has these combinatorics. Raises GeometryError as
-    `open_pattern` does, for values given to a closed polyhedron, for a coverage out of range, for polygons nested so
-    deeply that the smallest would be points, and for open patterns that overlap themselves so much that a vertex would
-    be at infinity or beyond; those that overlap less are made.
+    `open_circle_pattern` does, for values given to a closed polyhedron, for a coverage out of range, for polygons
+    nested so deeply that the smallest would be points, and for open patterns that overlap themselves so much that a
+    vertex would be at infinity or beyond; those that overlap less are made.
     """
     combinatorics = as_combinatorics(combinatorics)
     refuse_other_than_polyhedra(combinatorics)
@@ -172,15 +172,15 @@ def koebe(
             raise GeometryError(
                 f"the coverage is {share}: a number above 0 and at most 1 is needed", value=share, bound=1.0
             )
-        return lifted(open_pattern(combinatorics, radii=radii, angles=angles, outer=outer), share)
+        return lifted(open_circle_pattern(combinatorics, radii=radii, angles=angles, outer=outer), share)
     given = {"radii": radii, "angles": angles, "outer": outer, "coverage": coverage}
     for name, value in given.items():
         if value is not None:
             raise GeometryError(f"{name} given for a closed polyhedron, which has no boundary: leave {name} out")
-    return lifted(closed_pattern(combinatorics), 1.0)
+    return lifted(closed_circle_pattern(combinatorics), 1.0)
 
 
-def lifted(pattern: PlanePattern, coverage: float) -> KoebePolyhedron:
+def lifted(pattern: CirclePattern, coverage: float) -> KoebePolyhedron:
     """A pattern of the plane on the sphere, its points of tangency centred at (0, 0, 1 - coverage).
 
     The first vertex that is not on the z axis is over the positive x axis.
@@ -202,10 +202,10 @@ def lifted(pattern: PlanePattern, coverage: float) -> KoebePolyhedron:
     raise_worst(
         distances[: c.n_vertices],
         ">=",
-        LEAST_DISTANCE,
+        LEAST_CIRCLE_DISTANCE,
         lambda vertex, distance: (
             f"the plane of the circle of vertex {vertex} is at distance {distance:.2g} from the middle of the "
-            f"sphere, at least {LEAST_DISTANCE:.0e} is needed for its cone to have an apex: the circle pattern "
+            f"sphere, at least {LEAST_CIRCLE_DISTANCE:.0e} is needed for its cone to have an apex: the circle pattern "
             "overlaps itself, ask for radii or angles that vary less along the boundary"
         ),
     )
@@ -220,28 +220,29 @@ def _refuse_points(c: Combinatorics, centres: ComplexArray, radii: FloatArray) -
     with np.errstate(invalid="ignore"):
         on_sphere = 2 * radii / np.hypot(2 * distances, (distances - radii) * (distances + radii) - 1)
     small = int(np.nanargmin(on_sphere))
-    if on_sphere[small] < SMALLEST_CIRCLE:
+    if on_sphere[small] < SMALLEST_CIRCLE_RADIUS:
         what = f"vertex {small}" if small < c.n_vertices else f"face {small - c.n_vertices}"
         raise GeometryError(
             f"the circle of {what} has radius {on_sphere[small]:.1e} on the unit sphere, at least "
-            f"{SMALLEST_CIRCLE:.0e} is needed to tell its points apart: polygons are nested too deeply there, or too "
+            f"{SMALLEST_CIRCLE_RADIUS:.0e} is needed to tell its points apart: polygons are nested too deeply there, "
+            f"or too "
             "few around a long neck",
             elements=[small if small < c.n_vertices else small - c.n_vertices],
             value=float(on_sphere[small]),
-            bound=SMALLEST_CIRCLE,
+            bound=SMALLEST_CIRCLE_RADIUS,
         )
 
 
-def _turn(pattern: PlanePattern, z0: complex) -> complex:
+def _turn(pattern: CirclePattern, z0: complex) -> complex:
     """The rotation, a complex number, that puts the first vertex which is not over z0 over the positive x axis."""
     n = pattern.combinatorics.n_vertices
     away = pattern.centres[:n] - z0
-    first = int(np.argmax(np.abs(away) > OFF_AXIS * np.nan_to_num(pattern.vertex_radii, posinf=0)))
+    first = int(np.argmax(np.abs(away) > OFF_AXIS_SHARE * np.nan_to_num(pattern.vertex_radii, posinf=0)))
     return complex(np.conj(away[first]) / np.abs(away[first]))
 
 
 def _lines_at_infinity(
-    pattern: PlanePattern, z0: complex, factor: complex
+    pattern: CirclePattern, z0: complex, factor: complex
 ) -> tuple[IntArray, tuple[FloatArray, FloatArray]]:
     """The four circles that are lines, and normals (4, 3) and distances (4,) of their planes, for z -> (z - z0) factor.
 

@@ -16,7 +16,7 @@ from geometry.surface import Surface
 
 __all__ = ["touching_points"]
 
-ON_EDGE = 1e-9
+NORMAL_WEIGHT_TOLERANCE = 1e-9
 """Weight of a corner below zero, up to which a normal still belongs to a triangle: no gap between two of them."""
 
 
@@ -67,7 +67,7 @@ def _candidates(surface: Surface, normals: FloatArray, curvature: int) -> _Candi
     hit = used[hit]
     across = np.cross(N[hit][:, [1, 2, 0]], N[hit][:, [2, 0, 1]])
     weights = np.einsum("kci,ki->kc", across, normals[faces]) / turning[hit, None]
-    inside = (weights >= -ON_EDGE).all(axis=1)
+    inside = (weights >= -NORMAL_WEIGHT_TOLERANCE).all(axis=1)
     faces, hit, weights = faces[inside], hit[inside], weights[inside]
 
     # the support function h is linear along rays, has the gradient p_i at N_i and is p_i . N_i there

@@ -19,67 +19,68 @@ from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
 
-__all__ = ["Pattern", "rotational_koebe", "rows_within"]
+__all__ = ["BandTiling", "rotational_koebe", "rows_within"]
 
 
-MOST = 12.0
+LARGEST_MERCATOR_LATITUDE = 12.0
 """Greatest Mercator latitude: 1e-5 from the pole, where faces are as small and lose five digits."""
 
 
-class Pattern(Enum):
+class BandTiling(Enum):
     """Which faces go around the axis."""
 
     QUADS = "quads"
     """Trapezoids, two edges horizontal and two in planes through the axis."""
 
-    STANDING_HEXAGONS = "standing hexagons"
+    POINTY_TOP_HEXAGONS = "pointy-top hexagons"
     """Hexagons with two edges in planes through the axis and zigzags around it, as in [Pottmann2007, Fig. 18]."""
 
-    LYING_HEXAGONS = "lying hexagons"
+    FLAT_TOP_HEXAGONS = "flat-top hexagons"
     """Hexagons with a horizontal edge at the bottom and at the top."""
 
 
 def rotational_koebe(
-    pattern: Pattern, around: int, rows: int, *, latitude: float = 0.0, folds: int = 0, capped: bool = False
+    tiling: BandTiling, around: int, rows: int, *, latitude: float = 0.0, folds: int = 0, capped: bool = False
 ) -> Mesh:
     """A band of `rows` rows of `around` faces each, all edge lines at distance 1 from the origin.
 
-    rows: at least 1, of lying hexagons 2. latitude: of the middle of the band, in radians; 0 for a band that is
+    rows: at least 1, of flat-top hexagons 2. latitude: of the middle of the band, in radians; 0 for a band that is
     symmetric to the equator. folds: how often the band turns back at its end and runs over itself, as the Gauss image
-    of a surface with inflections does; not for standing hexagons, where that cannot be. capped: closed by two regular
+    of a surface with inflections does; not for pointy-top hexagons, where that cannot be. capped: closed by two regular
     polygons; quads without folds only.
 
     Counter-clockwise seen from outside, except where a fold turned the band over. Rows run from south to north, each
     counter-clockwise about the z axis. An annulus, or a sphere when capped.
 
-    Raises GeometryError for numbers out of range, and for what is not there for a pattern.
+    Raises GeometryError for numbers out of range, and for what is not there for a tiling.
     """
-    _check(pattern, around, rows, latitude, folds, capped)
-    steps, signs = (_folded(layers, folds) for layers in _layers(pattern, rows))
-    step, seed = _seed(pattern, around)
+    _check(tiling, around, rows, latitude, folds, capped)
+    steps, signs = (_folded(layers, folds) for layers in _layers(tiling, rows))
+    step, seed = _seed(tiling, around)
     mercator = np.arctanh(np.sin(latitude)) + step * steps
-    if np.abs(mercator).max() > MOST:
+    if np.abs(mercator).max() > LARGEST_MERCATOR_LATITUDE:
         raise GeometryError(
-            f"the band of {rows} rows comes nearer to the poles than {2 * np.exp(-MOST):.0e}: take fewer, or more "
+            f"the band of {rows} rows comes nearer to the poles than {2 * np.exp(-LARGEST_MERCATOR_LATITUDE):.0e}: "
+            f"take fewer, or more "
             "faces around, or a lower latitude",
             value=float(np.abs(mercator).max()),
-            bound=MOST,
+            bound=LARGEST_MERCATOR_LATITUDE,
         )
-    combinatorics = _combinatorics(pattern, around, len(steps), capped)
-    return Mesh(_placed(seed, mercator, signs, _turns(pattern, len(steps)), around), combinatorics)
+    combinatorics = _combinatorics(tiling, around, len(steps), capped)
+    return Mesh(_placed(seed, mercator, signs, _turns(tiling, len(steps)), around), combinatorics)
 
 
-def rows_within(pattern: Pattern, around: int, latitude: float) -> int:
+def rows_within(tiling: BandTiling, around: int, latitude: float) -> int:
     """The most rows of a band symmetric to the equator, all of whose edges touch the sphere within +- latitude.
 
     Raises GeometryError where no band fits.
     """
-    _check(pattern, around, 2, latitude, 0, False)
-    latitude = min(abs(latitude), float(np.arcsin(np.tanh(MOST))))  # beyond, no band is made
-    step = _seed(pattern, around)[0]
+    _check(tiling, around, 2, latitude, 0, False)
+    latitude = min(abs(latitude), float(np.arcsin(np.tanh(LARGEST_MERCATOR_LATITUDE))))  # beyond, no band is made
+    step = _seed(tiling, around)[0]
     reach = np.arctanh(np.sin(latitude)) / step * (1 + 1e-12)  # so that the latitude of an edge counts as within
-    rows = int(2 * reach) - (pattern is Pattern.LYING_HEXAGONS)
-    if rows < (2 if pattern is Pattern.LYING_HEXAGONS else 1):
+    rows = int(2 * reach) - (tiling is BandTiling.FLAT_TOP_HEXAGONS)
+    if rows < (2 if tiling is BandTiling.FLAT_TOP_HEXAGONS else 1):
         raise GeometryError(
             f"no band of {around} faces around fits between the latitudes +-{latitude:.3f}: take more faces "
             "around, or a higher latitude",
@@ -88,10 +89,10 @@ def rows_within(pattern: Pattern, around: int, latitude: float) -> int:
     return rows
 
 
-def _check(pattern: Pattern, around: int, rows: int, latitude: float, folds: int, capped: bool) -> None:
-    if not isinstance(pattern, Pattern):
-        raise GeometryError(f"the pattern is {pattern!r}: one of {', '.join(map(str, Pattern))} is needed")
-    few = 2 if pattern is Pattern.LYING_HEXAGONS else 1  # lying hexagons of one row only have no edge in common
+def _check(tiling: BandTiling, around: int, rows: int, latitude: float, folds: int, capped: bool) -> None:
+    if not isinstance(tiling, BandTiling):
+        raise GeometryError(f"the tiling is {tiling!r}: one of {', '.join(map(str, BandTiling))} is needed")
+    few = 2 if tiling is BandTiling.FLAT_TOP_HEXAGONS else 1  # flat-top hexagons of one row only have no edge in common
     for name, number, least in [("faces around", around, 3), ("rows", rows, few), ("folds", folds, 0)]:
         if not isinstance(number, (int, np.integer)) or number < least:
             raise GeometryError(
@@ -103,21 +104,22 @@ def _check(pattern: Pattern, around: int, rows: int, latitude: float, folds: int
             value=latitude,
             bound=np.pi / 2,
         )
-    if folds and pattern is Pattern.STANDING_HEXAGONS:
+    if folds and tiling is BandTiling.POINTY_TOP_HEXAGONS:
         raise GeometryError(
-            "a band of standing hexagons cannot turn back over itself: every second one of its zigzag's corners would "
-            "need its vertical edge on the other side; take lying hexagons or quads"
+            "a band of pointy-top hexagons cannot turn back over itself: every second one of its zigzag's corners "
+            "would "
+            "need its vertical edge on the other side; take flat-top hexagons or quads"
         )
-    if capped and (folds or pattern is not Pattern.QUADS):
+    if capped and (folds or tiling is not BandTiling.QUADS):
         raise GeometryError("only a band of quads without folds ends in plane polygons, with which it can be capped")
 
 
-def _layers(pattern: Pattern, rows: int) -> tuple[FloatArray, FloatArray]:
+def _layers(tiling: BandTiling, rows: int) -> tuple[FloatArray, FloatArray]:
     """Mercator latitudes of the layers of vertices, in steps from the middle of the band, and their signs (+1, -1)."""
-    if pattern is Pattern.STANDING_HEXAGONS:
+    if tiling is BandTiling.POINTY_TOP_HEXAGONS:
         steps = np.arange(-1.0, rows + 1).repeat(2)[1:-1]
         return floats(steps - (rows - 1) / 2), floats(np.tile([1.0, -1.0], rows + 1))
-    n = rows + 1 if pattern is Pattern.QUADS else rows + 2
+    n = rows + 1 if tiling is BandTiling.QUADS else rows + 2
     return floats(np.arange(n) - (n - 1) / 2), floats(np.ones(n))
 
 
@@ -127,15 +129,15 @@ def _folded(layers: FloatArray, folds: int) -> FloatArray:
     return np.concatenate([layers, *turns])
 
 
-def _seed(pattern: Pattern, around: int) -> tuple[float, FloatArray]:
+def _seed(tiling: BandTiling, around: int) -> tuple[float, FloatArray]:
     """The boost from row to row, and vertices (k, 4) of a layer at the equator as poles (s, 1), at azimuth 0.
 
-    For standing hexagons the upper end of a vertical edge; the lower end mirrors it.
+    For pointy-top hexagons the upper end of a vertical edge; the lower end mirrors it.
     """
     c, s = np.cos(np.pi / around), np.sin(np.pi / around)
-    if pattern is Pattern.QUADS:
+    if tiling is BandTiling.QUADS:
         return float(2 * np.arctanh(s)), np.array([[1 / c, 0, 0, 1]])
-    if pattern is Pattern.STANDING_HEXAGONS:
+    if tiling is BandTiling.POINTY_TOP_HEXAGONS:
         cosh = (1 + c - c * c) / c**2
         sinh = np.sqrt((cosh - 1) * (cosh + 1))
         # the edge to the lower end of the next vertical edge, half a face on, touches the sphere
@@ -146,10 +148,12 @@ def _seed(pattern: Pattern, around: int) -> tuple[float, FloatArray]:
     return float(np.arccosh(cosh)), np.array([[1, -y, 0, 1], [1, y, 0, 1]])
 
 
-def _turns(pattern: Pattern, n_layers: int) -> IntArray:
+def _turns(tiling: BandTiling, n_layers: int) -> IntArray:
     """By how many halves of a face each layer is turned against the first."""
     layers = np.arange(n_layers)
-    return integers({Pattern.QUADS: 0 * layers, Pattern.STANDING_HEXAGONS: (layers + 1) // 2}.get(pattern, layers))
+    return integers(
+        {BandTiling.QUADS: 0 * layers, BandTiling.POINTY_TOP_HEXAGONS: (layers + 1) // 2}.get(tiling, layers)
+    )
 
 
 def _placed(seed: FloatArray, mercator: FloatArray, signs: FloatArray, turns: IntArray, around: int) -> FloatArray:
@@ -165,14 +169,14 @@ def _placed(seed: FloatArray, mercator: FloatArray, signs: FloatArray, turns: In
     return np.stack(turned, axis=-1).reshape(-1, 3)
 
 
-def _combinatorics(pattern: Pattern, around: int, n_layers: int, capped: bool) -> Combinatorics:
-    """Vertices by layers, in each by places around; those of lying hexagons in pairs."""
+def _combinatorics(tiling: BandTiling, around: int, n_layers: int, capped: bool) -> Combinatorics:
+    """Vertices by layers, in each by places around; those of flat-top hexagons in pairs."""
     here = np.arange(around)
     there, before = np.roll(here, -1), np.roll(here, 1)
-    if pattern is Pattern.QUADS:
+    if tiling is BandTiling.QUADS:
         rows, stride, n = n_layers - 1, around, around * n_layers
         face = [here, there, around + there, around + here]
-    elif pattern is Pattern.STANDING_HEXAGONS:
+    elif tiling is BandTiling.POINTY_TOP_HEXAGONS:
         rows, stride, n = n_layers // 2 - 1, 2 * around, around * n_layers
         face = [k * around + m for k, m in enumerate([here, here, here, before])]
         face += [2 * around + before, around + before]

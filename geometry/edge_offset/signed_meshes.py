@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.edge_offset.contradictory_signs import check_faces_can_close, check_signs_fit_together, checked_signs
-from geometry.edge_offset.koebe_polyhedra import TOLERANCE, KoebePolyhedron
+from geometry.edge_offset.koebe_polyhedra import EDGE_TANGENCY_TOLERANCE, KoebePolyhedron
 from geometry.errors import GeometryError, raise_worst
 from geometry.functionals import laplacian
 from geometry.gauss import edge_feet
@@ -29,10 +29,10 @@ from geometry.spheres.lorentz import array_of
 
 __all__ = ["alternating_signs", "edge_offset_mesh", "guided_signs", "saddle_signs"]
 
-CLEAR = 1e-9
+GUIDE_COSINE_TOLERANCE = 1e-9
 """Cosine of the angle between an edge and its guide, up to which the guide has no say."""
 
-VANISHED = 1e-6
+LEAST_MESH_SIZE = 1e-6
 """Mean edge length over the largest coordinate or length that is asked for, below which a mesh has shrunk to a point:
 bounds are kept to 1e-9."""
 
@@ -90,7 +90,7 @@ def edge_offset_mesh(
     except GeometryError as error:
         check_signs_fit_together(gauss_image, wanted, error)
         raise
-    if found.mean_edge_length <= VANISHED * max(size, max_norm(found.vertices)):
+    if found.mean_edge_length <= LEAST_MESH_SIZE * max(size, max_norm(found.vertices)):
         raise _shrunk(found.mean_edge_length)
     return found if is_held else found.translated(-found.vertices.mean(axis=0))
 
@@ -154,7 +154,7 @@ def guided_signs(gauss_image: MeshLike, guide: MeshLike) -> IntArray:
     guide = as_mesh(guide)
     sizes = np.maximum(guide.edge_lengths, np.finfo(float).tiny)
     cosines = edge_factors(gauss_image, guide) * gauss_image.edge_lengths / sizes
-    return integers(np.where(np.abs(cosines) <= CLEAR, 0, np.sign(cosines)))
+    return integers(np.where(np.abs(cosines) <= GUIDE_COSINE_TOLERANCE, 0, np.sign(cosines)))
 
 
 def saddle_signs(gauss_image: MeshLike, direction: Any, *, pole: Any = None) -> IntArray:
@@ -180,7 +180,7 @@ def saddle_signs(gauss_image: MeshLike, direction: Any, *, pole: Any = None) -> 
     along = np.einsum("ei,ei->e", flat, gauss_image.edge_directions)
     rather_along = 2 * along**2 - np.einsum("ei,ei->e", flat, flat)
     size = float(np.square(field).sum(axis=-1).max())
-    return integers(np.where(np.abs(rather_along) <= CLEAR * size, 0, np.sign(rather_along)))
+    return integers(np.where(np.abs(rather_along) <= GUIDE_COSINE_TOLERANCE * size, 0, np.sign(rather_along)))
 
 
 def _mirrored(vectors: FloatArray, normals: FloatArray) -> FloatArray:
@@ -191,12 +191,12 @@ def _mirrored(vectors: FloatArray, normals: FloatArray) -> FloatArray:
     squares = np.einsum("ei,ei->e", normals, normals)[:, None]
     inner = np.einsum("ei,ei->e", vectors, normals)[:, None]
     mirrored = vectors - 2 * inner / np.maximum(squares, np.finfo(float).tiny) * normals
-    return np.where(squares > CLEAR**2, mirrored, 0.0)
+    return np.where(squares > GUIDE_COSINE_TOLERANCE**2, mirrored, 0.0)
 
 
 def _checked_pole(pole: Any) -> FloatArray:
     point = floats(pole)
-    if point.shape != (3,) or not abs(np.linalg.norm(point) - 1) <= TOLERANCE:
+    if point.shape != (3,) or not abs(np.linalg.norm(point) - 1) <= EDGE_TANGENCY_TOLERANCE:
         raise GeometryError(f"the pole is {point.tolist()}, a point of the unit sphere is needed")
     return point
 

@@ -38,7 +38,7 @@ from geometry.surface import Surface
 
 __all__ = ["TangentMesh", "mesh_with_planes", "tangent_mesh"]
 
-PARALLELS = 8
+PARALLEL_EDGE_POWER = 8
 """Power of the cosine of the angle between two edges, by which they count as parallel."""
 
 
@@ -202,7 +202,7 @@ def _like_factors(mesh: Mesh) -> LinearFunctional:
     """Differences of the factors of every two edges nearby, times their mean length, if they are about parallel."""
     first, second = _nearby_edges(mesh.combinatorics).T
     cosines = np.einsum("ki,ki->k", mesh.edge_directions[first], mesh.edge_directions[second])
-    weights = np.abs(cosines) ** PARALLELS * np.sqrt(mesh.edge_lengths[first] * mesh.edge_lengths[second])
+    weights = np.abs(cosines) ** PARALLEL_EDGE_POWER * np.sqrt(mesh.edge_lengths[first] * mesh.edge_lengths[second])
     pairs = np.arange(len(first))
     places = (np.concatenate([pairs, pairs]), np.concatenate([first, second]))
     differences = coo_array((np.concatenate([weights, -weights]), places), shape=(len(first), mesh.n_edges))

@@ -3,7 +3,6 @@ structure."""
 
 from geometry.gauss.approximate_gauss_image import approximate_pair, refuse_triangle_mesh
 from geometry.gauss.axes import node_axes, parallel_from_axes
-from geometry.gauss.best_pair import pair_to_build
 from geometry.gauss.constant_offset import OffsetKind, OffsetMesh, offset
 from geometry.gauss.distances import (
     DISTANCE_TOLERANCE,
@@ -17,6 +16,7 @@ from geometry.gauss.distances import (
     vertex_distances,
 )
 from geometry.gauss.exact_gauss_image import edge_offset_pair, exact_pairs, face_offset_pair, vertex_offset_pair
+from geometry.gauss.exact_or_approximate import exact_or_approximate_pair
 from geometry.gauss.lean import axis_lean
 from geometry.gauss.nearest_pair import nearest_parallel_pair, nearest_planar_mesh
 from geometry.gauss.offset_kinds import best_offset_pair, offset_deviations
@@ -44,6 +44,7 @@ __all__ = [
     "edge_distances",
     "edge_feet",
     "edge_offset_pair",
+    "exact_or_approximate_pair",
     "exact_pairs",
     "face_distances",
     "face_offset_pair",
@@ -52,7 +53,6 @@ __all__ = [
     "node_axes",
     "offset",
     "offset_deviations",
-    "pair_to_build",
     "parallel_from_axes",
     "points_inwards",
     "refuse_triangle_mesh",

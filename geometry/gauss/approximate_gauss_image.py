@@ -15,7 +15,7 @@ from geometry.functionals import (
     laplacian,
 )
 from geometry.gauss.pair import Pair
-from geometry.gauss.refinement import nearest_parallel, refine_distances
+from geometry.gauss.unit_distances import approach_unit_distances, least_squares_parallel
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import SparseMatrix, normal_equations
 from geometry.parallel.edge_parallelity import check_planar
@@ -50,8 +50,8 @@ def approximate_pair(
     The paper takes one round. Each further one takes the directions of edges and vertices from the S before, and asks
     of the vertices not to be at normals but only at distance 1: the rounds lower
     faces sum (dist_F - 1)^2 + edges sum (dist_e - 1)^2 + vertices sum (|s_i| - 1)^2 + fairness f_Laplacian,
-    and what this leaves free stays; see `refine_distances`. So `faces=0, edges=1, vertices=0, rounds=10` finds the S
-    with all beams of equal height, if there is one near. Without faces and edges many rounds lead to S = one
+    and what this leaves free stays; see `approach_unit_distances`. So `faces=0, edges=1, vertices=0, rounds=10` finds
+    the S with all beams of equal height, if there is one near. Without faces and edges many rounds lead to S = one
     point, where |s_i| = 1 too. A round takes about as long as the first.
 
     Unlike the paper this needs no basis of P(M), hence no singular value decomposition.
@@ -67,9 +67,9 @@ def approximate_pair(
     refuse_triangle_mesh(mesh)
     check_planar(mesh)
     H, g = first_objective(mesh, faces=faces, edges=edges, vertices=vertices, fairness=fairness, normals=normals)
-    gauss_image = nearest_parallel(mesh, H, g)
+    gauss_image = least_squares_parallel(mesh, H, g)
     if rounds > 1:
-        gauss_image = refine_distances(
+        gauss_image = approach_unit_distances(
             mesh, gauss_image, faces=faces, edges=edges, vertices=vertices, fairness=fairness, rounds=rounds - 1
         )
     return Pair(mesh, gauss_image)

@@ -18,7 +18,7 @@ AXIS_TOLERANCE = 1e-9
 """How far two axes may be from coplanar, in radians, and two meshes from parallel, over their largest distance:
 what rounding leaves of meshes a million times larger than their distance."""
 
-LEAST_ANGLE = 1e-6
+LEAST_AXIS_ANGLE = 1e-6
 """Angle in radians between a node axis and an edge, below which the axis lies in the edge: a thousand times more
 than axes may be off, so that the plane through edge and axis is still known."""
 
@@ -106,11 +106,11 @@ def _across(mesh: Mesh, axes: FloatArray) -> FloatArray:
     raise_worst(
         sines.min(axis=1),
         ">=",
-        LEAST_ANGLE,
+        LEAST_AXIS_ANGLE,
         lambda edge, sine: (
             f"the node axis at vertex {mesh.combinatorics.edges[edge, sines[edge].argmin()]} lies in "
             f"{mesh.combinatorics.edge_name(edge)}: the angle between them is {np.degrees(sine):.1e} degrees, at least "
-            f"{np.degrees(LEAST_ANGLE):.1e} is needed"
+            f"{np.degrees(LEAST_AXIS_ANGLE):.1e} is needed"
         ),
     )
     return across

@@ -15,7 +15,7 @@ from geometry.mesh import Mesh
 __all__ = ["circumscribed_candidate"]
 
 
-CLEAR = 1e-4
+LEAST_PLANE_SINE = 1e-4
 """Sine of the angles between the planes at a vertex, from which on they say where it is: planes known to 1e-12 then say
 it to 1e-8 along them, and far better across."""
 
@@ -29,4 +29,4 @@ def circumscribed_candidate(mesh: Mesh) -> tuple[FloatArray, BoolArray]:
     scatter = vertex_sums(mesh, normals[:, :, None] * normals[:, None, :])
     squares = np.linalg.eigvalsh(scatter)
     places = start + least_norm(scatter, vertex_sums(mesh, normals * short[:, None]))
-    return places, squares[:, 0] > CLEAR**2 * squares[:, 2]
+    return places, squares[:, 0] > LEAST_PLANE_SINE**2 * squares[:, 2]

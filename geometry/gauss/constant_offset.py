@@ -9,8 +9,8 @@ import numpy as np
 
 from geometry.arrays import FloatArray, floats, short_repr
 from geometry.errors import GeometryError, raise_worst
-from geometry.gauss.best_pair import EXACT, pair_to_build
 from geometry.gauss.exact_gauss_image import edge_offset_pair, face_offset_pair, vertex_offset_pair
+from geometry.gauss.exact_or_approximate import EXACT_OFFSET_TOLERANCE, exact_or_approximate_pair
 from geometry.gauss.pair import Pair, as_pair
 from geometry.mesh import Mesh, MeshLike
 
@@ -65,13 +65,15 @@ class OffsetMesh:
         return floats(abs(self.distance) * self.pair.vertex_distances)
 
 
-def offset(mesh: MeshLike, distance: float, kind: OffsetKind | None = None, *, tolerance: float = EXACT) -> OffsetMesh:
+def offset(
+    mesh: MeshLike, distance: float, kind: OffsetKind | None = None, *, tolerance: float = EXACT_OFFSET_TOLERANCE
+) -> OffsetMesh:
     """The mesh M + d S at a constant distance d from M, outside where d is positive.
 
     mesh: M, of planar faces; or a pair M, S, or what holds one, of which S is used as it is. kind: what is to be at
     constant distance, all edge lines, all face planes or all vertices; None: what the mesh has exactly, edge before
-    vertex and face, else the parallel mesh nearest to constant distance from the faces, see `pair_to_build`. Which it
-    was, the result says.
+    vertex and face, else the parallel mesh nearest to constant distance from the faces, see
+    `exact_or_approximate_pair`. The result says which it was.
     tolerance: how far distances may be from d, over d.
 
     Raises GeometryError, with the worst element, how far it is off and what to do, where M has no offset of that kind;
@@ -98,7 +100,7 @@ def offset(mesh: MeshLike, distance: float, kind: OffsetKind | None = None, *, t
         pair = as_pair(mesh)
         found = _kind_of(pair, kind, tolerance)
     elif kind is None:
-        pair, found = pair_to_build(mesh, tolerance=tolerance)
+        pair, found = exact_or_approximate_pair(mesh, tolerance=tolerance)
     else:
         pair, found = EXACT_PAIRS[kind](mesh, tolerance=tolerance), kind
     _refuse_collapsed(pair, distance)

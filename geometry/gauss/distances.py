@@ -34,7 +34,7 @@ DISTANCE_TOLERANCE = 1e-9
 """How far a distance may be from 1: what faces planar to 1e-12 say with certainty of meshes with a thousand edges
 from end to end."""
 
-RANK = 1e-12
+SCATTER_RANK_TOLERANCE = 1e-12
 """Eigenvalues of a scatter matrix over the largest, below which they are rounding: spreads below 1e-6 of another."""
 
 
@@ -170,4 +170,6 @@ def vertex_sums(mesh: Mesh, per_corner: FloatArray) -> FloatArray:
 
 def least_norm(scatter: FloatArray, moments: FloatArray) -> FloatArray:
     """(n, 3) x of least norm with scatter x nearest to moments; scatter (n, 3, 3) symmetric, of any rank."""
-    return np.asarray(np.einsum("nij,nj->ni", np.linalg.pinv(scatter, rcond=RANK, hermitian=True), moments))
+    return np.asarray(
+        np.einsum("nij,nj->ni", np.linalg.pinv(scatter, rcond=SCATTER_RANK_TOLERANCE, hermitian=True), moments)
+    )

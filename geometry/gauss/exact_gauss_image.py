@@ -28,7 +28,13 @@ from geometry.gauss.distances import (
 from geometry.gauss.inscribed import inscribed_candidate
 from geometry.gauss.midscribed import midscribed_candidate
 from geometry.gauss.pair import Pair
-from geometry.gauss.refinement import LINEAR_DAMPING, PARALLEL, drawn_to_normals, nearest_parallel, refine_distances
+from geometry.gauss.unit_distances import (
+    GAUSS_IMAGE_PARALLELITY,
+    LINEAR_DAMPING,
+    approach_unit_distances,
+    attracted_to_normals,
+    least_squares_parallel,
+)
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import ConvergenceError, LinearFunctional, SparseMatrix, normal_equations
 from geometry.parallel.edge_parallelity import check_planar, parallelity
@@ -43,19 +49,22 @@ __all__ = [
     "vertex_offset_pair",
 ]
 
-CHORD = 0.1
+CHORD_TOLERANCE = 0.1
 """How far s_j may be from s_i reflected at their edge. More is another S on the sphere, one whose edges have no length
 where they should, as a single point has it for each mesh: [Pottmann2007, Prop. 2] leaves these out."""
 
-DRAWN = 1e-4
+UNKNOWN_VERTEX_WEIGHT = 1e-4
 """Weight by which vertices whose place is not known are drawn to their normals, over that of the known ones: three
 rounds lower what is left by its cube, and with less, rounding decides where vertices are that edges leave free."""
 
-ROUNDS = 30
-LEAST_GAIN = 0.5
-"""Near an exact S each round takes more than half of the squared deviations away; else there is none."""
+MAX_DISTANCE_ROUNDS = 30
+"""Most rounds of `approach_unit_distances` in the search for an exact S."""
 
-AS_GOOD = 2.0
+LEAST_ROUND_GAIN = 0.5
+"""Least part of the squared deviations that a round must remove: near an exact S each removes more; else there is
+none."""
+
+EQUALLY_EXACT_RATIO = 2.0
 """Times the largest deviation of another S, up to which one is as good: both have the least squares of deviations."""
 
 
@@ -162,7 +171,9 @@ def inscribed_pair(mesh: Mesh, tolerance: float) -> tuple[Pair, FloatArray]:
     """The nearest S with vertices on the unit sphere, and deviations (N,): of distances from 1, and of chords."""
     _check(mesh, tolerance)
     gauss_image = _nearest(mesh, inscribed_candidate(mesh, tolerance))
-    gauss_image = refine_distances(mesh, gauss_image, vertices=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    gauss_image = approach_unit_distances(
+        mesh, gauss_image, vertices=1.0, rounds=MAX_DISTANCE_ROUNDS, least_gain=LEAST_ROUND_GAIN
+    )
     return _settled(mesh, gauss_image, _off_sphere, tolerance, vertices=1.0)
 
 
@@ -172,7 +183,7 @@ def _off_sphere(pair: Pair) -> FloatArray:
     deviations = np.where(c.is_used, np.abs(pair.vertex_distances - 1), 0.0)
     sums = pair.gauss_image.vertices[c.edges].sum(axis=1)
     off_chord = np.abs(np.einsum("ei,ei->e", sums, pair.mesh.edge_directions))
-    other = off_chord > CHORD
+    other = off_chord > CHORD_TOLERANCE
     np.maximum.at(deviations, c.edges[other], off_chord[other, None])
     return np.asarray(deviations)
 
@@ -181,7 +192,9 @@ def midscribed_pair(mesh: Mesh, tolerance: float) -> tuple[Pair, FloatArray]:
     """The nearest S with edge lines at distance 1, and deviations (E,) from that."""
     _check(mesh, tolerance)
     gauss_image = _nearest(mesh, midscribed_candidate(mesh))
-    gauss_image = refine_distances(mesh, gauss_image, edges=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+    gauss_image = approach_unit_distances(
+        mesh, gauss_image, edges=1.0, rounds=MAX_DISTANCE_ROUNDS, least_gain=LEAST_ROUND_GAIN
+    )
     return _settled(mesh, gauss_image, lambda pair: np.abs(pair.edge_distances - 1), tolerance, edges=1.0)
 
 
@@ -194,13 +207,13 @@ def _settled(
     if deviations.max() > tolerance:
         return pair, deviations
     try:
-        drawn = drawn_to_normals(mesh, gauss_image, **weights)
-        drawn = refine_distances(mesh, drawn, **weights, rounds=ROUNDS, least_gain=LEAST_GAIN)
+        drawn = attracted_to_normals(mesh, gauss_image, **weights)
+        drawn = approach_unit_distances(mesh, drawn, **weights, rounds=MAX_DISTANCE_ROUNDS, least_gain=LEAST_ROUND_GAIN)
     except (ConvergenceError, RankError):  # P(M) is ill-conditioned: the normals say nothing that can be told
         return pair, deviations
     other = Pair(mesh, drawn)
     found = off(other)
-    is_as_good = found.max() <= max(AS_GOOD * deviations.max(), DISTANCE_TOLERANCE)
+    is_as_good = found.max() <= max(EQUALLY_EXACT_RATIO * deviations.max(), DISTANCE_TOLERANCE)
     return (other, found) if is_as_good else (pair, deviations)
 
 
@@ -210,8 +223,10 @@ def circumscribed_pair(mesh: Mesh, tolerance: float) -> tuple[Pair, FloatArray]:
     gauss_image = _with_planes_met(mesh)
     if np.abs(face_distances(gauss_image, mesh.face_normals) - 1).max() > DISTANCE_TOLERANCE:
         H, g = normal_equations([(1.0, faces_at_unit_distance(mesh)), (LINEAR_DAMPING, close_to_vertex_normals(mesh))])
-        gauss_image = nearest_parallel(mesh, H, g)
-        gauss_image = refine_distances(mesh, gauss_image, faces=1.0, rounds=ROUNDS, least_gain=LEAST_GAIN)
+        gauss_image = least_squares_parallel(mesh, H, g)
+        gauss_image = approach_unit_distances(
+            mesh, gauss_image, faces=1.0, rounds=MAX_DISTANCE_ROUNDS, least_gain=LEAST_ROUND_GAIN
+        )
     return _settled(mesh, gauss_image, lambda pair: np.abs(pair.face_distances - 1), tolerance, faces=1.0)
 
 
@@ -222,13 +237,15 @@ def _with_planes_met(mesh: Mesh) -> Mesh:
     vertices are far from their normals: the others are drawn to their normals by next to nothing, then to themselves.
     """
     places, known = circumscribed_candidate(mesh)
-    weights = np.repeat(np.where(known, 1.0, DRAWN), 3)
+    weights = np.repeat(np.where(known, 1.0, UNKNOWN_VERTEX_WEIGHT), 3)
     drawn: SparseMatrix = csr_array(diags_array(np.sqrt(weights)))
     gauss_image = mesh.with_vertices(places)
     for _ in range(3):
         target = np.where(known[:, None], places, gauss_image.vertices).ravel()
         near = LinearFunctional(drawn, np.sqrt(weights) * target)
-        gauss_image = nearest_parallel(mesh, *normal_equations([(1.0, faces_at_unit_distance(mesh)), (1.0, near)]))
+        gauss_image = least_squares_parallel(
+            mesh, *normal_equations([(1.0, faces_at_unit_distance(mesh)), (1.0, near)])
+        )
     return gauss_image
 
 
@@ -241,7 +258,7 @@ def _check(mesh: Mesh, tolerance: float) -> None:
 def _nearest(mesh: Mesh, positions: FloatArray) -> Mesh:
     """The mesh parallel to M nearest to positions (N, 3): themselves where they are parallel already."""
     candidate = mesh.with_vertices(positions)
-    if parallelity(mesh, candidate).max() <= PARALLEL:
+    if parallelity(mesh, candidate).max() <= GAUSS_IMAGE_PARALLELITY:
         return candidate
     x = positions.ravel()
-    return nearest_parallel(mesh, csr_array(eye_array(len(x))), x)
+    return least_squares_parallel(mesh, csr_array(eye_array(len(x))), x)

@@ -15,7 +15,7 @@ from geometry.mesh.spanning_forests import SpanningForest, spanning_forest
 
 __all__ = ["inscribed_candidate"]
 
-LEAST_GAP = 1e-6
+LEAST_CONDITION_RESIDUAL = 1e-6
 """Conditions on s_0 that are broken by less count as met, whatever the tolerance: squares of smaller ones are rounding
 beside others of order 1."""
 
@@ -38,7 +38,7 @@ def inscribed_candidate(mesh: Mesh, tolerance: float) -> FloatArray:
     scatter, counts = np.zeros((n, 3, 3)), np.zeros(n)
     np.add.at(scatter, forest.components[c.edges[:, 0]], np.einsum("eki,ekj->eij", gaps, gaps))
     np.add.at(counts, forest.components[c.edges[:, 0]], 1.0)
-    scatter /= np.maximum(counts, 1)[:, None, None] * max(tolerance, LEAST_GAP) ** 2
+    scatter /= np.maximum(counts, 1)[:, None, None] * max(tolerance, LEAST_CONDITION_RESIDUAL) ** 2
 
     # minimise |s - wanted|^2 + gaps^2 / tolerance^2, in coordinates in which the gaps are independent
     squares, axes = np.linalg.eigh(scatter)

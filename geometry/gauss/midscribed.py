@@ -20,26 +20,26 @@ from geometry.parallel.edge_parallelity import perpendicular_part
 
 __all__ = ["midscribed_candidate"]
 
-LEAST_SPREAD = 1e-4
+LEAST_LINE_SPREAD = 1e-4
 """Sine of the angle between two edges at a vertex, below which they are one line: then coordinates with a planarity of
 1e-12 still say an axis to 1e-8. Two lines lie on many cones."""
 
-PREFERENCE = 1e-8
+NORMAL_PREFERENCE_COST = 1e-8
 """Cost of a candidate that is perpendicular to the vertex normal, over the squared distance of two feet: decides where
 several S are exact, as for a box, without a say where feet differ by 1e-4."""
 
-POINT = 1e-6
+POINT_EDGE_COST = 1e-6
 """Cost of an edge of S that is a point: more than normals have to say, however few such edges are in a forest."""
 
-REVERSED = 1e-10
+REVERSED_EDGES_COST = 1e-10
 """Cost of all edges of S together if they run against those of M, by the area of their faces: decides where all else is
 equal, as between the rings of a cone, which each have two places."""
 
-LEAST_LENGTH = 1e-6
+POINT_EDGE_LENGTH = 1e-6
 """Length of an edge of S over the distance of its ends from the origin, below which it is a point: well above the root
 of rounding."""
 
-LARGEST_COST = 4.0
+LARGEST_FEET_COST = 4.0
 """Squared distance of two opposite feet. Cones around all lines have their s far away, and feet that mean nothing."""
 
 
@@ -66,8 +66,8 @@ def _candidates(mesh: Mesh) -> tuple[FloatArray, FloatArray, BoolArray]:
         sines = np.sin(angles_between(axes[:, :, None], directions[:, None])).mean(axis=2)
         candidates[vertices] = axes / np.maximum(sines, 1e-6)[..., None]
         cosines = np.einsum("nci,ni->nc", axes, normals[vertices])
-        costs[vertices] = deviations**2 + PREFERENCE * (1 - cosines**2)
-        known[vertices] = line_spread(directions) > LEAST_SPREAD
+        costs[vertices] = deviations**2 + NORMAL_PREFERENCE_COST * (1 - cosines**2)
+        known[vertices] = line_spread(directions) > LEAST_LINE_SPREAD
     return candidates, costs, known
 
 
@@ -81,9 +81,9 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     feet = perpendicular_part(candidates[ends], along[:, None, None])  # edge, end, candidate
     products = np.einsum("eai,ebi->eab", feet[:, 0], feet[:, 1])
     squares = np.einsum("enci,enci->enc", feet, feet)
-    between = np.minimum(squares[:, 0, :, None] + squares[:, 1, None, :] - 2 * np.abs(products), LARGEST_COST)
+    between = np.minimum(squares[:, 0, :, None] + squares[:, 1, None, :] - 2 * np.abs(products), LARGEST_FEET_COST)
     heads = candidates[ends[:, 1]][:, None] * np.where(products < 0, -1.0, 1.0)[..., None]
-    between += POINT * _is_point(candidates[ends[:, 0]][:, :, None], heads)
+    between += POINT_EDGE_COST * _is_point(candidates[ends[:, 0]][:, :, None], heads)
     clear = _clearest(mesh.n_vertices, ends, between + costs[ends[:, 0], :, None] + costs[ends[:, 1], None, :])
     forest = spanning_forest(mesh.n_vertices, ends[clear])
 
@@ -105,9 +105,9 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     s = np.take_along_axis(candidates, choice[..., None], axis=1) * sign[..., None]
 
     gaps = perpendicular_part(s[ends[:, 0]] - s[ends[:, 1]], along[:, None])
-    of_edges = np.minimum(np.einsum("eci,eci->ec", gaps, gaps), LARGEST_COST)
-    of_edges += POINT * _is_point(s[ends[:, 0]], s[ends[:, 1]])
-    of_edges += REVERSED * _turned_over(mesh, s, edges)
+    of_edges = np.minimum(np.einsum("eci,eci->ec", gaps, gaps), LARGEST_FEET_COST)
+    of_edges += POINT_EDGE_COST * _is_point(s[ends[:, 0]], s[ends[:, 1]])
+    of_edges += REVERSED_EDGES_COST * _turned_over(mesh, s, edges)
     total = np.zeros((len(forest.roots), 4))
     np.add.at(total, forest.components, np.take_along_axis(costs, choice, axis=1))
     np.add.at(total, forest.components[ends[:, 0]], of_edges)
@@ -139,7 +139,7 @@ def _is_point(tails: FloatArray, heads: FloatArray) -> BoolArray:
     """Whether both ends (..., 3) of an edge of S are one: exact too at the boundary, where nothing lies beyond."""
     chords = heads - tails
     both = np.einsum("...k,...k->...", tails, tails) + np.einsum("...k,...k->...", heads, heads)
-    return np.asarray(np.einsum("...k,...k->...", chords, chords) < LEAST_LENGTH**2 * both)
+    return np.asarray(np.einsum("...k,...k->...", chords, chords) < POINT_EDGE_LENGTH**2 * both)
 
 
 def _turned_over(mesh: Mesh, s: FloatArray, edges: IntArray) -> FloatArray:
@@ -163,9 +163,9 @@ def _completed(mesh: Mesh, s: FloatArray, known: BoolArray) -> FloatArray:
     feet, has_foot = _feet(mesh, s, known)
     edges, ends = np.nonzero(has_foot[:, None] & ~known[c.edges])
     vertices, t = c.edges[edges, ends], mesh.edge_directions[edges]
-    matrices = np.tile(PREFERENCE * np.eye(3), (mesh.n_vertices, 1, 1))
+    matrices = np.tile(NORMAL_PREFERENCE_COST * np.eye(3), (mesh.n_vertices, 1, 1))
     np.add.at(matrices, vertices, np.eye(3) - t[:, :, None] * t[:, None, :])
-    sums = PREFERENCE * mesh.vertex_normals
+    sums = NORMAL_PREFERENCE_COST * mesh.vertex_normals
     np.add.at(sums, vertices, feet[edges])
     rest = np.flatnonzero(~known)
     s = s.copy()

@@ -9,26 +9,28 @@ from geometry.arrays import FloatArray
 from geometry.errors import MeshError, ParallelityError, raise_worst
 from geometry.functionals import ParallelEdges, PlanarFaces, relative_plane_deviations
 from geometry.gauss.pair import Pair
-from geometry.gauss.refinement import PARALLEL
+from geometry.gauss.unit_distances import GAUSS_IMAGE_PARALLELITY
 from geometry.mesh import Mesh, MeshLike, as_gauss_image, as_mesh
 from geometry.optimise import Blocks, ConvergenceError, Reason, StackedFunctional, nearest_feasible
 from geometry.parallel.edge_parallelity import PLANARITY_TOLERANCE, parallelity
 
 __all__ = ["nearest_parallel_pair", "nearest_planar_mesh"]
 
-ACCURACY = 1e-13
+PAIR_ACCURACY = 1e-13
 """What is asked of parallelity and planarity, over the size of S and the mean edge length: a tenth of what others ask,
 so that they take the pair as it is."""
 
-LONGEST_STEP = 0.1
+LONGEST_PAIR_STEP = 0.1
 """Of a vertex, over the mean edge length of M or the size of S: a pair further off is not nearly parallel."""
 
-LEAST_SIZE = 1e-60
+LEAST_GAUSS_IMAGE_SIZE = 1e-60
 """Of S: products of four such lengths are still numbers, as are those of its inverse."""
 
-HELD_STEPS = 2
-MAX_STEPS = 12
-"""Steps that pull towards the given pair, and of all: two or three reach rounding from six digits, four from four."""
+PAIR_ANCHORED_STEPS = 2
+"""First steps that also minimise the distance from the given pair."""
+
+MAX_PAIR_STEPS = 12
+"""Most Newton steps: two or three reach rounding from six digits, four from four."""
 
 
 def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: float = np.inf) -> Pair:
@@ -48,7 +50,7 @@ def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: f
     mesh = as_mesh(mesh)
     gauss_image = as_gauss_image(gauss_image)
     if (
-        parallelity(mesh, gauss_image).max() <= PARALLEL
+        parallelity(mesh, gauss_image).max() <= GAUSS_IMAGE_PARALLELITY
         and relative_plane_deviations(mesh).max() <= PLANARITY_TOLERANCE
     ):
         return Pair(mesh, gauss_image)
@@ -72,12 +74,13 @@ def nearest_planar_mesh(mesh: MeshLike, *, tolerance: float = np.inf) -> Mesh:
 def _moved_together(mesh: Mesh, gauss_image: Mesh) -> Pair:
     centre = mesh.vertices.mean(axis=0)
     size, radius = mesh.mean_edge_length, float(np.linalg.norm(gauss_image.vertices, axis=1).mean())
-    if not LEAST_SIZE <= radius <= 1 / LEAST_SIZE:
+    if not LEAST_GAUSS_IMAGE_SIZE <= radius <= 1 / LEAST_GAUSS_IMAGE_SIZE:
         raise MeshError(
-            f"the vertices of the Gauss image are {radius:.1e} from the origin in the mean, and from {LEAST_SIZE:.0e} "
-            f"to {1 / LEAST_SIZE:.0e} can be reckoned with: a Gauss image lies near the unit sphere about the origin",
+            f"the vertices of the Gauss image are {radius:.1e} from the origin on average; this must be "
+            f"between {LEAST_GAUSS_IMAGE_SIZE:.0e} and {1 / LEAST_GAUSS_IMAGE_SIZE:.0e}: a Gauss image lies near the "
+            "unit sphere about the origin",
             value=radius,
-            bound=LEAST_SIZE if radius < LEAST_SIZE else 1 / LEAST_SIZE,
+            bound=LEAST_GAUSS_IMAGE_SIZE if radius < LEAST_GAUSS_IMAGE_SIZE else 1 / LEAST_GAUSS_IMAGE_SIZE,
         )
     blocks = Blocks({"M": mesh.vertices.shape, "S": mesh.vertices.shape})
     start = blocks.join(M=(mesh.vertices - centre) / size, S=gauss_image.vertices / radius)
@@ -85,11 +88,11 @@ def _moved_together(mesh: Mesh, gauss_image: Mesh) -> Pair:
         _exactness(mesh, blocks, start),
         start,
         csr_array(eye_array(len(start))),
-        tolerance=ACCURACY,
-        longest_step=LONGEST_STEP,
+        tolerance=PAIR_ACCURACY,
+        longest_step=LONGEST_PAIR_STEP,
         blocks=blocks,
-        anchored_steps=HELD_STEPS,
-        max_steps=MAX_STEPS,
+        anchored_steps=PAIR_ANCHORED_STEPS,
+        max_steps=MAX_PAIR_STEPS,
     )
     found = blocks.split(solution.x)
     vertices, normals = found["M"], found["S"]
@@ -99,11 +102,12 @@ def _moved_together(mesh: Mesh, gauss_image: Mesh) -> Pair:
         raise ConvergenceError(
             f"no mesh near the given one is parallel to one near the given Gauss image: "
             f"{mesh.combinatorics.edge_name(edge)} stays {sideways[edge]:.1e} off the direction of its mesh edge after "
-            f"{solution.steps} steps, allowed {ACCURACY:.0e}: {solution.reason.value}; write both with more digits",
+            f"{solution.steps} steps, allowed {PAIR_ACCURACY:.0e}: {solution.reason.value}; write both with "
+            "more digits",
             solution=solution,
             elements=[edge],
             value=float(sideways[edge]),
-            bound=ACCURACY,
+            bound=PAIR_ACCURACY,
         )
     return Pair(mesh.with_vertices(vertices * size + centre), gauss_image.with_vertices(normals * radius))
 

@@ -14,7 +14,7 @@ from geometry.gauss.distances import DISTANCE_TOLERANCE, conicality
 from geometry.gauss.edge_cones import angles_between, best_cones, edge_stars, line_spread
 from geometry.gauss.exact_gauss_image import circumscribed_pair, inscribed_pair, midscribed_pair
 from geometry.gauss.inscribed import inscribed_candidate
-from geometry.gauss.midscribed import LEAST_SPREAD
+from geometry.gauss.midscribed import LEAST_LINE_SPREAD
 from geometry.gauss.pair import Pair
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.mesh.polygons import face_sums
@@ -23,29 +23,29 @@ from geometry.parallel.edge_parallelity import check_planar, parallelity, perpen
 
 __all__ = ["best_offset_pair", "offset_deviations"]
 
-FAR = 1e-4
+LARGEST_LOCAL_DEVIATION = 1e-4
 """Angle in radians, or distance on the unit sphere, by which a neighbourhood may fail where S may be exact still.
 Distances of S to 1e-9 say angles to as much over the length of its edges, some hundredths or thousandths."""
 
-NEAR = 0.1
+LARGEST_REPORTED_DEVIATION = 0.1
 """The same, beyond which no S is looked for that is nearly exact."""
 
-ALIKE = FAR
+EQUAL_CONES_TOLERANCE = LARGEST_LOCAL_DEVIATION
 """How far lines may be from several cones that are equally good: as far as from any that may be exact."""
 
-LEAST_HEIGHT, LARGEST_HEIGHT = 0.5, 2.0
+LEAST_BEAM_HEIGHT, LARGEST_BEAM_HEIGHT = 0.5, 2.0
 """Beam heights over the nominal one, beyond which an S is no Gauss image to build with, however exact: where faces next
 to each other are nearly coplanar, those of three planes meet anywhere."""
 
-LEAST_FACE = 0.1
+LEAST_FACE_DISTANCE = 0.1
 """Distance of a face of S over the least height: beams are within 84 degrees of their faces' normals, outwards."""
 
 
-ONE_POINT = 1e-6
+ONE_POINT_SIZE = 1e-6
 """Mean length of the edges of S, below which it is a single point: exact for every flat mesh, of triangles too, and
 nothing that the approximate S does not say."""
 
-LARGEST_LEAN = np.radians(30)
+LARGEST_MEDIAN_LEAN = np.radians(30)
 """Of the node axes from the normals, in the median: beyond it they are no normals any more."""
 
 
@@ -78,21 +78,24 @@ def offset_deviations(mesh: MeshLike) -> dict[str, float]:
     pentagons and hexagons need not be circular [Pottmann2007, Prop. 2]. Raises as `best_offset_pair` does.
     """
     mesh = as_mesh(mesh)
-    return {kind: _nearest(mesh, kind, NEAR, DISTANCE_TOLERANCE)[1] for kind in ("vertex", "edge", "face")}
+    return {
+        kind: _nearest(mesh, kind, LARGEST_REPORTED_DEVIATION, DISTANCE_TOLERANCE)[1]
+        for kind in ("vertex", "edge", "face")
+    }
 
 
 def _exact(mesh: Mesh, kind: str, tolerance: float) -> Pair | None:
     """M and S of this kind, if there is one to build with."""
-    pair, deviation = _nearest(mesh, kind, FAR, tolerance)
+    pair, deviation = _nearest(mesh, kind, LARGEST_LOCAL_DEVIATION, tolerance)
     if pair is None or not deviation <= tolerance:
         return None
     heights, faces = pair.edge_distances, pair.face_distances
     sound = (
-        pair.gauss_image.mean_edge_length > ONE_POINT
-        and heights.min() >= LEAST_HEIGHT
-        and heights.max() <= LARGEST_HEIGHT
-        and faces.min() >= LEAST_FACE * heights.min()
-        and np.nanmedian(pair.leans) <= LARGEST_LEAN
+        pair.gauss_image.mean_edge_length > ONE_POINT_SIZE
+        and heights.min() >= LEAST_BEAM_HEIGHT
+        and heights.max() <= LARGEST_BEAM_HEIGHT
+        and faces.min() >= LEAST_FACE_DISTANCE * heights.min()
+        and np.nanmedian(pair.leans) <= LARGEST_MEDIAN_LEAN
     )
     return pair if sound else None
 
@@ -140,12 +143,14 @@ def _off_cones(mesh: Mesh) -> FloatArray:
     n = mesh.n_vertices
     axes, deviations = np.full((n, 4, 3), np.nan), np.full((n, 4), np.nan)
     for vertices, directions in edge_stars(mesh, least_valence=3):
-        clear = line_spread(directions) > LEAST_SPREAD
+        clear = line_spread(directions) > LEAST_LINE_SPREAD
         axes[vertices[clear]], deviations[vertices[clear]] = best_cones(directions[clear])
     off: FloatArray = deviations.min(axis=1)
-    if np.nan_to_num(off).max(initial=0.0) > NEAR:
+    if np.nan_to_num(off).max(initial=0.0) > LARGEST_REPORTED_DEVIATION:
         return off
-    axes[deviations > np.maximum(2 * off, ALIKE)[:, None]] = np.nan  # of three lines all four, of more the best
+    axes[deviations > np.maximum(2 * off, EQUAL_CONES_TOLERANCE)[:, None]] = (
+        np.nan
+    )  # of three lines all four, of more the best
     ends, along = axes[mesh.combinatorics.edges], mesh.edge_directions[:, None, :]
     first, second = (perpendicular_part(end, along) for end in ends.swapaxes(0, 1))
     angles = angles_between(first[:, :, None], second[:, None, :])

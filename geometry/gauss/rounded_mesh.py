@@ -19,34 +19,34 @@ from geometry.errors import RankError
 from geometry.gauss.approximate_gauss_image import approximate_pair, first_objective
 from geometry.gauss.nearest_pair import nearest_parallel_pair
 from geometry.gauss.pair import Pair
-from geometry.gauss.refinement import refine_distances
+from geometry.gauss.unit_distances import approach_unit_distances
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import ConvergenceError, SparseMatrix, apply, factorise
 from geometry.parallel.face_unknowns import FaceUnknowns
 
 __all__ = ["rounded_mesh_pair"]
 
-ROUNDED = 1e-4
+LARGEST_FILE_ROUNDING = 1e-4
 """Largest move that made faces planar, over the mean edge length, that may be the rounding of a file: four digits an
 edge. What moved further was no planar mesh."""
 
-FINEST = 1e-5
+FINEST_ROUNDING = 1e-5
 """Conditions are never asked for more sharply than for this rounding: a larger penalty costs the factor its digits."""
 
-SOFT = 1e-4
+SOFT_CONDITION_PENALTY = 1e-4
 """Penalty on a condition that is broken by the rounding, over the mean weight of the vertices of S: next to nothing."""
 
-ROUNDS = 6
+MULTIPLIER_ROUNDS = 6
 """Of multipliers: what is left of a condition with a singular value of a hundred times the rounding halves in each."""
 
-AS_FAR = 4.0
+LARGEST_MOVE_RATIO = 4.0
 """How much further than by planarising a vertex may move: the nearest mesh of any kind is as far as the nearest planar
 one, up to such a factor."""
 
-AMPLIFIED = 100.0
+SAME_IMAGE_AMPLIFICATION = 100.0
 """Change of S over the rounding, up to which it is the same S: what singular values of a hundredth make of it."""
 
-SAME = 1e-4
+SAME_IMAGE_TOLERANCE = 1e-4
 """Change of S, up to which it is the same at least: a hundredth of a millimetre in a beam."""
 
 
@@ -64,8 +64,8 @@ def rounded_mesh_pair(
     """`approximate_pair` of M itself, unless rounding decides about S: then of a mesh next to M which lets S be better.
 
     moved: how far a vertex moved at most where faces were made planar, in the unit of M. Where that is rounding, up to
-    `ROUNDED` of an edge, M may move as far again, up to `AS_FAR`. Raises as `approximate_pair` does, where no such mesh
-    is found either.
+    `LARGEST_FILE_ROUNDING` of an edge, M may move as far again, up to `LARGEST_MOVE_RATIO`. Raises as
+    `approximate_pair` does, where no such mesh is found either.
     """
     mesh = as_mesh(mesh)
     weights: dict[str, Any] = {"faces": faces, "edges": edges, "vertices": vertices, "fairness": fairness}
@@ -75,10 +75,10 @@ def rounded_mesh_pair(
     except (RankError, ConvergenceError) as failure:
         error = failure
     rounding = moved / mesh.mean_edge_length
-    if 0 < rounding <= ROUNDED:
+    if 0 < rounding <= LARGEST_FILE_ROUNDING:
         softly = partial(_softly_parallel, rounding=rounding)
         found = softly(mesh, *first_objective(mesh, normals=normals, **weights))
-        found = refine_distances(mesh, found, rounds=rounds - 1, solve=softly, **weights)
+        found = approach_unit_distances(mesh, found, rounds=rounds - 1, solve=softly, **weights)
         is_same = as_it_is is not None and _is_same(found, as_it_is.gauss_image, rounding)
         pair = None if is_same else _made_exact(mesh, found, rounding)
         if pair is not None:
@@ -91,7 +91,7 @@ def rounded_mesh_pair(
 
 def _is_same(found: Mesh, gauss_image: Mesh, rounding: float) -> bool:
     change = float(np.linalg.norm(found.vertices - gauss_image.vertices, axis=1).max())
-    return change <= max(SAME, AMPLIFIED * rounding)
+    return change <= max(SAME_IMAGE_TOLERANCE, SAME_IMAGE_AMPLIFICATION * rounding)
 
 
 def _made_exact(mesh: Mesh, found: Mesh, rounding: float) -> Pair | None:
@@ -101,21 +101,22 @@ def _made_exact(mesh: Mesh, found: Mesh, rounding: float) -> Pair | None:
     except ConvergenceError:
         return None
     of_mesh, _ = pair.moves_from(mesh, found)
-    return pair if of_mesh.max() <= AS_FAR * rounding else None
+    return pair if of_mesh.max() <= LARGEST_MOVE_RATIO * rounding else None
 
 
 def _softly_parallel(
     mesh: Mesh, H: SparseMatrix, g: FloatArray, *, rounding: float, start: FloatArray | None = None
 ) -> Mesh:
-    """S of `nearest_parallel`, under conditions that hold as well as their singular values are above the rounding."""
+    """S of `least_squares_parallel`, under conditions that hold as well as their singular values are above the
+    rounding."""
     unknowns = FaceUnknowns(mesh)
     H, g = unknowns.objective(H, g)
     A, origin = unknowns.constraints, np.zeros(3 * mesh.n_vertices) if start is None else start
     left = apply(unknowns.open_constraints, origin)
-    penalty = SOFT / max(rounding, FINEST) ** 2 * float(H.diagonal().mean())
+    penalty = SOFT_CONDITION_PENALTY / max(rounding, FINEST_ROUNDING) ** 2 * float(H.diagonal().mean())
     factor = factorise(csr_array(H + penalty * (A.T @ A)))
     multipliers = penalty * left
-    for _ in range(ROUNDS):
+    for _ in range(MULTIPLIER_ROUNDS):
         x = factor.solve(g - np.asarray(multipliers @ A))
         multipliers = multipliers + penalty * (apply(A, x) + left)
     return mesh.with_vertices((origin + apply(unknowns.matrix, x)).reshape(-1, 3))

@@ -16,7 +16,7 @@ from geometry.parallel.edge_parallelity import perpendicular_part
 
 __all__ = ["SupportStructure"]
 
-LEAST_HEIGHT = 1e-3
+LEAST_QUAD_HEIGHT = 1e-3
 """Least height of a transverse quad over the nominal one: below it the node axis lies in the edge."""
 
 
@@ -96,10 +96,10 @@ class SupportStructure:
         raise_worst(
             self.heights,
             ">=",
-            LEAST_HEIGHT,
+            LEAST_QUAD_HEIGHT,
             lambda edge, height: (
                 f"the node axes at {self.mesh.combinatorics.edge_name(edge)} lie in the edge: its height is "
-                f"{height:.1e} of the nominal one, at least {LEAST_HEIGHT:.0e} is needed; "
+                f"{height:.1e} of the nominal one, at least {LEAST_QUAD_HEIGHT:.0e} is needed; "
                 "give more weight to the vertices when computing the Gauss image, or change the mesh there"
             ),
             error=MeshError,

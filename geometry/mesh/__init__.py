@@ -1,6 +1,6 @@
 """What the things are: combinatorics, meshes, polygons, exact shapes. Knows no optimisation and no files."""
 
-from geometry.mesh import patterns, shapes, solids
+from geometry.mesh import shapes, solids, tilings
 from geometry.mesh.combinatorics import Combinatorics
 from geometry.mesh.mesh import Mesh
 from geometry.mesh.mesh_arguments import (
@@ -22,9 +22,9 @@ __all__ = [
     "as_combinatorics",
     "as_gauss_image",
     "as_mesh",
-    "patterns",
     "shapes",
     "solids",
+    "tilings",
     "to_compas",
     "to_meshio",
     "to_trimesh",

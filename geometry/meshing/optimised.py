@@ -205,7 +205,7 @@ class _Problem:
             csr_array(self.metric[free][:, free]) if some_fixed else self.metric,
             soft_terms=[(weight, of_free(functional)) for weight, functional in self.soft_terms],
             inequality=of_free(self.turns) if len(self.guides.convex) else None,
-            least=LEAST_CONVEX_TURN,
+            lower_bound=LEAST_CONVEX_TURN,
             tolerance=effort.tolerance / 4,  # the distance of a corner is at most the norm of the residuals of its face
             longest_step=LONGEST_VERTEX_STEP,
             blocks=Blocks({"free vertices": (len(free) // 3, 3)}),

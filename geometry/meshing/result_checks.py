@@ -68,8 +68,6 @@ def check_fixed_faces(mesh: Mesh, guides: MeshGuides, tolerance: float) -> None:
         ),
         error=ConvergenceError,
         solution=Solution(in_edge_lengths(mesh).ravel(), np.zeros(0), max_norm(deviations), 0, Reason.INFEASIBLE),
-        value=0.0,
-        bound=1.0,
     )
 
 

@@ -1,4 +1,4 @@
-"""How anything is minimised: arrays, no meshes."""
+"""Solvers: quadratic problems, Newton's method under constraints, penalties. They know arrays and no meshes."""
 
 from geometry.optimise.affine import AffineMap, ComposedFunctional
 from geometry.optimise.blocks import Blocks

@@ -1,4 +1,4 @@
-"""Functionals of fewer unknowns: of y, where x = A y + b."""
+"""Functionals of other unknowns y, where x = A y + b."""
 
 from __future__ import annotations
 
@@ -15,7 +15,12 @@ __all__ = ["AffineMap", "ComposedFunctional"]
 
 @dataclass(frozen=True, eq=False)
 class AffineMap:
-    """y (k,) -> x = matrix y + offset (n,)."""
+    """y (k,) -> x = matrix y + offset (n,).
+
+    >>> x, is_fixed = np.array([1.0, 2.0, 3.0]), np.array([True, False, False])
+    >>> AffineMap.fixing(x, is_fixed)(np.array([7.0, 8.0])).tolist()
+    [1.0, 7.0, 8.0]
+    """
 
     matrix: SparseMatrix
     offset: FloatArray
@@ -24,9 +29,9 @@ class AffineMap:
         object.__setattr__(self, "offset", floats(self.offset))
 
     @classmethod
-    def fixing(cls, x: FloatArray, held: BoolArray) -> AffineMap:
-        """y: the entries of x (n,) that are not held; the others stay as they are in x, to the last bit."""
-        return cls(csr_array(csr_array(eye_array(len(x)))[:, np.flatnonzero(~held)]), np.where(held, x, 0.0))
+    def fixing(cls, x: FloatArray, is_fixed: BoolArray) -> AffineMap:
+        """y: the entries of x (n,) that are not fixed; the others keep their values exactly."""
+        return cls(csr_array(csr_array(eye_array(len(x)))[:, np.flatnonzero(~is_fixed)]), np.where(is_fixed, x, 0.0))
 
     @classmethod
     def scaling(cls, factor: float, offset: FloatArray) -> AffineMap:
@@ -39,7 +44,14 @@ class AffineMap:
 
 @dataclass(frozen=True, eq=False)
 class ComposedFunctional:
-    """y -> r(A y + b)."""
+    """y -> r(A y + b), the functional after the affine map.
+
+    >>> from geometry.optimise import LinearFunctional
+    >>> r = LinearFunctional(csr_array(np.eye(2)), np.array([1.0, 1.0]))
+    >>> doubled = ComposedFunctional(r, AffineMap.scaling(2.0, np.zeros(2)))
+    >>> doubled.residual(np.array([3.0, 4.0])).tolist(), doubled.jacobian(np.zeros(2)).diagonal().tolist()
+    ([5.0, 7.0], [2.0, 2.0])
+    """
 
     functional: Functional
     map: AffineMap

@@ -1,12 +1,4 @@
-"""Unknowns of several kinds in one vector x (n,), such as two meshes and a shift: blocks with names and shapes.
-
-    >>> blocks = Blocks({"M": (2, 3), "S": (2, 3), "distance": ()})
-    >>> x = blocks.join(M=np.ones((2, 3)), S=np.zeros((2, 3)), distance=0.5)
-    >>> blocks.split(x)["distance"]
-    array(0.5)
-
-A functional of some of them is one of all: `blocks.of(ParallelEdges(combinatorics), "M", "S")`.
-"""
+"""Unknowns of several kinds in one vector x (n,), such as two meshes and a distance: blocks with names and shapes."""
 
 from __future__ import annotations
 
@@ -29,9 +21,15 @@ __all__ = ["BlockFunctional", "Blocks"]
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """shapes: of the blocks, by their names, in the order in which they stand in x: (k, 3) of k points, () of a number.
+    """shapes: of the blocks, by name, in the order of their entries in x: (k, 3) for k points, () for a number.
 
-    Whoever names a block that there is not gets a GeometryError.
+    A functional of some blocks becomes one of all unknowns by `of`. Methods raise GeometryError for a name that is not
+    among the blocks.
+
+    >>> blocks = Blocks({"M": (2, 3), "S": (2, 3), "distance": ()})
+    >>> x = blocks.join(M=np.ones((2, 3)), S=np.zeros((2, 3)), distance=0.5)
+    >>> len(x), blocks.split(x)["distance"].item(), blocks.columns("S").tolist()
+    (13, 0.5, [6, 7, 8, 9, 10, 11])
     """
 
     shapes: Mapping[str, tuple[int, ...]]
@@ -44,37 +42,37 @@ class Blocks:
         return sum(map(prod, self.shapes.values()))
 
     def join(self, **values: ArrayLike) -> FloatArray:
-        """x (n,) from a value of each block. Raises GeometryError for a block left out or of another shape."""
+        """x (n,) from a value for each block. Raises GeometryError for a missing block or a value of another shape."""
         self._check_names(values)
-        left_out = [name for name in self.shapes if name not in values]
-        if left_out:
-            raise GeometryError(f"nothing is said of {listed(left_out, len(left_out))}: each block needs a value")
+        missing = [name for name in self.shapes if name not in values]
+        if missing:
+            raise GeometryError(f"a value is missing for {listed(missing, len(missing))}: give one for each block")
         parts = {name: np.asarray(values[name], dtype=np.float64) for name in self.shapes}
         for name, part in parts.items():
             if part.shape != self.shapes[name]:
-                raise GeometryError(f"{name} has the shape {part.shape}, the block of that name {self.shapes[name]}")
+                raise GeometryError(f"the value of block {name} has shape {part.shape}, it must be {self.shapes[name]}")
         return np.concatenate([np.zeros(0), *(part.ravel() for part in parts.values())])
 
     def split(self, x: FloatArray) -> dict[str, FloatArray]:
-        """The blocks of x (n,), each in its shape, as views."""
+        """The blocks of x (n,) as views, each in its shape."""
         return {name: x[self._slices[name]].reshape(shape) for name, shape in self.shapes.items()}
 
     def columns(self, *names: str) -> IntArray:
-        """(k,) where the entries of some blocks are in x, block after block as named."""
+        """(k,) indices in x of the entries of some blocks, in the order of the names."""
         self._check_names(names)
-        at = np.arange(self.n_unknowns)
-        return integers(np.concatenate([at[:0], *(at[self._slices[name]] for name in names)]))
+        indices = np.arange(self.n_unknowns)
+        return integers(np.concatenate([indices[:0], *(indices[self._slices[name]] for name in names)]))
 
     def rows(self, matrix: SparseMatrix, *names: str) -> SparseMatrix:
-        """(m, n) of all unknowns, from a matrix (m, k) of some blocks; see `columns`."""
-        return _placed(matrix, self.columns(*names), self.n_unknowns)
+        """(m, n) for all unknowns, from a matrix (m, k) for some blocks; see `columns`."""
+        return _scattered(matrix, self.columns(*names), self.n_unknowns)
 
     def of(self, functional: Functional, *names: str) -> BlockFunctional:
-        """A functional of some blocks, one after the other as named, as one of all unknowns."""
+        """A functional of some blocks, joined in the order of the names, as a functional of all unknowns."""
         return BlockFunctional(functional, self.columns(*names), self.n_unknowns)
 
-    def longest(self, x: FloatArray) -> float:
-        """The length of the longest point of x (n,): points are the last axes of the blocks, numbers those of ()."""
+    def longest_point(self, x: FloatArray) -> float:
+        """The length of the longest point of x (n,): rows of blocks are points, and so is the entry of a block ()."""
         parts = self.split(x).values()
         return max(
             (float(np.linalg.norm(np.atleast_1d(part), axis=-1).max(initial=0.0)) for part in parts), default=0.0
@@ -88,12 +86,12 @@ class Blocks:
     def _check_names(self, names: Mapping[str, ArrayLike] | tuple[str, ...]) -> None:
         for name in names:
             if name not in self.shapes:
-                raise GeometryError(f"there is no block {name}, but {listed(self.shapes, len(self.shapes))}")
+                raise GeometryError(f"there is no block {name}: the blocks are {listed(self.shapes, len(self.shapes))}")
 
 
 @dataclass(frozen=True, eq=False)
 class BlockFunctional:
-    """x -> r(x[columns]): a functional of k unknowns as one of n, at the columns (k,)."""
+    """x -> r(x[columns]): a functional of k unknowns as a functional of n, with the indices `columns` (k,)."""
 
     functional: Functional
     columns: IntArray
@@ -103,10 +101,10 @@ class BlockFunctional:
         return self.functional.residual(x[self.columns])
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
-        return _placed(self.functional.jacobian(x[self.columns]), self.columns, self.n_unknowns)
+        return _scattered(self.functional.jacobian(x[self.columns]), self.columns, self.n_unknowns)
 
 
-def _placed(matrix: SparseMatrix, columns: IntArray, n_columns: int) -> SparseMatrix:
-    """The matrix (m, k) with its columns at `columns` (k,) of n: no entry is computed."""
+def _scattered(matrix: SparseMatrix, columns: IntArray, n_columns: int) -> SparseMatrix:
+    """(m, n_columns) the matrix (m, k) with its columns moved to `columns` (k,), without any computation."""
     shape = (matrix.shape[0], n_columns)
     return csr_array((matrix.data, columns[matrix.indices], matrix.indptr), shape=shape)

@@ -1,7 +1,7 @@
-"""Minimising a convex quadratic under equations and bounds: interior points [GoulartChen2024], then a polish.
+"""Minimising a convex quadratic under equations and bounds: an interior-point method [GoulartChen2024], then a polish.
 
-Interior points stop short of the bounds that hold them, and of the equations, by 1e-8 or so. The polish takes the
-bounds found active as equations and solves once more, so that equations and active bounds hold to rounding.
+The interior-point method leaves equations and active bounds violated by about 1e-8. The polish takes the active bounds
+as equations and solves once more, so that equations and active bounds hold to rounding.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from geometry.optimise.solution import Reason, Solution
 __all__ = ["distances_from_zero", "minimise_bounded"]
 
 INTERIOR_POINT_ACCURACY = 1e-12
-"""Asked of the interior-point method, of a problem whose numbers are about 1: which bounds hold shows last."""
+"""Accuracy required of the interior-point method, for numbers of about 1: it must show which bounds are active."""
 
 ACCEPTED_ACCURACY = 1e-8
-"""What is accepted of it where it gets no further."""
+"""Accuracy that is accepted of the interior-point method where rounding prevents more."""
 
 LARGEST_SCALED_BOUND = 1e3
-"""Bounds over the size of the problem, beyond which they are left out unless they turn out to matter: the accuracy of
-interior points goes by the largest bound."""
+"""Bounds over the size of x, above which they are left out unless the result violates them: the accuracy of the
+interior-point method is relative to the largest bound."""
 
 POLISH_TOLERANCE = 1e-11
-"""How much the polish may add to the least value, over the size of its terms."""
+"""How much the polish may increase the objective, over the size of its terms."""
 
 REASONS = {
     clarabel.SolverStatus.Solved: Reason.CONVERGED,
@@ -61,11 +61,19 @@ def minimise_bounded(
     not; lower and upper (k,) may be infinite, and are an equation where they are equal. Where the minimiser is not
     unique, one of them is found.
 
-    Solution: violation is the largest of |A x - b| and of what G x is beyond its bounds. multipliers (m + k,), of A,
-    then of G, satisfy H x - g + (A, G)^T multipliers = 0; they are positive where an upper bound holds x, negative
-    where a lower one does. The reason is CONVERGED at a minimiser where the violation is at most `tolerance`, and
-    INACCURATE where it is more; INFEASIBLE where no x satisfies the constraints and UNBOUNDED where there is no
-    minimum: x has no meaning then.
+    Solution: violation is the largest of |A x - b| and of the distances of G x from its bounds where it is outside.
+    multipliers (m + k,), of A, then of G, satisfy H x - g + (A, G)^T multipliers = 0; they are positive at active upper
+    bounds, negative at active lower ones. The reason is CONVERGED at a minimiser where the violation is at most
+    `tolerance`, INACCURATE where it is more, INFEASIBLE where no x satisfies the constraints and UNBOUNDED where there
+    is no minimum; in these last two cases x has no meaning.
+
+    >>> identity, none = csr_array(np.eye(2)), csr_array((0, 2))
+    >>> lower, upper = np.array([0.0, 0.0]), np.array([1.0, np.inf])
+    >>> found = minimise_bounded(
+    ...     identity, np.array([5.0, 2.0]), none, np.zeros(0), identity, lower, upper, tolerance=1e-9
+    ... )
+    >>> found.x.round(6).tolist(), found.multipliers.round(6).tolist()
+    ([1.0, 2.0], [4.0, 0.0])
     """
     x_size, size = _sizes(H, g, b, lower, upper)
     problem = _Problem(
@@ -79,8 +87,10 @@ def minimise_bounded(
         tolerance / x_size,
     )
     found = problem.without_far_bounds().solution(max_steps)
-    matter = found.reason is Reason.UNBOUNDED or problem.violation(found.x) > max(found.violation, problem.tolerance)
-    if matter and found.reason is not Reason.INFEASIBLE:
+    far_bounds_matter = found.reason is Reason.UNBOUNDED or problem.violation(found.x) > max(
+        found.violation, problem.tolerance
+    )
+    if far_bounds_matter and found.reason is not Reason.INFEASIBLE:
         found = problem.solution(max_steps)
     return Solution(
         found.x * x_size, found.multipliers * (size * x_size), found.violation * x_size, found.steps, found.reason
@@ -88,24 +98,28 @@ def minimise_bounded(
 
 
 def _sizes(H: SparseMatrix, g: FloatArray, b: FloatArray, lower: FloatArray, upper: FloatArray) -> tuple[float, float]:
-    """A size of x, and of the objective over its square."""
+    """A typical size of x, and of the objective over its square."""
     bounds = np.concatenate([b, lower, upper])
     widest = max_norm(bounds[np.isfinite(bounds)])
     curvature, gradient = float(H.diagonal().mean()), max_norm(g)
-    pulled = gradient / curvature if curvature * gradient > 0 else 0.0
+    unconstrained = gradient / curvature if curvature * gradient > 0 else 0.0
     nearest = max(max_norm(b), max_norm(distances_from_zero(lower, upper)))
-    x = max(nearest, min(pulled, widest)) or pulled or widest or 1.0
+    x = max(nearest, min(unconstrained, widest)) or unconstrained or widest or 1.0
     return x, max(curvature, gradient / x) or 1.0
 
 
 def distances_from_zero(lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """(k,) of the intervals between bounds: what they make of a size, however far away their other ends are."""
+    """(k,) distances of the intervals between bounds from zero: the size that they require of x.
+
+    >>> distances_from_zero(np.array([-1.0, 2.0, -np.inf]), np.array([5.0, np.inf, -3.0])).tolist()
+    [0.0, 2.0, 3.0]
+    """
     return np.asarray(np.maximum(np.maximum(lower, -upper), 0.0))
 
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """Scaled, so that its numbers are about 1."""
+    """The problem scaled so that its numbers are about 1."""
 
     H: SparseMatrix
     g: FloatArray
@@ -123,7 +137,7 @@ class _Problem:
         return found
 
     def without_far_bounds(self) -> _Problem:
-        """This problem itself where there are none."""
+        """The problem without the bounds above `LARGEST_SCALED_BOUND`."""
         lower = np.where(self.lower < -LARGEST_SCALED_BOUND, -np.inf, self.lower)
         upper = np.where(self.upper > LARGEST_SCALED_BOUND, np.inf, self.upper)
         return replace(self, lower=lower, upper=upper)
@@ -146,36 +160,38 @@ class _Problem:
         of_bounds[equal] = duals[1]
         of_bounds[above] = duals[2]
         of_bounds[below] -= duals[3]
-        reason = Reason.UNBOUNDED if self.falls_along(x) else REASONS.get(found.status, Reason.STALLED)
+        reason = Reason.UNBOUNDED if self.is_unbounded_along(x) else REASONS.get(found.status, Reason.STALLED)
         return Solution(x, np.concatenate([duals[0], of_bounds]), self.violation(x), found.iterations, reason)
 
-    def falls_along(self, x: FloatArray) -> bool:
-        """Whether x is far away, and the direction to it proves that there is no minimum.
+    def is_unbounded_along(self, x: FloatArray) -> bool:
+        """Whether x is very large and its direction proves that there is no minimum.
 
-        The objective falls along it for ever, as it has no curvature but a slope, and leads into no bound. Interior
-        points may end far out on it and call that a minimum.
+        The objective has a slope but no curvature in this direction, which also meets no bound. The interior-point
+        method may stop far out in this direction and report a minimum.
         """
         size = max_norm(x)
         if not size > DIVERGENCE_RATIO:
             return False
         direction = x / size
         along = apply(self.G, direction)
-        bends = max(max_norm(apply(self.H, direction)), max_norm(apply(self.A, direction)))
-        meets = max(along[np.isfinite(self.upper)].max(initial=0.0), -along[np.isfinite(self.lower)].min(initial=0.0))
-        return max(bends, meets) <= CERTIFICATE_TOLERANCE and float(
+        curvature = max(max_norm(apply(self.H, direction)), max_norm(apply(self.A, direction)))
+        approach = max(
+            along[np.isfinite(self.upper)].max(initial=0.0), -along[np.isfinite(self.lower)].min(initial=0.0)
+        )
+        return max(curvature, approach) <= CERTIFICATE_TOLERANCE and float(
             self.g @ direction
         ) > CERTIFICATE_TOLERANCE * max_norm(self.g)
 
     def polished(self, interior: Solution) -> Solution:
-        """What the bounds active at the interior point, as equations, lead to, where that is no worse.
+        """The minimiser on the bounds that are active at the interior point, unless it is worse than that point.
 
-        Where bounds depend on each other it may be worse, as which are active is hard to tell then; but the interior
-        point mostly is good enough.
+        It may be worse where bounds depend on each other and it is uncertain which are active; there the interior point
+        is accurate enough in most cases.
         """
         values, of_bounds = apply(self.G, interior.x), interior.multipliers[len(self.b) :]
         above = (of_bounds > self.upper - values) | self.equal
         below = (-of_bounds > values - self.lower) & ~self.equal
-        found = self.on_bounds(above, below, interior)
+        found = self.with_active_bounds(above, below, interior)
         least, size = self.objective(interior.x)
         is_least = self.objective(found.x)[0] <= least + POLISH_TOLERANCE * size
         if is_least and found.violation <= max(self.tolerance, interior.violation):
@@ -183,34 +199,35 @@ class _Problem:
         missed = interior.reason is Reason.CONVERGED and interior.violation > self.tolerance
         return replace(interior, reason=Reason.INACCURATE) if missed else interior
 
-    def on_bounds(self, above: BoolArray, below: BoolArray, near: Solution) -> Solution:
-        """The minimiser near to a solution on some bounds, whatever becomes of the others.
+    def with_active_bounds(self, above: BoolArray, below: BoolArray, near: Solution) -> Solution:
+        """The minimiser near a solution with some bounds as equations and without the others.
 
-        CONVERGED where no bound pulls: then it is the minimiser, if no other bound is passed.
+        CONVERGED where all multipliers have the sign of an active bound: then it is the minimiser, unless it violates
+        another bound.
         """
-        held = above | below
-        rows = csr_array(vstack([self.A, self.G[held]]))
-        bounds = np.concatenate([self.b, np.where(above, self.upper, self.lower)[held]])
+        active = above | below
+        rows = csr_array(vstack([self.A, self.G[active]]))
+        bounds = np.concatenate([self.b, np.where(above, self.upper, self.lower)[active]])
         size = max(max_norm(near.x), max_norm(bounds))
-        # a tenth, so that summing in another order makes no difference
+        # a tenth of the tolerance, so that the order of summation does not decide
         accuracy = self.tolerance / (10 * (size or 1.0))
         found = minimise_semidefinite(self.H, self.g, rows, bounds, near.x, accuracy=accuracy)
         multipliers = np.zeros(len(self.b) + len(self.lower))
-        multipliers[np.concatenate([np.ones(len(self.b), dtype=bool), held])] = found.multipliers
+        multipliers[np.concatenate([np.ones(len(self.b), dtype=bool), active])] = found.multipliers
         of_bounds = multipliers[len(self.b) :]
-        pulls = (above & (of_bounds < 0) | below & (of_bounds > 0)) & ~self.equal
-        if pulls.any():  # bounds that depend on each other share what holds x in many ways
+        wrong_sign = (above & (of_bounds < 0) | below & (of_bounds > 0)) & ~self.equal
+        if wrong_sign.any():  # multipliers of dependent bounds are not unique
             return Solution(found.x, near.multipliers, self.violation(found.x), near.steps, near.reason)
         reason = near.reason if found.reason is not Reason.CONVERGED else Reason.CONVERGED
         return Solution(found.x, multipliers, self.violation(found.x), near.steps, reason)
 
     def violation(self, x: FloatArray) -> float:
         values = apply(self.G, x)
-        off = [np.abs(apply(self.A, x) - self.b), values - self.upper, self.lower - values]
-        return float(max(part.max(initial=0.0) for part in off))
+        violations = [np.abs(apply(self.A, x) - self.b), values - self.upper, self.lower - values]
+        return float(max(part.max(initial=0.0) for part in violations))
 
     def objective(self, x: FloatArray) -> tuple[float, float]:
-        """Its value, and the size of its terms."""
+        """The value of the objective, and the size of its terms."""
         quadratic, linear = float(x @ apply(self.H, x)) / 2, float(self.g @ x)
         return quadratic - linear, quadratic + abs(linear)
 
@@ -219,7 +236,7 @@ def _settings(max_steps: int) -> clarabel.DefaultSettings:
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = max_steps
-    settings.direct_solve_method = "qdldl"  # on meshes three times as fast as the other one
+    settings.direct_solve_method = "qdldl"  # three times as fast on meshes as the alternative
     settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = INTERIOR_POINT_ACCURACY
     settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = settings.reduced_tol_feas = ACCEPTED_ACCURACY

@@ -1,10 +1,10 @@
-"""Minimising a quadratic under equality constraints, with sparse positive definite factors only.
+"""Minimising a quadratic under equality constraints, with factors of sparse positive definite matrices only.
 
-A quadratic x H x / 2 - g x under A x = b is minimised through K = H + w A^T A, which leaves the minimiser where it is.
-With w large, little violation is left after one solve, and conjugate gradients on the multipliers remove it,
-one solve with the same factor each: almost all eigenvalues of w A K^-1 A^T are 1, so few steps are needed beyond
-one for each constraint direction of small singular value. Dependent constraints do no harm. Large problems take a
-factor in single precision and more solves instead, see `saddle_point`.
+A quadratic x H x / 2 - g x under A x = b is minimised with K = H + w A^T A, which has the same minimiser. With a large
+w, the violation after one solve is small; conjugate gradients on the multipliers remove it, with one solve with the
+same factor for each step. Almost all eigenvalues of w A K^-1 A^T are 1, so that about one step is needed for each
+constraint direction of small singular value. Constraints may depend on each other. Large problems use a factor in
+single precision and more solves, see `saddle_point`.
 """
 
 from __future__ import annotations
@@ -23,38 +23,38 @@ from geometry.optimise.solution import Reason, Solution
 __all__ = ["ConstrainedQuadratic", "minimise_quadratic"]
 
 DEFAULT_PENALTY = 1e7
-"""w over the mean of the diagonal of H. Larger: fewer corrections, more rounding."""
+"""w over the mean of the diagonal of H. A larger one needs fewer corrections and rounds more."""
 
 MAX_STAGNANT_CORRECTIONS = 10
-"""Corrections without a smaller violation before giving up; conjugate gradients need not gain at each step."""
+"""Corrections in a row without a smaller violation before the solver gives up; not every one gains."""
 
 CAREFUL_PENALTY = 1e11
-"""The penalty where constraints nearly depend on each other: singular values down to 1e-6 take no correction of their
-own. The factor rounds by 1e-5 then, so corrections begin afresh from what is left of both equations."""
+"""The penalty where constraints nearly depend on each other: singular values down to 1e-6 need no correction of their
+own. The factor then rounds by 1e-5, so the solver restarts from the residuals of both equations."""
 
 CAREFUL_STAGNANT_CORRECTIONS = 50
-"""Corrections without a smaller violation there."""
+"""Corrections in a row without a smaller violation where constraints nearly depend on each other."""
 
 MAX_REFINEMENTS = 20
-"""Times at most that it begins afresh from what is left of both equations. Mostly one does; more are needed where the
-penalty is high, or where H nearly vanishes in some directions."""
+"""Restarts from the residuals of both equations. Mostly one is enough; a high penalty, or an H that nearly vanishes in
+some directions, needs more."""
 
 REFINEMENT_TOLERANCE = 1e-6
-"""Change of x in such a time, over x, below which it is the last: the next one would change the square of that."""
+"""Change of x by a restart, over x, below which it is the last one: the next would change x by the square of that."""
 
 SINGLE_PRECISION_UNKNOWNS = 60_000
-"""Unknowns above which factors in single precision are faster on the whole."""
+"""Number of unknowns above which factors in single precision are faster altogether."""
 
 SINGLE_PRECISION_PENALTY = 1e5
-"""The penalty there: factors in single precision round by 1e-7 w; with more, solves gain less than two digits."""
+"""The penalty with factors in single precision, which round by 1e-7 w: with a higher one, solves gain too little."""
 
 LEAST_DIAGONAL_RATIO = 1e-2
-"""Least entry of the diagonal of H over its mean there. Iterations end at a gradient of about 1e-10 an entry: it must
-still say where the minimum is."""
+"""Least entry of the diagonal of H over its mean for which single precision is used. Iterations end at a gradient of
+about 1e-10 for each entry, which must still determine the minimum."""
 
 MAX_SINGLE_PRECISION_CYCLES = 3
-"""Corrections at most there. Mostly two are enough; a mesh of a million vertices takes 14 solves in all. Where H varies
-so much that single precision does not see its smallest values, they are not, and double precision is called upon."""
+"""Cycles of iterations with a factor in single precision. Mostly two are enough; a mesh of a million vertices takes 14
+solves in all. Where H varies so much that its smallest values vanish in single precision, double precision follows."""
 
 
 def minimise_quadratic(
@@ -67,17 +67,26 @@ def minimise_quadratic(
     penalty: float = DEFAULT_PENALTY,
     max_steps: int = 200,
 ) -> Solution:
-    """Minimise x H x / 2 - g x under A x = b: `ConstrainedQuadratic`, once."""
+    """Minimise x H x / 2 - g x under A x = b, as `ConstrainedQuadratic` does, for one g and b.
+
+    >>> H, A = csr_array(np.eye(2)), csr_array(np.array([[1.0, 1.0]]))
+    >>> minimise_quadratic(H, np.array([2.0, 0.0]), A, np.array([1.0]), tolerance=1e-9).x.round(6).tolist()
+    [1.5, -0.5]
+    """
     return ConstrainedQuadratic(H, A, penalty).minimise(g, b, tolerance=tolerance, max_steps=max_steps)
 
 
 @dataclass(eq=False)
 class ConstrainedQuadratic:
-    """x H x / 2 - g x under A x = b, for any g and b: one factor serves them all. It is kept, so this is no value.
+    """x H x / 2 - g x under A x = b, for any g and b. The factor is computed once and kept.
 
     H (n, n) symmetric, positive definite; A (m, n) with rows of about unit length, dependent or not. order (n,): the
-    `elimination` of an earlier one with the same pattern, which saves time. careful: for constraints that nearly
-    depend on each other, with `CAREFUL_PENALTY`; takes more time and memory.
+    `elimination` of an earlier problem with the same sparsity pattern, which saves time. careful: for constraints that
+    nearly depend on each other, with `CAREFUL_PENALTY`; takes more time and memory.
+
+    >>> problem = ConstrainedQuadratic(csr_array(np.eye(2)), csr_array(np.array([[1.0, 1.0]])))
+    >>> [problem.minimise(np.zeros(2), np.array([b]), tolerance=1e-9).x.round(6).tolist() for b in (1.0, 4.0)]
+    [[0.5, 0.5], [2.0, 2.0]]
     """
 
     H: SparseMatrix
@@ -87,16 +96,16 @@ class ConstrainedQuadratic:
     careful: bool = False
 
     def minimise(self, g: FloatArray, b: FloatArray, *, tolerance: float, max_steps: int = 200) -> Solution:
-        """The x with the least violation met. A step is one solve with the factor.
+        """The x with the least violation of all steps. A step is one solve with the factor.
 
-        Stops when the largest |A x - b| is at most `tolerance` or falls no further, as it does not where constraints
-        contradict each other by rounding.
+        Stops where the largest |A x - b| is at most `tolerance` or no longer decreases, as where constraints contradict
+        each other by rounding.
         """
         if len(g) > SINGLE_PRECISION_UNKNOWNS and not self.careful and self._is_uniform:
             found = self._minimise_large(g, b, tolerance)
             if found.reason is Reason.CONVERGED:
                 return found
-            del self._saddle_point  # its memory is wanted for the factor in double precision
+            del self._saddle_point  # frees memory for the factor in double precision
         best = self._corrected(g, b, tolerance, max_steps)
         for _ in range(MAX_REFINEMENTS):
             stalled = best.violation > tolerance and not self.careful
@@ -110,11 +119,8 @@ class ConstrainedQuadratic:
 
     def _corrected(self, g: FloatArray, b: FloatArray, tolerance: float, max_steps: int) -> Solution:
         """One solve, and conjugate gradients on the multipliers."""
-        factor, w, patience = (
-            self._factor,
-            self._weight,
-            CAREFUL_STAGNANT_CORRECTIONS if self.careful else MAX_STAGNANT_CORRECTIONS,
-        )
+        factor, w = self._factor, self._weight
+        max_stagnant = CAREFUL_STAGNANT_CORRECTIONS if self.careful else MAX_STAGNANT_CORRECTIONS
         x = factor.solve(g + w * apply(self._transposed, b))
         direction = residual = apply(self.A, x) - b
         multipliers = np.zeros(len(b))  # H x - g + A^T (multipliers + w residual) = 0 at every x
@@ -124,7 +130,7 @@ class ConstrainedQuadratic:
                 break
             change = factor.solve(apply(self._transposed, direction))
             curvature = float(direction @ apply(self.A, change))
-            if curvature <= 0 or step - best.steps > patience:
+            if curvature <= 0 or step - best.steps > max_stagnant:
                 best = replace(best, reason=Reason.STALLED)
                 break
             squared = float(residual @ residual)
@@ -137,7 +143,7 @@ class ConstrainedQuadratic:
         return best
 
     def _refined(self, best: Solution, g: FloatArray, b: FloatArray, tolerance: float, max_steps: int) -> Solution:
-        """The same for what is left of both equations: the factor rounds by the penalty's size, this does not."""
+        """The solution after a restart from both residuals, which removes the rounding of the factor."""
         gradient = g - apply(self.H, best.x) - apply(self._transposed, best.multipliers)
         more = self._corrected(gradient, b - apply(self.A, best.x), tolerance, max_steps)
         x = best.x + more.x
@@ -160,7 +166,7 @@ class ConstrainedQuadratic:
 
     @property
     def elimination(self) -> IntArray | None:
-        """(n,) the order in which unknowns were eliminated, if in double precision: only there it is worth keeping."""
+        """(n,) the order in which unknowns were eliminated in double precision; the given order before that."""
         return self._factor.elimination if "_factor" in self.__dict__ else self.order
 
     @cached_property
@@ -169,15 +175,15 @@ class ConstrainedQuadratic:
         return factorise(K, order=self.order)
 
     def _minimise_large(self, g: FloatArray, b: FloatArray, tolerance: float) -> Solution:
-        """A step is a cycle of iterations; each begins afresh from what the ones before left."""
+        """A step is a cycle of iterations; each restarts from the residuals of both equations."""
         system = self._saddle_point
         x, y = np.zeros(len(g)), np.zeros(len(b))
         best = Solution(x, y, np.inf, 0, Reason.STEP_LIMIT)
-        aim = system.scale * tolerance * np.sqrt(len(b))  # a norm over all residuals
+        accuracy = system.scale * tolerance * np.sqrt(len(b))  # of the norm over all residuals
         for cycle in range(1, MAX_SINGLE_PRECISION_CYCLES + 1):
             gradient = g - apply(self.H, x) - apply(self._transposed, y)
-            moved, pushed = system.correction(gradient, b - apply(self.A, x), aim=aim)
-            x, y = x + moved, y + pushed
+            dx, dy = system.correction(gradient, b - apply(self.A, x), absolute=accuracy)
+            x, y = x + dx, y + dy
             violation = max_norm(apply(self.A, x) - b)
             if violation >= best.violation:
                 return replace(best, steps=cycle, reason=Reason.STALLED)
@@ -185,12 +191,12 @@ class ConstrainedQuadratic:
             best = Solution(x, y, violation, cycle, reason)
             if reason is Reason.CONVERGED:
                 break
-            aim /= 10  # the largest residual is above the mean one, which the norm bounds
+            accuracy /= 10  # the norm bounds the mean residual, and the largest one is above it
         return best
 
     @property
     def _is_uniform(self) -> bool:
-        """Whether no entry of x matters very much less than others, as far as the diagonal of H tells."""
+        """Whether no entry of x has a very much smaller weight than others, by the diagonal of H."""
         diagonal = self.H.diagonal()
         return bool(diagonal.min() > LEAST_DIAGONAL_RATIO * diagonal.mean())
 

@@ -1,8 +1,8 @@
 """Systems of equations with the weighted Laplacian of a graph, up to a million nodes.
 
-Nodes of few neighbours that have no neighbour among themselves are eliminated first: of a triangulation and its
-faces, the faces, which leaves a third of the unknowns. What remains is factored, or, where it is large, solved by
-conjugate gradients preconditioned by algebraic multigrid.
+Nodes with few neighbours, no two of which are linked, are eliminated first. In the graph of the vertices and faces of a
+triangulation these are the faces, so that a third of the unknowns remains. The reduced system is factored or, where it
+is large, solved by conjugate gradients preconditioned by algebraic multigrid.
 """
 
 from __future__ import annotations
@@ -21,20 +21,24 @@ from geometry.optimise.saddle_point import Factor, factorise
 __all__ = ["GroundedLaplacian"]
 
 MAX_ELIMINATED_NEIGHBOURS = 6
-"""Neighbours of a node that is eliminated; they become neighbours of each other, so that many would cost more."""
+"""Largest number of neighbours of an eliminated node; they all become neighbours of each other, which costs time."""
 
 MAX_DIRECT_UNKNOWNS = 20_000
-"""Unknowns up to which a factor is as quick as multigrid, as measured; with 80 000 it takes a third longer."""
+"""Number of unknowns up to which a factor is as fast as multigrid; with 80 000 it takes a third longer."""
 
 MAX_MULTIGRID_ITERATIONS = 200
-"""Of conjugate gradients; with multigrid 10 to 30 do."""
+"""Conjugate gradient steps with multigrid; 10 to 30 are usual."""
 
 
 class GroundedLaplacian:
-    """The quadratic form sum of w (x_a - x_b)^2 over the links (a, b) of a graph.
+    """The quadratic form sum of w (x_a - x_b)^2 over the links (a, b) of a connected graph.
 
-    links (m, 2): nodes at either end, -1 where the end is grounded, x = 0; weights (m,), positive. The graph is
-    connected. Where no end is grounded, the node with most links is; its equation is left out.
+    links (m, 2): the nodes at both ends, -1 where the end is grounded, that is x = 0; weights (m,), positive. Where no
+    end is grounded, the node with most links is grounded, and its equation is left out.
+
+    >>> links, weights = np.array([[-1, 0], [0, 1], [1, 2]]), np.ones(3)  # a path of three nodes from the ground
+    >>> GroundedLaplacian(3, links, weights).solve(np.array([0.0, 0.0, 1.0]), accuracy=1e-9).round(6).tolist()
+    [1.0, 2.0, 3.0]
     """
 
     def __init__(self, n_nodes: int, links: IntArray, weights: FloatArray) -> None:
@@ -43,7 +47,7 @@ class GroundedLaplacian:
         self.n_nodes, self._links, self._weights = n_nodes, links, weights
 
     def solve(self, right: FloatArray, *, accuracy: float) -> FloatArray:
-        """x (n,) or (n, k) with L x = right, the residual at most `accuracy` times as long as `right`."""
+        """x (n,) or (n, k) with L x = right; the norm of the residual is at most `accuracy` times that of `right`."""
         out, kept, L = self._eliminated, ~self._eliminated, self.matrix
         right = np.where(self._linked.reshape(-1, *[1] * (right.ndim - 1)), right, 0.0)
         pivots = L.diagonal()[out].reshape(-1, *[1] * (right.ndim - 1))
@@ -69,14 +73,14 @@ class GroundedLaplacian:
 
     @cached_property
     def _linked(self) -> BoolArray:
-        """(n,) whether a node has a link; x is 0 where not."""
+        """(n,) whether a node has a link; elsewhere x is 0."""
         linked = np.zeros(self.n_nodes, dtype=bool)
         linked[self._links[self._links >= 0]] = True
         return linked
 
     @cached_property
     def _eliminated(self) -> BoolArray:
-        """(n,) nodes of few neighbours, no two of them linked, as the first ends or as the second ends of links."""
+        """(n,) nodes with few neighbours, no two of which are linked: all first ends of links, or all second ends."""
         sides = []
         for end, other in (self._links.T, self._links.T[::-1]):
             degrees = np.bincount(end[end >= 0], minlength=self.n_nodes)
@@ -87,7 +91,7 @@ class GroundedLaplacian:
 
     @cached_property
     def _coupling(self) -> SparseMatrix:
-        """(eliminated, kept) that part of L."""
+        """(eliminated, kept) the rows of eliminated nodes and the columns of kept nodes of L."""
         return csr_array(self.matrix[self._eliminated][:, ~self._eliminated])
 
     @cached_property
@@ -109,6 +113,6 @@ class GroundedLaplacian:
     def _solve_reduced(self, right: FloatArray, accuracy: float) -> FloatArray:
         if self._reduced.shape[0] <= MAX_DIRECT_UNKNOWNS:
             return self._factor.solve(right)
-        # where it does not get there, the Newton step is less good: whoever asked looks at what it leads to
+        # where this accuracy is not reached, the Newton step is less accurate, and the caller checks its result
         found, _ = cg(self._reduced, right, rtol=accuracy, maxiter=MAX_MULTIGRID_ITERATIONS, M=self._multigrid)
         return np.asarray(found)

@@ -1,4 +1,4 @@
-"""From a functional to one that only speaks up below a bound."""
+"""A functional that is zero where another one is above a lower bound."""
 
 from __future__ import annotations
 
@@ -15,17 +15,22 @@ __all__ = ["Hinge"]
 
 @dataclass(frozen=True, eq=False)
 class Hinge:
-    """x -> min(0, r(x) - least), entry by entry: how far r is below what it is to be at least.
+    """x -> min(0, r(x) - lower_bound), entry by entry: how far r is below the bound.
 
-    The Jacobian keeps its pattern: rows of entries that are above the bound are zeros.
+    The sparsity pattern of the Jacobian does not depend on x: rows of entries above the bound are stored as zeros.
+
+    >>> from geometry.optimise import LinearFunctional
+    >>> hinge = Hinge(LinearFunctional(csr_array(np.eye(3)), np.zeros(3)), lower_bound=1.0)
+    >>> hinge.residual(np.array([0.25, 1.0, 5.0])).tolist()
+    [-0.75, 0.0, 0.0]
     """
 
     functional: Functional
-    least: float
+    lower_bound: float
 
     def residual(self, x: FloatArray) -> FloatArray:
-        return np.minimum(self.functional.residual(x) - self.least, 0.0)
+        return np.minimum(self.functional.residual(x) - self.lower_bound, 0.0)
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
-        below = (self.functional.residual(x) < self.least).astype(float)
+        below = (self.functional.residual(x) < self.lower_bound).astype(float)
         return csr_array(diags_array(below) @ self.functional.jacobian(x))

@@ -1,9 +1,9 @@
-"""Minimising under constraints through points that do not fulfil them: a penalty that grows [Pottmann2007, 4.4].
+"""Minimising under constraints by a growing penalty, through points that violate them [Pottmann2007, 4.4].
 
-Steps that stay near the constraints must follow the curved set on which these hold, and crawl where it bends. With a
-low penalty they pass beside it, and a growing one draws them back. With each penalty a few Gauss-Newton steps are made.
-Last come Newton steps on the constraints alone, each as short as can be. All have equations of one pattern, factored in
-single precision; conjugate gradients mend what that rounds.
+Steps that stay near the constraints have to follow the curved set on which these hold, and are short where it bends.
+With a low penalty, steps leave that set; the growing penalty brings them back. A few Gauss-Newton steps are made with
+each penalty, then Newton steps on the constraints alone, each as short as possible. The equations of all steps have the
+same sparsity pattern and are factored in single precision; conjugate gradients correct its rounding.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ from geometry.optimise.solution import Reason, Solution
 __all__ = ["minimise_by_penalty"]
 
 MAX_STEPS_PER_PENALTY = 3
-"""Gauss-Newton steps at most with one penalty: the next one changes more than a fourth would."""
+"""Gauss-Newton steps with one penalty; after three, the next penalty gains more than a fourth step."""
 
 LEAST_RELATIVE_DESCENT = 1e-3
-"""Part of the objective that a step gains, below which the next penalty is taken."""
+"""Descent of a step over the objective, below which the next penalty is used."""
 
 MAX_DESCENT_HALVINGS = 8
-"""How often a step may be halved in search of progress."""
+"""Halvings of a step before the descent with one penalty ends."""
 
 FACTOR_DAMPING = 1e-7
-"""Of the factor, over the mean of its diagonal: about what single precision rounds."""
+"""Multiple of the identity added before factoring, over the mean diagonal: about the rounding of single precision."""
 
 STEP_LENGTH_WEIGHT = 1e-12
-"""Weight of the length of a Newton step over that of the constraints, as means of diagonals: it decides where they do
-not, and leaves a part of them that the next step finds."""
+"""Weight of the length of a Newton step over the weight of the constraints, by the means of their diagonals. It decides
+where the constraints do not; the small violation that it leaves is removed by the next step."""
 
 STEP_EQUATION_ACCURACY = 1e-6
-"""Of a step: what is left of its equations, over their right-hand side."""
+"""Residual of the equations of a step over their right-hand side."""
 
 MAX_CONJUGATE_GRADIENT_STEPS = 100
-"""Of conjugate gradients for a step, at most. One to ten do, and more for Newton steps on constraints that nearly
-depend on each other."""
+"""Conjugate gradient steps for one step. One to ten are usual; Newton steps on constraints that nearly depend on each
+other take more."""
 
 
 def minimise_by_penalty(
@@ -58,11 +58,24 @@ def minimise_by_penalty(
 ) -> Solution:
     """x (n,) where the sum of weight |r(x)|^2 over the terms is small and c(x) = 0 to `tolerance`, from `start` (n,).
 
-    |x - start|^2 in the metric (n, n), positive definite, is added to the sum, and penalty |c(x)|^2 for each of the
-    penalties in turn. No step makes the sum larger. Where constraints are missed by 1e-3 after the last penalty, three
-    or four Newton steps find them to rounding; where it takes many, something collapsed.
+    The objective is that sum plus |x - start|^2 in the metric (n, n), positive definite, plus penalty |c(x)|^2, for
+    each of the penalties in turn. No step increases it. If constraints are violated by 1e-3 after the last penalty,
+    three or four Newton steps reach rounding; many steps mean that something collapsed.
 
-    Solution: steps counts Newton steps only; no multipliers.
+    In the solution, `steps` counts Newton steps only, and there are no multipliers.
+
+    >>> class OnUnitCircle:
+    ...     def residual(self, x):
+    ...         return np.array([x @ x - 1])
+    ...     def jacobian(self, x):
+    ...         return csr_array(2 * x[None])
+    >>> low = LinearFunctional(csr_array(np.array([[0.0, 1.0]])), np.array([-3.0]))
+    >>> found = minimise_by_penalty(
+    ...     [(1.0, low)], csr_array(1e-6 * np.eye(2)), OnUnitCircle(), np.array([0.6, 0.8]),
+    ...     penalties=[1.0, 1e2, 1e4], tolerance=1e-12, max_newton_steps=6,
+    ... )
+    >>> found.reason.name, found.violation < 1e-12, found.x[1].item() < 0
+    ('CONVERGED', True, True)
     """
     x, equations = start, _Equations()
     for penalty in penalties:
@@ -77,27 +90,27 @@ class _Penalised:
     start: FloatArray
 
     def value(self, x: FloatArray) -> float:
-        """Infinite where something is no number."""
-        away = x - self.start
-        value = float(away @ apply(self.metric, away))
+        """The objective; infinite where it is not a number."""
+        move = x - self.start
+        value = float(move @ apply(self.metric, move))
         value += sum(weight * float(np.square(term.residual(x)).sum()) for weight, term in self.terms)
         return value if np.isfinite(value) else np.inf
 
     def model(self, x: FloatArray) -> tuple[SparseMatrix, FloatArray]:
-        """H and g: a move d changes the value by about d H d - 2 g d."""
+        """H and g such that a move d changes the objective by about d H d - 2 g d."""
         linearised = [(w, LinearFunctional(term.jacobian(x), -term.residual(x))) for w, term in self.terms]
         matrix, slope = normal_equations(linearised)
         return csr_array(matrix + self.metric), slope + apply(self.metric, self.start - x)
 
 
 class _Equations:
-    """Systems H x = g of one pattern, one after the other: the order of elimination is found once."""
+    """Systems H x = g of one sparsity pattern; the order of elimination is found for the first one only."""
 
     def __init__(self) -> None:
         self._order: IntArray | None = None
 
     def solution(self, matrix: SparseMatrix, slope: FloatArray) -> FloatArray:
-        """As near as conjugate gradients come."""
+        """x to the accuracy that conjugate gradients reach."""
         damping = FACTOR_DAMPING * float(matrix.diagonal().mean())
         damped = csr_array(matrix + damping * eye_array(len(slope)))
         factor = factorise(damped, single=True, order=self._order)
@@ -113,7 +126,7 @@ class _Equations:
 
 
 def _descend(problem: _Penalised, x: FloatArray, equations: _Equations) -> FloatArray:
-    """A few steps, each the first of d, d/2, ... that lowers the value."""
+    """A few steps, each the first of d, d/2, ... that decreases the objective."""
     value = problem.value(x)
     for _ in range(MAX_STEPS_PER_PENALTY):
         move, reached = equations.solution(*problem.model(x)), np.inf
@@ -124,9 +137,9 @@ def _descend(problem: _Penalised, x: FloatArray, equations: _Equations) -> Float
             move = move / 2
         if not reached < value:
             break
-        enough = value - reached < LEAST_RELATIVE_DESCENT * value
+        has_settled = value - reached < LEAST_RELATIVE_DESCENT * value
         x, value = x + move, reached
-        if enough:
+        if has_settled:
             break
     return x
 
@@ -134,7 +147,7 @@ def _descend(problem: _Penalised, x: FloatArray, equations: _Equations) -> Float
 def _restored(
     constraint: Functional, metric: SparseMatrix, x: FloatArray, equations: _Equations, tolerance: float, max_steps: int
 ) -> Solution:
-    """Levenberg-Marquardt on c alone, in the metric."""
+    """Levenberg-Marquardt steps on c alone, in the metric."""
     residual = constraint.residual(x)
     steps = 0
     while tolerance < max_norm(residual) < np.inf and steps < max_steps:

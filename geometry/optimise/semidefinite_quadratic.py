@@ -1,8 +1,8 @@
-"""Minimising a quadratic under equality constraints where they may not determine the minimiser.
+"""Minimising a quadratic under equality constraints where the minimiser may not be unique.
 
-Iterations as in `saddle_point` begin at a given point. They never leave it along directions without curvature, since
-K = H + pull + w A^T A maps these to themselves, and the residual has no part in them: so of many minimisers the nearest
-is found. Where there is none, K also finds the direction that proves it.
+Iterations as in `saddle_point` begin at a given point and never move in directions without curvature, since K = H +
+regularisation + w A^T A maps these directions to themselves and the residual has no component in them. So of many
+minimisers the nearest one is found. Where there is no minimiser, K also finds the direction that proves this.
 """
 
 from __future__ import annotations
@@ -19,35 +19,38 @@ from geometry.optimise.solution import Reason, Solution
 __all__ = ["minimise_semidefinite"]
 
 SEMIDEFINITE_REGULARISATION = 1e-4
-"""Over the mean of the diagonal of H. Curvatures below it take an iteration each; with less, the factor rounds."""
+"""Multiple of the identity in K, over the mean diagonal of H. Each curvature below it takes one iteration more; with a
+smaller one, the factor rounds too much."""
 
 SEMIDEFINITE_PENALTY = 1e4
-"""w over the mean of the diagonal of H. Less: an iteration for each small singular value of A; more: rounding."""
+"""w over the mean of the diagonal of H. With a smaller one, each small singular value of A takes one iteration more; a
+larger one rounds more."""
 
 MEMORY_SAVING_UNKNOWNS = 300_000
-"""Unknowns above which the factor is in single precision, to save memory."""
+"""Number of unknowns above which the factor is in single precision, to save memory."""
 
 LEAST_SIZE_RATIO = 1e-2
-"""Part of the size of the point begun at, below which a minimiser is not asked to be accurate for its own size."""
+"""Size of the minimiser over the size of the start, below which accuracy is relative to the size of the start."""
 
 GRADIENT_TOLERANCE = 1e-13
-"""What may remain of the gradient, over the size of its terms; iterations aim at a tenth of it. With 1e-11, symmetric
-problems had minimisers that were symmetric to 1e-9 only, so that equal parts of a roof had marks of their own."""
+"""Largest entry of the gradient at a minimiser, over the size of its terms; iterations end at a tenth. With 1e-11,
+minimisers of symmetric problems were symmetric to 1e-9 only, so that equal parts of a roof got different marks."""
 
 STALLED_TOLERANCE = 1e-9
-"""The same, and what may remain of the equations over the size of theirs, where rounding lets iterations end before."""
+"""Largest entry of the gradient, over the size of its terms, that is accepted where rounding prevents progress."""
 
 CYCLE_REDUCTION = 1e-8
-"""What a cycle may leave: beyond it there is rounding, which iterations would turn into directions of their own."""
+"""Reduction of the error by a cycle at which it ends: below it, iterations would follow rounding."""
 
 DIVERGENCE_RATIO = 1e6
-"""Size of x over the size of what it depends on, at which it is asked whether there is a minimiser."""
+"""Size of x over the size that the data suggest, above which the solver checks whether there is a minimiser."""
 
 POWER_ITERATIONS = 20
-"""Solves that tell directions without curvature, or combinations of A without effect, from others."""
+"""Solves of the power iteration that finds directions without curvature, or rows of A that cancel."""
 
 CERTIFICATE_TOLERANCE = 1e-6
-"""What is taken for zero in it, over the size of a general direction."""
+"""Curvature or constraint value that counts as zero in a proof that there is no minimiser, over that of a general
+direction."""
 
 
 def minimise_semidefinite(
@@ -64,12 +67,19 @@ def minimise_semidefinite(
     """Minimise x H x / 2 - g x under A x = b; of several minimisers, the nearest to `near` (n,).
 
     H (n, n) symmetric, positive semi-definite; A (m, n) with rows of about unit length, dependent or not. A step is a
-    cycle of up to 30 solves with one factor. noise: what rounding leaves of A x - b, over the size of x: iterations are
-    not to fit that, as combinations of rows that are zero but for rounding would take x far.
+    cycle of up to 30 solves with one factor. noise: the part of A x - b that is rounding, over the size of x. It is not
+    reduced further, since combinations of rows that cancel up to rounding would move x far.
 
     The reason is CONVERGED where the largest |A x - b| is at most `accuracy` times the largest |x|, |b|, |near|/100;
-    UNBOUNDED where there is no least value, INFEASIBLE where the constraints contradict each other; STALLED where
-    rounding is in the way.
+    UNBOUNDED where there is no least value, INFEASIBLE where the constraints contradict each other, STALLED where
+    rounding prevents progress.
+
+    >>> from scipy.sparse import csr_array
+    >>> H, A = csr_array(np.diag([1.0, 0.0])), csr_array((0, 2))  # the second entry of x is free
+    >>> minimise_semidefinite(H, np.array([3.0, 0.0]), A, np.zeros(0), np.array([0.0, 7.0]), accuracy=1e-12).x.round(
+    ...     6
+    ... ).tolist()
+    [3.0, 7.0]
     """
     system = SaddlePoint(
         H, A, SEMIDEFINITE_PENALTY, SEMIDEFINITE_REGULARISATION, single=len(g) > MEMORY_SAVING_UNKNOWNS
@@ -78,16 +88,15 @@ def minimise_semidefinite(
     start = here = _state(system, near, np.zeros(len(b)), g, b, least_size)
     longest = np.inf
     for step in range(1, max_steps + 1):
-        if here.left(accuracy) <= 1:
+        if here.error(accuracy) <= 1:
             return here.solution(step - 1, Reason.CONVERGED)
-        x, y = system.correction(
-            *here.wanting(accuracy), aim=_aim(system, here, accuracy, noise), digits=CYCLE_REDUCTION
-        )
-        if max_norm(x) > longest:  # rounding in directions without curvature, where nothing stops it
-            x = x - _flat_part(system, x)
+        target = _target_error(system, here, accuracy, noise)
+        x, y = system.correction(*here.unsolved(accuracy), absolute=target, relative=CYCLE_REDUCTION)
+        if max_norm(x) > longest:  # rounding in directions without curvature, which nothing limits
+            x = x - _part_without_curvature(system, x)
         there = _state(system, here.x + x, here.y + y, g, b, least_size)
-        if there.left(accuracy) > here.left(accuracy) / 2 or _runs_away(system, there, start):
-            best = min(here, there, key=lambda state: state.left(accuracy))
+        if there.error(accuracy) > here.error(accuracy) / 2 or _diverges(system, there, start):
+            best = min(here, there, key=lambda state: state.error(accuracy))
             return best.solution(step, _reason(system, start, best, accuracy))
         here, longest = there, max_norm(x)
     return here.solution(max_steps, Reason.STEP_LIMIT)
@@ -95,7 +104,7 @@ def minimise_semidefinite(
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """x and y, and what is left of the two equations; gradient_size, residual_size: of their largest terms."""
+    """x and y with the residuals of the two equations; gradient_size, residual_size: the sizes of their terms."""
 
     x: FloatArray
     y: FloatArray
@@ -104,20 +113,20 @@ class _State:
     gradient_size: float
     residual_size: float
 
-    def left(self, accuracy: float) -> float:
-        """At most 1 where it is done."""
-        return max(self._gradient_left, self._residual_left(accuracy))
+    def error(self, accuracy: float) -> float:
+        """At most 1 where both equations are solved."""
+        return max(self._gradient_error, self._residual_error(accuracy))
 
-    def wanting(self, accuracy: float) -> tuple[FloatArray, FloatArray]:
-        """The gradient and the residual, or zero for what is done: rounding is not to be corrected too."""
-        gradient = self.gradient if self._gradient_left > 1 else np.zeros_like(self.gradient)
-        return gradient, self.residual if self._residual_left(accuracy) > 1 else np.zeros_like(self.residual)
+    def unsolved(self, accuracy: float) -> tuple[FloatArray, FloatArray]:
+        """The gradient and the residual, zero for an equation that is solved, so that its rounding is left alone."""
+        gradient = self.gradient if self._gradient_error > 1 else np.zeros_like(self.gradient)
+        return gradient, self.residual if self._residual_error(accuracy) > 1 else np.zeros_like(self.residual)
 
     @property
-    def _gradient_left(self) -> float:
+    def _gradient_error(self) -> float:
         return max_norm(self.gradient) / (GRADIENT_TOLERANCE * self.gradient_size or 1.0)
 
-    def _residual_left(self, accuracy: float) -> float:
+    def _residual_error(self, accuracy: float) -> float:
         return max_norm(self.residual) / (accuracy * self.residual_size or 1.0)
 
     def solution(self, steps: int, reason: Reason) -> Solution:
@@ -127,58 +136,58 @@ class _State:
 def _state(
     system: SaddlePoint, x: FloatArray, y: FloatArray, g: FloatArray, b: FloatArray, least_size: float
 ) -> _State:
-    hold, size = apply(system.transposed, y), max(least_size, max_norm(x))
-    gradient_size = max(max_norm(g), max_norm(hold), system.curvature * size)
-    return _State(x, y, g - apply(system.H, x) - hold, b - apply(system.A, x), gradient_size, size)
+    multipliers_part, size = apply(system.transposed, y), max(least_size, max_norm(x))
+    gradient_size = max(max_norm(g), max_norm(multipliers_part), system.curvature * size)
+    return _State(x, y, g - apply(system.H, x) - multipliers_part, b - apply(system.A, x), gradient_size, size)
 
 
-def _aim(system: SaddlePoint, state: _State, accuracy: float, noise: float) -> float:
-    """A norm over all that is left; the largest is some three times the mean."""
-    aim = min(GRADIENT_TOLERANCE / 10 * state.gradient_size, system.scale * accuracy * state.residual_size)
-    aim = max(aim, system.scale * noise * state.residual_size)
-    return float(aim * np.sqrt(len(state.x) + len(state.y)) / 3)
+def _target_error(system: SaddlePoint, state: _State, accuracy: float, noise: float) -> float:
+    """The norm of all residuals at which a cycle ends; the largest residual is some three times the mean one."""
+    target = min(GRADIENT_TOLERANCE / 10 * state.gradient_size, system.scale * accuracy * state.residual_size)
+    target = max(target, system.scale * noise * state.residual_size)
+    return float(target * np.sqrt(len(state.x) + len(state.y)) / 3)
 
 
-def _runs_away(system: SaddlePoint, state: _State, start: _State) -> bool:
-    """Whether x is very much larger than all it depends on."""
+def _diverges(system: SaddlePoint, state: _State, start: _State) -> bool:
+    """Whether x is very much larger than the data suggest."""
     return max_norm(state.x) > DIVERGENCE_RATIO * max(start.gradient_size / system.curvature, start.residual_size)
 
 
 def _reason(system: SaddlePoint, start: _State, end: _State, accuracy: float) -> Reason:
-    """Why iterations make no progress."""
-    settled = max_norm(end.gradient) <= STALLED_TOLERANCE * end.gradient_size
-    settled = settled and max_norm(end.residual) <= accuracy * end.residual_size
-    if settled and not _runs_away(system, end, start):
+    """The reason why iterations make no progress."""
+    is_accurate = max_norm(end.gradient) <= STALLED_TOLERANCE * end.gradient_size
+    is_accurate = is_accurate and max_norm(end.residual) <= accuracy * end.residual_size
+    if is_accurate and not _diverges(system, end, start):
         return Reason.CONVERGED
-    if _contradicts(system, start):
+    if _is_infeasible(system, start):
         return Reason.INFEASIBLE
-    return Reason.UNBOUNDED if _falls(system, start) else Reason.STALLED
+    return Reason.UNBOUNDED if _has_no_minimum(system, start) else Reason.STALLED
 
 
-def _contradicts(system: SaddlePoint, start: _State) -> bool:
-    """Whether there is a combination of the rows of A that is zero, while that of the residual is not.
+def _is_infeasible(system: SaddlePoint, start: _State) -> bool:
+    """Whether a combination of the rows of A is zero while the same combination of the residual is not.
 
-    Step by step, the part that a change of x can take away is taken away.
+    The part of the residual that a change of x can remove is removed step by step.
     """
     rest = start.residual
     for _ in range(POWER_ITERATIONS):
         rest = rest - apply(system.A, system.solve(system.scale**2 * apply(system.transposed, rest)))
-    is_void = max_norm(apply(system.transposed, rest)) <= CERTIFICATE_TOLERANCE * max_norm(rest)
-    return is_void and max_norm(rest) > STALLED_TOLERANCE * start.residual_size
+    cancels = max_norm(apply(system.transposed, rest)) <= CERTIFICATE_TOLERANCE * max_norm(rest)
+    return cancels and max_norm(rest) > STALLED_TOLERANCE * start.residual_size
 
 
-def _falls(system: SaddlePoint, start: _State) -> bool:
-    """Whether there is a direction with a slope, but without curvature, in A x = 0."""
-    direction = _flat_part(system, start.gradient)
-    bends = max(max_norm(apply(system.H, direction)) / system.curvature, max_norm(apply(system.A, direction)))
+def _has_no_minimum(system: SaddlePoint, start: _State) -> bool:
+    """Whether there is a direction with a slope but without curvature in A x = 0."""
+    direction = _part_without_curvature(system, start.gradient)
+    curvature = max(max_norm(apply(system.H, direction)) / system.curvature, max_norm(apply(system.A, direction)))
     return (
-        bends <= CERTIFICATE_TOLERANCE * max_norm(direction)
+        curvature <= CERTIFICATE_TOLERANCE * max_norm(direction)
         and max_norm(direction) > STALLED_TOLERANCE * start.gradient_size
     )
 
 
-def _flat_part(system: SaddlePoint, x: FloatArray) -> FloatArray:
-    """The part of x (n,) in A x = 0 that is without curvature, as powers of pull / K leave it alone."""
+def _part_without_curvature(system: SaddlePoint, x: FloatArray) -> FloatArray:
+    """The part of x (n,) without curvature in A x = 0, which powers of regularisation / K leave unchanged."""
     for _ in range(POWER_ITERATIONS):
         x = system.solve(SEMIDEFINITE_REGULARISATION * system.curvature * x)
     return x

@@ -14,7 +14,7 @@ from geometry.mesh.ragged_arrays import runs_by_size
 
 __all__ = ["covered_areas"]
 
-AT_ONCE = 2**20
+MAX_EDGE_PAIRS = 2**20
 """Pairs of edges looked at together: memory is bounded by them."""
 
 
@@ -31,7 +31,7 @@ def covered_areas(polygons: FloatArray, covers: FloatArray, covered: IntArray) -
     some, counts = np.unique(covered[order], return_counts=True)
     for runs, places in runs_by_size(np.concatenate([[0], np.cumsum(counts)])):
         edges = places.shape[1] * covers.shape[1] + polygons.shape[1]
-        for part in np.array_split(np.arange(len(runs)), min(len(runs), 1 + len(runs) * edges**2 // AT_ONCE)):
+        for part in np.array_split(np.arange(len(runs)), min(len(runs), 1 + len(runs) * edges**2 // MAX_EDGE_PAIRS)):
             own = some[runs[part]]
             areas[own] = _covered(polygons[own], covers[order[places[part]]])
     return areas

@@ -15,10 +15,10 @@ from geometry.mesh import Mesh
 
 __all__ = ["Fins"]
 
-PLANE_TOLERANCE = 1e-6
+PANEL_PLANE_TOLERANCE = 1e-6
 """How far a corner of a panel may be off its plane, over the mean edge length of the panel."""
 
-REVERSED = -1e-9
+LEAST_FIN_EDGE = -1e-9
 """Least length of an edge of M + d S over that of M; an edge may shrink to a point."""
 
 
@@ -89,9 +89,10 @@ class Fins:
         raise_worst(
             self.mesh.planarity,
             "<=",
-            PLANE_TOLERANCE,
+            PANEL_PLANE_TOLERANCE,
             lambda face, value: (
-                f"face {face} is off its plane by {value:.1e} of its mean edge length, allowed {PLANE_TOLERANCE:.0e}: "
+                f"face {face} is off its plane by {value:.1e} of its mean edge length, allowed "
+                f"{PANEL_PLANE_TOLERANCE:.0e}: "
                 "planarise the mesh first"
             ),
             error=MeshError,
@@ -115,7 +116,7 @@ class Fins:
         for d in (self.lower, self.upper):
             edge = int((1 + d * factors).argmin())
             value = float(1 + d * factors[edge])
-            if value < REVERSED:
+            if value < LEAST_FIN_EDGE:
                 raise MeshError(
                     f"the fin at {self.mesh.combinatorics.edge_name(edge)} crosses itself: at distance {d:g} its edge "
                     f"is {value:.3g} of that of the mesh, at least 0 is needed; keep distances within "

@@ -21,15 +21,15 @@ from geometry.shading.covered_areas import covered_areas
 from geometry.shading.fins import Fins
 from geometry.shading.suns import Suns
 
-__all__ = ["GRAZING", "Shading", "cast_shadows", "check_some_sun", "face_suns", "shadow_areas"]
+__all__ = ["GRAZING_COSINE", "Shading", "cast_shadows", "check_some_sun", "face_suns", "shadow_areas"]
 
-GRAZING = 1e-4
+GRAZING_COSINE = 1e-4
 """Least cosine between the normal of a panel and a sun that it faces: less light than this is none."""
 
-AT_ONCE = 2**14
+MAX_PANELS_AND_FINS = 2**14
 """Panels or fins, each under each sun, looked at together: memory is bounded by them."""
 
-IN_PLANE = 1e-9
+IN_PLANE_TOLERANCE = 1e-9
 """How far corners of fins may be off the plane of a panel and count as in it, over the mean edge length."""
 
 
@@ -71,7 +71,7 @@ class Shading:
         return float(w @ self.shadow_areas.sum(axis=1) / (w @ (self.facing @ self.panel_areas)))
 
     @property
-    def light_kept_off(self) -> float:
+    def blocked_light(self) -> float:
         """Part of the direct light on the panels that is kept off: shadow counts by the cosine of the incidence."""
         light = np.maximum(self.suns.directions @ self.fins.mesh.face_normals.T, 0) * self.suns.weights[:, None]
         return float((light * self.shadow_areas).sum() / (light * self.facing * self.panel_areas).sum())
@@ -100,24 +100,25 @@ def cast_shadows(fins: Fins, suns: Suns) -> Shading:
 def check_some_sun(mesh: Mesh, suns: Suns) -> None:
     """Raise GeometryError where no panel faces any sun."""
     cosines = suns.directions @ mesh.face_normals.T
-    if not (cosines > GRAZING).any():
+    if not (cosines > GRAZING_COSINE).any():
         raise GeometryError(
             f"no panel faces any of the {len(suns.directions)} suns: the largest cosine between a normal and a sun is "
-            f"{cosines.max():.1e}, it must be above {GRAZING:.0e}; give other suns, or reverse the mesh if its normals "
+            f"{cosines.max():.1e}, it must be above {GRAZING_COSINE:.0e}; give other suns, or reverse the mesh if its "
+            f"normals "
             "point inwards",
             value=float(cosines.max()),
-            bound=GRAZING,
+            bound=GRAZING_COSINE,
         )
 
 
 def face_suns(mesh: Mesh, directions: FloatArray) -> BoolArray:
     """(k, F) whether the outer side of each panel faces the suns in unit directions (k, 3)."""
-    return np.asarray(directions @ mesh.face_normals.T > GRAZING)
+    return np.asarray(directions @ mesh.face_normals.T > GRAZING_COSINE)
 
 
 def shadow_areas(mesh: Mesh, faces: IntArray, quads: FloatArray, directions: FloatArray) -> FloatArray:
     """(k, f) areas of shadow on faces (f,) of a mesh, from convex quads (m, 4, 3), for suns in directions (k, 3)."""
-    pieces = min(len(directions), 1 + len(directions) * max(len(faces), len(quads)) // AT_ONCE)
+    pieces = min(len(directions), 1 + len(directions) * max(len(faces), len(quads)) // MAX_PANELS_AND_FINS)
     parts = [_areas_under(mesh, faces, quads, some) for some in np.array_split(directions, pieces)]
     return np.concatenate(parts)
 
@@ -134,7 +135,7 @@ def _areas_under(mesh: Mesh, faces: IntArray, quads: FloatArray, directions: Flo
     levels = np.einsum("fk,fk->f", normals, face_centroids(mesh.vertices, mesh.combinatorics)[faces])
     own = face[panel]
     heights = np.einsum("pk,pqk->pq", normals[own], quads[fin]) - levels[own][:, None]
-    heights[np.abs(heights) < IN_PLANE * mesh.mean_edge_length] = 0.0
+    heights[np.abs(heights) < IN_PLANE_TOLERANCE * mesh.mean_edge_length] = 0.0
     some = (heights > 0).any(axis=1)
     parts = _parts_above(outlines[fin_sun[some], fin[some]], heights[some])
     cosines = np.einsum("sk,sk->s", normals[face], directions[sun])

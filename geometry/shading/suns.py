@@ -17,10 +17,10 @@ __all__ = ["Suns", "suns_at"]
 SEA_LEVEL_MILLIBAR = 1013.25
 """Pressure of the air that refracts; without air, 0."""
 
-CLOCKS_APART_SECONDS = 69.0
+TERRESTRIAL_TIME_OFFSET_SECONDS = 69.0
 """Of terrestrial from universal time: 64 in 2000, 69 in 2020, slowly growing; 5 more turn the sun by 1e-6 radians."""
 
-SQUARE = 1e-9
+NORTH_COSINE_TOLERANCE = 1e-9
 """How far north and up may be off a right angle, as the cosine between them."""
 
 
@@ -113,17 +113,17 @@ def suns_at(
         np.degrees(longitude),
         0.0,
         pressure=SEA_LEVEL_MILLIBAR if refraction else 0.0,
-        delta_t=CLOCKS_APART_SECONDS,
+        delta_t=TERRESTRIAL_TIME_OFFSET_SECONDS,
         radians=True,
         jit=False,
     )
     n, u = _unit(np.stack([floats(north), floats(up)]), "north and up: vector")
-    if not abs(n @ u) <= SQUARE:
+    if not abs(n @ u) <= NORTH_COSINE_TOLERANCE:
         raise GeometryError(
             f"north is {np.degrees(np.arccos(n @ u)):.6f} degrees off the vertical, it must be level: give a north "
             "that is perpendicular to up",
             value=float(n @ u),
-            bound=SQUARE,
+            bound=NORTH_COSINE_TOLERANCE,
         )
     level = np.sin(zeniths)
     east_north_up = np.stack([level * np.sin(azimuths), level * np.cos(azimuths), np.cos(zeniths)], axis=1)

@@ -16,22 +16,22 @@ from geometry.shading.suns import Suns
 
 __all__ = ["MostShade", "most_shade"]
 
-SATURATED = 0.999
+FULL_SHADE_SHARE = 0.999
 """Share of shade from which on all counts as in the shade: of translations that reach it, the shortest is sought."""
 
-NEARLY, DIFFERENCE = 1e-5, 1e-4
+FULL_SHADE_TOLERANCE, DIFFERENCE_STEP = 1e-5, 1e-4
 """By how much the shortest one may miss that, and the step of differences by which it is sought."""
 
 LEAST_RISE = 1e-3
 """Of S + x above the plane of a panel at its corners, unless S itself rises less."""
 
-SAMPLE = 32
+SAMPLED_PANELS = 32
 """Panels that say where to look; all of them say where the maximum is."""
 
-STARTS, BEST = 48, 2
+SAMPLED_TRANSLATIONS, SEARCH_STARTS = 48, 2
 """Translations of the largest length that are looked at, spread over the sphere, and those from which one goes on."""
 
-MOST_LOOKED_AT = 60
+MAX_EVALUATIONS = 60
 """Translations looked at from one start."""
 
 COARSE_STEPS, FINE_STEPS = (0.15, 0.01), (0.05, 0.0005)
@@ -70,14 +70,14 @@ def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
     before = cast_shadows(fins, suns)
     n = fins.mesh.n_faces
     shining = np.flatnonzero(before.facing.any(axis=0))
-    sample = shining[np.unique(np.linspace(0, len(shining) - 1, SAMPLE).round().astype(np.int64))]
+    sample = shining[np.unique(np.linspace(0, len(shining) - 1, SAMPLED_PANELS).round().astype(np.int64))]
     coarse, fine = (_cost(fins, suns, faces) for faces in (sample, np.arange(n)))
-    starts = [x for x in bound * _spread(STARTS) if _least_rise(fins, x) >= 0]
-    starts = sorted([np.zeros(3), *starts], key=coarse)[:BEST]
+    starts = [x for x in bound * _spread(SAMPLED_TRANSLATIONS) if _least_rise(fins, x) >= 0]
+    starts = sorted([np.zeros(3), *starts], key=coarse)[:SEARCH_STARTS]
     best = min((_best_near(coarse, start, fins, bound, COARSE_STEPS) for start in starts), key=coarse)
-    if -fine(best) < SATURATED:
+    if -fine(best) < FULL_SHADE_SHARE:
         best = min(np.zeros(3), _best_near(fine, best, fins, bound, FINE_STEPS), key=fine)
-    shift = _shortest(fine, best, fins) if -fine(best) >= SATURATED else best
+    shift = _shortest(fine, best, fins) if -fine(best) >= FULL_SHADE_SHARE else best
     return MostShade(floats(shift), before, cast_shadows(fins.tilted(shift), suns))
 
 
@@ -112,7 +112,7 @@ def _best_near(
         start,
         method="COBYQA",
         constraints=constraints,
-        options={"initial_tr_radius": steps[0], "final_tr_radius": steps[1], "maxfev": MOST_LOOKED_AT},
+        options={"initial_tr_radius": steps[0], "final_tr_radius": steps[1], "maxfev": MAX_EVALUATIONS},
     )
     return np.asarray(found.x * min(1.0, bound / max(float(np.linalg.norm(found.x)), 1e-300)))
 
@@ -124,16 +124,20 @@ def _shortest(cost: Callable[[FloatArray], float], start: FloatArray, fins: Fins
         return float(x @ x)
 
     def slope(x: FloatArray) -> FloatArray:
-        return np.asarray(approx_fprime(x, cost, DIFFERENCE))
+        return np.asarray(approx_fprime(x, cost, DIFFERENCE_STEP))
 
     found = minimize(
         squared_length,
         start,
         method="SLSQP",
-        constraints=[NonlinearConstraint(lambda x: np.array([cost(x)]), -np.inf, -SATURATED, jac=slope)],
+        constraints=[NonlinearConstraint(lambda x: np.array([cost(x)]), -np.inf, -FULL_SHADE_SHARE, jac=slope)],
         options={"maxiter": 12, "ftol": 1e-6},
     )
-    usable = [x for x in (np.zeros(3), found.x) if cost(x) < NEARLY - SATURATED and _least_rise(fins, x) >= 0]
+    usable = [
+        x
+        for x in (np.zeros(3), found.x)
+        if cost(x) < FULL_SHADE_TOLERANCE - FULL_SHADE_SHARE and _least_rise(fins, x) >= 0
+    ]
     return min([*usable, start], key=np.linalg.norm)
 
 

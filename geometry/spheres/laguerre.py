@@ -77,7 +77,7 @@ class LaguerreTransformation:
         return cls(lorentz.boost(velocity), np.zeros(4))
 
     @classmethod
-    def turning_over(cls) -> LaguerreTransformation:
+    def reversal(cls) -> LaguerreTransformation:
         """Every sphere and plane from its other side: (m, r) to (m, -r). M, S become M, -S with faces turned over."""
         return cls(FORM, np.zeros(4))
 

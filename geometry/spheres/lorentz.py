@@ -33,7 +33,7 @@ LORENTZ_TOLERANCE = 1e-9
 """How far A^T J A may be from J, over the square of the norm of A: matrices written down with ten digits pass, and
 orthonormalising moves them by no more than that."""
 
-ROUNDING = 1e-14
+LORENTZ_ROUNDING = 1e-14
 """`deviation` of a product of a hundred matrices; below it there is nothing to make orthonormal."""
 
 
@@ -112,7 +112,7 @@ def orthonormalised(matrix: Any, *, tolerance: float = LORENTZ_TOLERANCE) -> Flo
             value=off,
             bound=tolerance,
         )
-    if off <= ROUNDING:
+    if off <= LORENTZ_ROUNDING:
         return given
     sign = 1.0 if given[3, 3] > 0 else -1.0
     u = sign * given[:3, 3]

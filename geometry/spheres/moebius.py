@@ -22,7 +22,7 @@ __all__ = ["NEAR_INFINITY", "MoebiusTransformation", "checked_planes"]
 NEAR_INFINITY = 1e-9
 """Weight of a point over what it is the sum of, below which its image is at infinity: rounding leaves it 7 digits."""
 
-UNIT = 1e-9
+UNIT_NORMAL_TOLERANCE = 1e-9
 """How far the length of the normal of a plane may be from 1."""
 
 
@@ -128,14 +128,15 @@ def checked_planes(planes: Any) -> FloatArray:
     """(k, 4) the unit normals and distances of planes. Raises GeometryError where a normal is not of length 1."""
     given = lorentz.array_of(planes, (None, 4), "the array of planes")
     off = np.abs(np.linalg.norm(given[:, :3], axis=1) - 1)
-    wrong = np.flatnonzero(off > UNIT)
+    wrong = np.flatnonzero(off > UNIT_NORMAL_TOLERANCE)
     if len(wrong):
         plane = int(wrong[0])
         raise GeometryError(
-            f"the normal of plane {plane} is {off[plane]:.1e} off length 1, allowed {UNIT:.0e}; divide the normal and "
+            f"the normal of plane {plane} is {off[plane]:.1e} off length 1, allowed {UNIT_NORMAL_TOLERANCE:.0e}; "
+            f"divide the normal and "
             "the distance by its length",
             elements=wrong.tolist(),
             value=float(off[plane]),
-            bound=UNIT,
+            bound=UNIT_NORMAL_TOLERANCE,
         )
     return given

@@ -18,9 +18,9 @@ from geometry.arrays import FloatArray, short_repr
 from geometry.errors import GeometryError
 from geometry.spheres.lorentz import array_of
 
-__all__ = ["LEAST_CONE", "VertexCones"]
+__all__ = ["CONE_TOLERANCE", "VertexCones"]
 
-LEAST_CONE = 1e-9
+CONE_TOLERANCE = 1e-9
 """How far a pole may be inside the unit sphere, where rounding leaves those of half-angle 90 degrees; and the least
 difference of the radii of two spheres over the distance of their centres: below it the cone is a cylinder."""
 
@@ -42,7 +42,7 @@ class VertexCones:
         apices = array_of(self.apices, (None, 3), "the array of apices")
         poles = array_of(self.poles, (len(apices), 3), "the array of poles")
         lengths = np.linalg.norm(poles, axis=1)
-        wrong = np.flatnonzero(lengths < 1 - LEAST_CONE)
+        wrong = np.flatnonzero(lengths < 1 - CONE_TOLERANCE)
         if len(wrong):
             cone = int(wrong[0])
             raise GeometryError(
@@ -87,15 +87,15 @@ class VertexCones:
         two = array_of(second, (len(one), 4), "the second array of spheres")
         apart, growth = two[:, :3] - one[:, :3], two[:, 3] - one[:, 3]
         distances = np.linalg.norm(apart, axis=1)
-        wrong = np.flatnonzero(~(np.abs(growth) > LEAST_CONE * distances))
+        wrong = np.flatnonzero(~(np.abs(growth) > CONE_TOLERANCE * distances))
         if len(wrong):
             pair = int(wrong[0])
             raise GeometryError(
                 f"the two spheres of pair {pair} differ in radius by {growth[pair]:.1e}, over {distances[pair]:.1e} "
-                f"from centre to centre, at least {LEAST_CONE:.0e} of it is needed: they touch a cylinder",
+                f"from centre to centre, at least {CONE_TOLERANCE:.0e} of it is needed: they touch a cylinder",
                 elements=wrong.tolist(),
                 value=float(growth[pair]),
-                bound=LEAST_CONE * float(distances[pair]),
+                bound=CONE_TOLERANCE * float(distances[pair]),
             )
         poles = -apart / growth[:, None]
         return cls(one[:, :3] + one[:, 3:] * poles, poles)

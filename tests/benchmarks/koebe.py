@@ -20,8 +20,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from geometry.circle_patterns import plane_pattern
-from geometry.circle_patterns.radii import CirclePattern
+from geometry.circle_patterns import circle_pattern
+from geometry.circle_patterns.radii import RadiusProblem
 from geometry.gauss.distances import edge_distances
 from tests.geometry.random_polyhedra import random_polyhedron
 
@@ -30,8 +30,8 @@ making = import_module("geometry.edge_offset.koebe")  # the function has the sam
 SIZES = (100, 1_000, 10_000, 100_000)
 STAGES = {
     "check": (making, "refuse_other_than_polyhedra"),
-    "radii": (CirclePattern, "radii"),
-    "layout": (plane_pattern, "circle_centres"),
+    "radii": (RadiusProblem, "radii"),
+    "layout": (circle_pattern, "circle_centres"),
     "centre": (making, "centring_similarity"),
 }
 

@@ -15,14 +15,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heights
-from geometry.combined.measures import faces_off_the_rim, fresh_curvatures
 from geometry.curvature import face_curvatures
 from geometry.errors import GeometryError
 from geometry.files import read_mesh
 from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import Guides, planarise
+from geometry.optimised_pairs import OptimisedPair, PairTargets, height_trade_off, optimise_pair
+from geometry.optimised_pairs.pair_measures import faces_off_the_rim, independent_curvatures
 from geometry.surface import Surface
 from tests.geometry.junctions import three_tubes
 
@@ -65,11 +65,11 @@ def subdivided(mesh: Mesh) -> Mesh:
     return Mesh.from_faces(points, quads.tolist())
 
 
-def timed(mesh: Mesh, aims: Aims) -> tuple[OptimisedPair, float]:
+def timed(mesh: Mesh, targets: PairTargets) -> tuple[OptimisedPair, float]:
     """The pair of its approximate Gauss image, optimised."""
     given = approximate_pair(mesh)
     started = time.process_time()
-    pair = optimise_pair(given, aims)
+    pair = optimise_pair(given, targets)
     return pair, time.process_time() - started
 
 
@@ -92,7 +92,7 @@ def heights(console: Console) -> None:
     for name, (_, asked) in MESHES.items():
         mesh = planar(name)
         for upright in (False, True):
-            pair, seconds = timed(mesh, Aims(edges=True, upright=upright))
+            pair, seconds = timed(mesh, PairTargets(edges=True, upright=upright))
             found.add_row(
                 f"{name}{', upright' if upright else ''}",
                 f"{mesh.n_faces}",
@@ -115,7 +115,7 @@ def trades(console: Console) -> None:
     found = table("Height error: spread, median move", "mesh", ".1", ".03", ".01", ".003")
     for name in MESHES:
         mesh = planar(name)
-        pairs = trade_of_heights(approximate_pair(mesh), Aims(edges=True))
+        pairs = height_trade_off(approximate_pair(mesh), PairTargets(edges=True))
         found.add_row(name, *(f"{pair.after.edge_spread:.4f}, {np.median(pair.moves):.2f}" for pair in pairs))
     console.print(found)
 
@@ -124,7 +124,7 @@ def growth(console: Console) -> None:
     found = table("How processor seconds grow: six-armed, refined", "faces", "spread", "after", "s", "exponent")
     mesh, last = planar("six-armed"), None
     for _ in range(3):
-        pair, seconds = timed(mesh, Aims(edges=True))
+        pair, seconds = timed(mesh, PairTargets(edges=True))
         exponent = "" if last is None else f"{np.log(seconds / last) / np.log(4):.2f}"
         spreads = (f"{pair.before.edge_spread:.4f}", f"{pair.after.edge_spread:.4f}")
         found.add_row(f"{mesh.n_faces}", *spreads, f"{seconds:.1f}", exponent)
@@ -142,12 +142,12 @@ def curvatures(console: Console) -> None:
     found = table("Hyperboloid to H = 0", "faces", "off the catenoid", "after", "H", "fresh H", "lean", "s")
     for n in (24, 48, 72):
         mesh = hyperboloid(n, n // 2)
-        pair, seconds = timed(mesh, Aims(mean=0.0))
+        pair, seconds = timed(mesh, PairTargets(mean=0.0))
         off = [
             float(np.abs(np.hypot(*m.vertices[:, :2].T) - np.cosh(m.vertices[:, 2])).max())
             for m in (mesh, pair.pair.mesh)
         ]
-        fresh = fresh_curvatures(pair.pair.mesh, gaussian=False)[0][faces_off_the_rim(mesh.combinatorics, 2)]
+        fresh = independent_curvatures(pair.pair.mesh, gaussian=False)[0][faces_off_the_rim(mesh.combinatorics, 2)]
         found.add_row(
             f"{mesh.n_faces}",
             *(f"{each:.1e}" for each in off),
@@ -159,9 +159,9 @@ def curvatures(console: Console) -> None:
     console.print(found)
     found = table("Three tubes to H = -.49", "faces", "H - H", "fresh H", "lean", "|s|", "rim", "s")
     for n in (12, 24, 48):
-        pair, seconds = timed(three_tubes(n, 2 * n // 3), Aims(mean=-0.49))
+        pair, seconds = timed(three_tubes(n, 2 * n // 3), PairTargets(mean=-0.49))
         c = pair.pair.mesh.combinatorics
-        fresh = fresh_curvatures(pair.pair.mesh, gaussian=False)[0][faces_off_the_rim(c, 2)]
+        fresh = independent_curvatures(pair.pair.mesh, gaussian=False)[0][faces_off_the_rim(c, 2)]
         distances = pair.pair.vertex_distances
         found.add_row(
             f"{c.n_faces}",
@@ -177,7 +177,7 @@ def curvatures(console: Console) -> None:
         pair = approximate_pair(planar(name))
         mean = float(np.median(face_curvatures(pair).mean))
         try:
-            optimise_pair(pair, Aims(mean=mean))
+            optimise_pair(pair, PairTargets(mean=mean))
             console.print(f"{name}: H = {mean:.3g} reached")
         except GeometryError as error:
             console.print(f"{name}, H = {mean:.3g}: refused: {error}")

@@ -19,7 +19,12 @@ from fabkit.designs import (
 )
 from fabkit.errors import ProjectError
 from fabkit.families import Faces, MinimalShape, Tiles
-from geometry.edge_offset.buildability import NARROWEST, face_necks, sound_piece, without_unsound_rim
+from geometry.edge_offset.buildability import (
+    LEAST_FACE_WIDTH,
+    largest_buildable_patch,
+    least_face_widths,
+    without_unbuildable_rim,
+)
 from geometry.errors import GeometryError
 from geometry.files import write_mesh
 from geometry.gauss import Pair
@@ -114,8 +119,8 @@ def test_counts_beyond_memory_get_a_sentence(tmp_path: Path, monkeypatch: pytest
 
 def test_necks_are_distances_of_corners_from_edges_across() -> None:
     flat = [[0, 0, 0], [4, 0, 0], [4, 3, 0], [2, 1, 0], [0, 3, 0]]  # a notch that leaves 1 at the bottom
-    assert face_necks(Mesh.from_faces(np.array(flat, float), [[0, 1, 2, 3, 4]])) == pytest.approx([1.0])
-    assert face_necks(shapes.grid(2, 3)) == pytest.approx(np.full(6, 1.0))
+    assert least_face_widths(Mesh.from_faces(np.array(flat, float), [[0, 1, 2, 3, 4]])) == pytest.approx([1.0])
+    assert least_face_widths(shapes.grid(2, 3)) == pytest.approx(np.full(6, 1.0))
 
 
 def test_rims_come_off_until_all_that_is_left_can_be_built() -> None:
@@ -124,10 +129,10 @@ def test_rims_come_off_until_all_that_is_left_can_be_built() -> None:
     vertices[0] = [2.5, 2.5, 0.0]  # the corner far beyond its face
     bent = grid.with_vertices(vertices)
     assert not is_embedded(bent)
-    assert len(without_unsound_rim(bent)) == 25
-    assert sorted(sound_piece(bent, np.arange(49))) == list(range(1, 49))
-    thin = grid.with_vertices(grid.vertices * [1.0, NARROWEST / 3, 1.0])
-    assert len(without_unsound_rim(thin)) == 49  # none is wide enough: all are left
+    assert len(without_unbuildable_rim(bent)) == 25
+    assert sorted(largest_buildable_patch(bent, np.arange(49))) == list(range(1, 49))
+    thin = grid.with_vertices(grid.vertices * [1.0, LEAST_FACE_WIDTH / 3, 1.0])
+    assert len(without_unbuildable_rim(thin)) == 49  # none is wide enough: all are left
 
 
 # --- hexagons on surfaces

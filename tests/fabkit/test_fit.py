@@ -55,7 +55,7 @@ def test_of_two_facets_in_one_plane_the_one_under_the_end_counts() -> None:
 def test_ends_are_compared_a_few_at_a_time_with_the_same_result(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = dome()
     at_once = end_fits(whole["beams"], whole["nodes"])
-    monkeypatch.setattr(fit, "NUMBERS_AT_ONCE", 1)
+    monkeypatch.setattr(fit, "MAX_FIT_VALUES_IN_MEMORY", 1)
     few = end_fits(whole["beams"], whole["nodes"])
     assert np.array_equal(few.plane_gap_mm, at_once.plane_gap_mm)
     assert np.array_equal(few.overhang_mm, at_once.overhang_mm)

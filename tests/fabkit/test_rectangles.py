@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabkit.parts import Ragged
-from fabkit.production.guillotine import ROUNDING_MM, SPLITS, WAYS, _fill, smallest_rectangles
+from fabkit.production.guillotine import ORIENTATIONS, RECTANGLE_ROUNDING_MM, SPLITS, _fill, smallest_rectangles
 from fabkit.production.nests import turned
 from fabkit.production.remaining_rectangles import RemainingRectangles
 from geometry.arrays import BoolArray, FloatArray
@@ -20,7 +20,7 @@ from geometry.arrays import BoolArray, FloatArray
 def best_of_all(sizes: FloatArray, left: BoolArray, length: float, width: float, ways: tuple[bool, bool]) -> tuple:
     lengths, widths = np.concatenate([sizes, sizes[:, ::-1]]).T
     strips = np.minimum(length - lengths, width - widths)
-    strips[~(np.tile(left, 2) & np.repeat(ways, len(sizes)) & (strips >= -ROUNDING_MM))] = np.inf
+    strips[~(np.tile(left, 2) & np.repeat(ways, len(sizes)) & (strips >= -RECTANGLE_ROUNDING_MM))] = np.inf
     choice = int(strips.argmin())
     return (strips[choice], choice) if strips[choice] < np.inf else (np.inf, -1)
 
@@ -42,7 +42,7 @@ seeds, counts, ranges, both = (
 def test_the_best_of_those_left_is_found(seed: int, m: int, values: int, ways: tuple[bool, bool]) -> None:
     rng = np.random.default_rng(seed)
     sizes, left = random_sizes(rng, m, values), np.ones(m, dtype=bool)
-    rectangles = RemainingRectangles(sizes, ROUNDING_MM)
+    rectangles = RemainingRectangles(sizes, RECTANGLE_ROUNDING_MM)
     for _ in range(2 * m):
         k = int(rng.integers(m))
         (rectangles.put_back if rng.random() < 0.3 else rectangles.take)(k)
@@ -51,7 +51,7 @@ def test_the_best_of_those_left_is_found(seed: int, m: int, values: int, ways: t
         assert rectangles.best(*section, ways) == best_of_all(sizes, left, *section, ways)
 
 
-@given(seeds, counts, ranges, st.sampled_from(SPLITS), st.sampled_from(WAYS))
+@given(seeds, counts, ranges, st.sampled_from(SPLITS), st.sampled_from(ORIENTATIONS))
 def test_a_sheet_is_filled_by_the_best_pair_of_all_sections_and_rectangles(seed, m, values, split, ways) -> None:
     rng = np.random.default_rng(seed)
     sizes, left = random_sizes(rng, m, values), np.ones(m, dtype=bool)
@@ -69,7 +69,7 @@ def test_a_sheet_is_filled_by_the_best_pair_of_all_sections_and_rectangles(seed,
         sections = [section for section in sections if section is not here]
         sections.append((here[0], here[1] + width, here[2] if across else length, y))
         sections.append((here[0] + length, here[1], x, width if across else here[3]))
-    rectangles = RemainingRectangles(sizes, ROUNDING_MM)
+    rectangles = RemainingRectangles(sizes, RECTANGLE_ROUNDING_MM)
     assert [(each.choice, each.x, each.y) for each in _fill(rectangles, inside, split, ways)] == expected
     assert all(rectangles.left)
 

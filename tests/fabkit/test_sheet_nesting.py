@@ -19,7 +19,7 @@ from fabkit.kinds import PANEL, PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
 from fabkit.production import irregular, sheet_nesting
 from fabkit.production.guillotine import smallest_rectangles
-from fabkit.production.nests import TOLERANCE_MM, Nest, Placement, Sheet, Stock, check_nest
+from fabkit.production.nests import NEST_TOLERANCE_MM, Nest, Placement, Sheet, Stock, check_nest
 from fabkit.production.sheet_nesting import nest_panels
 from geometry.arrays import FloatArray
 from tests.fabkit.plates import outlines, plate, plates
@@ -49,11 +49,11 @@ def assert_sound(nest: Nest, panels: Parts[PanelDetails]) -> None:
         for shape in shapes:
             x, y, x_end, y_end = shape.bounds
             room = min(x, y, nest.sheet.length_mm - x_end, nest.sheet.width_mm - y_end)
-            assert room >= nest.border_mm - TOLERANCE_MM
+            assert room >= nest.border_mm - NEST_TOLERANCE_MM
         for one, other in combinations(shapes, 2):
-            assert one.distance(other) >= nest.gap_mm - TOLERANCE_MM
+            assert one.distance(other) >= nest.gap_mm - NEST_TOLERANCE_MM
             # touching in a line of rounding's width is no overlap
-            assert one.intersection(other).area <= TOLERANCE_MM * one.length
+            assert one.intersection(other).area <= NEST_TOLERANCE_MM * one.length
 
 
 def cut_apart(boxes: FloatArray) -> bool:
@@ -63,7 +63,7 @@ def cut_apart(boxes: FloatArray) -> bool:
     for axis in (0, 1):
         boxes = boxes[np.argsort(boxes[:, 0, axis], kind="stable")]
         ends = np.maximum.accumulate(boxes[:, 1, axis])[:-1]
-        cuts = np.flatnonzero(ends <= boxes[1:, 0, axis] + TOLERANCE_MM)
+        cuts = np.flatnonzero(ends <= boxes[1:, 0, axis] + NEST_TOLERANCE_MM)
         if len(cuts):
             return cut_apart(boxes[: cuts[0] + 1]) and cut_apart(boxes[cuts[0] + 1 :])
     return False

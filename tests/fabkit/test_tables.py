@@ -12,7 +12,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fabkit.formats.tables import GAP, LONGEST, spreadsheet_safe, write_csv, write_xlsx
+from fabkit.formats.tables import CUT_OFF, LONGEST_CELL, spreadsheet_safe, write_csv, write_xlsx
 from fabkit.parts import Assembly
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.facts import BuildFacts, build_facts
@@ -124,7 +124,7 @@ def test_any_text_and_number_reads_back_from_xlsx(tmp_path: Path) -> None:
     )
     first, second, totals = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"].iter_rows(min_row=2, values_only=True)
     assert (str(first[0]).replace("_x0007_", "\x07"), *first[1:]) == rows[0]  # which openpyxl leaves as it is written
-    assert second == ("x" * (LONGEST - len(GAP)) + GAP, None, "1.0 to 2.0")
+    assert second == ("x" * (LONGEST_CELL - len(CUT_OFF)) + CUT_OFF, None, "1.0 to 2.0")
     assert totals == table.totals
     sheet = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]
     assert [[cell.number_format for cell in row] for row in sheet.iter_rows(min_row=2)] == [["@", "0.000", "0"]] * 3

@@ -172,7 +172,7 @@ def test_a_design_is_not_written_over_the_files_it_is_made_from(place: Path) -> 
     (place / "p.toml").write_text("mesh = 'mesh.obj'\nunit = 'm'\nout = '.'\n")
     assert "holds mesh.obj, from which it would be made" in refused("build", "p.toml", "--force")
     (place / "dome" / "p.toml").write_text("mesh = '../mesh.obj'\nunit = 'm'\nout = '.'\n")
-    assert "fabkit did not write so, and is not replaced: p.toml" in refused("build", "dome/p.toml", "--force")
+    assert "edited since, and is not replaced: p.toml" in refused("build", "dome/p.toml", "--force")
     assert (place / "dome" / "M.obj").is_file()
 
 

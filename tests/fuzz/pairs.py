@@ -12,7 +12,7 @@ import numpy as np
 from driver import Files, Kind, mutated
 from mesh_files import MESHES, written
 
-from fabkit.gauss_image import TOLERANCE, read_given_pair
+from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE, read_given_pair
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.files import check_faces, read_mesh_pair
@@ -49,7 +49,7 @@ def attempt(folder: Path) -> str:
 
 
 def _made_exact(first: Path, second: Path, tolerance: float) -> None:
-    given = read_given_pair(first, second, flip=tolerance < TOLERANCE, tolerance=tolerance)
+    given = read_given_pair(first, second, flip=tolerance < GIVEN_PAIR_TOLERANCE, tolerance=tolerance)
     exact = nearest_parallel_pair(given.file.mesh, given.gauss_image, tolerance=tolerance)
     assert exact.moves_from(given.file.mesh, given.gauss_image)[1].max() <= tolerance
     _is_parallel(exact)

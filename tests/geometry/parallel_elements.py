@@ -7,7 +7,7 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray
 from geometry.gauss.distances import edge_distances, face_distances, vertex_distances
-from geometry.gauss.refinement import nearest_parallel
+from geometry.gauss.unit_distances import least_squares_parallel
 from geometry.mesh import Mesh, solids
 
 SOLIDS = {name: getattr(solids, name)() for name in solids.__all__}
@@ -39,7 +39,7 @@ def member(image: Mesh, seed: int, size: float = 3.0, centre: float = 0.0) -> Me
     rng = np.random.default_rng(seed)
     while True:  # up to some dozen times: one edge of a hundred is short
         points = rng.normal(size=3 * image.n_vertices) * size + centre * image.vertices.ravel()
-        mesh = nearest_parallel(image, csr_array(eye_array(len(points))), points)
+        mesh = least_squares_parallel(image, csr_array(eye_array(len(points))), points)
         if mesh.edge_lengths.min() > 1e-2 * mesh.mean_edge_length and mesh.planarity.max() < 2e-13:
             return mesh
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from geometry.mesh import Combinatorics
-from geometry.mesh.patterns import dual
+from geometry.mesh.tilings import dual
 
 KINDS = ("triangles", "simple", "mixed", "dual of mixed")
 

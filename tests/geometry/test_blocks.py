@@ -67,7 +67,7 @@ def test_the_longest_point_is_a_row_of_a_block(shapes_of_blocks: list[tuple[int,
     for part in blocks.split(x).values():
         rows = part.reshape(-1, part.shape[-1] if part.ndim else 1) if part.size else np.zeros((0, 1))
         lengths += [float(np.sqrt((row**2).sum())) for row in rows]
-    assert blocks.longest(x) == pytest.approx(max(lengths), rel=1e-14)
+    assert blocks.longest_point(x) == pytest.approx(max(lengths), rel=1e-14)
 
 
 def test_meshes_that_stand_in_any_order_with_others_between_are_as_parallel() -> None:
@@ -138,10 +138,16 @@ def test_no_point_of_a_block_moves_by_more_than_the_longest_step(target: list[fl
 @pytest.mark.parametrize(
     ("act", "sentence"),
     [
-        (lambda blocks: blocks.join(M=np.zeros((2, 3))), "nothing is said of shift"),
-        (lambda blocks: blocks.join(M=np.zeros(6), shift=np.zeros(3)), r"M has the shape \(6,\), .* \(2, 3\)"),
-        (lambda blocks: blocks.join(M=np.zeros((2, 3)), shift=np.zeros(3), S=1.0), "no block S, but M and shift"),
-        (lambda blocks: blocks.columns("T"), "no block T, but M and shift"),
+        (lambda blocks: blocks.join(M=np.zeros((2, 3))), "a value is missing for shift: give one for each block"),
+        (
+            lambda blocks: blocks.join(M=np.zeros(6), shift=np.zeros(3)),
+            r"the value of block M has shape \(6,\), .* \(2, 3\)",
+        ),
+        (
+            lambda blocks: blocks.join(M=np.zeros((2, 3)), shift=np.zeros(3), S=1.0),
+            "no block S: the blocks are M and shift",
+        ),
+        (lambda blocks: blocks.columns("T"), "no block T: the blocks are M and shift"),
     ],
 )
 def test_blocks_that_are_not_there_or_of_another_shape_are_refused(act: object, sentence: str) -> None:

@@ -147,7 +147,7 @@ def test_a_polish_that_is_feasible_but_worse_is_not_taken(monkeypatch: pytest.Mo
     def at_zero(problem: object, above: object, below: object, near: Solution) -> Solution:
         return replace(near, x=np.zeros(3), violation=0.0)
 
-    monkeypatch.setattr(bounded_quadratic._Problem, "on_bounds", at_zero)
+    monkeypatch.setattr(bounded_quadratic._Problem, "with_active_bounds", at_zero)
     found = minimise(np.eye(3), np.array([2.0, 0.5, -0.5]), np.full(3, -1.0), np.ones(3))
     np.testing.assert_allclose(found.x, [1.0, 0.5, -0.5], atol=1e-9)
 

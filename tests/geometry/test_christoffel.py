@@ -12,12 +12,12 @@ from geometry.arrays import FloatArray
 from geometry.curvature import ChristoffelDuals, christoffel_dual, face_curvatures, minimal_of_revolution
 from geometry.edge_offset.enneper import enneper_koebe
 from geometry.edge_offset.koebe_polyhedra import koebe
-from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.edge_offset.rotational import BandTiling, rotational_koebe
 from geometry.errors import GeometryError, MeshError
 from geometry.gauss import Pair
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
-from geometry.mesh.patterns import hexagon_patch
 from geometry.mesh.polygons import mixed_areas
+from geometry.mesh.tilings import hexagon_patch
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from tests.geometry.topologies import together, without
 
@@ -25,7 +25,7 @@ MINIMAL = 1e-10
 """|H| times the mean edge length of M: vertices are exact to 1e-13 or so, and faces have a hundredth of its square."""
 
 seeds = st.integers(0, 2**32 - 1)
-hexagonal = st.sampled_from([Pattern.STANDING_HEXAGONS, Pattern.LYING_HEXAGONS])
+hexagonal = st.sampled_from([BandTiling.POINTY_TOP_HEXAGONS, BandTiling.FLAT_TOP_HEXAGONS])
 
 
 def mean_curvature(mesh: Mesh, image: Mesh) -> float:
@@ -106,7 +106,7 @@ def test_koenigs_nets_have_one_dual(seed: int, name: str) -> None:
     """Discs: Koebe polyhedra, and projective images of Koenigs nets."""
     koebe = {
         "equal circles": lambda: enneper_koebe(6),
-        "rotational": lambda: without(rotational_koebe(Pattern.QUADS, 9, 3), 0, 9, 18),
+        "rotational": lambda: without(rotational_koebe(BandTiling.QUADS, 9, 3), 0, 9, 18),
         "not a Koebe polyhedron": lambda: shapes.rotational_mesh([[1, 0], [1.3, 1], [0.8, 2]], 7, closed=False),
     }[name]()
     image = moebius_image(koebe, seed)
@@ -131,14 +131,14 @@ def test_other_plane_quads_have_none(seed: int) -> None:
 
 @given(seeds)
 def test_a_dual_may_not_close_around_a_hole(seed: int) -> None:
-    image = moebius_image(rotational_koebe(Pattern.QUADS, 9, 3), seed)
+    image = moebius_image(rotational_koebe(BandTiling.QUADS, 9, 3), seed)
     assume(np.abs(image.vertices.mean(axis=0)).max() > 0.01)
     with pytest.raises(GeometryError, match="no Christoffel dual"):
         christoffel_dual(image)
 
 
 def test_the_edge_lengths_of_a_dual_of_a_koebe_polyhedron_sum_to_zero_around_each_face() -> None:
-    image = rotational_koebe(Pattern.QUADS, 12, 4, latitude=0.3)
+    image = rotational_koebe(BandTiling.QUADS, 12, 4, latitude=0.3)
     c = image.combinatorics
     lengths = edge_factors(image, christoffel_dual(image).mesh) * image.edge_lengths
     sums = np.add.reduceat(lengths[c.corner_edge], c.face_starts[:-1])
@@ -154,8 +154,8 @@ def test_large_meshes() -> None:
 
 
 @given(hexagonal, st.integers(8, 14), st.integers(3, 5), st.floats(-0.3, 0.3))
-def test_hexagons_have_many_duals(pattern: Pattern, around: int, rows: int, latitude: float) -> None:
-    image = rotational_koebe(pattern, around, rows, latitude=latitude)
+def test_hexagons_have_many_duals(tiling: BandTiling, around: int, rows: int, latitude: float) -> None:
+    image = rotational_koebe(tiling, around, rows, latitude=latitude)
     duals = ChristoffelDuals(image)
     assert duals.dimension >= image.n_edges - 3 * image.n_faces - 3  # what closes, a loop, and the areas
     fairest = duals.fairest()
@@ -169,7 +169,7 @@ def test_hexagons_have_many_duals(pattern: Pattern, around: int, rows: int, lati
 
 
 def test_the_fairest_dual_of_a_band_of_standing_hexagons_is_a_catenoid() -> None:
-    image = rotational_koebe(Pattern.STANDING_HEXAGONS, 20, 9)
+    image = rotational_koebe(BandTiling.POINTY_TOP_HEXAGONS, 20, 9)
     assert (
         similar(christoffel_dual(image).mesh, minimal_of_revolution(image).mesh) <= 1e-6
     )  # half the digits of an eigenvalue
@@ -223,9 +223,9 @@ def test_generalised_rotational_symmetry(seed: int, goes_round: bool) -> None:
     assert (np.sign(edge_factors(image, mesh)) == np.where(horizontal, 1, -1)).all()
 
 
-@given(st.sampled_from([Pattern.QUADS, Pattern.STANDING_HEXAGONS]), st.integers(3, 20), st.integers(1, 6))
-def test_minimal_edge_offset_meshes_of_revolution(pattern: Pattern, around: int, rows: int) -> None:
-    image = rotational_koebe(pattern, around, min(rows, around // 2 + 1), latitude=0.2)
+@given(st.sampled_from([BandTiling.QUADS, BandTiling.POINTY_TOP_HEXAGONS]), st.integers(3, 20), st.integers(1, 6))
+def test_minimal_edge_offset_meshes_of_revolution(tiling: BandTiling, around: int, rows: int) -> None:
+    image = rotational_koebe(tiling, around, min(rows, around // 2 + 1), latitude=0.2)
     mesh = minimal_of_revolution(image).mesh
     assert parallelity(image, mesh).max() <= 1e-12
     assert mean_curvature(mesh, image) <= MINIMAL
@@ -249,7 +249,7 @@ def test_meshes_without_rings_are_refused(image: Mesh, words: str) -> None:
 
 
 def test_rows_that_are_not_alike_are_refused() -> None:
-    image = rotational_koebe(Pattern.STANDING_HEXAGONS, 8, 3)
+    image = rotational_koebe(BandTiling.POINTY_TOP_HEXAGONS, 8, 3)
     moved = image.vertices.copy()
     moved[11] *= 1.01
     with pytest.raises(MeshError, match=r"face .* differs from others of its row"):
@@ -266,12 +266,12 @@ def order(errors: list[float]) -> FloatArray:
     return np.log2(np.array(errors[:-1]) / errors[1:])
 
 
-@pytest.mark.parametrize("pattern", list(Pattern))
-def test_to_the_catenoid(pattern: Pattern) -> None:
+@pytest.mark.parametrize("tiling", list(BandTiling))
+def test_to_the_catenoid(tiling: BandTiling) -> None:
     """R = a cosh(z / a), with a from the waist: second order."""
     errors = []
     for around, rows in [(12, 4), (24, 8), (48, 16), (96, 32)]:
-        x, y, z = minimal_of_revolution(rotational_koebe(pattern, around, rows)).mesh.vertices.T
+        x, y, z = minimal_of_revolution(rotational_koebe(tiling, around, rows)).mesh.vertices.T
         errors.append(float(np.abs(np.hypot(x, y) - np.cosh(z)).max()))
     assert errors[-1] < 0.01
     np.testing.assert_allclose(order(errors), 2, atol=0.2)
@@ -311,7 +311,7 @@ def test_edges_of_hexagonal_patches_do_not_vanish(nx: int, ny: int) -> None:
 
 def test_an_edge_that_vanishes_in_all_of_them_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """The bound is raised, so that even the best is refused."""
-    monkeypatch.setattr("geometry.curvature.christoffel_duals.VANISHING", 0.9)
+    monkeypatch.setattr("geometry.curvature.christoffel_duals.VANISHING_DUAL_EDGE", 0.9)
     image = koebe(hexagon_patch(4, 5)).mesh
     with pytest.raises(
         GeometryError, match=r"edge \d+ from vertex \d+ to vertex \d+ vanishes in the fairest dual"

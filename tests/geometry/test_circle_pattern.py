@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from shapely import Polygon
 
 from geometry.arrays import FloatArray
-from geometry.circle_patterns.boundary_values import open_pattern
-from geometry.circle_patterns.plane_pattern import PlanePattern
+from geometry.circle_patterns.boundary_values import open_circle_pattern
+from geometry.circle_patterns.circle_pattern import CirclePattern
 from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
 from geometry.errors import GeometryError, MeshError
 from geometry.mesh import Combinatorics, shapes
-from geometry.mesh.patterns import (
+from geometry.mesh.tilings import (
     hexagon_patch,
     pentagon_patch,
     quad_patch,
@@ -55,7 +55,7 @@ def random_disc(rng: np.random.Generator, n: int, kind: str) -> Combinatorics:
     return Combinatorics(len(used), corners, np.cumsum([0] + [len(face) for face in faces]))
 
 
-def assert_pattern(pattern: PlanePattern) -> None:
+def assert_pattern(pattern: CirclePattern) -> None:
     """Circles that meet are orthogonal, and neighbours touch; so the kites fill 2 pi inside."""
     c = pattern.combinatorics
     v, f = c.corners, c.n_vertices + c.corner_face
@@ -118,7 +118,7 @@ def test_circles_and_lines_go_to_circles(seed: int) -> None:
 def test_given_radii_are_met(seed: int, name: str) -> None:
     c = DISCS[name]
     radii = on_boundary(c, np.exp(np.random.default_rng(seed).normal(size=c.n_vertices)))
-    pattern = open_pattern(c, radii=radii)
+    pattern = open_circle_pattern(c, radii=radii)
     np.testing.assert_array_equal(pattern.vertex_radii[c.is_boundary_vertex], radii[c.is_boundary_vertex])
     assert_pattern(pattern)
 
@@ -128,15 +128,15 @@ def test_given_radii_are_met(seed: int, name: str) -> None:
 def test_given_angles_are_met_and_give_the_radii_again(seed: int, name: str) -> None:
     c = DISCS[name]
     rng = np.random.default_rng(seed)
-    known = open_pattern(c, radii=on_boundary(c, np.exp(rng.normal(size=c.n_vertices))))
+    known = open_circle_pattern(c, radii=on_boundary(c, np.exp(rng.normal(size=c.n_vertices))))
     angles = on_boundary(c, known.vertex_angles)
-    found = open_pattern(c, angles=angles)
+    found = open_circle_pattern(c, angles=angles)
     np.testing.assert_allclose(found.vertex_angles, known.vertex_angles, atol=1e-11)
     ratios = found.radii / known.radii
     np.testing.assert_allclose(ratios, ratios[0], rtol=1e-9)
     sized = rng.random(c.n_vertices) < 0.5  # some of each
     sized[c.boundary_loops[0][0]] = True
-    mixed = open_pattern(
+    mixed = open_circle_pattern(
         c, radii=np.where(sized, on_boundary(c, known.vertex_radii), np.nan), angles=np.where(sized, np.nan, angles)
     )
     np.testing.assert_allclose(mixed.radii, known.radii, rtol=1e-9)
@@ -146,7 +146,7 @@ def test_given_angles_are_met_and_give_the_radii_again(seed: int, name: str) -> 
 @settings(max_examples=20)
 def test_random_discs_with_free_boundaries(seed: int, kind: str) -> None:
     c = random_disc(np.random.default_rng(seed), 30, kind)
-    pattern = open_pattern(c)
+    pattern = open_circle_pattern(c)
     np.testing.assert_array_equal(pattern.vertex_radii[c.is_boundary_vertex], 1)
     assert_pattern(pattern)
     assert_koebe(koebe(c, coverage=0.3))
@@ -154,7 +154,7 @@ def test_random_discs_with_free_boundaries(seed: int, kind: str) -> None:
 
 @pytest.mark.parametrize("name", ["quads", "hexagons"])
 def test_free_boundaries_of_regular_patches_give_the_regular_tiling(name: str) -> None:
-    pattern = open_pattern(DISCS[name])
+    pattern = open_circle_pattern(DISCS[name])
     np.testing.assert_allclose(pattern.vertex_radii, 1, rtol=1e-12)
     np.testing.assert_allclose(pattern.face_radii, {"quads": 1.0, "hexagons": 3**0.5}[name], rtol=1e-12)
 
@@ -167,14 +167,14 @@ def test_equal_radii_vary_least() -> None:
     def variation(radii: FloatArray) -> float:
         return float(np.square(np.log(radii[i] / radii[j])).sum())
 
-    least = variation(open_pattern(c).vertex_radii)
+    least = variation(open_circle_pattern(c).vertex_radii)
     rng = np.random.default_rng(2)
     loop = c.boundary_loops[0]
     turns = 2 * np.pi * np.arange(len(loop)) / len(loop)
     for wave in range(1, 4):  # smooth choices
         radii = np.full(c.n_vertices, np.nan)
         radii[loop] = np.exp(0.3 * np.cos(wave * turns + rng.uniform(0, 2 * np.pi)))
-        assert variation(open_pattern(c, radii=radii).vertex_radii) > least
+        assert variation(open_circle_pattern(c, radii=radii).vertex_radii) > least
 
 
 # --- rings
@@ -183,18 +183,18 @@ def test_equal_radii_vary_least() -> None:
 @pytest.mark.parametrize("name", sorted(RINGS))
 def test_rings_close(name: str) -> None:
     c = RINGS[name]
-    pattern = open_pattern(c)
+    pattern = open_circle_pattern(c)
     assert_pattern(pattern)
     assert_koebe(koebe(c, coverage=1.0))
     outer, hole = sorted(c.boundary_loops, key=len, reverse=True)
     given_radii = np.full(c.n_vertices, np.nan)
     given_radii[outer], given_radii[hole] = 2.0, 5.0
-    found = open_pattern(c, radii=given_radii, outer=int(outer[0]))
+    found = open_circle_pattern(c, radii=given_radii, outer=int(outer[0]))
     np.testing.assert_array_equal(found.vertex_radii[outer], 2)
     np.testing.assert_allclose(found.vertex_radii[hole], found.vertex_radii[hole[0]], rtol=1e-14)
     np.testing.assert_allclose(found.vertex_angles[hole].sum(), (len(hole) + 2) * np.pi, rtol=1e-13)
     angles = on_boundary(c, found.vertex_angles)
-    again = open_pattern(c, angles=angles, outer=int(outer[0]))
+    again = open_circle_pattern(c, angles=angles, outer=int(outer[0]))
     np.testing.assert_allclose(again.radii / again.radii[0], found.radii / found.radii[0], rtol=1e-9)
 
 
@@ -204,7 +204,7 @@ def test_quads_around_an_axis_have_radii_in_a_geometric_sequence() -> None:
     c = rotational_quads(n, rings)
     radii = np.full(c.n_vertices, np.nan)
     radii[[*range(0, c.n_vertices, rings + 1), *range(rings, c.n_vertices, rings + 1)]] = 1
-    found = open_pattern(c, radii=radii, outer=0).vertex_radii.reshape(n, rings + 1)
+    found = open_circle_pattern(c, radii=radii, outer=0).vertex_radii.reshape(n, rings + 1)
     np.testing.assert_allclose(found, np.broadcast_to(found[0], found.shape), rtol=1e-12)
     a = np.pi / n  # half the angle of a vertex seen from the axis; r / R = sin a for circles in one ring of n
     ratios = found[0, 1:] / found[0, :-1]
@@ -241,7 +241,7 @@ def test_holes_of_any_shape_and_number() -> None:
     outer = max(c.boundary_loops, key=len)
     radii = np.full(c.n_vertices, np.nan)
     radii[outer] = np.random.default_rng(4).uniform(0.8, 1.2, size=len(outer))
-    pattern = open_pattern(c, radii=radii)
+    pattern = open_circle_pattern(c, radii=radii)
     np.testing.assert_array_equal(pattern.vertex_radii[outer], radii[outer])
     assert_pattern(pattern)
     assert_koebe(koebe(c))
@@ -275,7 +275,7 @@ def test_where_nothing_overlaps_all_vertices_are_finite_and_all_faces_seen_from_
     c = DISCS[name]
     radii = on_boundary(c, np.exp(np.random.default_rng(seed).normal(size=c.n_vertices)))
     (loop,) = c.boundary_loops
-    assume(Polygon(pairs(open_pattern(c, radii=radii).centres[loop])).is_valid)
+    assume(Polygon(pairs(open_circle_pattern(c, radii=radii).centres[loop])).is_valid)
     S = koebe(c, radii=radii, coverage=coverage)
     assert (S.vertex_circles.distances > 0).all()
     assert (S.face_circles.distances > -ROUNDING).all()  # 0 where a single face covers all
@@ -296,7 +296,7 @@ def test_a_vertex_beyond_infinity_is_refused() -> None:
 def test_values_that_cannot_be() -> None:
     c = DISCS["quads"]  # vertex (i, j) is 5 i + j; 6 is inside
     nothing = np.full(c.n_vertices, np.nan)
-    free = open_pattern(c)
+    free = open_circle_pattern(c)
     radii, angles = on_boundary(c, free.vertex_radii), on_boundary(c, free.vertex_angles)
 
     def changed(values: FloatArray, vertex: int, value: float) -> FloatArray:
@@ -346,7 +346,7 @@ def test_angles_that_no_pattern_has(seed: int) -> None:
     with pytest.raises(
         GeometryError, match=rf"there is no circle pattern .* face.*{face}.* radians, and must be less than"
     ) as caught:
-        open_pattern(c, angles=angles)
+        open_circle_pattern(c, angles=angles)
     assert caught.value.value >= caught.value.bound
 
 

@@ -18,13 +18,13 @@ from geometry.curvature import (
 from geometry.curvature.constant_mean_curvature import ConstantMean
 from geometry.edge_offset.enneper import enneper_koebe
 from geometry.edge_offset.koebe_polyhedra import koebe
-from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.edge_offset.rotational import BandTiling, rotational_koebe
 from geometry.edge_offset.signed_meshes import edge_offset_mesh
 from geometry.errors import GeometryError, MeshError
 from geometry.gauss import Pair
 from geometry.mesh import Mesh, shapes
-from geometry.mesh.patterns import quad_patch
 from geometry.mesh.polygons import mixed_areas
+from geometry.mesh.tilings import quad_patch
 from geometry.optimise.solution import ConvergenceError, Reason
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from geometry.parallel.edge_closure import EdgeClosure
@@ -34,7 +34,7 @@ CONSTANT = 1e-10
 """Relative deviation of H: a few hundred operations, and areas that are differences of others ten times as large."""
 
 seeds = st.integers(0, 2**32 - 1)
-ringed = st.sampled_from([Pattern.QUADS, Pattern.STANDING_HEXAGONS])
+ringed = st.sampled_from([BandTiling.QUADS, BandTiling.POINTY_TOP_HEXAGONS])
 means = st.sampled_from([-2.0, -0.5, 0.5, 1.0])
 
 
@@ -54,10 +54,10 @@ def perturbed(mesh: Mesh, image: Mesh, seed: int, size: float) -> Mesh:
 
 @given(ringed, st.integers(4, 24), st.integers(1, 5), st.floats(-0.3, 0.3), means, st.floats(3, 8))
 def test_meshes_of_revolution(
-    pattern: Pattern, around: int, rows: int, latitude: float, mean: float, relative: float
+    tiling: BandTiling, around: int, rows: int, latitude: float, mean: float, relative: float
 ) -> None:
     """Nodoids: radius in units of the cylinder's, 1 / |2 H|, beyond 2 sqrt(2), twice the radius of S for 4 around."""
-    image = rotational_koebe(pattern, around, min(rows, around // 2), latitude=latitude)
+    image = rotational_koebe(tiling, around, min(rows, around // 2), latitude=latitude)
     radius = relative / (2 * abs(mean))
     mesh = constant_mean_of_revolution(image, mean, radius=radius).mesh
     assert_constant(mesh, image, mean)
@@ -66,8 +66,8 @@ def test_meshes_of_revolution(
 
 
 @given(ringed, means)
-def test_the_sphere_is_one_of_them(pattern: Pattern, mean: float) -> None:
-    image = rotational_koebe(pattern, 12, 4, latitude=0.2)
+def test_the_sphere_is_one_of_them(tiling: BandTiling, mean: float) -> None:
+    image = rotational_koebe(tiling, 12, 4, latitude=0.2)
     radius = float(np.linalg.norm(image.vertices[:, :2], axis=1).max()) / abs(mean)
     if mean < 0:  # S points outwards, so spheres bend away from it
         mesh = constant_mean_of_revolution(image, mean, radius=radius).mesh
@@ -86,7 +86,7 @@ def test_cylinders() -> None:
 
 @pytest.mark.parametrize("mean", [1e-3, -1e-6, 1e-12, -1e-200])
 def test_small_curvatures_lose_no_digits(mean: float) -> None:
-    image = rotational_koebe(Pattern.QUADS, 24, 4)
+    image = rotational_koebe(BandTiling.QUADS, 24, 4)
     mesh = constant_mean_of_revolution(image, mean, radius=0.8).mesh
     assert np.abs(face_curvatures(Pair(mesh, image)).mean - mean).max() <= CONSTANT
     catenoid = minimal_of_revolution(image, waist=float(np.linalg.norm(mesh.vertices[:, :2], axis=1).min())).mesh
@@ -97,7 +97,7 @@ def test_small_curvatures_lose_no_digits(mean: float) -> None:
 def test_unduloids_have_their_inflections_where_the_gauss_image_folds(
     around: int, rows: int, folds: int, mean: float
 ) -> None:
-    image = rotational_koebe(Pattern.QUADS, around, min(rows, around // 2), folds=folds)
+    image = rotational_koebe(BandTiling.QUADS, around, min(rows, around // 2), folds=folds)
     mesh = constant_mean_of_revolution(image, mean).mesh
     assert_constant(mesh, image, mean)
     radii = np.linalg.norm(mesh.vertices.reshape(-1, around, 3)[:, 0, :2], axis=1)
@@ -116,7 +116,9 @@ def test_delaunay_meridians_converge_to_the_smooth_ones() -> None:
         errors = []
         for around in (40, 80, 160):
             rows = 2 * round(latitude * around / (2 * np.pi) / 2 * 2)
-            mesh = constant_mean_of_revolution(rotational_koebe(Pattern.QUADS, around, rows), -0.5, radius=radius).mesh
+            mesh = constant_mean_of_revolution(
+                rotational_koebe(BandTiling.QUADS, around, rows), -0.5, radius=radius
+            ).mesh
             points = mesh.vertices.reshape(-1, around, 3)[:, 0]
             profile = np.stack([np.linalg.norm(points[:, :2], axis=1), points[:, 2]], axis=1)
             middles, steps = (profile[1:] + profile[:-1]) / 2, np.diff(profile, axis=0)
@@ -128,16 +130,16 @@ def test_delaunay_meridians_converge_to_the_smooth_ones() -> None:
 
 @given(st.integers(8, 16), st.integers(3, 6), st.floats(-0.2, 0.2))
 def test_lying_hexagons(around: int, rows: int, latitude: float) -> None:
-    image = rotational_koebe(Pattern.LYING_HEXAGONS, around, rows, latitude=latitude)
+    image = rotational_koebe(BandTiling.FLAT_TOP_HEXAGONS, around, rows, latitude=latitude)
     minimal = minimal_of_revolution(image, waist=2.0).mesh
     assert np.abs(face_curvatures(Pair(minimal, image)).mean).max() <= CONSTANT
     assert np.linalg.norm(minimal.vertices[:, :2], axis=1).min() == pytest.approx(2.0)
     assert_constant(constant_mean_of_revolution(image, -0.5, radius=3.0).mesh, image, -0.5)
 
 
-def test_a_folded_band_of_lying_hexagons() -> None:
+def test_a_folded_band_of_flat_top_hexagons() -> None:
     """Fig. 10: the faces on the inflection have images folded flat, hence K = 0."""
-    image = rotational_koebe(Pattern.LYING_HEXAGONS, 12, 5, folds=1)
+    image = rotational_koebe(BandTiling.FLAT_TOP_HEXAGONS, 12, 5, folds=1)
     mesh = constant_mean_of_revolution(image, -0.5).mesh
     assert_constant(mesh, image, -0.5)
     rows = face_curvatures(Pair(mesh, image)).gaussian.reshape(-1, 12)
@@ -156,7 +158,7 @@ def test_a_folded_band_of_lying_hexagons() -> None:
         (lambda s: constant_mean_of_revolution(s, -0.5, radius=-1.0), "the radius is -1"),
         (lambda s: constant_mean_of_revolution(s, -0.5), "no fold"),
         (
-            lambda _: constant_mean_of_revolution(rotational_koebe(Pattern.QUADS, 9, 1, folds=1), -0.5),
+            lambda _: constant_mean_of_revolution(rotational_koebe(BandTiling.QUADS, 9, 1, folds=1), -0.5),
             "infinitely long",
         ),
         (lambda s: constant_mean_of_revolution(s, -0.5, radius=1.5), "beyond the inflection of the mesh, most in ring"),
@@ -168,7 +170,7 @@ def test_a_folded_band_of_lying_hexagons() -> None:
 )
 def test_what_cannot_be_is_refused(call: object, words: str) -> None:
     with pytest.raises(GeometryError, match=words):
-        call(rotational_koebe(Pattern.QUADS, 12, 6))  # type: ignore[operator]
+        call(rotational_koebe(BandTiling.QUADS, 12, 6))  # type: ignore[operator]
 
 
 # --- by Newton's method
@@ -201,7 +203,7 @@ def test_the_equations_say_what_mixed_areas_do(seed: int) -> None:
 
 @given(seeds, st.sampled_from([-0.5, 0.5]))
 def test_newtons_method_arrives_near_its_start(seed: int, mean: float) -> None:
-    image = rotational_koebe(Pattern.STANDING_HEXAGONS, 12, 4, latitude=0.1)
+    image = rotational_koebe(BandTiling.POINTY_TOP_HEXAGONS, 12, 4, latitude=0.1)
     start = perturbed(constant_mean_of_revolution(image, mean, radius=2.5).mesh, image, seed, 0.02)
     mesh = constant_mean(image, mean, start).mesh
     assert_constant(mesh, image, mean)
@@ -211,7 +213,7 @@ def test_newtons_method_arrives_near_its_start(seed: int, mean: float) -> None:
 
 def test_a_rotational_mesh_of_quads_is_found_again() -> None:
     """Quads have few solutions: from nearby, one that is rotational too."""
-    image = rotational_koebe(Pattern.QUADS, 12, 4, latitude=0.1)
+    image = rotational_koebe(BandTiling.QUADS, 12, 4, latitude=0.1)
     mesh = constant_mean_of_revolution(image, -0.5, radius=3.0).mesh
     found = constant_mean(image, -0.5, perturbed(mesh, image, 0, 1e-3)).mesh
     assert_constant(found, image, -0.5)
@@ -253,12 +255,14 @@ def test_faces_must_be_the_same() -> None:
 
 
 @given(ringed, means, st.floats(2.5, 5), st.floats(-3, 3))
-def test_the_parallel_surface_at_distance_one_over_h(pattern: Pattern, mean: float, relative: float, d: float) -> None:
+def test_the_parallel_surface_at_distance_one_over_h(
+    tiling: BandTiling, mean: float, relative: float, d: float
+) -> None:
     """M + S / H has -H and is a Christoffel dual of M; halfway between, M + S / (2 H) has constant K = 4 H^2.
 
     And H_F of all of M + d S is (H - d K) / (1 - 2 d H + d^2 K), from Steiner's formula [Pottmann2007, (6)].
     """
-    image = rotational_koebe(pattern, 11, 4)
+    image = rotational_koebe(tiling, 11, 4)
     mesh = constant_mean_of_revolution(image, mean, radius=relative / (2 * abs(mean))).mesh
     other = mesh + image * (1 / mean)
     assert_constant(other, image, -mean)

@@ -11,7 +11,7 @@ from geometry import Mesh, Pair, ParallelSpace, approximate_pair, koebe, make_ci
 from geometry.errors import GeometryError
 from geometry.functionals import close_to
 from geometry.gauss.constant_offset import OffsetKind
-from geometry.mesh import patterns, shapes, solids
+from geometry.mesh import shapes, solids, tilings
 from geometry.parallel.blending import weight_ranges
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 
@@ -37,8 +37,8 @@ def plane_distances(mesh: Mesh, other: Mesh) -> np.ndarray:
 
 
 MESHES: dict[OffsetKind, Mesh] = {
-    "edge": ParallelSpace(koebe(patterns.quad_patch(4, 3)).mesh).minimise(
-        [(1.0, close_to(3.0 * koebe(patterns.quad_patch(4, 3)).mesh.vertices * [1, 1.2, 1]))]
+    "edge": ParallelSpace(koebe(tilings.quad_patch(4, 3)).mesh).minimise(
+        [(1.0, close_to(3.0 * koebe(tilings.quad_patch(4, 3)).mesh.vertices * [1, 1.2, 1]))]
     ),
     "face": make_conical(WAVY).mesh,
     "vertex": make_circular(WAVY).mesh,

@@ -8,10 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from geometry.edge_offset import koebe, mean_normal, surface_cover
 from geometry.gauss import Pair
-from geometry.mesh import Mesh, patterns, shapes
+from geometry.mesh import Mesh, shapes, tilings
 from geometry.surface import Surface
 
-S = koebe(patterns.hexagon_patch(6, 7), coverage=0.05).mesh
+S = koebe(tilings.hexagon_patch(6, 7), coverage=0.05).mesh
 
 
 def cap(turn: Rotation) -> Mesh:

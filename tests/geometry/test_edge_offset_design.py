@@ -17,7 +17,7 @@ from geometry.functionals.fairness import laplacian
 from geometry.gauss import edge_offset_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.mesh.intersections.meeting_faces import is_embedded
-from geometry.mesh.patterns import pentagon_patch
+from geometry.mesh.tilings import pentagon_patch
 from geometry.meshing import planarise
 from geometry.parallel import ParallelSpace, edge_factors, parallelity
 from geometry.spheres.stereographic import circle_planes, poles

@@ -16,7 +16,7 @@ from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
 from geometry.errors import GeometryError, MeshError
 from geometry.gauss.distances import edge_distances
 from geometry.mesh import Combinatorics, Mesh, shapes, solids
-from geometry.mesh.patterns import dual
+from geometry.mesh.tilings import dual
 from geometry.spheres.moebius import MoebiusTransformation
 from geometry.spheres.stereographic import circle_planes, poles
 from tests.geometry.random_polyhedra import KINDS, random_polyhedron

@@ -69,7 +69,7 @@ def test_elementary_transformations(name: str, seed: int, d: float) -> None:
     moved = Pair(m.with_vertices(m.vertices @ q.T + t), s.with_vertices(s.vertices @ q.T))
     assert_same(given.laguerre(L.motion(q, t)), moved, 1e-13)
     assert_same(given.laguerre(L.offset(d)), Pair(given.offset_mesh(d), s), 1e-13)
-    turned = given.laguerre(L.turning_over())
+    turned = given.laguerre(L.reversal())
     assert_same(turned, Pair(m, -1 * s), 1e-13)
     np.testing.assert_allclose(turned.mesh.face_normals, -m.face_normals, atol=1e-12)
     assert turned.mesh.combinatorics is turned.gauss_image.combinatorics

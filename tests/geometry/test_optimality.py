@@ -290,7 +290,7 @@ def test_a_solver_that_stops_early_is_seen(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_minimum_that_is_none_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = disc(0)
     terms = [(1.0, close_to(np.sin(5 * mesh.vertices)))]
-    for module, name in ((semidefinite_quadratic, "STATIONARY"), (semidefinite_quadratic, "DIGITS")):
+    for module, name in ((semidefinite_quadratic, "GRADIENT_TOLERANCE"), (semidefinite_quadratic, "CYCLE_REDUCTION")):
         monkeypatch.setattr(module, name, 1e-2)
     monkeypatch.setattr(semidefinite_quadratic, "SEMIDEFINITE_REGULARISATION", 10.0)
     with pytest.raises(GeometryError, match=r"is not at its least value: .* of the gradient is left"):

@@ -213,7 +213,7 @@ def bounded(least: float, start: list[float]) -> Solution:
         np.array(start),
         csr_array(eye_array(2)),
         inequality=LinearFunctional(csr_array([[1.0, 0.0]]), np.zeros(1)),
-        least=least,
+        lower_bound=least,
         tolerance=1e-12,
         longest_step=0.5,
         anchored_steps=8,

@@ -9,8 +9,6 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from geometry.combined import Aims, OptimisedPair, optimise_pair, trade_of_heights
-from geometry.combined.measures import faces_off_the_rim, fresh_curvatures
 from geometry.curvature import face_curvatures, steiner_area
 from geometry.errors import FoldedError, GeometryError
 from geometry.functionals import relative_plane_deviations
@@ -18,13 +16,15 @@ from geometry.gauss import Pair, approximate_pair, circularity, conicality
 from geometry.mesh import Mesh, shapes, solids
 from geometry.meshing import planarise
 from geometry.optimise import ConvergenceError
+from geometry.optimised_pairs import OptimisedPair, PairTargets, height_trade_off, optimise_pair
+from geometry.optimised_pairs.pair_measures import faces_off_the_rim, independent_curvatures
 from geometry.parallel import parallelity
 from geometry.surface import Surface
 from tests.geometry.bent_meshes import rotation
 from tests.geometry.junctions import three_tubes
 from tests.real_data.meshes import YAS, needs_data, read
 
-HEIGHTS = Aims(edges=True)
+HEIGHTS = PairTargets(edges=True)
 
 
 def skew(nx: int, ny: int, extent: float = 1.0) -> Mesh:
@@ -41,8 +41,8 @@ def start() -> Pair:
 
 
 @cache
-def optimised(aims: Aims) -> OptimisedPair:
-    return optimise_pair(start(), aims)
+def optimised(targets: PairTargets) -> OptimisedPair:
+    return optimise_pair(start(), targets)
 
 
 def assert_exact(found: OptimisedPair) -> None:
@@ -52,34 +52,34 @@ def assert_exact(found: OptimisedPair) -> None:
 
 ASKED = {
     "edges": HEIGHTS,
-    "vertices": Aims(vertices=True),
-    "faces": Aims(faces=True),
-    "all": Aims(edges=True, vertices=True, faces=True),
-    "upright": Aims(upright=True),
-    "circular": Aims(circular=True),
-    "conical": Aims(conical=True),
-    "edges and circular": Aims(edges=True, circular=True),
+    "vertices": PairTargets(vertices=True),
+    "faces": PairTargets(faces=True),
+    "all": PairTargets(edges=True, vertices=True, faces=True),
+    "upright": PairTargets(upright=True),
+    "circular": PairTargets(circular=True),
+    "conical": PairTargets(conical=True),
+    "edges and circular": PairTargets(edges=True, circular=True),
 }
 
 
-@pytest.mark.parametrize("aims", ASKED.values(), ids=ASKED)
-def test_what_is_asked_comes_out_and_the_rest_is_kept(aims: Aims) -> None:
-    found = optimised(aims)
+@pytest.mark.parametrize("targets", ASKED.values(), ids=ASKED)
+def test_what_is_asked_comes_out_and_the_rest_is_kept(targets: PairTargets) -> None:
+    found = optimised(targets)
     assert_exact(found)
     assert found.newton_steps <= 5
     assert found.shortest_edge > 0.4
     assert len(found.no_longer_convex) == 0
     assert found.after.lean[1] < np.radians(15)
-    assert found.after.surface_distance[0] < (0.2 if aims.circular or aims.conical else 0.06)
+    assert found.after.surface_distance[0] < (0.2 if targets.circular or targets.conical else 0.06)
     assert found.boundary_distance[1] < 0.25
     for kind in ("edge", "vertex", "face"):
-        if getattr(aims, {"edge": "edges", "vertex": "vertices", "face": "faces"}[kind]):
+        if getattr(targets, {"edge": "edges", "vertex": "vertices", "face": "faces"}[kind]):
             assert getattr(found.after, f"{kind}_spread") < 0.3 * getattr(found.before, f"{kind}_spread")
-    if aims.upright:
+    if targets.upright:
         assert found.after.lean[2] < np.radians(20)
-    if aims.circular:
+    if targets.circular:
         assert circularity(found.pair.mesh).max() < 1e-11
-    if aims.conical:
+    if targets.conical:
         assert np.nanmax(conicality(found.pair.mesh)) < 1e-11
 
 
@@ -124,8 +124,8 @@ def test_it_does_not_matter_how_a_pair_lies_in_space_nor_how_large_it_is(seed: i
 
 
 def test_less_height_error_is_less_spread() -> None:
-    found = trade_of_heights(start(), HEIGHTS, height_errors=(0.03, 0.1, 0.01))
-    assert [each.aims.height_error for each in found] == [0.1, 0.03, 0.01]
+    found = height_trade_off(start(), HEIGHTS, height_errors=(0.03, 0.1, 0.01))
+    assert [each.targets.height_error for each in found] == [0.1, 0.03, 0.01]
     assert len({id(each.pair.mesh.combinatorics) for each in found}) == 1
     spreads = [each.after.edge_spread for each in found]
     assert sorted(spreads, reverse=True) == spreads
@@ -133,12 +133,12 @@ def test_less_height_error_is_less_spread() -> None:
 
 def test_a_trade_ends_where_a_pair_is_refused_unless_all_are() -> None:
     with pytest.raises(GeometryError, match="looks to the other side"):
-        trade_of_heights(Pair(start().mesh, start().gauss_image * -1.0), HEIGHTS)
+        height_trade_off(Pair(start().mesh, start().gauss_image * -1.0), HEIGHTS)
 
 
 def test_an_exact_pair_hardly_moves() -> None:
     image = shapes.dome(16, 6)
-    found = optimise_pair(Pair(5.0 * image, image), Aims(vertices=True))
+    found = optimise_pair(Pair(5.0 * image, image), PairTargets(vertices=True))
     assert_exact(found)
     assert found.after.vertex_spread < 5e-3
     assert np.median(found.moves) < 0.03
@@ -165,7 +165,7 @@ def hyperboloid(n: int, rings: int) -> Mesh:
 def test_a_hyperboloid_becomes_a_catenoid(n: int, rings: int, off: float) -> None:
     """As near as faces are small: 2.2e-4 with 72 x 36."""
     mesh = hyperboloid(n, rings)
-    found = optimise_pair(approximate_pair(mesh), Aims(mean=0.0))
+    found = optimise_pair(approximate_pair(mesh), PairTargets(mean=0.0))
     assert_exact(found)
     assert np.abs(face_curvatures(found.pair).mean).max() < 1e-12
     x, y, z = found.pair.mesh.vertices.T
@@ -177,7 +177,7 @@ def test_a_hyperboloid_becomes_a_catenoid(n: int, rings: int, off: float) -> Non
 def test_a_spheroid_gets_constant_gaussian_curvature() -> None:
     t = np.radians(np.linspace(-40, 40, 13))
     mesh = shapes.rotational_mesh(np.stack([np.cos(t), 1.1 * np.sin(t)], axis=1), 32)
-    found = optimise_pair(approximate_pair(mesh), Aims(gaussian=1.0))
+    found = optimise_pair(approximate_pair(mesh), PairTargets(gaussian=1.0))
     assert_exact(found)
     np.testing.assert_allclose(face_curvatures(found.pair).gaussian, 1.0, atol=1e-11)
     fresh = face_curvatures(approximate_pair(found.pair.mesh)).gaussian
@@ -188,12 +188,12 @@ def test_a_spheroid_gets_constant_gaussian_curvature() -> None:
 def test_three_tubes_meet_with_constant_mean_curvature(n: int, rings: int, off: float, lean: float) -> None:
     """Fig. 19 of the paper, which finds 5 %: with respect to S exactly, and to a fresh Gauss image nearly."""
     pair = approximate_pair(three_tubes(n, rings))
-    given = fresh_curvatures(pair.mesh, gaussian=False)[0]
-    found = optimise_pair(pair, Aims(mean=-0.49))
+    given = independent_curvatures(pair.mesh, gaussian=False)[0]
+    found = optimise_pair(pair, PairTargets(mean=-0.49))
     assert_exact(found)
     np.testing.assert_allclose(face_curvatures(found.pair).mean, -0.49, rtol=1e-11)
     inner = faces_off_the_rim(pair.mesh.combinatorics, 2)
-    fresh = fresh_curvatures(found.pair.mesh, gaussian=False)[0]
+    fresh = independent_curvatures(found.pair.mesh, gaussian=False)[0]
     assert np.abs(fresh[inner] / -0.49 - 1).max() < off
     assert np.abs(given[inner] / -0.49 - 1).max() > 0.5
     assert found.after.lean[1] < np.radians(lean)
@@ -204,15 +204,15 @@ def test_three_tubes_meet_with_constant_mean_curvature(n: int, rings: int, off: 
 def test_fresh_curvatures_are_those_of_the_approximate_pair() -> None:
     pair = approximate_pair(skew(10, 9))
     known = face_curvatures(pair)
-    np.testing.assert_allclose(fresh_curvatures(pair.mesh, gaussian=False)[0], known.mean, rtol=1e-4)
-    np.testing.assert_allclose(fresh_curvatures(pair.mesh, gaussian=True)[0], known.gaussian, rtol=1e-4)
+    np.testing.assert_allclose(independent_curvatures(pair.mesh, gaussian=False)[0], known.mean, rtol=1e-4)
+    np.testing.assert_allclose(independent_curvatures(pair.mesh, gaussian=True)[0], known.gaussian, rtol=1e-4)
 
 
-@pytest.mark.parametrize("aims", [Aims(mean=0.0), Aims(mean=-2.0), Aims(gaussian=3.0)])
-def test_a_curvature_that_no_mesh_near_has_is_refused(aims: Aims) -> None:
+@pytest.mark.parametrize("targets", [PairTargets(mean=0.0), PairTargets(mean=-2.0), PairTargets(gaussian=3.0)])
+def test_a_curvature_that_no_mesh_near_has_is_refused(targets: PairTargets) -> None:
     """S could be tilted until it has any."""
     with pytest.raises(GeometryError, match=r"lean|no mesh near|collapsed|turned|as asked"):
-        optimise_pair(start(), aims)
+        optimise_pair(start(), targets)
 
 
 def test_faces_off_the_rim() -> None:
@@ -237,7 +237,7 @@ def test_faces_off_the_rim() -> None:
 )
 def test_aims_that_cannot_be(numbers: dict[str, object], message: str) -> None:
     with pytest.raises(GeometryError, match=message):
-        Aims(**numbers)  # type: ignore[arg-type]
+        PairTargets(**numbers)  # type: ignore[arg-type]
 
 
 def test_pairs_that_cannot_be() -> None:
@@ -258,7 +258,7 @@ def test_pairs_that_cannot_be() -> None:
 @needs_data
 def test_yas_island() -> None:
     mesh = planarise(read(YAS).near_zero()[0]).mesh
-    found = optimise_pair(approximate_pair(mesh), Aims(edges=True, upright=True))
+    found = optimise_pair(approximate_pair(mesh), PairTargets(edges=True, upright=True))
     assert_exact(found)
     assert found.before.edge_spread > 0.6
     assert found.after.edge_spread < 0.025
@@ -275,4 +275,4 @@ def test_yas_island() -> None:
 def test_a_real_mesh_that_has_no_conical_one_near_is_refused() -> None:
     mesh = planarise(read(YAS).near_zero()[0]).mesh
     with pytest.raises((FoldedError, ConvergenceError), match="lay the mesh along principal directions"):
-        optimise_pair(approximate_pair(mesh), Aims(conical=True))
+        optimise_pair(approximate_pair(mesh), PairTargets(conical=True))

@@ -86,7 +86,7 @@ def test_totals_are_means_by_weight() -> None:
     assert shading.share == pytest.approx(shading.total)
     assert shading.shadow_per_fin_area == pytest.approx(shading.total / 0.8)
     light = np.array([1 * np.sqrt(1 / 2), 3 * np.sqrt(4 / 5)])
-    assert shading.light_kept_off == pytest.approx(light @ [0.2, 0.1] / light.sum())
+    assert shading.blocked_light == pytest.approx(light @ [0.2, 0.1] / light.sum())
 
 
 def test_panels_that_face_away_are_not_counted() -> None:
@@ -147,8 +147,8 @@ def test_whole_steps_of_many_suns_are_one_by_one(monkeypatch: pytest.MonkeyPatch
     mesh, suns = vault(), some_suns(7)
     fins = Fins(approximate_pair(mesh), 0, 0.4)
     together = cast_shadows(fins, suns).shadow_areas
-    monkeypatch.setattr("geometry.shading.panel_shadows.AT_ONCE", 1)
-    monkeypatch.setattr("geometry.shading.covered_areas.AT_ONCE", 1)
+    monkeypatch.setattr("geometry.shading.panel_shadows.MAX_PANELS_AND_FINS", 1)
+    monkeypatch.setattr("geometry.shading.covered_areas.MAX_EDGE_PAIRS", 1)
     assert cast_shadows(fins, suns).shadow_areas == pytest.approx(together, abs=1e-12)
     assert [cast_shadows(fins, Suns([d])).shadow_areas.sum() for d in suns.directions] == pytest.approx(
         together.sum(axis=1)
@@ -178,7 +178,7 @@ def test_rigid_motions_of_everything_change_nothing(seed: int) -> None:
 
 
 def test_no_translation_of_a_grid_gives_more_shade(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("geometry.shading.translations.SAMPLE", 1)  # that one says little of all
+    monkeypatch.setattr("geometry.shading.translations.SAMPLED_PANELS", 1)  # that one says little of all
     mesh = vault(4, 3)
     fins, suns = Fins(approximate_pair(mesh), 0.05, 0.35), some_suns(3)
     found = most_shade(fins, suns)

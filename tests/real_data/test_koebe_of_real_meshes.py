@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geometry.arrays import FloatArray
-from geometry.circle_patterns.boundary_values import open_pattern
+from geometry.circle_patterns.boundary_values import open_circle_pattern
 from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron, koebe
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
@@ -65,7 +65,7 @@ def test_it_is_made_again_from_the_radii_along_its_boundary() -> None:
     assert (sizes > 0).all()
     boundary = np.where(c.is_boundary_vertex, sizes, np.nan)
     assert np.nanmax(boundary) > 3 * np.nanmin(boundary[boundary > np.nanmedian(boundary)])
-    pattern = open_pattern(c, radii=boundary, outer=int(np.nanargmax(boundary)))
+    pattern = open_circle_pattern(c, radii=boundary, outer=int(np.nanargmax(boundary)))
     np.testing.assert_allclose(pattern.vertex_radii, sizes, rtol=1e-8)
     S = koebe(c, radii=boundary, outer=int(np.nanargmax(boundary)), coverage=1.0)
     assert misfit_up_to_rotation(S.mesh.vertices, theirs.vertices) <= AS_WRITTEN

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.curvature import ChristoffelDuals, face_curvatures
-from geometry.edge_offset.rotational import Pattern, rotational_koebe
+from geometry.edge_offset.rotational import BandTiling, rotational_koebe
 from geometry.gauss import Pair, edge_offset_pair
 from geometry.meshing import planarise
 from geometry.parallel import edge_factors
@@ -32,7 +32,7 @@ def test_the_hexagonal_koebe_polyhedron_has_a_minimal_dual() -> None:
 def test_it_is_the_band_of_standing_hexagons_but_for_its_boundary() -> None:
     image = read(HEXAGONAL)
     inner = ~image.combinatorics.is_boundary_vertex
-    ours = rotational_koebe(Pattern.STANDING_HEXAGONS, 20, 9)
+    ours = rotational_koebe(BandTiling.POINTY_TOP_HEXAGONS, 20, 9)
     radii = np.sort(np.linalg.norm(image.vertices[inner, :2], axis=1))
     found = np.sort(np.linalg.norm(ours.vertices[~ours.combinatorics.is_boundary_vertex, :2], axis=1))
     np.testing.assert_allclose(radii, found, rtol=0, atol=1e-10)  # what the file states

@@ -25,13 +25,14 @@ __all__ = ["write_dxf"]
 
 Version = Literal["R2010", "R12"]
 
-#: Colours by number: red, blue, grey.
 COLOURS = {CUT: 1, MARK: 5, SHEET: 8}
-#: Coordinates are rounded to 1e-9 mm, which is what rounding in a sheet of 10 m has left of them anyway.
-DECIMALS = 9
+"""AutoCAD colour numbers of the layers: red, blue, grey."""
 
-#: Numbers that stand in a template for extents (low, high), middle and height of the view, and the next handle.
+DXF_DECIMALS = 9
+"""Decimals of coordinates in DXF files: 1e-9 mm, the precision of double numbers on a sheet of 10 m."""
+
 SLOTS = tuple(9e9 + k for k in range(7))
+"""Numbers that stand in a template for the extents (low, high) and for the middle and height of the view."""
 ENTITIES = "  2\nENTITIES\n"
 
 
@@ -45,7 +46,7 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
     handles = iter(range(template.first_handle, 2**62))
     write = _lwpolyline if version == "R2010" else _polyline
     curves = Curves.joined(drawing.layers.values())
-    curves = Curves(curves.values.round(DECIMALS) + 0.0, curves.starts)
+    curves = Curves(curves.values.round(DXF_DECIMALS) + 0.0, curves.starts)
     layers = [layer for layer, own in drawing.layers.items() for _ in range(len(own))]
     entities = [
         write(layer, points, closed, template.owner, handles)

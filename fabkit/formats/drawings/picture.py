@@ -12,11 +12,16 @@ from geometry.mesh.polygons import face_centroids
 
 __all__ = ["pair_picture"]
 
-_SIDE, _MARGIN, _FOOT = 560.0, 30.0, 56.0
-_AZIMUTH, _ELEVATION = np.radians(-60.0), np.radians(24.0)
-_LIGHT = np.array([0.35, 0.5, 0.8])  # to the right, upwards and towards the eye
+_PICTURE_SIDE, _PICTURE_MARGIN, _CAPTION_HEIGHT = 560.0, 30.0, 56.0
+"""Side of the square picture of one mesh, its margin, and the height of the caption, in pixels."""
+_EYE_AZIMUTH, _EYE_ELEVATION = np.radians(-60.0), np.radians(24.0)
+"""Direction towards the eye: angle from the x-axis about z, and angle above the xy-plane, in radians."""
+_LIGHT = np.array([0.35, 0.5, 0.8])
+"""Direction towards the light: to the right, upwards, towards the eye."""
 _OUTSIDE, _INSIDE = np.array([222, 230, 236]), np.array([214, 196, 168])
-_DARKEST = 0.45
+"""Colours of the two sides of a face, red, green and blue from 0 to 255."""
+_DARKEST_SHADE = 0.45
+"""Brightness of faces turned away from the light, over that of faces turned to it."""
 
 
 def pair_picture(mesh: Mesh, gauss_image: Mesh, reversed_edges: BoolArray, caption: str) -> str:
@@ -25,10 +30,10 @@ def pair_picture(mesh: Mesh, gauss_image: Mesh, reversed_edges: BoolArray, capti
     reversed_edges (E,): drawn in red in both. The outside is grey, the inside sand; of S, which may run over itself
     with its faces turned, the side away from the centre is the outside. Seen from above at an angle, z upwards.
     """
-    width, height = 2 * _SIDE, _SIDE + _FOOT
+    width, height = 2 * _PICTURE_SIDE, _PICTURE_SIDE + _CAPTION_HEIGHT
     radius = float(np.linalg.norm(gauss_image.vertices, axis=1).max())
-    scale = (_SIDE / 2 - _MARGIN) / radius
-    middle = f"{1.5 * _SIDE:.1f}"
+    scale = (_PICTURE_SIDE / 2 - _PICTURE_MARGIN) / radius
+    middle = f"{1.5 * _PICTURE_SIDE:.1f}"
     return "\n".join(
         [
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" role="img">',
@@ -36,16 +41,17 @@ def pair_picture(mesh: Mesh, gauss_image: Mesh, reversed_edges: BoolArray, capti
             ".r{fill:none;stroke:#c8202c;stroke-width:1.2}text{font:15px sans-serif;fill:#333;"
             "text-anchor:middle}</style>",
             f'<rect width="{width:.0f}" height="{height:.0f}" fill="#fff"/>',
-            _painted(mesh, reversed_edges, _fitted(_seen(mesh.vertices), _SIDE / 2), mesh.face_normals),
-            f'<circle cx="{middle}" cy="{_SIDE / 2:.1f}" r="{scale:.1f}" fill="#f4f5f6" stroke="#b9c0c6"/>',
+            _painted(mesh, reversed_edges, _fitted(_seen(mesh.vertices), _PICTURE_SIDE / 2), mesh.face_normals),
+            f'<circle cx="{middle}" cy="{_PICTURE_SIDE / 2:.1f}" r="{scale:.1f}" fill="#f4f5f6" stroke="#b9c0c6"/>',
             _painted(
                 gauss_image,
                 reversed_edges,
-                _seen(gauss_image.vertices) * scale + [1.5 * _SIDE, _SIDE / 2, 0],
+                _seen(gauss_image.vertices) * scale + [1.5 * _PICTURE_SIDE, _PICTURE_SIDE / 2, 0],
                 face_centroids(gauss_image.vertices, gauss_image.combinatorics),
             ),
-            f'<text x="{_SIDE / 2:.1f}" y="{_SIDE + 12:.0f}">M</text><text x="{middle}" y="{_SIDE + 12:.0f}">S</text>',
-            f'<text x="{_SIDE:.1f}" y="{_SIDE + 40:.0f}">{escape(caption)}</text>',
+            f'<text x="{_PICTURE_SIDE / 2:.1f}" y="{_PICTURE_SIDE + 12:.0f}">M</text>'
+            f'<text x="{middle}" y="{_PICTURE_SIDE + 12:.0f}">S</text>',
+            f'<text x="{_PICTURE_SIDE:.1f}" y="{_PICTURE_SIDE + 40:.0f}">{escape(caption)}</text>',
             "</svg>",
             "",
         ]
@@ -54,8 +60,8 @@ def pair_picture(mesh: Mesh, gauss_image: Mesh, reversed_edges: BoolArray, capti
 
 def _seen(points: FloatArray) -> FloatArray:
     """(..., 3) to the right, downwards, and away from the eye."""
-    c, s = np.cos(_AZIMUTH), np.sin(_AZIMUTH)
-    eye = np.array([c * np.cos(_ELEVATION), s * np.cos(_ELEVATION), np.sin(_ELEVATION)])
+    c, s = np.cos(_EYE_AZIMUTH), np.sin(_EYE_AZIMUTH)
+    eye = np.array([c * np.cos(_EYE_ELEVATION), s * np.cos(_EYE_ELEVATION), np.sin(_EYE_ELEVATION)])
     right = np.array([-s, c, 0.0])
     found: FloatArray = points @ np.stack([right, -np.cross(eye, right), -eye], axis=1)
     return found
@@ -64,8 +70,8 @@ def _seen(points: FloatArray) -> FloatArray:
 def _fitted(seen: FloatArray, middle: float) -> FloatArray:
     """Scaled and moved into a square about the middle."""
     low, high = seen.min(axis=0), seen.max(axis=0)
-    scale = (_SIDE - 2 * _MARGIN) / max(float((high - low)[:2].max()), np.finfo(float).tiny)
-    found: FloatArray = (seen - (low + high) / 2) * scale + [middle, _SIDE / 2, 0.0]
+    scale = (_PICTURE_SIDE - 2 * _PICTURE_MARGIN) / max(float((high - low)[:2].max()), np.finfo(float).tiny)
+    found: FloatArray = (seen - (low + high) / 2) * scale + [middle, _PICTURE_SIDE / 2, 0.0]
     return found
 
 
@@ -96,6 +102,6 @@ def _colours(normals: FloatArray, outwards: FloatArray) -> list[str]:
     to_eye = np.where(z <= 0, 1, -1)
     outside = np.einsum("fi,fi->f", normals, outwards) * to_eye >= 0
     towards = np.stack([x, -y, -z], axis=1) * to_eye[:, None]
-    bright = _DARKEST + (1 - _DARKEST) * np.clip(towards @ (_LIGHT / np.linalg.norm(_LIGHT)), 0, 1)
+    bright = _DARKEST_SHADE + (1 - _DARKEST_SHADE) * np.clip(towards @ (_LIGHT / np.linalg.norm(_LIGHT)), 0, 1)
     shades = np.where(outside[:, None], _OUTSIDE, _INSIDE) * bright[:, None]
     return [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in np.round(shades).astype(int).tolist()]

@@ -12,8 +12,10 @@ from geometry.arrays import FloatArray
 
 __all__ = ["histogram", "sheet_picture"]
 
-_WIDTH, _HEIGHT, _BASE, _MARGIN = 220, 96, 78, 6
-_BARS = 30  # at most; a round width may make them fewer
+_HISTOGRAM_WIDTH, _HISTOGRAM_HEIGHT, _HISTOGRAM_BASE, _HISTOGRAM_MARGIN = 220, 96, 78, 6
+"""Size of a histogram, level of its horizontal axis from the top, and margin on both sides, in pixels."""
+_MAX_BARS = 30
+"""Largest number of bars of a histogram; a round width may make them fewer."""
 
 
 def histogram(measure: Measure) -> str:
@@ -32,31 +34,32 @@ def histogram(measure: Measure) -> str:
 
 
 def _bars(counts: np.typing.NDArray[np.int64], edges: FloatArray) -> str:
-    inner = _WIDTH - 2 * _MARGIN
+    inner = _HISTOGRAM_WIDTH - 2 * _HISTOGRAM_MARGIN
     step = inner / len(counts)
-    heights = (_BASE - 14) * counts / counts.max()
+    heights = (_HISTOGRAM_BASE - 14) * counts / counts.max()
     bars = "".join(
-        f"<rect x='{_MARGIN + n * step + 0.5:.1f}' y='{_BASE - height:.1f}' width='{step - 1:.1f}'"
+        f"<rect x='{_HISTOGRAM_MARGIN + n * step + 0.5:.1f}' y='{_HISTOGRAM_BASE - height:.1f}' width='{step - 1:.1f}'"
         f" height='{height:.1f}'>"
         f"<title>{edges[n]:.6g} to {edges[n + 1]:.6g}: {count}</title></rect>"
         for n, (count, height) in enumerate(zip(counts.tolist(), heights.tolist(), strict=True))
         if count
     )
     peak = int(counts.argmax())
-    at = _MARGIN + (peak + 0.5) * step
-    anchor = "start" if at < 20 else "end" if at > _WIDTH - 20 else "middle"
+    at = _HISTOGRAM_MARGIN + (peak + 0.5) * step
+    anchor = "start" if at < 20 else "end" if at > _HISTOGRAM_WIDTH - 20 else "middle"
     return (
-        f"<svg viewBox='0 0 {_WIDTH} {_HEIGHT}' role='img'>{bars}"
+        f"<svg viewBox='0 0 {_HISTOGRAM_WIDTH} {_HISTOGRAM_HEIGHT}' role='img'>{bars}"
         f"<text x='{at:.1f}' y='10' text-anchor='{anchor}'>{counts.max()}</text>"
-        f"<path class='axis' d='M{_MARGIN} {_BASE + 0.5}H{_WIDTH - _MARGIN}'/>"
-        f"<text x='{_MARGIN}' y='{_HEIGHT - 6}'>{edges[0]:.6g}</text>"
-        f"<text x='{_WIDTH - _MARGIN}' y='{_HEIGHT - 6}' text-anchor='end'>{edges[-1]:.6g}</text></svg>"
+        f"<path class='axis' d='M{_HISTOGRAM_MARGIN} {_HISTOGRAM_BASE + 0.5}H{_HISTOGRAM_WIDTH - _HISTOGRAM_MARGIN}'/>"
+        f"<text x='{_HISTOGRAM_MARGIN}' y='{_HISTOGRAM_HEIGHT - 6}'>{edges[0]:.6g}</text>"
+        f"<text x='{_HISTOGRAM_WIDTH - _HISTOGRAM_MARGIN}'"
+        f" y='{_HISTOGRAM_HEIGHT - 6}' text-anchor='end'>{edges[-1]:.6g}</text></svg>"
     )
 
 
 def _edges(least: float, most: float) -> FloatArray:
     """Edges of bars of a round width (1, 2 or 5 times a power of ten) that hold all values."""
-    rough = (most - least) / _BARS
+    rough = (most - least) / _MAX_BARS
     power = 10.0 ** np.floor(np.log10(rough))
     width = power * next(step for step in (1, 2, 5, 10) if step * power >= rough)
     first, last = np.floor(least / width), np.ceil(most / width)

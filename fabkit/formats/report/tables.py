@@ -9,7 +9,8 @@ from fabkit.production import Table
 
 __all__ = ["table_html"]
 
-_WIDEST = 34
+_MAX_COLUMN_LETTERS = 34
+"""Largest width of a column of the report, in letters."""
 
 
 def table_html(table: Table) -> str:
@@ -41,7 +42,7 @@ def _widths(table: Table) -> list[float]:
     """Width of each column in digits: its longest text, up to a limit; headings may run over two or three lines."""
     longest = [max(map(len, column)) for column in zip(*table.texts, table.total_texts, strict=True)]
     words = [max(map(len, name.split())) for name in table.columns]
-    return [max(min(text, _WIDEST), 1.2 * word) + 2.5 for text, word in zip(longest, words, strict=True)]
+    return [max(min(text, _MAX_COLUMN_LETTERS), 1.2 * word) + 2.5 for text, word in zip(longest, words, strict=True)]
 
 
 def _rows(table: Table, classes: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ __all__ = [
     "ASSEMBLY_BLOCK",
     "CONTEXT",
     "DEFINITION",
-    "DENSITY",
+    "DENSITY_OFFSET",
     "FIRST_FREE_ID",
     "HEADER",
     "INSTANCE_BLOCK",
@@ -18,8 +18,8 @@ __all__ = [
     "ORIGIN",
     "PART",
     "PLACED_BLOCK",
-    "PLACEMENT",
     "PLACEMENT_BLOCK",
+    "PLACEMENT_OFFSET",
     "PRACTICE",
     "REPRESENTATION",
     "SCHEMAS",
@@ -76,6 +76,7 @@ DATA;
 #21=(GLOBAL_UNIT_ASSIGNED_CONTEXT((#5,#6,#7))REPRESENTATION_CONTEXT('',''));
 """
 FIRST_FREE_ID = 22
+"""Number of the first entity after those of the header."""
 
 # Products. Their definition, shape representation and its origin have these numbers; each has a context of its own,
 # since the two representations that a placement relates must not share one.
@@ -114,7 +115,8 @@ PART = (
 """A part's product, with material, density, colour and validation properties; the shell of its solid follows."""
 ASSEMBLY_BLOCK = Block(_PRODUCT)
 
-PLACEMENT = 3
+PLACEMENT_OFFSET = 3
+"""Number of the placement entity within its block, from 0."""
 _PLACEMENT = (
     "CARTESIAN_POINT('',(%s,%s,%s))",
     "DIRECTION('',(%s,%s,%s))",
@@ -136,7 +138,7 @@ def _instance(first: int, placement: str) -> tuple[str, ...]:
     )
 
 
-INSTANCE_BLOCK = Block((*_PLACEMENT, *_instance(4, f"#<{PLACEMENT}>")))
+INSTANCE_BLOCK = Block((*_PLACEMENT, *_instance(4, f"#<{PLACEMENT_OFFSET}>")))
 """An instance with a placement of its own."""
 PLACED_BLOCK = Block(_instance(0, "#%s"))
 """An instance with a placement that is there already."""
@@ -149,7 +151,8 @@ MATERIAL_BLOCK = Block(
         "MEASURE_REPRESENTATION_ITEM('density measure',POSITIVE_RATIO_MEASURE(%s),#20)",
     )
 )
-DENSITY = 2
+DENSITY_OFFSET = 2
+"""Number of the density entity within the block of a material, from 0."""
 
 STYLE_BLOCK = Block(
     (

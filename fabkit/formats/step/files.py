@@ -26,7 +26,7 @@ from fabkit.errors import OutputError
 from fabkit.formats.step.entities import Schema
 from fabkit.formats.step.solid import solid_numbers
 from fabkit.formats.step.text import reals, string
-from fabkit.formats.step.writer import BATCH, StepWriter, check_name, instance_name
+from fabkit.formats.step.writer import PARTS_PER_BATCH, StepWriter, check_name, instance_name
 from fabkit.parts import Assembly, Kind, Material, Part, Parts, SolidArray, Topology
 from geometry.arrays import FloatArray
 
@@ -107,8 +107,8 @@ def write_part_steps(folder: Path, groups: Iterable[Parts[Any]]) -> None:
         for number, material in enumerate(parts.materials):
             own = np.flatnonzero(materials == number)
             for solids in parts.solids.by_topology(parts.shape[parts.firsts[own]]):
-                for start in range(0, len(solids.parts), BATCH):
-                    batch = solids[start : start + BATCH]
+                for start in range(0, len(solids.parts), PARTS_PER_BATCH):
+                    batch = solids[start : start + PARTS_PER_BATCH]
                     marks = [parts.mark_names[k] for k in own[batch.parts].tolist()]
                     _write_solids(folder, marks, parts.kind, material, batch)
 

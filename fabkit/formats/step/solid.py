@@ -10,10 +10,11 @@ from fabkit.errors import OutputError
 from fabkit.parts import Measures, SolidArray, Topology
 from geometry.arrays import BoolArray, FloatArray
 
-__all__ = ["TOLERANCE_MM", "solid_entities", "solid_numbers"]
+__all__ = ["STEP_ACCURACY_MM", "solid_entities", "solid_numbers"]
 
-TOLERANCE_MM = 1e-7
-"""What lies within this distance is one to the reader: two points, a point and its plane. OCCT's own, too."""
+STEP_ACCURACY_MM = 1e-7
+"""Accuracy of STEP files in mm, written into their header: points that are closer are one to a reader, and a point that
+is closer to a plane lies on it. It is also the default of OCCT."""
 
 _POINT = "CARTESIAN_POINT('',(%s,%s,%s))"
 _DIRECTION = "DIRECTION('',(%s,%s,%s))"
@@ -64,7 +65,7 @@ def solid_numbers(batch: SolidArray, names: Sequence[str]) -> FloatArray:
     then points of vertices, directions of edges, normals of faces.
 
     Raises OutputError, with the name of the solid, where a number is not finite, an edge is shorter or a face narrower
-    than TOLERANCE_MM, a face is off its plane by more than that, or the volume is not positive.
+    than STEP_ACCURACY_MM, a face is off its plane by more than that, or the volume is not positive.
     """
     t, of = batch.topology, Measures(batch.topology, batch.vertices)
     extents = np.abs(batch.vertices).max(axis=(1, 2))
@@ -72,14 +73,21 @@ def solid_numbers(batch: SolidArray, names: Sequence[str]) -> FloatArray:
     along = of.points[:, :, t.edges[:, 1]] - of.points[:, :, t.edges[:, 0]]
     lengths = np.sqrt((along * along).sum(axis=0))
     shortest = lengths.min(axis=1)
-    _hold(shortest > TOLERANCE_MM, names, shortest, f"has an edge of {{:.3g}} mm, needs over {TOLERANCE_MM:g} mm")
+    _hold(
+        shortest > STEP_ACCURACY_MM, names, shortest, f"has an edge of {{:.3g}} mm, needs over {STEP_ACCURACY_MM:g} mm"
+    )
 
     here = of.from_apex
     reaches = np.sqrt(np.maximum.reduceat((here * here).sum(axis=0), t.first_corner, axis=1))
     narrowest = (of.areas / reaches).min(axis=1)
-    _hold(narrowest > TOLERANCE_MM, names, narrowest, f"has a face {{:.3g}} mm wide, needs over {TOLERANCE_MM:g} mm")
+    _hold(
+        narrowest > STEP_ACCURACY_MM,
+        names,
+        narrowest,
+        f"has a face {{:.3g}} mm wide, needs over {STEP_ACCURACY_MM:g} mm",
+    )
     off = np.abs(np.einsum("xkc,kcx->kc", here, of.normals[:, t.corner_face])).max(axis=1)
-    _hold(off <= TOLERANCE_MM, names, off, f"has a face {{:.3g}} mm off its plane, allowed {TOLERANCE_MM:g} mm")
+    _hold(off <= STEP_ACCURACY_MM, names, off, f"has a face {{:.3g}} mm off its plane, allowed {STEP_ACCURACY_MM:g} mm")
 
     volumes = of.volumes
     _hold(volumes > 0, names, volumes, "encloses {:.3g} mm3; its faces must run counter-clockwise seen from outside")

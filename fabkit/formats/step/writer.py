@@ -15,7 +15,7 @@ from fabkit.formats.step.entities import (
     ASSEMBLY_BLOCK,
     CONTEXT,
     DEFINITION,
-    DENSITY,
+    DENSITY_OFFSET,
     FIRST_FREE_ID,
     HEADER,
     INSTANCE_BLOCK,
@@ -23,25 +23,29 @@ from fabkit.formats.step.entities import (
     ORIGIN,
     PART,
     PLACED_BLOCK,
-    PLACEMENT,
     PLACEMENT_BLOCK,
+    PLACEMENT_OFFSET,
     PRACTICE,
     REPRESENTATION,
     SCHEMAS,
     STYLE_BLOCK,
     Schema,
 )
-from fabkit.formats.step.solid import TOLERANCE_MM, solid_entities, solid_numbers
+from fabkit.formats.step.solid import STEP_ACCURACY_MM, solid_entities, solid_numbers
 from fabkit.formats.step.text import Block, reals, string
 from fabkit.parts import Kind, Material, Part, Parts, Solids, Topology
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["BATCH", "StepWriter", "check_name", "instance_name", "solid_texts"]
+__all__ = ["PARTS_PER_BATCH", "StepWriter", "check_name", "instance_name", "solid_texts"]
 
-BATCH = 64
-"""Parts worked on together: enough to make array operations worthwhile, few enough to stay in the processor's cache."""
-_ITEMS_A_LINE = 16
-_FRAME_TOLERANCE = 1e-11  # moves a point of a part of 10 m by TOLERANCE_MM
+PARTS_PER_BATCH = 64
+"""Number of parts written together: enough to make array operations worthwhile, few enough for the processor's
+cache."""
+_ITEMS_PER_LINE = 16
+"""Number of references in a line of a STEP file."""
+_FRAME_TOLERANCE = 1e-11
+"""Largest deviation of the axes of a placement from orthonormal: it moves a point of a part of 10 m by
+STEP_ACCURACY_MM."""
 
 
 def instance_name(part: Part) -> str:
@@ -93,7 +97,7 @@ class StepWriter:
                 schema=file_schema,
                 application=application,
                 protocol=protocol,
-                tolerance=reals(np.array(TOLERANCE_MM))[0],
+                tolerance=reals(np.array(STEP_ACCURACY_MM))[0],
             )
         )
 
@@ -102,7 +106,7 @@ class StepWriter:
         self._taken.add(self._name)
         self._root = self._add_assembly(self._name)
         at = reals(np.concatenate([origin_mm, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
-        self._root.placements.append(self._add(PLACEMENT_BLOCK, at) + PLACEMENT)
+        self._root.placements.append(self._add(PLACEMENT_BLOCK, at) + PLACEMENT_OFFSET)
 
     def write_parts(self, parts: Parts[Any]) -> None:
         """Some parts of a group: a product with its solid for each mark that was not written before, and an instance
@@ -113,8 +117,8 @@ class StepWriter:
         if parts.kind.group in self._products:
             raise _taken(parts.kind.group)
         self._check_marks(parts)
-        for start in range(0, len(parts), BATCH):
-            rows = np.arange(start, min(start + BATCH, len(parts)))
+        for start in range(0, len(parts), PARTS_PER_BATCH):
+            rows = np.arange(start, min(start + PARTS_PER_BATCH, len(parts)))
             first = parts.firsts[slice(*np.searchsorted(parts.firsts, [rows[0], rows[-1] + 1]))]
             self.write_shapes(parts, first)
             self._write_instances(parts, rows)
@@ -137,7 +141,7 @@ class StepWriter:
         if mark in self._taken:
             raise _taken(mark)
         name, material, style = string(mark), self._material(of), self._style(kind.colour)
-        values = (name, name, kind.name, str(material), str(material + DENSITY), str(style), name, *numbers)
+        values = (name, name, kind.name, str(material), str(material + DENSITY_OFFSET), str(style), name, *numbers)
         self._products[mark] = self._add(_part_block(topology), values)
 
     def _write_instances(self, parts: Parts[Any], rows: IntArray) -> None:
@@ -154,7 +158,7 @@ class StepWriter:
             placement, product = numbers[9 * n : 9 * n + 9], self._products[mark]
             instance = _instance_name(kind, mark, element)
             values = (*placement, str(product + ORIGIN), *self._names(group, product, instance))
-            group.placements.append(self._add(INSTANCE_BLOCK, values) + PLACEMENT)
+            group.placements.append(self._add(INSTANCE_BLOCK, values) + PLACEMENT_OFFSET)
 
     def end_structure(self) -> None:
         """What the structure and each group hold. Raises OutputError where that is nothing."""
@@ -163,8 +167,8 @@ class StepWriter:
         for assembly in (self._root, *self._groups.values()):
             first = assembly.first_id
             self._stream.write(f"#{first + REPRESENTATION}=SHAPE_REPRESENTATION('',(#{first + ORIGIN}")
-            for start in range(0, len(assembly.placements), _ITEMS_A_LINE):
-                line = assembly.placements[start : start + _ITEMS_A_LINE]
+            for start in range(0, len(assembly.placements), _ITEMS_PER_LINE):
+                line = assembly.placements[start : start + _ITEMS_PER_LINE]
                 self._stream.write(",\n" + ",".join(f"#{item}" for item in line))
             self._stream.write(f"),#{first + CONTEXT});\n")
         self.end()

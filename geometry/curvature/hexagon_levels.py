@@ -10,20 +10,20 @@ from geometry.arrays import IntArray, integers
 from geometry.errors import MeshError
 from geometry.mesh import Mesh
 
-__all__ = ["levels_of_lying_hexagons"]
+__all__ = ["levels_of_flat_top_hexagons"]
 
-HORIZONTAL = 1e-9
+LARGEST_HORIZONTAL_RISE = 1e-9
 """Rise of an edge over the mean edge length, up to which it is horizontal."""
 
 
-def levels_of_lying_hexagons(mesh: Mesh) -> IntArray:
+def levels_of_flat_top_hexagons(mesh: Mesh) -> IntArray:
     """(N,) the level of each vertex: how many edges that are not horizontal lead to it from the first boundary.
 
     Each hexagon has a horizontal edge in level j and one in level j + 2, and two corners in level j + 1 between.
     Counted along the mesh, not by height, so that a band may fold over itself. Raises MeshError for other meshes.
     """
     c = mesh.combinatorics
-    horizontal = np.abs(mesh.edge_vectors[:, 2]) <= HORIZONTAL * mesh.mean_edge_length
+    horizontal = np.abs(mesh.edge_vectors[:, 2]) <= LARGEST_HORIZONTAL_RISE * mesh.mean_edge_length
     ends = np.flatnonzero(c.vertex_degrees == 2)
     if not (c.face_sizes == 6).all() or not len(ends) or not c.boundary_loops:
         raise MeshError("the mesh consists neither of rings about the z axis nor of an open band of hexagons about it")

@@ -15,7 +15,7 @@ from geometry.optimise import GroundedLaplacian
 
 __all__ = ["circle_centres"]
 
-ACCURACY = 1e-3
+CENTRES_ACCURACY = 1e-3
 """Of the least squares for a correction, which is small."""
 
 
@@ -78,6 +78,6 @@ def _correction(
     right = np.zeros(laplacian.n_nodes, dtype=np.complex128)
     np.add.at(right, kites[:, 1], pulls)
     np.add.at(right, kites[:, 0], -pulls)
-    moves = laplacian.solve(np.stack([right.real, right.imag], axis=1), accuracy=ACCURACY)
+    moves = laplacian.solve(np.stack([right.real, right.imag], axis=1), accuracy=CENTRES_ACCURACY)
     moved: ComplexArray = moves[:, 0] + 1j * moves[:, 1]
     return moved

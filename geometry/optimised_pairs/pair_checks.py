@@ -4,39 +4,41 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.combined.aims import Aims
-from geometry.combined.measures import PairMeasures, faces_off_the_rim, fresh_curvatures
-from geometry.combined.objective import MOST_LEAN, Objective
 from geometry.errors import FoldedError, GeometryError, raise_worst
 from geometry.gauss import Pair, refuse_triangle_mesh
 from geometry.mesh import Mesh
 from geometry.optimise import ConvergenceError, Reason, Solution
+from geometry.optimised_pairs.pair_measures import PairMeasures, faces_off_the_rim, independent_curvatures
+from geometry.optimised_pairs.pair_objective import LARGEST_UPRIGHT_LEAN, Objective
+from geometry.optimised_pairs.pair_targets import PairTargets
 from geometry.surface import Surface
 
 __all__ = ["check_given", "check_outcome", "check_solution"]
 
-NEAR = 1.0
+LARGEST_SURFACE_DISTANCE = 1.0
 """What most vertices may be off Phi at the start, in l."""
 
-LEAST_LENGTH = 0.2
+COLLAPSED_EDGE_SHARE = 0.2
 """Of an edge afterwards over what it was, below which it counts as collapsed."""
 
-CURVED_LEAN = np.radians(5.0)
+LARGEST_CURVED_LEAN = np.radians(5.0)
 """What most axes may lean where a curvature is asked for: with axes that lean, M has another one."""
 
-FRESH = 0.05
+INDEPENDENT_CURVATURE_TOLERANCE = 0.05
 """What a curvature may be off with respect to a Gauss image of M alone, over its size, as the paper finds."""
 
-ROWS = 2
+UNCHECKED_RIM_ROWS = 2
 """Of faces at the rim where that is not asked: there a fresh Gauss image is less sure."""
 
 
-def _advice(aims: Aims) -> str:
+def _advice(targets: PairTargets) -> str:
     """What to do where a pair cannot be as it is asked."""
     less = (
-        "ask for a larger height_error" if aims.heights else "ask for edges, vertices or faces, which need not be exact"
+        "ask for a larger height_error"
+        if targets.heights
+        else "ask for edges, vertices or faces, which need not be exact"
     )
-    less = "begin nearer to such a mesh, or free the boundary by keep_boundary=False" if aims.curved else less
+    less = "begin nearer to such a mesh, or free the boundary by keep_boundary=False" if targets.curved else less
     return f"{less}, or lay the mesh along principal directions"
 
 
@@ -50,12 +52,13 @@ def check_given(pair: Pair, surface: Surface | None) -> None:
         points = mesh.vertices[used]
         feet, normals = surface.closest(points)
         away = float(np.quantile(np.linalg.norm(points - feet, axis=1), 0.95)) / mesh.mean_edge_length
-        if away > NEAR:
+        if away > LARGEST_SURFACE_DISTANCE:
             raise GeometryError(
                 f"the surface is not that of the mesh: 5 % of the vertices are {away:.2g} mean edge lengths off it or "
-                f"more, allowed {NEAR:g}; give both in the same unit and place, or leave the surface out",
+                f"more, allowed {LARGEST_SURFACE_DISTANCE:g}; give both in the same unit and place, or leave the "
+                "surface out",
                 value=away,
-                bound=NEAR,
+                bound=LARGEST_SURFACE_DISTANCE,
             )
         _check_side(normals, mesh.vertex_normals[used], "the surface looks to the other side than the mesh: reverse it")
     _check_side(
@@ -80,13 +83,13 @@ def check_solution(objective: Objective, solution: Solution, tolerance: float) -
         raise_worst(
             after.edge_lengths / mesh.edge_lengths,
             ">=",
-            LEAST_LENGTH,
+            COLLAPSED_EDGE_SHARE,
             lambda edge, share: (
                 f"{mesh.combinatorics.edge_name(edge)} collapsed to {share:.2g} of its length while the pair was "
-                f"optimised, allowed {LEAST_LENGTH}"
+                f"optimised, allowed {COLLAPSED_EDGE_SHARE}"
             ),
             error=FoldedError,
-            advice=_advice(objective.aims),
+            advice=_advice(objective.targets),
         )
         raise_worst(
             np.einsum("fi,fi->f", mesh.face_normals, after.face_normals),
@@ -97,61 +100,62 @@ def check_solution(objective: Objective, solution: Solution, tolerance: float) -
                 "optimised, allowed 90"
             ),
             error=FoldedError,
-            advice=_advice(objective.aims),
+            advice=_advice(objective.targets),
         )
     if solution.reason is not Reason.CONVERGED:
         raise ConvergenceError(
             "no pair near the given one is as asked: parallelity, planarity and what is to hold exactly are off by "
             f"up to {solution.violation:.1e} after {solution.steps} Newton steps, allowed {tolerance:.0e}; "
-            f"{_advice(objective.aims)}",
+            f"{_advice(objective.targets)}",
             solution=solution,
             value=solution.violation,
             bound=tolerance,
         )
 
 
-def check_outcome(after: Mesh, aims: Aims, was: PairMeasures, now: PairMeasures) -> None:
+def check_outcome(after: Mesh, targets: PairTargets, was: PairMeasures, now: PairMeasures) -> None:
     """Raise GeometryError where axes lean, a distance that was asked for gained nothing, or a curvature is not one of
     M."""
-    most = CURVED_LEAN if aims.curved else max(MOST_LEAN, was.lean[1])
+    most = LARGEST_CURVED_LEAN if targets.curved else max(LARGEST_UPRIGHT_LEAN, was.lean[1])
     if not now.lean[1] <= most:
         raise GeometryError(
             f"the axes came to lean: 5 % of them by {np.degrees(now.lean[1]):.1f} degrees or more, allowed "
-            f"{np.degrees(most):.1f}; {_advice(aims)}",
+            f"{np.degrees(most):.1f}; {_advice(targets)}",
             value=now.lean[1],
             bound=most,
         )
     for kind in ("edge", "vertex", "face"):
         before, found = (getattr(measures, f"{kind}_spread") for measures in (was, now))
-        asked = {"edge": aims.edges, "vertex": aims.vertices, "face": aims.faces}[kind]
-        if asked and not found <= max(before, aims.height_error):
+        asked = {"edge": targets.edges, "vertex": targets.vertices, "face": targets.faces}[kind]
+        if asked and not found <= max(before, targets.height_error):
             raise GeometryError(
                 f"the {kind} distances spread by {found:.2g} afterwards and by {before:.2g} before: nothing is gained; "
-                f"{_advice(aims)}",
+                f"{_advice(targets)}",
                 value=found,
                 bound=before,
             )
-    if aims.curved:
-        _check_curvature(after, aims)
+    if targets.curved:
+        _check_curvature(after, targets)
 
 
-def _check_curvature(after: Mesh, aims: Aims) -> None:
-    faces = faces_off_the_rim(after.combinatorics, ROWS)
+def _check_curvature(after: Mesh, targets: PairTargets) -> None:
+    faces = faces_off_the_rim(after.combinatorics, UNCHECKED_RIM_ROWS)
     if not len(faces):
         return
-    gaussian = aims.mean is None
-    asked, name = (aims.gaussian, "K") if gaussian else (aims.mean, "H")
+    gaussian = targets.mean is None
+    asked, name = (targets.gaussian, "K") if gaussian else (targets.mean, "H")
     assert asked is not None
-    found, size = fresh_curvatures(after, gaussian=gaussian)
+    found, size = independent_curvatures(after, gaussian=gaussian)
     size = abs(asked) or size or 1.0
     raise_worst(
         np.abs(found[faces] - asked) / size,
         "<=",
-        FRESH,
+        INDEPENDENT_CURVATURE_TOLERANCE,
         lambda face, off: (
             f"no mesh near the given one has {name} = {asked:g}: S was tilted until it has, but with respect to a "
             f"Gauss image of M alone face {face} has {found[face]:.3g}, off by {off:.2g} of the curvature, allowed "
-            f"{FRESH}; ask for a curvature nearer to that of the mesh, or free the boundary by keep_boundary=False"
+            f"{INDEPENDENT_CURVATURE_TOLERANCE}; ask for a curvature nearer to that of the mesh, or free the boundary "
+            f"by keep_boundary=False"
         ),
         elements=faces,
     )

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from geometry.errors import MeshError
 from geometry.mesh import Combinatorics, solids
-from geometry.mesh.patterns import (
+from geometry.mesh.tilings import (
     dual,
     hexagon_patch,
     pentagon_patch,

@@ -8,25 +8,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, short_repr
-from geometry.combined.aims import Aims
-from geometry.combined.gates import check_given, check_outcome, check_solution
-from geometry.combined.measures import PairMeasures
-from geometry.combined.objective import Objective
 from geometry.errors import GeometryError
 from geometry.gauss import Pair, PairLike, as_pair
 from geometry.mesh import Mesh
 from geometry.optimise import minimise_by_penalty
+from geometry.optimised_pairs.pair_checks import check_given, check_outcome, check_solution
+from geometry.optimised_pairs.pair_measures import PairMeasures
+from geometry.optimised_pairs.pair_objective import Objective
+from geometry.optimised_pairs.pair_targets import PairTargets
 from geometry.surface import Surface
 
-__all__ = ["OptimisedPair", "optimise_pair", "trade_of_heights"]
+__all__ = ["OptimisedPair", "height_trade_off", "optimise_pair"]
 
-TOLERANCE = 5e-13
+OPTIMISED_PAIR_TOLERANCE = 5e-13
 """Of parallelity, planarity and curvature, in mean edge lengths and in S."""
 
 MAX_NEWTON_STEPS = 6
 """More than three or four mean that something collapsed."""
 
-TRADE = (0.1, 0.03, 0.01, 0.003)
+TRADE_OFF_HEIGHT_ERRORS = (0.1, 0.03, 0.01, 0.003)
 """Height errors of a trade: weights of heights from 1 to 1000."""
 
 
@@ -43,7 +43,7 @@ class OptimisedPair:
     __repr__ = short_repr
 
     pair: Pair
-    aims: Aims
+    targets: PairTargets
     before: PairMeasures
     after: PairMeasures
     moves: FloatArray
@@ -63,9 +63,9 @@ class OptimisedPair:
 
 
 def optimise_pair(
-    pair: PairLike, aims: Aims, *, surface: Surface | None = None, keep_boundary: bool = True
+    pair: PairLike, targets: PairTargets, *, surface: Surface | None = None, keep_boundary: bool = True
 ) -> OptimisedPair:
-    """Move M on Phi and S with it, so that they are parallel, M is planar and they are as the aims ask.
+    """Move M on Phi and S with it, so that they are parallel, M is planar and they are as the targets ask.
 
     surface: Phi, on which the vertices of M glide; left out, the surface of M itself, but for a curvature, with which M
     may leave where it is. A mesh that is laid along the right lines glides by a fifth of an edge or so. keep_boundary:
@@ -77,31 +77,31 @@ def optimise_pair(
     `optimise.penalty`; the constraints are met to rounding at its end, without regard to the terms, from 1e-3 before.
 
     Raises GeometryError where all faces are triangles, for a surface that is not that of M, and for axes that look to
-    the other side; ConvergenceError where M and S do not become parallel and planar, or as the aims ask; FoldedError
+    the other side; ConvergenceError where M and S do not become parallel and planar, or as the targets ask; FoldedError
     where an edge collapsed or a face turned over; and GeometryError where axes came to lean, distances gained nothing,
     or a curvature is one of S but not of M.
     """
     pair = as_pair(pair)
     check_given(pair, surface)
-    if surface is None and not aims.curved:
+    if surface is None and not targets.curved:
         surface = Surface(pair.mesh)
-    objective = Objective(pair, aims, surface, keep_boundary)
+    objective = Objective(pair, targets, surface, keep_boundary)
     solution = minimise_by_penalty(
         objective.terms,
         objective.metric,
         objective.constraint,
         objective.start,
         penalties=objective.penalties,
-        tolerance=TOLERANCE,
+        tolerance=OPTIMISED_PAIR_TOLERANCE,
         max_newton_steps=MAX_NEWTON_STEPS,
     )
-    check_solution(objective, solution, TOLERANCE)
+    check_solution(objective, solution, OPTIMISED_PAIR_TOLERANCE)
     found = objective.pair_at(solution.x)
     mesh, moved = pair.mesh, found.mesh
     length = mesh.mean_edge_length
     optimised = OptimisedPair(
         pair=found,
-        aims=aims,
+        targets=targets,
         before=PairMeasures.of(pair, surface, length),
         after=PairMeasures.of(found, surface, length),
         moves=floats(np.linalg.norm(moved.vertices - mesh.vertices, axis=1) / length),
@@ -111,7 +111,7 @@ def optimise_pair(
         no_longer_convex=objective.no_longer_convex(solution.x),
         newton_steps=solution.steps,
     )
-    check_outcome(moved, aims, optimised.before, optimised.after)
+    check_outcome(moved, targets, optimised.before, optimised.after)
     return optimised
 
 
@@ -119,11 +119,11 @@ def _median_and_largest(values: FloatArray) -> tuple[float, float]:
     return (float(np.median(values)), float(values.max())) if len(values) else (0.0, 0.0)
 
 
-def trade_of_heights(
+def height_trade_off(
     pair: PairLike,
-    aims: Aims,
+    targets: PairTargets,
     *,
-    height_errors: Sequence[float] = TRADE,
+    height_errors: Sequence[float] = TRADE_OFF_HEIGHT_ERRORS,
     surface: Surface | None = None,
     keep_boundary: bool = True,
 ) -> list[OptimisedPair]:
@@ -136,7 +136,7 @@ def trade_of_heights(
     found: list[OptimisedPair] = []
     for error in sorted(height_errors, reverse=True):
         try:
-            asked = replace(aims, height_error=error)
+            asked = replace(targets, height_error=error)
             found.append(optimise_pair(pair, asked, surface=surface, keep_boundary=keep_boundary))
         except GeometryError:
             if not found:

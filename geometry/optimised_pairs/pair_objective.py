@@ -14,7 +14,6 @@ import numpy as np
 from scipy.sparse import block_diag, csr_array, eye_array
 
 from geometry.arrays import FloatArray, IntArray, integers
-from geometry.combined.aims import Aims
 from geometry.functionals import (
     CircularFaces,
     CloseToNormals,
@@ -50,57 +49,58 @@ from geometry.optimise import (
     SparseMatrix,
     StackedFunctional,
 )
+from geometry.optimised_pairs.pair_targets import PairTargets
 from geometry.surface import Surface
 
-__all__ = ["MOST_LEAN", "Objective"]
+__all__ = ["LARGEST_UPRIGHT_LEAN", "Objective"]
 
-HEIGHTS = 0.01
+HEIGHT_WEIGHT = 0.01
 """Weight 1 / e^2 of distances from the origin, for a height error e, times this: such that e = .01 gives 100."""
 
-ON_SURFACE = 10.0
+PAIR_SURFACE_WEIGHT = 10.0
 """Of distances from Phi in l: 3 % of an edge are tolerated."""
 
-ON_CURVES = 10.0
+BOUNDARY_WEIGHT = 10.0
 """Of distances from the boundary as it was. It may be left: boundaries that hold collapse edges beside them."""
 
-STRAIN, MOVES = 0.3, 0.01
+STRAIN_WEIGHT, MOVES_WEIGHT = 0.3, 0.01
 """Of strains and moves of M, as it glides on Phi. Strain keeps a mesh fair, and weighs the same if it is refined."""
 
-LEAN = 1.0
+LEAN_WEIGHT = 1.0
 """Of what axes lean, in radians. With more, the distances that are asked for are not reached."""
 
-MOST_LEAN = np.radians(15.0)
+LARGEST_UPRIGHT_LEAN = np.radians(15.0)
 """What an axis may lean where they are to be upright."""
 
-UPRIGHT = 100.0
+UPRIGHT_WEIGHT = 100.0
 """Of what they lean beyond that."""
 
-LEAST_COSINE = 0.8
+LEAST_FACE_TURN_COSINE = 0.8
 """Of the turn of a face. Where it turns further, its axes are upright on another shape."""
 
-KEPT = 100.0
+KEPT_SHAPE_WEIGHT = 100.0
 """Of what faces turn further than that, what corners lack to be convex, and edges to be no shorter than this:"""
 
-LEAST_LENGTH = 0.6
+LEAST_KEPT_LENGTH = 0.6
 """Of an edge over what it was. An edge without length has no direction, hence no condition on S, which would pay."""
 
-LEAST_TURN = 0.01
+LEAST_KEPT_TURN = 0.01
 """Of a corner that was convex, in l, see `functionals.ConvexFaces`."""
 
-IMAGE = 0.01
+IMAGE_MOVES_WEIGHT = 0.01
 """Of the moves of S: enough to say where it is where nothing else does."""
 
-FACE_AXES, CURVED_STRAIN = 100.0, 0.05
+FACE_AXES_WEIGHT, CURVED_STRAIN_WEIGHT = 100.0, 0.05
 """Of how faces lean in S, and of strain, where a curvature is asked for: otherwise S tilts until it has any curvature
 at all, and means nothing."""
 
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """Terms and constraints of one pair M, S under aims; Phi = surface."""
+    """Terms and constraints of one pair M, S under targets; Phi = surface."""
 
     pair: Pair
-    aims: Aims
+    targets: PairTargets
     surface: Surface | None
     keep_boundary: bool
 
@@ -138,15 +138,15 @@ class Objective:
         c, of = self.mesh.combinatorics, self.blocks.of
         x = self.blocks.split(self.start)["M"].ravel()
         parts: list[Functional] = [of(ParallelEdges(c), "M", "S"), of(PlanarFaces(c, x), "M")]
-        if self.aims.circular:
+        if self.targets.circular:
             parts.append(of(CircularFaces(c), "M"))
-        if self.aims.conical:
+        if self.targets.conical:
             parts.append(of(ConicalVertices(c), "M"))
-        if self.aims.mean is not None:
-            H = self.aims.mean * self.mesh.mean_edge_length
+        if self.targets.mean is not None:
+            H = self.targets.mean * self.mesh.mean_edge_length
             parts.append(ConstantCurvature(c, H, (abs(H) or self._bending) * self._areas))
-        if self.aims.gaussian is not None:
-            K = self.aims.gaussian * self.mesh.mean_edge_length**2
+        if self.targets.gaussian is not None:
+            K = self.targets.gaussian * self.mesh.mean_edge_length**2
             parts.append(ConstantCurvature(c, -K, (abs(K) or self._bending**2) * self._areas, mixed=False))
         return StackedFunctional(parts)
 
@@ -170,13 +170,13 @@ class Objective:
 
     @property
     def _heights(self) -> list[tuple[float, Functional]]:
-        c, aims, weight = self.mesh.combinatorics, self.aims, HEIGHTS / self.aims.height_error**2
+        c, targets, weight = self.mesh.combinatorics, self.targets, HEIGHT_WEIGHT / self.targets.height_error**2
         found: list[tuple[float, Functional]] = []
-        if aims.edges:
+        if targets.edges:
             found.append((weight, EdgesAtUnitDistance(c)))
-        if aims.vertices:
+        if targets.vertices:
             found.append((weight, self.blocks.of(VerticesAtUnitDistance(c), "S")))
-        if aims.faces:
+        if targets.faces:
             found.append((weight, FacesAtUnitDistance(c)))
         return found
 
@@ -185,9 +185,9 @@ class Objective:
         found: list[tuple[float, Functional]] = []
         if self.surface is not None:
             distances = ComposedFunctional(OnSmoothSurface(self.surface, self.mesh.combinatorics), self.world)
-            found.append((ON_SURFACE / self.mesh.mean_edge_length**2, self.blocks.of(distances, "M")))
+            found.append((PAIR_SURFACE_WEIGHT / self.mesh.mean_edge_length**2, self.blocks.of(distances, "M")))
         if self.keep_boundary:
-            found += [(ON_CURVES, functional) for functional in self._on_boundary]
+            found += [(BOUNDARY_WEIGHT, functional) for functional in self._on_boundary]
         return found
 
     @cached_property
@@ -210,10 +210,10 @@ class Objective:
     def _upright(self) -> list[tuple[float, Functional]]:
         c = self.mesh.combinatorics
         if self.surface is None:
-            return [(FACE_AXES, UprightFaces(c))] if self.aims.curved else []
-        found: list[tuple[float, Functional]] = [(LEAN, CloseToNormals(c, self._normals))]
-        if self.aims.upright:
-            found.append((UPRIGHT, Hinge(InsideCones(c, self._normals, MOST_LEAN), 0.0)))
+            return [(FACE_AXES_WEIGHT, UprightFaces(c))] if self.targets.curved else []
+        found: list[tuple[float, Functional]] = [(LEAN_WEIGHT, CloseToNormals(c, self._normals))]
+        if self.targets.upright:
+            found.append((UPRIGHT_WEIGHT, Hinge(InsideCones(c, self._normals, LARGEST_UPRIGHT_LEAN), 0.0)))
         return found
 
     def _normals(self, positions: FloatArray) -> FloatArray:
@@ -226,9 +226,9 @@ class Objective:
         c, of = self.mesh.combinatorics, self.blocks.of
         lengths = self.mesh.edge_lengths / self.mesh.mean_edge_length
         return [
-            (KEPT, of(Hinge(EdgeStretch(c, lengths), float(np.log(LEAST_LENGTH))), "M")),
-            (KEPT, Hinge(FaceNormalCosines(c, self.mesh.face_normals), LEAST_COSINE)),
-            (KEPT, of(Hinge(ConvexFaces(c, self.convex), LEAST_TURN), "M")),
+            (KEPT_SHAPE_WEIGHT, of(Hinge(EdgeStretch(c, lengths), float(np.log(LEAST_KEPT_LENGTH))), "M")),
+            (KEPT_SHAPE_WEIGHT, Hinge(FaceNormalCosines(c, self.mesh.face_normals), LEAST_FACE_TURN_COSINE)),
+            (KEPT_SHAPE_WEIGHT, of(Hinge(ConvexFaces(c, self.convex), LEAST_KEPT_TURN), "M")),
         ]
 
     @cached_property
@@ -236,7 +236,7 @@ class Objective:
         """The faces that are convex in M as given."""
         c = self.mesh.combinatorics
         turns = ConvexFaces(c, np.arange(c.n_faces)).residual(self.blocks.split(self.start)["M"].ravel())
-        return integers(np.flatnonzero(np.minimum.reduceat(turns, c.face_starts[:-1]) >= LEAST_TURN))
+        return integers(np.flatnonzero(np.minimum.reduceat(turns, c.face_starts[:-1]) >= LEAST_KEPT_TURN))
 
     def no_longer_convex(self, x: FloatArray) -> IntArray:
         """Those of them that are not any more."""
@@ -246,10 +246,10 @@ class Objective:
 
     @cached_property
     def metric(self) -> SparseMatrix:
-        fairness = CURVED_STRAIN if self.aims.curved else STRAIN
+        fairness = CURVED_STRAIN_WEIGHT if self.targets.curved else STRAIN_WEIGHT
         n = 3 * self.mesh.n_vertices
-        moves = MOVES * eye_array(n) + fairness * strain(self.mesh)
-        return csr_array(block_diag([moves, IMAGE * eye_array(n)], format="csr"))
+        moves = MOVES_WEIGHT * eye_array(n) + fairness * strain(self.mesh)
+        return csr_array(block_diag([moves, IMAGE_MOVES_WEIGHT * eye_array(n)], format="csr"))
 
     @cached_property
     def penalties(self) -> list[float]:

@@ -13,15 +13,15 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import ComplexArray, FloatArray, IntArray, floats, short_repr
-from geometry.circle_patterns.layout import circle_centres
-from geometry.circle_patterns.radii import CirclePattern, KiteAngles
+from geometry.circle_patterns.circle_centres import circle_centres
+from geometry.circle_patterns.radii import KiteAngles, RadiusProblem
 from geometry.mesh import Combinatorics
 
-__all__ = ["PlanePattern", "all_kites", "closed_pattern", "laid_out"]
+__all__ = ["CirclePattern", "all_kites", "closed_circle_pattern", "laid_out"]
 
 
 @dataclass(frozen=True, eq=False)
-class PlanePattern:
+class CirclePattern:
     """Circles of the vertices and faces of a combinatorics; its faces run counter-clockwise in the plane.
 
     centres (N + F,), complex numbers, and radii (N + F,): of vertices, then of faces. The four circles of
@@ -80,7 +80,7 @@ class PlanePattern:
         return points
 
 
-def closed_pattern(combinatorics: Combinatorics) -> PlanePattern:
+def closed_circle_pattern(combinatorics: Combinatorics) -> CirclePattern:
     """Of a closed polyhedron. Infinity is at the edge with most neighbours, whose large circles are lines then."""
     c = combinatorics
     n = c.n_vertices
@@ -94,13 +94,13 @@ def closed_pattern(combinatorics: Combinatorics) -> PlanePattern:
     for end in (0, 1):  # the line of a neighbour takes half of a circle
         angles -= np.pi * np.bincount(kites[lines[:, 1 - end], end], minlength=n + c.n_faces)
     unknowns = np.where(is_line, -1, np.cumsum(~is_line) - 1)
-    pattern = CirclePattern(n, kites[~lines.any(axis=1)], unknowns, np.where(is_line, np.inf, 1.0), angles[~is_line])
+    pattern = RadiusProblem(n, kites[~lines.any(axis=1)], unknowns, np.where(is_line, np.inf, 1.0), angles[~is_line])
     return laid_out(c, pattern, edge_at_infinity=edge)[0]
 
 
 def laid_out(
-    combinatorics: Combinatorics, pattern: CirclePattern, *, edge_at_infinity: int | None = None
-) -> tuple[PlanePattern, float]:
+    combinatorics: Combinatorics, pattern: RadiusProblem, *, edge_at_infinity: int | None = None
+) -> tuple[CirclePattern, float]:
     """The pattern with its centres, and by how much its worst kite is off, over the distance of the kite's centres.
 
     Where there is no hole, that is what rounds; around a hole a pattern need not close.
@@ -110,7 +110,7 @@ def laid_out(
     corners = np.flatnonzero(finite[all_kites(combinatorics)].all(axis=1))
     z, off = circle_centres(combinatorics, corners, pattern.kites, radii)
     centres = np.where(finite, z, complex(np.nan, np.nan))
-    return PlanePattern(combinatorics, centres, radii, edge_at_infinity), off
+    return CirclePattern(combinatorics, centres, radii, edge_at_infinity), off
 
 
 def all_kites(c: Combinatorics) -> IntArray:

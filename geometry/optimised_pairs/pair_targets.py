@@ -7,26 +7,27 @@ from math import isfinite
 
 from geometry.errors import GeometryError
 
-__all__ = ["LEAST_HEIGHT_ERROR", "Aims"]
+__all__ = ["LEAST_HEIGHT_ERROR", "PairTargets"]
 
 LEAST_HEIGHT_ERROR = 0.002
 """With less, heights weigh so much that faces turn over."""
 
 
 @dataclass(frozen=True)
-class Aims:
+class PairTargets:
     """What is asked of a pair M, S; any mix.
 
     edges, vertices, faces: edge lines, vertices and face planes of S at distance 1 from the origin, as nearly as the
       rest allows: beams, nodes or panels of constant height, over d.
     height_error: by how much such a distance may be off, over what the other terms tolerate; what it is off by in the
       end follows it as its power 0.6 or so. From `LEAST_HEIGHT_ERROR` up.
-    upright: no node axis leans from the normal by more than `objective.MOST_LEAN`, as nearly as the rest allows.
+    upright: no node axis leans from the normal by more than `pair_objective.LARGEST_UPRIGHT_LEAN`, as nearly as the
+      rest allows.
     circular, conical: faces, or vertices, are exactly so.
     mean, gaussian: H or K with respect to S, exactly constant, one over a length of M or its square; signs as in
       `curvature.face_curvatures`.
 
-    Raises GeometryError for numbers out of range, aims that exclude each other, and where nothing is asked.
+    Raises GeometryError for numbers out of range, targets that exclude each other, and where nothing is asked.
     """
 
     edges: bool = False

@@ -22,16 +22,23 @@ from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatr
 from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.optimality import optimum
 
-__all__ = ["LINEAR_DAMPING", "PARALLEL", "drawn_to_normals", "foot_directions", "nearest_parallel", "refine_distances"]
+__all__ = [
+    "GAUSS_IMAGE_PARALLELITY",
+    "LINEAR_DAMPING",
+    "approach_unit_distances",
+    "attracted_to_normals",
+    "foot_directions",
+    "least_squares_parallel",
+]
 
-PARALLEL = 1e-11
+GAUSS_IMAGE_PARALLELITY = 1e-11
 """How far an end of an edge of S may be off the direction of its edge of M at most; S has unit size. Short edges of
 faces that are planar to 1e-12 only leave no less."""
 
-MOSTLY_PARALLEL = 1e-12
+LEAST_GAUSS_IMAGE_PARALLELITY = 1e-12
 """The same where the rounding of M does not ask for more."""
 
-DAMPING = 1e-3
+FIRST_DAMPING = 1e-3
 """Weight of the moves in the first round, over the sum of the weights; a tenth after each round that gains."""
 
 LINEAR_DAMPING = 1e-6
@@ -40,20 +47,20 @@ LINEAR_DAMPING = 1e-6
 LEAST_DAMPING = 1e-9
 """With less, rounding decides where vertices move that the distances leave free."""
 
-MOST_DAMPING = 1e3
+LARGEST_DAMPING = 1e3
 """If rounds gain nothing even with this, none will."""
 
-NORMALS = 1e-4
+NORMALS_WEIGHT = 1e-4
 """Weight of the vertex normals over that of the distances: what distances leave free is then found to twelve digits."""
 
-DRAWING_ROUNDS = 3
+ATTRACTION_ROUNDS = 3
 """Of directions taken anew, each of which squares how far off they are."""
 
-SETTLED = 1e-15
+ZERO_DISTANCE_DEVIATION = 1e-15
 """Mean square of the distances' deviations from 1 is zero below the square of this."""
 
 
-def nearest_parallel(mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: FloatArray | None = None) -> Mesh:
+def least_squares_parallel(mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: FloatArray | None = None) -> Mesh:
     """The mesh S parallel to M, or start (3N,) plus one, that minimises x H x / 2 - g x; x is S, or S minus start.
 
     Raises as `optimum` does: where rounding decides about S, and where S is not parallel to M or no minimum.
@@ -66,12 +73,12 @@ def nearest_parallel(mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: Float
         g,
         origin=np.zeros(3 * mesh.n_vertices) if start is None else start,
         size=1.0,
-        bounds=(MOSTLY_PARALLEL, PARALLEL),
+        bounds=(LEAST_GAUSS_IMAGE_PARALLELITY, GAUSS_IMAGE_PARALLELITY),
         what="the Gauss image",
     )
 
 
-def refine_distances(
+def approach_unit_distances(
     mesh: Mesh,
     gauss_image: Mesh,
     *,
@@ -90,16 +97,16 @@ def refine_distances(
     vertices move, so that those that the distances leave free stay. That weight falls as rounds gain, and rises where
     one does not, which then changes nothing. Stops after `rounds`, each one solve; where all distances are 1;
     and where a round gains less than the part `least_gain` of what is left. solve: what finds S in each round, with the
-    arguments of `nearest_parallel`, which it is if left out. Raises as that does.
+    arguments of `least_squares_parallel`, which it is if left out. Raises as that does.
     """
     weights = faces, edges, vertices, fairness
     heaviest = sum(weights)
-    damping = DAMPING if edges + vertices > 0 else LINEAR_DAMPING
+    damping = FIRST_DAMPING if edges + vertices > 0 else LINEAR_DAMPING
     value = _value(mesh, gauss_image, weights)
     for _ in range(rounds):
-        if value <= SETTLED**2 * heaviest * mesh.n_vertices or damping > MOST_DAMPING:
+        if value <= ZERO_DISTANCE_DEVIATION**2 * heaviest * mesh.n_vertices or damping > LARGEST_DAMPING:
             break
-        tried = _moved(mesh, gauss_image, weights, damping * heaviest, solve or nearest_parallel)
+        tried = _moved(mesh, gauss_image, weights, damping * heaviest, solve or least_squares_parallel)
         reached = _value(mesh, tried, weights)
         if not reached < value:
             damping *= 10
@@ -112,18 +119,18 @@ def refine_distances(
     return gauss_image
 
 
-def drawn_to_normals(
+def attracted_to_normals(
     mesh: Mesh, gauss_image: Mesh, *, faces: float = 0.0, edges: float = 0.0, vertices: float = 0.0
 ) -> Mesh:
     """S near to the vertex normals of M where its distances leave that free, as they do not where they are 1.
 
     So what is free is decided by M, not by the rounding of the S before. The normals pull distances off 1 by about
-    their weight, which `refine_distances` puts right.
+    their weight, which `approach_unit_distances` puts right.
     """
-    for _ in range(DRAWING_ROUNDS):
+    for _ in range(ATTRACTION_ROUNDS):
         terms = _terms(mesh, gauss_image, (faces, edges, vertices, 0.0))
-        H, g = normal_equations([*terms, (NORMALS * (faces + edges + vertices), close_to_vertex_normals(mesh))])
-        gauss_image = nearest_parallel(mesh, H, g)
+        H, g = normal_equations([*terms, (NORMALS_WEIGHT * (faces + edges + vertices), close_to_vertex_normals(mesh))])
+        gauss_image = least_squares_parallel(mesh, H, g)
     return gauss_image
 
 

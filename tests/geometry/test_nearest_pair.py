@@ -75,7 +75,7 @@ def test_what_is_not_nearly_parallel_is_refused() -> None:
 def test_an_image_of_no_size_that_can_be_reckoned_with_is_refused(mesh: Mesh, size: float) -> None:
     twist = 0.1 * np.sin(np.arange(3.0 * mesh.n_vertices)).reshape(-1, 3)
     mesh, image = mesh.with_vertices(mesh.vertices + twist), mesh.with_vertices((mesh.vertices + 1.0) * size)
-    with pytest.raises(GeometryError, match=r"from the origin in the mean, and from 1e-60 to 1e\+60 can be reckoned"):
+    with pytest.raises(GeometryError, match=r"from the origin on average; this must be between 1e-60 and 1e\+60"):
         nearest_parallel_pair(mesh, image)
 
 

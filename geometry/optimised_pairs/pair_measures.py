@@ -16,13 +16,13 @@ from geometry.optimise import minimise_quadratic, normal_equations
 from geometry.parallel import parallelity
 from geometry.surface import Surface
 
-__all__ = ["PairMeasures", "faces_off_the_rim", "fresh_curvatures"]
+__all__ = ["PairMeasures", "faces_off_the_rim", "independent_curvatures"]
 
-INNER = (0.025, 0.5, 0.975)
+SPREAD_QUANTILES = (0.025, 0.5, 0.975)
 """Parts of the values between which nearly all are, and their middle."""
 
 
-FRESH_VERTICES, FRESH_PARALLEL = 0.1, 1e-7
+INDEPENDENT_VERTEX_WEIGHT, INDEPENDENT_PARALLELITY = 0.1, 1e-7
 """Weight of vertices over that of faces in a fresh Gauss image, and how far off the edges of M its own may be."""
 
 
@@ -65,23 +65,23 @@ class PairMeasures:
 
 
 def _spread(distances: FloatArray) -> float:
-    low, middle, high = np.quantile(distances, INNER).tolist()
+    low, middle, high = np.quantile(distances, SPREAD_QUANTILES).tolist()
     return float((high - low) / abs(middle)) if middle else np.inf
 
 
-def fresh_curvatures(mesh: Mesh, *, gaussian: bool) -> tuple[FloatArray, float]:
+def independent_curvatures(mesh: Mesh, *, gaussian: bool) -> tuple[FloatArray, float]:
     """H or K (F,) of the faces of M with respect to a Gauss image that is computed from M alone, and a size of it: the
     curvature that zero is to be compared with.
 
     A Gauss image that was optimised with M can be tilted until it has any curvature; this one cannot. It is that of
-    `gauss.approximate_pair`, but parallel to `FRESH_PARALLEL` only, so that it is found too where conditions of P(M)
-    nearly depend on each other, as on meshes of constant curvature.
+    `gauss.approximate_pair`, but parallel to `INDEPENDENT_PARALLELITY` only, so that it is found too where conditions
+    of P(M) nearly depend on each other, as on meshes of constant curvature.
     """
     c = mesh.combinatorics
-    terms = [(FRESH_VERTICES, close_to_vertex_normals(mesh)), (1.0, faces_at_unit_distance(mesh))]
+    terms = [(INDEPENDENT_VERTEX_WEIGHT, close_to_vertex_normals(mesh)), (1.0, faces_at_unit_distance(mesh))]
     conditions = parallel_to(mesh)
     found = minimise_quadratic(
-        *normal_equations(terms), conditions.matrix, conditions.target, tolerance=FRESH_PARALLEL
+        *normal_equations(terms), conditions.matrix, conditions.target, tolerance=INDEPENDENT_PARALLELITY
     ).x.reshape(-1, 3)
     areas, normals = np.linalg.norm(mesh.vector_areas, axis=1), mesh.face_normals
     mean = -mixed_areas(mesh.vertices, found, c, normals) / areas

@@ -16,12 +16,19 @@ from geometry.gauss import PairLike, as_pair
 from geometry.mesh.polygons import face_mean_edge_lengths, mixed_areas
 from geometry.parallel.edge_parallelity import check_planar
 
-__all__ = ["LEAST_AREA", "NEGATIVE", "FaceCurvatures", "face_curvatures", "steiner_area", "steiner_areas"]
+__all__ = [
+    "LEAST_DISCRIMINANT",
+    "LEAST_FACE_AREA",
+    "FaceCurvatures",
+    "face_curvatures",
+    "steiner_area",
+    "steiner_areas",
+]
 
-LEAST_AREA = 1e-9
+LEAST_FACE_AREA = 1e-9
 """Least area of a face over the square of its mean edge length: rounding takes as many digits from its curvatures."""
 
-NEGATIVE = 1e-9
+LEAST_DISCRIMINANT = 1e-9
 """H^2 - K down to minus this passes for zero, over the square of l l' / area(F) with the mean edge lengths l and l' of
 the face and its image: meshes count as parallel to 1e-9, which may change it by so much."""
 
@@ -48,13 +55,14 @@ class FaceCurvatures:
         return integers(np.flatnonzero(np.isnan(self.principal[:, 0])))
 
 
-def face_curvatures(pair: PairLike, *, negative: float = NEGATIVE) -> FaceCurvatures:
+def face_curvatures(pair: PairLike, *, negative: float = LEAST_DISCRIMINANT) -> FaceCurvatures:
     """The curvatures of the faces of M with respect to S [Pottmann2007, (7)].
 
     S may be any Gauss image, exact or not; it is understood to have unit size. They do not change when M or
     S is moved, nor when both are turned; M twice as large has half the H and a quarter of the K.
 
-    `negative`: how far below zero rounding may take H^2 - K where both principal curvatures are equal; see `NEGATIVE`.
+    `negative`: how far below zero rounding may take H^2 - K where both principal curvatures are equal; see
+    `LEAST_DISCRIMINANT`.
 
     Raises MeshError where a face of M has no area, GeometryError where one is not planar.
     """
@@ -100,10 +108,10 @@ def _check_areas(relative: FloatArray) -> None:
     raise_worst(
         relative,
         ">=",
-        LEAST_AREA,
+        LEAST_FACE_AREA,
         lambda face, value: (
             f"face {face} has an area of {value:.1e} of its mean edge length squared, at least "
-            f"{LEAST_AREA:.0e} is needed: it has no curvature; remove the face, or list its corners in their order"
+            f"{LEAST_FACE_AREA:.0e} is needed: it has no curvature; remove the face, or list its corners in their order"
         ),
         error=MeshError,
     )

@@ -9,19 +9,24 @@ from geometry.gauss.pair import Pair
 from geometry.gauss.rounded_mesh import rounded_mesh_pair
 from geometry.mesh import MeshLike, as_mesh
 
-__all__ = ["EXACT", "pair_to_build"]
+__all__ = ["EXACT_OFFSET_TOLERANCE", "exact_or_approximate_pair"]
 
-EXACT = 1e-6
+EXACT_OFFSET_TOLERANCE = 1e-6
 """How far distances of an exact S may be from 1: a ten-thousandth of a millimetre in a beam of 100 mm. Drawing programs
 write seven digits; a mesh that had an exact offset before should have it still."""
 
-ROUNDED = 4.0
+DISTANCE_ROUNDINGS = 4.0
 """By how many roundings of coordinates, over the mean edge length, distances of an exact S may differ: a seventh of one
 at map coordinates of fair meshes, and more where edges are short or angles sharp."""
 
 
-def pair_to_build(
-    mesh: MeshLike, *, moved: float = 0.0, rounding: float = 0.0, tolerance: float = EXACT, **weights: Any
+def exact_or_approximate_pair(
+    mesh: MeshLike,
+    *,
+    moved: float = 0.0,
+    rounding: float = 0.0,
+    tolerance: float = EXACT_OFFSET_TOLERANCE,
+    **weights: Any,
 ) -> tuple[Pair, str | None]:
     """M and S of a planar mesh, and of which offset S is if it is exact: "edge", "vertex" or "face" where M has one and
     no weights are given; else S is as near to the unit sphere as the weights of `approximate_pair` say.
@@ -37,7 +42,7 @@ def pair_to_build(
     but for meshes of triangles that have an exact S.
     """
     mesh = as_mesh(mesh)
-    tolerance = max(tolerance, ROUNDED * rounding / mesh.mean_edge_length)
+    tolerance = max(tolerance, DISTANCE_ROUNDINGS * rounding / mesh.mean_edge_length)
     exact = None if weights else best_offset_pair(mesh, tolerance=tolerance)
     if exact is not None:
         return exact[1], exact[0]
