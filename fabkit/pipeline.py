@@ -50,6 +50,7 @@ __all__ = [
     "checked_pair",
     "checked_planar",
     "design",
+    "made_planar",
     "mesh_in_mm",
     "write_built",
 ]
@@ -185,7 +186,7 @@ def _structure(
 def checked_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
     """The mesh with planar faces, and the findings about it. Raises FitnessError if a finding is refused."""
     with stages("Planarise"):
-        planar = _planar(project, mesh)
+        planar = made_planar(mesh, project.planarise.model_dump(exclude_none=True))
         return planar, _checked(project, (), of_planar_mesh(mesh, planar, project.fitness))
 
 
@@ -220,9 +221,10 @@ def checked_pair(
         return structure, image, _checked(project, found, of_gauss_image(structure, project.fitness))
 
 
-def _planar(project: Project, mesh: Mesh) -> Mesh:
+def made_planar(mesh: Mesh, weights: dict[str, Any]) -> Mesh:
+    """The mesh with planar faces, by these weights of `Guides`. Raises FitnessError where it folds over."""
     try:
-        return planarise(mesh, Guides(**project.planarise.model_dump(exclude_none=True))).mesh
+        return planarise(mesh, Guides(**weights)).mesh
     except FoldedError as error:
         raise FitnessError([folded(error)]) from None
 

@@ -219,6 +219,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.wording",
         "fabkit.errors",
         "geometry.files",
+        "geometry.curvature",
         "geometry.gauss",
         "geometry.parallel",
         "geometry.mesh",
@@ -307,8 +308,15 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "sheet_nesting summary",
         "facts",
     ),
-    "fabkit.formats": ("manifest renaming tables triangles", "folder gltf kernels", "documents"),
-    "fabkit.commands": ("terminal options facts", "inspection", "printing", "design", "command_line"),
+    "fabkit.formats": ("manifest renaming tables triangles single_files", "folder gltf kernels", "documents"),
+    "fabkit.commands": (
+        "terminal options facts",
+        "inspection",
+        "printing",
+        "mesh_output",
+        "meshes design",
+        "command_line",
+    ),
 }
 """The files of large rooms from the ground up: each imports only those of lines before its own; `a b` are peers."""
 

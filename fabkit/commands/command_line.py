@@ -1,4 +1,4 @@
-"""The command line: `fabkit build` and `fabkit inspect`; the commands of `fabkit design` are in `design.py`."""
+"""The command line: `fabkit build` and `fabkit inspect`; others are in `meshes.py` and `design.py`."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fabkit.commands.design import design_app
+from fabkit.commands.meshes import curvature_command, offset_command, planarise_command
 from fabkit.commands.options import (
     RUN,
     Accept,
@@ -42,8 +43,6 @@ app = typer.Typer(
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
 )
-
-app.add_typer(design_app, name="design")
 
 
 @app.command("build")
@@ -146,3 +145,9 @@ def inspect_command(
         is_unfit = inspect_and_print(mesh, settings)
     if is_unfit:
         raise typer.Exit(1)
+
+
+app.command("planarise")(planarise_command)
+app.command("offset")(offset_command)
+app.command("curvature")(curvature_command)
+app.add_typer(design_app, name="design")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.commands.facts import as_read, beam_heights, ends_of_all, moves, offset_kinds, pair_fit
+from fabkit.commands.facts import as_read, beam_heights, ends_of_all, findings_facts, moves, offset_kinds, pair_fit
 from fabkit.errors import FabkitError, error_sentence
 from fabkit.fitness import CRITERIA, Finding, FitnessError, with_accepted
 from fabkit.fitness.parts import mitres
@@ -34,7 +34,7 @@ class Inspection:
 
     gauss_image: as given, None where it is computed. moved: what making faces planar took, None for nothing.
     planar: the mesh after that; structure: it and its Gauss image; None where that failed. findings: what is unusual,
-    reported, allowed or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made,
+    noted, accepted or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made,
     or only what depends on no size was judged.
     """
 
@@ -62,12 +62,7 @@ class Inspection:
             yield from offset_kinds(self.planar)
         if self.structure is not None:
             yield "beam heights", beam_heights(self.structure.heights)
-        for finding in self.findings:
-            if finding.level != "refused":
-                yield finding.level, f"{finding.name}: {finding.sentence}"
-        for finding in self.findings:
-            if finding.level == "refused":
-                yield "unfit", f"{finding.name}: {finding.sentence}: {finding.advice}"
+        yield from findings_facts(self.findings)
         for sentence in self.trouble:
             yield "unfit", sentence
         if not self.is_sized:

@@ -32,6 +32,7 @@ __all__ = [
     "Underside",
     "Unit",
     "project_of",
+    "refuse_beside",
     "settings_of",
 ]
 
@@ -140,6 +141,16 @@ def project_of(mesh: Path, settings: dict[str, Any]) -> Project:
     if mesh.suffix.lower() == ".toml":
         return load_project(mesh, settings)
     return project_from({"mesh": mesh, **settings})
+
+
+def refuse_beside(context: typer.Context, reason: str, *options: str) -> None:
+    """Raise ProjectError where one of these options was given, since it would have no effect."""
+    for option in options:
+        source = context.get_parameter_source(option)
+        if source is not None and source.name == "COMMANDLINE":
+            raise ProjectError(
+                f"{reason}, so --{option.replace('_', '-')} would have no effect: leave out one of the two"
+            )
 
 
 def _drop_unset(settings: dict[str, Any]) -> dict[str, Any]:
