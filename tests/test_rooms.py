@@ -219,6 +219,8 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.wording",
         "fabkit.errors",
         "geometry.files",
+        "geometry.pictures",
+        "geometry.colours",
         "geometry.curvature",
         "geometry.gauss",
         "geometry.parallel",
@@ -312,6 +314,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "fabkit.commands": (
         "terminal options facts",
         "inspection",
+        "inspection_picture",
         "printing",
         "mesh_output",
         "meshes design",

@@ -33,7 +33,7 @@ MM_PER_M = 1000.0
 
 
 SHOWN_PERCENT = 98.0
-"""Percentile of the curvatures at which the colours end, and 100 minus it: a few faces bend much more than all others."""
+"""Percentile of the curvatures at which the colours end, and 100 minus it: a few faces bend far more than others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +76,6 @@ def draw_inspection(found: Inspection, path: Path) -> None:
             view=view,
             axes=axes,
         )
-    if found.structure is None:
-        figure.supxlabel("there is no Gauss image, so no curvature, beam height and lean", fontsize="medium")
     for axes in places[len(panels) :]:
         axes.remove()
     figure.savefig(path, format="png", bbox_inches="tight", pad_inches=0.2)
@@ -85,7 +83,8 @@ def draw_inspection(found: Inspection, path: Path) -> None:
 
 def _panels(found: Inspection) -> Iterator[_Panel]:
     mesh, structure = found.file.mesh, found.structure
-    yield _Panel(f"{found.file.path.name}: {mesh.n_faces} faces", mesh)
+    missing = ", without Gauss image" if structure is None else ""
+    yield _Panel(f"{found.file.path.name}: {mesh.n_faces} faces{missing}", mesh)
     yield _Panel("Planarity as read", mesh, "faces", mesh.planarity, "over the mean edge")
     if structure is None:
         return
@@ -93,7 +92,7 @@ def _panels(found: Inspection) -> Iterator[_Panel]:
     length = "m" if found.is_sized else "mean edge"
     for title, values, label in (
         ("Mean curvature H", curvatures.mean * MM_PER_M, f"1 / {length}"),
-        ("Gaussian curvature K", curvatures.gaussian * MM_PER_M**2, f"1 / ({length})²"),
+        ("Gaussian curvature K", curvatures.gaussian * MM_PER_M**2, f"1 / {length}²"),
     ):
         low, high = np.percentile(values, [100 - SHOWN_PERCENT, SHOWN_PERCENT]).tolist()
         yield _Panel(title, structure.mesh, "faces", values, label, (low, high))

@@ -133,7 +133,10 @@ def _planar(path: Path, gauss_image: Path | None, flip: bool, weights: dict[str,
         mesh = made_planar(file.mesh, weights)
     else:
         given = read_given_pair(path, gauss_image, flip=flip, tolerance=GIVEN_PAIR_TOLERANCE)
-        file, pair = given.file, nearest_parallel_pair(given.file.mesh, given.gauss_image, tolerance=GIVEN_PAIR_TOLERANCE)
+        file, pair = (
+            given.file,
+            nearest_parallel_pair(given.file.mesh, given.gauss_image, tolerance=GIVEN_PAIR_TOLERANCE),
+        )
         mesh = pair.mesh
     return _Planar(file, mesh, pair, of_planar_mesh(file.mesh, mesh, FitnessRules()))
 
