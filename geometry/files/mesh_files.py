@@ -16,18 +16,18 @@ from geometry.arrays import FloatArray, floats, short_repr
 from geometry.colours import ElementColours, element_colours
 from geometry.errors import MeshError, MeshFileError, described, printable
 from geometry.files.encoding import decoded
-from geometry.files.face_checks import COINCIDENCE
+from geometry.files.face_checks import COINCIDENCE_TOLERANCE
 from geometry.files.materials import face_materials
-from geometry.files.mending import mend_soup
+from geometry.files.mending import mend_polygons
 from geometry.files.obj import obj_text, read_obj
 from geometry.files.off import off_text, read_off
 from geometry.files.ply import ply_text, read_ply
-from geometry.files.polygon_soup import PolygonSoup
+from geometry.files.raw_polygons import RawPolygons
 from geometry.files.triangle_formats import TRIANGLE_SUFFIXES, read_triangles
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.mesh.origin import rounding
 
-__all__ = ["MeshFile", "about", "path_name", "read_mesh", "read_soup", "write_mesh"]
+__all__ = ["MeshFile", "about", "path_name", "read_mesh", "read_polygons", "write_mesh"]
 
 _WRITERS: dict[str, Callable[[Mesh, ElementColours | None], str]] = {
     ".obj": obj_text,
@@ -73,7 +73,7 @@ class MeshFile:
         return replace(self, mesh=mesh, origin=floats(self.origin + origin))
 
 
-def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: float = COINCIDENCE) -> MeshFile:
+def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: float = COINCIDENCE_TOLERANCE) -> MeshFile:
     """Read a mesh file (by suffix) and mend it; see `geometry.files.mending.mend`.
 
     OBJ, OFF and PLY files hold polygons; STL, GLB and glTF files, which trimesh reads, hold triangles.
@@ -88,8 +88,8 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
     """
     path = _as_path(path, "read_mesh(path)")
     try:
-        soup, sha256 = read_soup(path)
-        mesh, mended = mend_soup(soup, flip=flip, coincidence=coincidence)
+        raw, sha256 = read_polygons(path)
+        mesh, mended = mend_polygons(raw, flip=flip, coincidence=coincidence)
     except (MeshFileError, MeshError) as error:
         raise about(path_name(path), error) from error
     return MeshFile(path, mesh, mended, sha256)
@@ -159,7 +159,7 @@ def _write_text(path: Path, text: str) -> None:
         raise MeshFileError(f"{path_name(path)}: the file cannot be written: {_reason(error)}") from error
 
 
-def read_soup(path: Path) -> tuple[PolygonSoup, str]:
+def read_polygons(path: Path) -> tuple[RawPolygons, str]:
     """What a file holds, before anything is mended, and the sha256 of its bytes.
 
     Raises MeshFileError where it cannot be read.
@@ -168,10 +168,10 @@ def read_soup(path: Path) -> tuple[PolygonSoup, str]:
     if suffix not in (*_WRITERS, *TRIANGLE_SUFFIXES):
         raise MeshFileError(_unknown_suffix(path, "read from", (*_WRITERS, *TRIANGLE_SUFFIXES)))
     data = _contents(path)
-    return _soup(data, suffix, path.parent), hashlib.sha256(data).hexdigest()
+    return _polygons(data, suffix, path.parent), hashlib.sha256(data).hexdigest()
 
 
-def _soup(data: bytes, suffix: str, folder: Path) -> PolygonSoup:
+def _polygons(data: bytes, suffix: str, folder: Path) -> RawPolygons:
     if not data.strip():
         raise MeshFileError("the file is empty; export the mesh again")
     if suffix in TRIANGLE_SUFFIXES:
