@@ -14,18 +14,16 @@ import numpy as np
 from fabkit.checking import FIT_MM, check_fit
 from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
-from fabkit.fitness import Finding, FitnessError, check_fit_to_build, with_accepted
+from fabkit.fitness import Finding
 from fabkit.fitness.parts import block_heights, mitres_of, sheets, underside
-from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
 from fabkit.formats import whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, LeftOut, Parts
 from fabkit.production import (
     BuildFacts,
-    ExactGaussImage,
-    GivenGaussImage,
     Nest,
+    OnSurface,
     Sheet,
     Summary,
     build_facts,
@@ -35,22 +33,18 @@ from fabkit.production import (
 )
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
+from fabkit.structure import checked_structure, with_checked
+from fabkit.surface import LaidSurface, lay_on_surface
 from fabkit.units import MM_PER_UNIT
 from fabkit.wording import readable
-from geometry.errors import FoldedError
 from geometry.files import MeshFile, read_mesh
-from geometry.gauss import SupportStructure, exact_or_approximate_pair, nearest_parallel_pair
+from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh
-from geometry.meshing import Guides, planarise
 
 __all__ = [
     "Built",
     "build",
-    "checked_image",
-    "checked_pair",
-    "checked_planar",
     "design",
-    "made_planar",
     "mesh_in_mm",
     "write_built",
 ]
@@ -136,9 +130,10 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     stages = stages or Stages()
     with stages("Read"):
         file, given = _read(project)
-        scale = _scale(project, file.mesh)
-        mesh = file.mesh * scale
-    structure, image, found = _structure(project, mesh, file.rounding * scale, given, stages)
+    file, laid = _laid(project, file, stages)
+    scale = _scale(project, file.mesh)
+    mesh = file.mesh * scale
+    structure, image, found = checked_structure(project, mesh, file.rounding * scale, given, laid, stages)
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
@@ -147,12 +142,15 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         assembly = replace(assembly, origin_mm=file.origin * scale)
     with stages("Nest"):
         reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
-        found = _checked(project, found, _unusual_parts(project, detailed, assembly, reasons))
+        found = with_checked(project, found, _unusual_parts(project, detailed, assembly, reasons))
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(assembly, reasons)
         nest = _nest(project, assembly, stages)
     summary = replace(
-        _summary(project, file, scale, structure, detailed), gauss_image=image, equal_within_mm=within, fitness=found
+        _summary(project, file, laid, scale, structure, detailed),
+        gauss_image=image,
+        equal_within_mm=within,
+        fitness=found,
     )
     return Built(project, structure, assembly, nest, summary, stages.seconds, file.sha256)
 
@@ -166,74 +164,22 @@ def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
     return pair.file, pair
 
 
-def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None]:
-    """The mesh of a project, how coarse its coordinates were, in mm, and its Gauss image where that is given."""
+def _laid(project: Project, file: MeshFile, stages: Stages) -> tuple[MeshFile, LaidSurface | None]:
+    """With the mesh that is laid on the surface in the file, if that is asked for."""
+    if project.surface is None:
+        return file, None
+    mm = None if project.unit is None else MM_PER_UNIT[project.unit]
+    with stages("Lay mesh"):
+        return lay_on_surface(file, project.surface, mm, lambda share: stages.progress("Lay mesh", share))
+
+
+def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None, LaidSurface | None]:
+    """The mesh of a project, how coarse its coordinates were, in mm; its Gauss image where that is given, and its
+    surface where it is laid on one."""
     file, given = _read(project)
+    file, laid = _laid(project, file, Stages())
     scale = _scale(project, file.mesh)
-    return file.mesh * scale, file.rounding * scale, given
-
-
-def _structure(
-    project: Project, mesh: Mesh, rounding_mm: float, given: GivenPair | None, stages: Stages
-) -> tuple[SupportStructure, GivenGaussImage | ExactGaussImage | None, tuple[Finding, ...]]:
-    """The structure between the planar mesh and its Gauss image; where that image is from; the findings so far."""
-    if given is not None:
-        return checked_pair(project, mesh, given, stages)
-    planar, found = checked_planar(project, mesh, stages)
-    return checked_image(project, mesh, planar, rounding_mm, found, stages)
-
-
-def checked_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
-    """The mesh with planar faces, and the findings about it. Raises FitnessError if a finding is refused."""
-    with stages("Planarise"):
-        planar = made_planar(mesh, project.planarise.model_dump(exclude_none=True))
-        return planar, _checked(project, (), of_planar_mesh(mesh, planar, project.fitness))
-
-
-def checked_image(
-    project: Project, mesh: Mesh, planar: Mesh, rounding_mm: float, before: tuple[Finding, ...], stages: Stages
-) -> tuple[SupportStructure, ExactGaussImage | None, tuple[Finding, ...]]:
-    """The structure with a computed Gauss image, and the findings so far.
-
-    mesh: before it was made planar; rounding_mm: of its coordinates as read; before: the findings about `planar`.
-    Raises FitnessError if a finding is refused.
-    """
-    with stages("Gauss image"):
-        moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
-        pair, offset = exact_or_approximate_pair(
-            planar, moved=moved, rounding=rounding_mm, **project.gauss_image.weights
-        )
-        structure = SupportStructure(pair, project.beams.height_mm)
-        image = None if offset is None else ExactGaussImage(offset)
-        return structure, image, _checked(project, before, of_gauss_image(structure, project.fitness))
-
-
-def checked_pair(
-    project: Project, mesh: Mesh, given: GivenPair, stages: Stages
-) -> tuple[SupportStructure, GivenGaussImage, tuple[Finding, ...]]:
-    """The structure with a given Gauss image. Raises FitnessError if a finding is refused."""
-    with stages("Planar and parallel"):
-        pair = nearest_parallel_pair(mesh, given.gauss_image, tolerance=project.gauss_image.tolerance)
-        _, moves = pair.moves_from(mesh, given.gauss_image)
-        image = GivenGaussImage(given.name, given.sha256, float(moves.max()), float(moves.mean()))
-        found = _checked(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
-        structure = SupportStructure(pair, project.beams.height_mm)
-        return structure, image, _checked(project, found, of_gauss_image(structure, project.fitness))
-
-
-def made_planar(mesh: Mesh, weights: dict[str, Any]) -> Mesh:
-    """The mesh with planar faces, by these weights of `Guides`. Raises FitnessError where it folds over."""
-    try:
-        return planarise(mesh, Guides(**weights)).mesh
-    except FoldedError as error:
-        raise FitnessError([folded(error)]) from None
-
-
-def _checked(project: Project, before: tuple[Finding, ...], found: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """All findings so far. Raises FitnessError if one is refused and not accepted."""
-    findings = (*before, *with_accepted(found, project.accept))
-    check_fit_to_build(findings)
-    return findings
+    return file.mesh * scale, file.rounding * scale, given, laid
 
 
 def _unusual_parts(
@@ -301,6 +247,7 @@ def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest | None:
 def _summary(
     project: Project,
     file: MeshFile,
+    laid: LaidSurface | None,
     scale: float,
     structure: SupportStructure,
     detailed: Detailed,
@@ -328,6 +275,22 @@ def _summary(
         twists_deg=np.degrees(structure.twists),
         underside_mm=detailed.underside_mm,
         underside_reason=detailed.underside_reason,
+        surface=None if laid is None else _on_surface(laid, mesh, scale),
+    )
+
+
+def _on_surface(laid: LaidSurface, mesh: Mesh, scale: float) -> OnSurface:
+    quality, angles = laid.laid.quality, np.degrees(laid.laid.network.crossing_angles)
+    return OnSurface(
+        n_triangles=laid.n_triangles,
+        lines=laid.lines,
+        affine=laid.affine,
+        crossing_deg=(float(angles[0]), float(angles[1])),
+        quad_share=quality.quad_share,
+        valences=quality.valences,
+        aligned_share=laid.aligned_share,
+        distances_mm=laid.distances(mesh * (1 / scale)) * scale,
+        smoothing_mm=laid.largest_smoothing * scale,
     )
 
 

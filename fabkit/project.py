@@ -16,6 +16,7 @@ from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE
 from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
+from fabkit.surface import SurfaceRules
 from fabkit.units import MM_PER_UNIT, Unit
 from fabkit.wording import echo, readable
 
@@ -95,10 +96,11 @@ class Nesting(BaseModel):
 
 
 class Project(BaseModel):
-    """A mesh and everything that decides what becomes of it.
+    """A mesh, or a surface to lay one on, and everything that decides what becomes of it.
 
     mesh: the file. Either unit, the unit of its coordinates, or mean_edge_mm, the length to which its mean edge is
     scaled, is required. flip turns the outside round. name: of the structure, by default that of the mesh file.
+    surface: that the file is a design surface, and what is laid on it; a mean_edge_mm is that of the mesh then.
     gauss_image: weights, or a file, which may also stand in the place of the whole table. equal_within_mm: how far
     coordinates of parts may differ for these to share a mark; parts then stand off their places by as much. fitness:
     bounds from which a finding is noted or refused; accept: names of findings to accept instead of refusing them.
@@ -116,6 +118,7 @@ class Project(BaseModel):
     equal_within_mm: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = EQUAL_WITHIN_MM
     accept: tuple[str, ...] = ()
     fitness: FitnessRules = Field(default_factory=FitnessRules)
+    surface: SurfaceRules | None = None
     planarise: PlanariseWeights = PlanariseWeights()
     gauss_image: GaussImageRules = GaussImageRules()
     nesting: Nesting = Nesting()
@@ -151,6 +154,16 @@ class Project(BaseModel):
             raise ValueError(
                 f"either the unit of the mesh or the length of its mean edge is needed, and {found}: say unit "
                 f"(--unit) as one of {units}, or mean_edge_mm (--mean-edge) in mm for a model without unit"
+            )
+        if self.surface is not None and self.gauss_image.file is not None:
+            raise ValueError(
+                "a mesh is laid on a surface by [surface], so that no Gauss image can be given for it: take out "
+                "gauss_image.file (--gauss-image), or [surface]"
+            )
+        if self.surface is not None and self.unit is None and self.surface.faces is None:
+            raise ValueError(
+                "surface.edge_length_mm (--edge-length) is in mm, but the surface has no unit: give unit (--unit), or "
+                "the number of faces (--faces) with mean_edge_mm (--mean-edge)"
             )
         if self.gauss_image.file is not None and self.planarise.model_dump(exclude_none=True):
             raise ValueError(
@@ -240,8 +253,9 @@ def project_from(settings: dict[str, Any], *, source: str = "") -> Project:
 
 def _start_paths_from(file: Path, found: dict[str, Any]) -> None:
     r"""Make the paths in a project file start from its folder. In "C:\new\table.obj", \n and \t are signs of TOML."""
-    rules = found.get("gauss_image")
-    for table, key in ((found, "mesh"), (found, "out"), (found, "gauss_image"), (rules, "file")):
+    image, surface = found.get("gauss_image"), found.get("surface")
+    paths = ((found, "mesh"), (found, "out"), (found, "gauss_image"), (image, "file"), (surface, "strokes"))
+    for table, key in paths:
         if isinstance(table, dict) and isinstance(table.get(key), str):
             if re.search(r"[\x00-\x1f]", table[key]):
                 raise ProjectError(

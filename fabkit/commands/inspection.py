@@ -14,9 +14,10 @@ from fabkit.errors import FabkitError, error_sentence
 from fabkit.fitness import CRITERIA, Finding, FitnessError, with_accepted
 from fabkit.fitness.parts import mitres
 from fabkit.fitness.shape import self_intersection
-from fabkit.pipeline import checked_image, checked_pair, checked_planar, design, mesh_in_mm
+from fabkit.pipeline import design, mesh_in_mm
 from fabkit.project import GaussImageRules, Project
 from fabkit.stages import Stages
+from fabkit.structure import checked_image, checked_pair, checked_planar
 from geometry.errors import GeometryError
 from geometry.files import MeshFile, read_mesh, read_mesh_pair
 from geometry.gauss import SupportStructure
@@ -151,12 +152,12 @@ def _shaped(project: Project) -> _Tried:
     """The stages up to the Gauss image."""
     tried = _Tried()
     try:
-        mesh, rounding_mm, given = mesh_in_mm(project)
+        mesh, rounding_mm, given, laid = mesh_in_mm(project)
         tried = replace(tried, given=mesh)
         if given is not None:
             structure, _, found = checked_pair(project, mesh, given, Stages())
             return _Tried(mesh, structure.mesh, structure, found)
-        planar, found = checked_planar(project, mesh, Stages())
+        planar, found = checked_planar(project, mesh, laid, Stages())
         tried = _Tried(mesh, planar, None, found)
         structure, _, found = checked_image(project, mesh, planar, rounding_mm, found, Stages())
     except FitnessError as error:

@@ -19,7 +19,7 @@ from fabkit.fitness import Finding, FitnessRules
 from fabkit.fitness.shape import of_planar_mesh
 from fabkit.formats import whole_file
 from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE, read_given_pair
-from fabkit.pipeline import made_planar
+from fabkit.structure import made_planar
 from geometry.arrays import FloatArray
 from geometry.curvature import FaceCurvatures, face_curvatures
 from geometry.files import MeshFile, read_mesh, write_mesh
@@ -45,7 +45,7 @@ class _Planar:
     def facts(self) -> list[tuple[str, str]]:
         mended = [("mended", note) for note in self.file.mended]
         planarised = ("planarised", moves(self.file.mesh, self.mesh) or "nothing to do")
-        return [*mended, planarised, *findings_facts(self.findings, may_allow=False)]
+        return [*mended, planarised, *findings_facts(self.findings, may_accept=False)]
 
     @property
     def paired(self) -> Pair:

@@ -102,8 +102,8 @@ def check_size(raw: RawPolygons) -> None:
     size = float(np.ptp(raw.vertices, axis=0).max())
     if 0 < size < LEAST_FILE_EXTENT:
         raise MeshError(
-            f"the mesh measures {size:.1e} where it is longest, and at least {LEAST_FILE_EXTENT:.0e} can be reckoned with"
-            ": write it in a smaller unit",
+            f"the longest extent of the mesh is {size:.1e}, but at least {LEAST_FILE_EXTENT:.0e} can be reckoned with: "
+            "write it in a smaller unit",
             value=size,
             bound=LEAST_FILE_EXTENT,
         )
