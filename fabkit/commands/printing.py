@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,9 @@ from fabkit.fitness import MAX_NAMED_ELEMENTS
 from fabkit.pipeline import Built, build
 from fabkit.production import TERMINAL
 from fabkit.project import Project
+from fabkit.stages import Listener
 
-__all__ = ["add_facts", "build_and_print", "inspect_and_print", "write_and_print"]
+__all__ = ["add_facts", "build_and_print", "inspect_and_print", "progress_display", "write_and_print"]
 
 COLOURS = {"note": "yellow", "accepted": "yellow", "unfit": "red"}
 
@@ -34,8 +36,8 @@ LARGEST_BOOST_COMPONENT = 1e9
 def build_and_print(mesh: Path, settings: dict[str, Any], *, force: bool) -> None:
     """Build while the stages are shown, and print the facts."""
     project = project_of(mesh, settings)
-    with _progress() as progress:
-        built = build(project, force=force, listener=_Display(progress))
+    with progress_display() as listener:
+        built = build(project, force=force, listener=listener)
     _print_result(project, built)
 
 
@@ -76,14 +78,17 @@ def write_and_print(design: EdgeOffsetDesign, out: Path, boosts: list[str] | Non
     OUT.print(f"  fabkit build {mesh} --gauss-image {image} {size} -o {built}")
 
 
-def _progress() -> Progress:
-    return Progress(
+@contextmanager
+def progress_display() -> Iterator[Listener]:
+    """What stages are reported to, one line each, while it runs."""
+    with Progress(
         SpinnerColumn(finished_text="[green]✓[/]"),
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),
         TimeElapsedColumn(),
         console=ERR,
-    )
+    ) as progress:
+        yield _Display(progress)
 
 
 class _Display:
