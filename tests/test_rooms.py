@@ -214,6 +214,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh",
     },
     "fabkit.designs": {
+        "fabkit.rules",
         "fabkit.families",
         "fabkit.formats",
         "fabkit.formats.drawings",
