@@ -46,6 +46,19 @@ class MeshFile:
     origin (3,): what is taken out of the coordinates, which are those of `mesh` plus the origin in the file. As read it
     is zero: the mesh stands where the file has it, and nothing is to be put back. sha256: of the bytes it
     was read from, which are read once; companion_sha256: of those of the second file of a pair.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from geometry import read_mesh, write_mesh
+    >>> from geometry.mesh import shapes
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_mesh(Path(folder, "grid.obj"), shapes.grid(3, 2).translated([5e6, 0, 0]))
+    ...     file = read_mesh(Path(folder, "grid.obj"))
+    ...
+    >>> file.mesh
+    Mesh(12 vertices, 6 faces, 17 edges)
+    >>> file.near_zero().origin.tolist()
+    [5000002.0, 1.0, 0.0]
     """
 
     __repr__ = short_repr
@@ -74,7 +87,7 @@ class MeshFile:
 
 
 def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: float = COINCIDENCE_TOLERANCE) -> MeshFile:
-    """Read a mesh file (by suffix) and mend it; see `geometry.files.mending.mend`.
+    r"""Read a mesh file (by suffix) and mend it; see `geometry.files.mending.mend`.
 
     OBJ, OFF and PLY files hold polygons; STL, GLB and glTF files, which trimesh reads, hold triangles.
 
@@ -85,6 +98,20 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
     Raises MeshFileError where the file cannot be read and MeshError where it does not hold a usable mesh. Sentences
     begin with the path and number vertices and faces as the file does: OBJ from 1, PLY from 0, OFF from 0 unless the
     file's own indices start at 1; they say which. The error's `elements` count from 0, or are numbers of lines.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from geometry import read_mesh
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "roof.obj")
+    ...     lines = ["v 0 0 0", "v 2 0 0", "v 2 2 0", "v 0 2 0", "v 9 9 9", "f 1 2 3 4 4"]
+    ...     size = path.write_text("\n".join(lines))
+    ...     file = read_mesh(path)
+    ...
+    >>> file.mesh
+    Mesh(4 vertices, 1 faces, 4 edges)
+    >>> len(file.mended)  # a corner that was written twice, a vertex without a face
+    2
     """
     path = _as_path(path, "read_mesh(path)")
     try:

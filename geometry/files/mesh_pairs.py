@@ -34,6 +34,18 @@ def read_mesh_pair(
     Raises MeshFileError where a file cannot be read; MeshError where the first does not hold a usable mesh, where
     the second has other vertices or faces or coordinates that are not finite, and where vertices that become one in
     the first are apart in the second.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from geometry import Pair, read_mesh_pair, write_mesh
+    >>> from geometry.mesh import solids
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_mesh(Path(folder, "M.obj"), solids.cube() * 700.0)
+    ...     write_mesh(Path(folder, "S.obj"), solids.cube())
+    ...     file, S = read_mesh_pair(Path(folder, "M.obj"), Path(folder, "S.obj"))
+    ...
+    >>> Pair(file, S)
+    Pair(8 vertices, 6 faces, 12 edges)
     """
     first, second = Path(path), Path(other)
     (raw, sha256), (companion, of_second) = _polygons(first), _polygons(second)

@@ -20,6 +20,11 @@ def parallelity(mesh: MeshLike, other: MeshLike) -> FloatArray:
     """(E,) how far s_j - s_i is off the direction of m_j - m_i, in the unit of S = `other`; zero where parallel.
 
     Raises MeshError where the meshes do not have the same faces, and for an edge of `mesh` without length.
+
+    >>> from geometry import parallelity
+    >>> from geometry.mesh import solids
+    >>> bool(parallelity(solids.cube(), solids.cube() * 3.0).max() < 1e-12)
+    True
     """
     mesh = as_mesh(mesh)
     other = as_mesh(other)
@@ -31,6 +36,11 @@ def edge_factors(mesh: MeshLike, other: MeshLike) -> FloatArray:
     """(E,) the factors lambda of s_j - s_i = lambda (m_j - m_i), by projection [Pottmann2007, (1)].
 
     Negative where the correspondence of the edges reverses their orientation. Raises as `parallelity` does.
+
+    >>> from geometry import edge_factors
+    >>> from geometry.mesh import solids
+    >>> set(edge_factors(solids.cube(), solids.cube() * 3.0).round(9).tolist())
+    {3.0}
     """
     mesh = as_mesh(mesh)
     other = as_mesh(other)

@@ -50,6 +50,14 @@ class Surface:
 
     Normals are interpolated from those at the vertices, so that they turn steadily along the surface. Raises
     MeshError for triangles without area, faces that cannot be cut that way, and vertices without a normal.
+
+    >>> import numpy as np
+    >>> from geometry import Surface
+    >>> from geometry.mesh import shapes
+    >>> surface = Surface(shapes.grid(4, 4))
+    >>> feet, normals = surface.closest(np.array([[1.3, 2.0, 5.0], [9.0, 2.0, 0.0]]))
+    >>> feet.round(9).tolist(), normals.round(9).tolist()
+    ([[1.3, 2.0, 0.0], [4.0, 2.0, 0.0]], [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]])
     """
 
     __repr__ = short_repr
