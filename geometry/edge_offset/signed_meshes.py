@@ -23,7 +23,7 @@ from geometry.gauss import edge_feet
 from geometry.mesh import CombinatoricsLike, Mesh, MeshLike, as_combinatorics, as_gauss_image, as_mesh
 from geometry.optimise import LinearFunctional, distances_from_zero, max_norm
 from geometry.parallel import ParallelSpace, edge_factors
-from geometry.parallel.constraints import FactorBounds, Fixed
+from geometry.parallel.constraints import FactorBounds, FixedVertices
 from geometry.parallel.edge_parallelity import perpendicular_part
 from geometry.spheres.lorentz import array_of
 
@@ -79,8 +79,8 @@ def edge_offset_mesh(
     checked = checked_signs(gauss_image, signs)
     check_faces_can_close(gauss_image, checked)
     bounds = _bounds(gauss_image, checked, lengths)
-    target = Fixed.of(gauss_image, near)
-    asked = [target.positions, Fixed.of(gauss_image, fixed).positions]
+    target = FixedVertices.of(gauss_image, near)
+    asked = [target.positions, FixedVertices.of(gauss_image, fixed).positions]
     asked.append(distances_from_zero(*bounds) * gauss_image.edge_lengths)
     terms = [(1.0, laplacian(gauss_image.combinatorics))]
     if len(target.vertices):

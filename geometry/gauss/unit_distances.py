@@ -20,7 +20,7 @@ from geometry.gauss.distances import edge_feet
 from geometry.mesh import Mesh
 from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatrix, normal_equations
 from geometry.parallel.face_unknowns import FaceUnknowns
-from geometry.parallel.optimality import optimum
+from geometry.parallel.optimality import optimal_mesh
 
 __all__ = [
     "GAUSS_IMAGE_PARALLELITY",
@@ -65,11 +65,11 @@ ZERO_DISTANCE_DEVIATION = 1e-15
 def least_squares_parallel(mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: FloatArray | None = None) -> Mesh:
     """The mesh S parallel to M, or start (3N,) plus one, that minimises x H x / 2 - g x; x is S, or S minus start.
 
-    Raises as `optimum` does: where rounding decides about S, and where S is not parallel to M or no minimum.
+    Raises as `optimal_mesh` does: where rounding decides about S, and where S is not parallel to M or no minimum.
     """
     unknowns = FaceUnknowns(mesh)
     H, g = unknowns.objective(H, g)
-    return optimum(
+    return optimal_mesh(
         unknowns,
         ConstrainedQuadratic(H, unknowns.constraints),
         g,
