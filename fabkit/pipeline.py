@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import platform
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
-from importlib.metadata import version
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from fabkit.checking import FIT_MM, check_fit
+from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding, FitnessError, check_fit_to_build, with_accepted
@@ -20,15 +17,12 @@ from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
 from fabkit.formats import whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
-from fabkit.parts import Assembly, LeftOut, Parts
+from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
-    BuildFacts,
     ExactGaussImage,
     GivenGaussImage,
     Nest,
     Sheet,
-    Summary,
-    build_facts,
     nest_panels,
     share_equal_parts,
     too_large,
@@ -36,9 +30,8 @@ from fabkit.production import (
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.units import MM_PER_UNIT
-from fabkit.wording import readable
 from geometry.errors import FoldedError
-from geometry.files import MeshFile, read_mesh
+from geometry.files import MeshFile, check_faces, read_mesh
 from geometry.gauss import SupportStructure, exact_or_approximate_pair, nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
@@ -50,6 +43,7 @@ __all__ = [
     "checked_pair",
     "checked_planar",
     "design",
+    "mesh_file",
     "mesh_in_mm",
     "write_built",
 ]
@@ -59,41 +53,17 @@ COPY_ROUNDING = 4.0
 map coordinates of symmetric meshes, where each coordinate of two parts is off by half a spacing."""
 
 
-@dataclass(frozen=True, eq=False)
-class Built:
-    """What a build made, in memory: near zero, `assembly.origin_mm` from where the mesh file has it. seconds: by stage;
-    sha256: of the mesh file as it was read."""
-
-    project: Project
-    structure: SupportStructure
-    assembly: Assembly
-    nest: Nest | None
-    summary: Summary
-    seconds: dict[str, float]
-    sha256: str
-
-    @property
-    def facts(self) -> BuildFacts:
-        """What there is to say of it."""
-        return build_facts(self.summary, self.assembly, self.nest)
-
-    def with_parts(self, parts: Parts[Any]) -> Built:
-        """With parts of a kind of one's own, in the place of those of that kind: equal ones share a mark.
-
-        Raises DetailingError where they share volume with other parts, or two of them stand for one mesh element.
-        """
-        within = self.summary.equal_within_mm
-        (shared,) = share_equal_parts(Assembly(self.assembly.name, (parts,)), within_mm=within).groups
-        assembly = self.assembly.with_group(shared)
-        check_fit(assembly, fit_mm=max(FIT_MM, 2 * within))
-        return replace(self, assembly=assembly)
-
-
 def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
-    """Design the structure and write it to the folder `project.out`, which appears whole or not at all.
+    """Design the structure and write all documents to the folder `project.out`, which appears whole or not at all.
 
     An earlier result there is replaced only with `force`. Raises GeometryError or FabkitError, in one sentence,
     where something in the mesh, the project or the output folder is not as it must be.
+
+    >>> from fabkit import Project, build
+    >>> from geometry.mesh.shapes import dome
+    >>> built = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out="roof"))
+    >>> sorted(path.name for path in Path("roof").iterdir() if path.suffix in (".csv", ".html", ".step"))
+    ['beams.csv', 'model.step', 'nodes.csv', 'panels.csv', 'report.html']
     """
     stages = Stages(listener)
     with _output_folder(project, force) as folder:
@@ -106,10 +76,8 @@ def write_built(built: Built, *, force: bool = False, listener: Listener | None 
     """Write what was designed to the folder `built.project.out`, as `build` does.
 
     >>> from fabkit import Project, design, write_built
-    >>> from geometry import write_mesh
     >>> from geometry.mesh.shapes import dome
-    >>> write_mesh("dome.obj", dome(6, 2))
-    >>> built = design(Project(mesh="dome.obj", mean_edge_mm=1500, out="dome"))
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500, out="dome"))
     >>> write_built(built)
     >>> sorted(path.name for path in Path("dome/sheets").iterdir())
     ['sheet-001.dxf', 'sheet-002.dxf', 'sheet-003.dxf']
@@ -121,17 +89,26 @@ def write_built(built: Built, *, force: bool = False, listener: Listener | None 
 def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path]:
     if project.out is None:
         raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
-    inputs = [path for path in (project.mesh, project.gauss_image.file) if path]
+    inputs = [path for path in (project.mesh, project.gauss_image.file) if isinstance(path, Path)]
     return whole_folder(project.out, force=force, inputs=inputs)
 
 
 def _write(folder: Path, built: Built, stages: Stages) -> None:
     write_documents(folder, built.structure.pair, built.assembly, built.nest, built.summary, stages)
-    write_manifest(folder, _manifest(built), built.facts.all)
+    write_manifest(folder, manifest_of(built), built.facts.all)
 
 
 def design(project: Project, stages: Stages | None = None) -> Built:
-    """Everything but the files: mesh, planar mesh, Gauss image, parts, marks and nest."""
+    """Design the structure without writing files: planar mesh, Gauss image, parts, marks and nest.
+
+    Raises GeometryError or FabkitError as `build` does.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> built.assembly["beams"].mark_names, round(built.assembly["beams"][0].details.long_point_mm)
+    (('B001', 'B002', 'B003', 'B004'), 1377)
+    """
     stages = stages or Stages()
     with stages("Read"):
         file, given = _read(project)
@@ -151,7 +128,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
             assembly = _without_too_large(assembly, reasons)
         nest = _nest(project, assembly, stages)
     summary = replace(
-        _summary(project, file, scale, structure, detailed), gauss_image=image, equal_within_mm=within, fitness=found
+        summary_of(project, file, scale, structure, detailed), gauss_image=image, equal_within_mm=within, fitness=found
     )
     return Built(project, structure, assembly, nest, summary, stages.seconds, file.sha256)
 
@@ -160,9 +137,18 @@ def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
     """The mesh near zero, and its Gauss image where that is given."""
     rules = project.gauss_image
     if rules.file is None:
-        return read_mesh(project.mesh, flip=project.flip).near_zero(), None
-    pair = read_given_pair(project.mesh, rules.file, flip=project.flip, tolerance=rules.tolerance)
+        return mesh_file(project), None
+    pair = read_given_pair(project.mesh_path, rules.file, flip=project.flip, tolerance=rules.tolerance)
     return pair.file, pair
+
+
+def mesh_file(project: Project) -> MeshFile:
+    """The mesh of a project without its Gauss image, near zero; one in memory is checked as a file is."""
+    if not isinstance(project.mesh, Mesh):
+        return read_mesh(project.mesh, flip=project.flip).near_zero()
+    check_faces(project.mesh)
+    mesh = project.mesh.reversed() if project.flip else project.mesh
+    return MeshFile(Path(project.source), mesh, ()).near_zero()
 
 
 def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None]:
@@ -294,55 +280,3 @@ def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest | None:
         seconds=project.nesting.seconds,
         progress=lambda share, _: stages.progress("Nest", share),
     )
-
-
-def _summary(
-    project: Project,
-    file: MeshFile,
-    scale: float,
-    structure: SupportStructure,
-    detailed: Detailed,
-) -> Summary:
-    mesh = structure.mesh
-    moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
-    return Summary(
-        name=project.title,
-        source=readable(project.mesh.name),
-        scale_mm=scale,
-        origin=file.origin,
-        n_vertices=mesh.n_vertices,
-        n_edges=mesh.n_edges,
-        n_faces=mesh.n_faces,
-        n_boundaries=len(mesh.combinatorics.boundary_loops),
-        mended=file.mended,
-        planarity_before=float(file.mesh.planarity.max()),
-        planarity_after=float(mesh.planarity.max()),
-        largest_move_mm=float(moves.max()),
-        mean_move_mm=float(moves.mean()),
-        farthest_vertex=int(moves.argmax()),
-        edge_lengths_mm=mesh.edge_lengths,
-        heights=structure.heights,
-        leans_deg=np.degrees(structure.pair.leans),
-        twists_deg=np.degrees(structure.twists),
-        underside_mm=detailed.underside_mm,
-        underside_reason=detailed.underside_reason,
-    )
-
-
-def _manifest(built: Built) -> dict[str, Any]:
-    project, summary, assembly = built.project, built.summary, built.assembly
-    return {
-        "name": summary.name,
-        "input": {"file": summary.source, "sha256": built.sha256},
-        "gauss_image": None if summary.gauss_image is None else vars(summary.gauss_image),
-        "settings": project.model_dump(mode="json", exclude={"mesh": True, "out": True, "gauss_image": {"file"}}),
-        "versions": {
-            "fabkit": version("fabkit"),
-            "python": platform.python_version(),
-            **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely")},
-        },
-        "origin": {"unit": summary.origin.tolist(), "mm": assembly.origin_mm.tolist()},
-        "fitness": [vars(finding) for finding in summary.fitness],
-        "mended": list(summary.mended),
-        "left_out": [vars(part) for part in assembly.left_out],
-    }

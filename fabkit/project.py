@@ -9,7 +9,8 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, GetPydanticSchema, ValidationError, field_validator, model_validator
+from pydantic_core import core_schema
 
 from fabkit.errors import ProjectError
 from fabkit.fitness import CRITERIA, FitnessRules
@@ -18,6 +19,7 @@ from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
 from fabkit.units import MM_PER_UNIT, Unit
 from fabkit.wording import echo, readable
+from geometry.mesh import Mesh
 
 __all__ = ["GaussImageRules", "Nesting", "PlanariseWeights", "Project", "load_project", "project_from"]
 
@@ -36,6 +38,16 @@ MAX_PROBLEM_LETTERS = 400
 """Largest number of letters that describe the problems of one project."""
 
 BACKSLASHES = r"write backslashes in single quotes, as in 'C:\models\roof.obj', or forward slashes"
+
+MeshSource = Annotated[
+    Path | Mesh,
+    GetPydanticSchema(
+        lambda _, handler: core_schema.no_info_wrap_validator_function(
+            lambda given, path: given if isinstance(given, Mesh) else path(given), handler(Path)
+        )
+    ),
+]
+"""The path of a mesh file, or a mesh in memory."""
 
 
 class GaussImageRules(BaseModel):
@@ -95,18 +107,25 @@ class Nesting(BaseModel):
 
 
 class Project(BaseModel):
-    """A mesh and everything that decides what becomes of it.
+    """A mesh, and all settings of a build.
 
-    mesh: the file. Either unit, the unit of its coordinates, or mean_edge_mm, the length to which its mean edge is
-    scaled, is required. flip turns the outside round. name: of the structure, by default that of the mesh file.
-    gauss_image: weights, or a file, which may also stand in the place of the whole table. equal_within_mm: how far
-    coordinates of parts may differ for these to share a mark; parts then stand off their places by as much. fitness:
-    bounds from which a finding is noted or refused; accept: names of findings to accept instead of refusing them.
+    mesh: the path of a file, or a `Mesh` (then the manifest names no input file). Either unit, the unit of its
+    coordinates, or mean_edge_mm, the length to which its mean edge is scaled, is required. flip reverses all faces, and
+    so the outside. name: of the structure, by default that of the mesh file. gauss_image: weights, or a file, which may
+    also stand in the place of the whole table. equal_within_mm: largest difference between coordinates of parts that
+    share a mark; parts may be misplaced by up to this tolerance. fitness: bounds from which a finding is noted or
+    refused; accept: names of findings to accept instead of refusing them.
+
+    >>> from fabkit import Project
+    >>> from geometry.mesh.shapes import dome
+    >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})
+    >>> project.rules.beams.height_mm, project.title, Project(mesh="roof.obj", unit="m").title
+    (150.0, 'structure', 'roof')
     """
 
     model_config = _STRICT
 
-    mesh: Path
+    mesh: MeshSource
     out: Path | None = None
     name: str = ""
     unit: Unit | None = None
@@ -152,6 +171,8 @@ class Project(BaseModel):
                 f"either the unit of the mesh or the length of its mean edge is needed, and {found}: say unit "
                 f"(--unit) as one of {units}, or mean_edge_mm (--mean-edge) in mm for a model without unit"
             )
+        if self.gauss_image.file is not None and isinstance(self.mesh, Mesh):
+            raise ValueError("gauss_image.file needs a mesh file beside it: write the mesh, or leave gauss_image out")
         if self.gauss_image.file is not None and self.planarise.model_dump(exclude_none=True):
             raise ValueError(
                 "the Gauss image is given by gauss_image.file, so the mesh is made planar together with it and "
@@ -166,7 +187,20 @@ class Project(BaseModel):
 
     @property
     def title(self) -> str:
-        return readable(self.name or self.mesh.stem)
+        """The name of the structure; without one that of the mesh file."""
+        return readable(self.name or ("structure" if isinstance(self.mesh, Mesh) else self.mesh.stem))
+
+    @property
+    def mesh_path(self) -> Path:
+        """The mesh file. Raises ProjectError for a mesh in memory."""
+        if isinstance(self.mesh, Mesh):
+            raise ProjectError("the mesh of this project is in memory: write it to a file, and give its path")
+        return self.mesh
+
+    @property
+    def source(self) -> str:
+        """The name of the mesh file, or that the mesh was in memory."""
+        return "a mesh in memory" if isinstance(self.mesh, Mesh) else readable(self.mesh.name)
 
 
 def _rules_of(project: Project) -> DetailingRules:
@@ -183,6 +217,12 @@ def load_project(path: Path, overrides: dict[str, Any]) -> Project:
     """The project in a TOML file; relative paths in it start from its folder. Overrides win, nested as in the file.
 
     Raises ProjectError with one sentence that names the key, what was found and what would do.
+
+    >>> from fabkit import load_project
+    >>> _ = Path("roof.toml").write_text('mesh = "roof.obj"\\nunit = "m"\\n[panels]\\nthickness_mm = 12')
+    >>> project = load_project(Path("roof.toml"), {"panels": {"joint_mm": 8}})
+    >>> project.panels.thickness_mm, project.panels.joint_mm
+    (12.0, 8.0)
     """
     found = _toml(path)
     _start_paths_from(path, found)
