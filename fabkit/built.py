@@ -32,7 +32,7 @@ class Built:
     >>> from geometry.mesh.shapes import dome
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> [len(parts) for parts in built.assembly.groups], built.nest.n_sheets
-    ([30, 19, 12], 3)
+    ([30, 18, 12], 3)
     >>> [(fact.name, fact.text) for fact in built.facts.sheets][0]
     ('Sheets used', '3')
     """

@@ -188,7 +188,6 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.gauss_image",
         "fabkit.stages",
         "fabkit.units",
-        "fabkit.wording",
         "fabkit.errors",
         "geometry.meshing",
         "geometry.files",

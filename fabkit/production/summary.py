@@ -16,7 +16,12 @@ __all__ = ["ExactGaussImage", "GivenGaussImage", "Summary"]
 @dataclass(frozen=True)
 class ExactGaussImage:
     """The Gauss image where it was computed and is exact: offset says what is at constant distance, "vertex", "edge" or
-    "face"."""
+    "face".
+
+    >>> from fabkit.production import ExactGaussImage
+    >>> ExactGaussImage("edge").origin.split(":")[0]
+    'computed, an exact edge offset'
+    """
 
     offset: str
 
@@ -34,7 +39,12 @@ class ExactGaussImage:
 @dataclass(frozen=True)
 class GivenGaussImage:
     """The Gauss image where it was given: name and sha256 of its file; how far its vertices moved to become parallel to
-    the planar mesh, in radii of the unit sphere, so that 1 is the nominal height."""
+    the planar mesh, in radii of the unit sphere, so that 1 is the nominal height.
+
+    >>> from fabkit.production import GivenGaussImage
+    >>> GivenGaussImage("S.obj", "", largest_move=0.0, mean_move=0.0).origin
+    'given by S.obj, exact as it is'
+    """
 
     file: str
     sha256: str
@@ -67,6 +77,12 @@ class Summary:
     twists_deg (E,): angle between the central planes at the two ends of each edge.
     underside_mm: height of the panels' underside above the mesh faces; underside_reason: what determines it.
     fitness: the findings, noted or accepted. gauss_image: None where it was computed and is not exact.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> built.summary.n_faces, built.summary.source, round(built.summary.height_shares["median"], 2)
+    (12, 'a mesh in memory', 1.03)
     """
 
     name: str
