@@ -12,10 +12,12 @@ import numpy as np
 from fabkit.checking import FIT_MM, check_fit
 from fabkit.detailing import Detailed
 from fabkit.parts import Assembly, Parts
-from fabkit.production import BuildFacts, Nest, Summary, build_facts, share_equal_parts
+from fabkit.production import BuildFacts, Nest, OnSurface, Summary, build_facts, share_equal_parts
 from fabkit.project import Project
+from fabkit.surface import LaidSurface
 from geometry.files import MeshFile
 from geometry.gauss import SupportStructure
+from geometry.mesh import Mesh
 
 __all__ = ["Built", "manifest_of", "summary_of"]
 
@@ -65,6 +67,7 @@ class Built:
 def summary_of(
     project: Project,
     file: MeshFile,
+    laid: LaidSurface | None,
     scale: float,
     structure: SupportStructure,
     detailed: Detailed,
@@ -93,6 +96,22 @@ def summary_of(
         twists_deg=np.degrees(structure.twists),
         underside_mm=detailed.underside_mm,
         underside_reason=detailed.underside_reason,
+        surface=None if laid is None else _on_surface(laid, mesh, scale),
+    )
+
+
+def _on_surface(laid: LaidSurface, mesh: Mesh, scale: float) -> OnSurface:
+    quality, angles = laid.laid.quality, np.degrees(laid.laid.network.crossing_angles)
+    return OnSurface(
+        n_triangles=laid.n_triangles,
+        lines=laid.lines,
+        affine=laid.affine,
+        crossing_deg=(float(angles[0]), float(angles[1])),
+        quad_share=quality.quad_share,
+        valences=quality.valences,
+        aligned_share=laid.aligned_share,
+        distances_mm=laid.distances(mesh * (1 / scale)) * scale,
+        smoothing_mm=laid.largest_smoothing * scale,
     )
 
 

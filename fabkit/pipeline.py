@@ -11,16 +11,13 @@ import numpy as np
 from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
-from fabkit.fitness import Finding, FitnessError, check_fit_to_build, with_accepted
+from fabkit.fitness import Finding
 from fabkit.fitness.parts import block_heights, mitres_of, sheets, underside
-from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
 from fabkit.formats import whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
-    ExactGaussImage,
-    GivenGaussImage,
     Nest,
     Sheet,
     nest_panels,
@@ -29,19 +26,15 @@ from fabkit.production import (
 )
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
+from fabkit.structure import checked_structure, with_checked
+from fabkit.surface import LaidSurface, lay_on_surface
 from fabkit.units import MM_PER_UNIT
-from geometry.errors import FoldedError
 from geometry.files import MeshFile, check_faces, read_mesh
-from geometry.gauss import SupportStructure, exact_or_approximate_pair, nearest_parallel_pair
 from geometry.mesh import Mesh
-from geometry.meshing import Guides, planarise
 
 __all__ = [
     "Built",
     "build",
-    "checked_image",
-    "checked_pair",
-    "checked_planar",
     "design",
     "mesh_file",
     "mesh_in_mm",
@@ -112,9 +105,10 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     stages = stages or Stages()
     with stages("Read"):
         file, given = _read(project)
-        scale = _scale(project, file.mesh)
-        mesh = file.mesh * scale
-    structure, image, found = _structure(project, mesh, file.rounding * scale, given, stages)
+    file, laid = _laid(project, file, stages)
+    scale = _scale(project, file.mesh)
+    mesh = file.mesh * scale
+    structure, image, found = checked_structure(project, mesh, file.rounding * scale, given, laid, stages)
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
@@ -123,12 +117,15 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         assembly = replace(assembly, origin_mm=file.origin * scale)
     with stages("Nest"):
         reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
-        found = _checked(project, found, _unusual_parts(project, detailed, assembly, reasons))
+        found = with_checked(project, found, _unusual_parts(project, detailed, assembly, reasons))
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(assembly, reasons)
         nest = _nest(project, assembly, stages)
     summary = replace(
-        summary_of(project, file, scale, structure, detailed), gauss_image=image, equal_within_mm=within, fitness=found
+        summary_of(project, file, laid, scale, structure, detailed),
+        gauss_image=image,
+        equal_within_mm=within,
+        fitness=found,
     )
     return Built(project, structure, assembly, nest, summary, stages.seconds, file.sha256)
 
@@ -151,73 +148,22 @@ def mesh_file(project: Project) -> MeshFile:
     return MeshFile(Path(project.source), mesh, ()).near_zero()
 
 
-def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None]:
-    """The mesh of a project, how coarse its coordinates were, in mm, and its Gauss image where that is given."""
+def _laid(project: Project, file: MeshFile, stages: Stages) -> tuple[MeshFile, LaidSurface | None]:
+    """With the mesh that is laid on the surface in the file, if that is asked for."""
+    if project.surface is None:
+        return file, None
+    mm = None if project.unit is None else MM_PER_UNIT[project.unit]
+    with stages("Lay mesh"):
+        return lay_on_surface(file, project.surface, mm, lambda share: stages.progress("Lay mesh", share))
+
+
+def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None, LaidSurface | None]:
+    """The mesh of a project, how coarse its coordinates were, in mm; its Gauss image where that is given, and its
+    surface where it is laid on one."""
     file, given = _read(project)
+    file, laid = _laid(project, file, Stages())
     scale = _scale(project, file.mesh)
-    return file.mesh * scale, file.rounding * scale, given
-
-
-def _structure(
-    project: Project, mesh: Mesh, rounding_mm: float, given: GivenPair | None, stages: Stages
-) -> tuple[SupportStructure, GivenGaussImage | ExactGaussImage | None, tuple[Finding, ...]]:
-    """The structure between the planar mesh and its Gauss image; where that image is from; the findings so far."""
-    if given is not None:
-        return checked_pair(project, mesh, given, stages)
-    planar, found = checked_planar(project, mesh, stages)
-    return checked_image(project, mesh, planar, rounding_mm, found, stages)
-
-
-def checked_planar(project: Project, mesh: Mesh, stages: Stages) -> tuple[Mesh, tuple[Finding, ...]]:
-    """The mesh with planar faces, and the findings about it. Raises FitnessError if a finding is refused."""
-    with stages("Planarise"):
-        planar = _planar(project, mesh)
-        return planar, _checked(project, (), of_planar_mesh(mesh, planar, project.fitness))
-
-
-def checked_image(
-    project: Project, mesh: Mesh, planar: Mesh, rounding_mm: float, before: tuple[Finding, ...], stages: Stages
-) -> tuple[SupportStructure, ExactGaussImage | None, tuple[Finding, ...]]:
-    """The structure with a computed Gauss image, and the findings so far.
-
-    mesh: before it was made planar; rounding_mm: of its coordinates as read; before: the findings about `planar`.
-    Raises FitnessError if a finding is refused.
-    """
-    with stages("Gauss image"):
-        moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
-        pair, offset = exact_or_approximate_pair(
-            planar, moved=moved, rounding=rounding_mm, **project.gauss_image.weights
-        )
-        structure = SupportStructure(pair, project.beams.height_mm)
-        image = None if offset is None else ExactGaussImage(offset)
-        return structure, image, _checked(project, before, of_gauss_image(structure, project.fitness))
-
-
-def checked_pair(
-    project: Project, mesh: Mesh, given: GivenPair, stages: Stages
-) -> tuple[SupportStructure, GivenGaussImage, tuple[Finding, ...]]:
-    """The structure with a given Gauss image. Raises FitnessError if a finding is refused."""
-    with stages("Planar and parallel"):
-        pair = nearest_parallel_pair(mesh, given.gauss_image, tolerance=project.gauss_image.tolerance)
-        _, moves = pair.moves_from(mesh, given.gauss_image)
-        image = GivenGaussImage(given.name, given.sha256, float(moves.max()), float(moves.mean()))
-        found = _checked(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
-        structure = SupportStructure(pair, project.beams.height_mm)
-        return structure, image, _checked(project, found, of_gauss_image(structure, project.fitness))
-
-
-def _planar(project: Project, mesh: Mesh) -> Mesh:
-    try:
-        return planarise(mesh, Guides(**project.planarise.model_dump(exclude_none=True))).mesh
-    except FoldedError as error:
-        raise FitnessError([folded(error)]) from None
-
-
-def _checked(project: Project, before: tuple[Finding, ...], found: tuple[Finding, ...]) -> tuple[Finding, ...]:
-    """All findings so far. Raises FitnessError if one is refused and not accepted."""
-    findings = (*before, *with_accepted(found, project.accept))
-    check_fit_to_build(findings)
-    return findings
+    return file.mesh * scale, file.rounding * scale, given, laid
 
 
 def _unusual_parts(

@@ -17,6 +17,7 @@ from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE
 from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
+from fabkit.surface import SurfaceRules
 from fabkit.units import MM_PER_UNIT, Unit
 from fabkit.wording import echo, readable
 from geometry.mesh import Mesh
@@ -107,14 +108,15 @@ class Nesting(BaseModel):
 
 
 class Project(BaseModel):
-    """A mesh, and all settings of a build.
+    """A mesh, or a surface to lay one on, and all settings of a build.
 
     mesh: the path of a file, or a `Mesh` (then the manifest names no input file). Either unit, the unit of its
     coordinates, or mean_edge_mm, the length to which its mean edge is scaled, is required. flip reverses all faces, and
-    so the outside. name: of the structure, by default that of the mesh file. gauss_image: weights, or a file, which may
-    also stand in the place of the whole table. equal_within_mm: largest difference between coordinates of parts that
-    share a mark; parts may be misplaced by up to this tolerance. fitness: bounds from which a finding is noted or
-    refused; accept: names of findings to accept instead of refusing them.
+    so the outside. name: of the structure, by default that of the mesh file. surface: the file is a design surface, and
+    a mesh is laid on it; mean_edge_mm is then that of this mesh. gauss_image: weights, or a file, which may also stand
+    in the place of the whole table. equal_within_mm: largest difference between coordinates of parts that share a mark;
+    parts may be misplaced by up to this tolerance. fitness: bounds from which a finding is noted or refused; accept:
+    names of findings to accept instead of refusing them.
 
     >>> from fabkit import Project
     >>> from geometry.mesh.shapes import dome
@@ -135,6 +137,7 @@ class Project(BaseModel):
     equal_within_mm: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)] = EQUAL_WITHIN_MM
     accept: tuple[str, ...] = ()
     fitness: FitnessRules = Field(default_factory=FitnessRules)
+    surface: SurfaceRules | None = None
     planarise: PlanariseWeights = PlanariseWeights()
     gauss_image: GaussImageRules = GaussImageRules()
     nesting: Nesting = Nesting()
@@ -173,6 +176,16 @@ class Project(BaseModel):
             )
         if self.gauss_image.file is not None and isinstance(self.mesh, Mesh):
             raise ValueError("gauss_image.file needs a mesh file beside it: write the mesh, or leave gauss_image out")
+        if self.surface is not None and self.gauss_image.file is not None:
+            raise ValueError(
+                "a mesh is laid on a surface by [surface], so that no Gauss image can be given for it: take out "
+                "gauss_image.file (--gauss-image), or [surface]"
+            )
+        if self.surface is not None and self.unit is None and self.surface.faces is None:
+            raise ValueError(
+                "surface.edge_length_mm (--edge-length) is in mm, but the surface has no unit: give unit (--unit), or "
+                "the number of faces (--faces) with mean_edge_mm (--mean-edge)"
+            )
         if self.gauss_image.file is not None and self.planarise.model_dump(exclude_none=True):
             raise ValueError(
                 "the Gauss image is given by gauss_image.file, so the mesh is made planar together with it and "
@@ -280,8 +293,9 @@ def project_from(settings: dict[str, Any], *, source: str = "") -> Project:
 
 def _start_paths_from(file: Path, found: dict[str, Any]) -> None:
     r"""Make the paths in a project file start from its folder. In "C:\new\table.obj", \n and \t are signs of TOML."""
-    rules = found.get("gauss_image")
-    for table, key in ((found, "mesh"), (found, "out"), (found, "gauss_image"), (rules, "file")):
+    image, surface = found.get("gauss_image"), found.get("surface")
+    paths = ((found, "mesh"), (found, "out"), (found, "gauss_image"), (image, "file"), (surface, "strokes"))
+    for table, key in paths:
         if isinstance(table, dict) and isinstance(table.get(key), str):
             if re.search(r"[\x00-\x1f]", table[key]):
                 raise ProjectError(

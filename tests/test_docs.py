@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -101,3 +102,14 @@ def test_the_python_of_the_readme_on_geometry_runs(monkeypatch: pytest.MonkeyPat
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     (block,) = [block for block in blocks if block.startswith("import geometry")]
     exec(block, {})
+
+
+def test_the_command_line_reference_is_made_from_the_program() -> None:
+    script = runpy.run_path(str(ROOT / "docs" / "tools" / "command_line.py"))
+    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    assert text == script["page"](), "run python docs/tools/command_line.py"
+    for command in ("build", "inspect", "planarise", "offset", "curvature", "design koebe", "design hexagons"):
+        assert f"## fabkit {command}" in text
+    help_text = " ".join(CliRunner().invoke(app, ["build", "--help"], env={"COLUMNS": "200"}).stdout.split())
+    for option in re.findall(r"--[a-z][a-z-]+", text.split("## fabkit build")[1].split("## ")[0]):
+        assert option in help_text

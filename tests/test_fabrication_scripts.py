@@ -70,16 +70,16 @@ def test_a_folder_of_meshes_is_built_or_the_reason_is_in_the_table() -> None:
 
 @pytest.mark.kernel
 @pytest.mark.parametrize("kernel", ["build123d", "cadquery"])
-def test_brackets_fit_their_nodes(kernel: str) -> None:
+def test_brackets_are_set_into_their_nodes(kernel: str) -> None:
     if find_spec(kernel) is None:
         pytest.skip(f"{kernel} is not installed")
     names = script(f"bracket_{kernel}")
-    volumes = names["main"]()
-    assert sorted(volumes) == ["N001", "N002", "N003"]
-    seat = 3.14159 * names["RADIUS_MM"] ** 2
-    for mark, volume in volumes.items():
-        # at least the disc under the node less its hole, at most the whole seat
-        assert 0.9 * seat * names["BELOW_MM"] < volume < seat * (names["BELOW_MM"] + names["ABOVE_MM"])
-        step = StepText(Path(f"brackets/{mark}-bracket.step").read_text(encoding="utf-8"))
-        assert len(step.all("MANIFOLD_SOLID_BREP")) == 1
-        assert step.all("CYLINDRICAL_SURFACE")
+    removed = names["main"]()
+    assert sorted(removed) == ["N001", "N002", "N003"]
+    gap = names["CLEARANCE_MM"]
+    slot = (names["THICKNESS_MM"] + 2 * gap) * (names["TENON_WIDTH_MM"] + 2 * gap) * (names["TENON_DEPTH_MM"] + gap)
+    assert list(removed.values()) == pytest.approx([slot] * 3, rel=1e-6)
+    for name in ("bracket", *(f"{mark}-slotted" for mark in removed)):
+        text = Path(f"brackets/{name}.step").read_text(encoding="utf-8")
+        assert text.count("MANIFOLD_SOLID_BREP(") == 1
+        assert ("CYLINDRICAL_SURFACE(" in text) == (name == "bracket")

@@ -11,6 +11,7 @@ import inspect
 import posixpath
 import re
 import runpy
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -30,9 +31,34 @@ LINK = re.compile(r"(?<=\]\()(?!\w+:|#)([^)#\s]+)")
 
 def on_config(config: MkDocsConfig) -> None:
     assert config.nav is not None
+    named = set(_paths(config.nav))
+    config.nav = _expanded(config.nav, named)
     for package in PUBLIC["PACKAGES"]:
         names = [room.__name__ for room in PUBLIC["rooms"]() if room.__name__.split(".")[0] == package]
         config.nav.append({f"Package {package}": [{name: _page_of(name)} for name in names]})
+
+
+def _paths(nav: Any) -> Iterator[str]:
+    if isinstance(nav, str):
+        yield nav
+    else:
+        for item in nav.values() if isinstance(nav, dict) else nav:
+            yield from _paths(item)
+
+
+def _expanded(nav: list[Any], named: set[str]) -> list[Any]:
+    """With all pages that a pattern such as howto/*.md stands for, less those that are named."""
+    found: list[Any] = []
+    for item in nav:
+        if isinstance(item, dict):
+            ((title, below),) = item.items()
+            found.append({title: _expanded(below, named) if isinstance(below, list) else below})
+        elif "*" in item:
+            pages = (path.relative_to(ROOT / "docs").as_posix() for path in sorted((ROOT / "docs").glob(item)))
+            found.extend(page for page in pages if page not in named)
+        else:
+            found.append(item)
+    return found
 
 
 def on_files(files: Files, config: MkDocsConfig) -> None:

@@ -1,4 +1,4 @@
-"""The command line: `fabkit build` and `fabkit inspect`; the commands of `fabkit design` are in `design.py`."""
+"""The command line: `fabkit build` and `fabkit inspect`; others are in `meshes.py` and `design.py`."""
 
 from __future__ import annotations
 
@@ -8,15 +8,20 @@ from typing import Annotated
 import typer
 
 from fabkit.commands.design import design_app
+from fabkit.commands.meshes import curvature_command, offset_command, planarise_command
 from fabkit.commands.options import (
     RUN,
     Accept,
     Beam,
+    BoundaryLines,
     Clearance,
+    EdgeLength,
     EqualWithin,
+    Faces,
     Flip,
     GaussImage,
     Joint,
+    Lines,
     MeanEdge,
     MeshPath,
     NestMode,
@@ -24,6 +29,8 @@ from fabkit.commands.options import (
     Reference,
     Sheet,
     SkipUnbuildable,
+    Smooth,
+    Strokes,
     Thickness,
     Underside,
     Unit,
@@ -43,18 +50,24 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-app.add_typer(design_app, name="design")
-
 
 @app.command("build")
 def build_command(
     mesh: MeshPath,
     gauss_image: GaussImage = None,
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="Folder to write; must not exist yet.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="FOLDER", help="Folder to write; must not exist yet.")
+    ] = None,
     unit: Unit = None,
     mean_edge: MeanEdge = None,
     flip: Flip = False,
     name: Annotated[str | None, typer.Option(help="Name of the structure; by default that of the mesh file.")] = None,
+    faces: Faces = None,
+    edge_length: EdgeLength = None,
+    lines: Lines = None,
+    boundary: BoundaryLines = None,
+    strokes: Strokes = None,
+    smooth: Smooth = None,
     beam: Beam = None,
     reference: Reference = None,
     clearance: Clearance = None,
@@ -88,6 +101,12 @@ def build_command(
             equal_within_mm=equal_within,
             accept=accept,
             gauss_image={"file": gauss_image},
+            faces=faces,
+            edge_length=edge_length,
+            lines=lines,
+            boundary=boundary,
+            strokes=strokes,
+            smooth=smooth,
             beam=beam,
             reference=reference,
             clearance=clearance,
@@ -108,6 +127,12 @@ def inspect_command(
     unit: Unit = None,
     mean_edge: MeanEdge = None,
     flip: Flip = False,
+    faces: Faces = None,
+    edge_length: EdgeLength = None,
+    lines: Lines = None,
+    boundary: BoundaryLines = None,
+    strokes: Strokes = None,
+    smooth: Smooth = None,
     beam: Beam = None,
     reference: Reference = None,
     clearance: Clearance = None,
@@ -134,6 +159,12 @@ def inspect_command(
             skip_unbuildable=skip_unbuildable or None,
             accept=accept,
             gauss_image={"file": gauss_image},
+            faces=faces,
+            edge_length=edge_length,
+            lines=lines,
+            boundary=boundary,
+            strokes=strokes,
+            smooth=smooth,
             beam=beam,
             reference=reference,
             clearance=clearance,
@@ -146,3 +177,9 @@ def inspect_command(
         is_unfit = inspect_and_print(mesh, settings)
     if is_unfit:
         raise typer.Exit(1)
+
+
+app.command("planarise")(planarise_command)
+app.command("offset")(offset_command)
+app.command("curvature")(curvature_command)
+app.add_typer(design_app, name="design")

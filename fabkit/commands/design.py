@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from fabkit.commands.options import refuse_beside
 from fabkit.commands.terminal import exit_on_error
 from fabkit.errors import ProjectError
 from fabkit.families import Bend, Faces, MinimalShape, Tiles
@@ -21,7 +22,7 @@ design_app = typer.Typer(
 
 NEAR, RUN = "Near to a mesh", "Run"
 
-Out = Annotated[Path, typer.Option("-o", "--out", help="Folder to write; must not exist yet.")]
+Out = Annotated[Path, typer.Option("-o", "--out", metavar="FOLDER", help="Folder to write; must not exist yet.")]
 Boosts = Annotated[
     list[str] | None,
     typer.Option("--boost", metavar="X,Y,Z", help="Laguerre boost, shorter than 1, of M and S; may be repeated."),
@@ -61,9 +62,9 @@ def koebe_command(
 
         check_replaceable(out, force=force)
         if combinatorics:
-            _refuse_beside(context, "--combinatorics gives the faces", "tiles", "count")
+            refuse_beside(context, "--combinatorics gives the faces", "tiles", "count")
         if bend is not Bend.SADDLE:
-            _refuse_beside(context, f"--bend {bend} has no direction", "direction")
+            refuse_beside(context, f"--bend {bend} has no direction", "direction")
         design = koebe_design(
             tiles=tiles,
             count=count,
@@ -101,7 +102,7 @@ def minimal_command(
 
         check_replaceable(out, force=force)
         if gauss_image:
-            _refuse_beside(context, "--gauss-image decides the shape", "shape", "faces", "count", "turn")
+            refuse_beside(context, "--gauss-image decides the shape", "shape", "faces", "count", "turn")
         design = minimal_design(shape=shape, faces=faces, count=count, turn_deg=turn, gauss_image=gauss_image)
         write_and_print(design, out, boost, force=force)
 
@@ -145,7 +146,7 @@ def cmc_command(
 
         check_replaceable(out, force=force)
         if start and gauss_image:
-            _refuse_beside(context, "--start decides the shape", "faces", "count", "rows", "folds", "bulge")
+            refuse_beside(context, "--start decides the shape", "faces", "count", "rows", "folds", "bulge")
             design = cmc_near_design(start, gauss_image, mean=mean)
         elif start or gauss_image or mean is not None:
             raise ProjectError("--start needs the files of both meshes: --start M.obj --gauss-image S.obj")
@@ -182,11 +183,3 @@ def hexagons_command(
         check_replaceable(out, force=force)
         design = hexagons_design(surface, count=count, curvature=curvature, turn_deg=turn, flip=flip)
         write_and_print(design, out, boost, force=force)
-
-
-def _refuse_beside(context: typer.Context, reason: str, *options: str) -> None:
-    """Raise ProjectError where one of these options was given, since it would have no effect."""
-    for option in options:
-        source = context.get_parameter_source(option)
-        if source is not None and source.name == "COMMANDLINE":
-            raise ProjectError(f"{reason}, so --{option} would have no effect: leave out one of the two")

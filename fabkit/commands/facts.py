@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from fabkit.detailing import Ends, axis_misalignments, beam_ends
+from fabkit.fitness import Finding
 from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
@@ -24,7 +25,7 @@ from geometry.gauss.exact_or_approximate import EXACT_OFFSET_TOLERANCE
 from geometry.mesh import Mesh
 from geometry.parallel import parallelity
 
-__all__ = ["as_read", "beam_heights", "ends_of_all", "moves", "offset_kinds", "pair_fit"]
+__all__ = ["as_read", "beam_heights", "ends_of_all", "findings_facts", "moves", "offset_kinds", "pair_fit"]
 
 EXACT_PROPERTY_TOLERANCE, NEAR_PROPERTY_TOLERANCE = 1e-6, 1e-2
 """Largest deviation up to which a property holds, and nearly holds, relative to an edge or in radians: drawing programs
@@ -96,6 +97,17 @@ def _verdict(deviations: FloatArray, unit: str) -> str:
     worst, median = float(asked.max()), float(np.median(asked))
     answer = "yes" if worst <= EXACT_PROPERTY_TOLERANCE else "nearly" if worst <= NEAR_PROPERTY_TOLERANCE else "no"
     return f"{answer}: off by {median:.1e} {unit} in the median, {worst:.1e} at most"
+
+
+def findings_facts(findings: Iterable[Finding], *, may_accept: bool = True) -> Iterator[tuple[str, str]]:
+    """Notes and what is accepted, then what is refused, with its cure, and with --accept where the command has it."""
+    findings = tuple(findings)
+    for finding in findings:
+        if finding.level != "refused":
+            yield finding.level, f"{finding.name}: {finding.sentence}"
+    for finding in findings:
+        if finding.level == "refused":
+            yield "unfit", f"{finding.name}: {finding.sentence}: {finding.advice if may_accept else finding.cure}"
 
 
 def beam_heights(heights: FloatArray) -> str:

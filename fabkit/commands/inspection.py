@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.commands.facts import as_read, beam_heights, ends_of_all, moves, offset_kinds, pair_fit
+from fabkit.commands.facts import as_read, beam_heights, ends_of_all, findings_facts, moves, offset_kinds, pair_fit
 from fabkit.errors import FabkitError, error_sentence
 from fabkit.fitness import CRITERIA, Finding, FitnessError, with_accepted
 from fabkit.fitness.parts import mitres
 from fabkit.fitness.shape import self_intersection
-from fabkit.pipeline import checked_image, checked_pair, checked_planar, design, mesh_file, mesh_in_mm
+from fabkit.pipeline import design, mesh_file, mesh_in_mm
 from fabkit.project import GaussImageRules, Project
 from fabkit.stages import Stages
+from fabkit.structure import checked_image, checked_pair, checked_planar
 from geometry.errors import GeometryError
 from geometry.files import MeshFile, read_mesh_pair
 from geometry.gauss import SupportStructure
@@ -34,7 +35,7 @@ class Inspection:
 
     gauss_image: as given, None where it is computed. moved: what making faces planar took, None for nothing.
     planar: the mesh after that; structure: it and its Gauss image; None where that failed. findings: what is unusual,
-    reported, allowed or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made,
+    noted, accepted or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made,
     or only what depends on no size was judged.
     """
 
@@ -62,12 +63,7 @@ class Inspection:
             yield from offset_kinds(self.planar)
         if self.structure is not None:
             yield "beam heights", beam_heights(self.structure.heights)
-        for finding in self.findings:
-            if finding.level != "refused":
-                yield finding.level, f"{finding.name}: {finding.sentence}"
-        for finding in self.findings:
-            if finding.level == "refused":
-                yield "unfit", f"{finding.name}: {finding.sentence}: {finding.advice}"
+        yield from findings_facts(self.findings)
         for sentence in self.trouble:
             yield "unfit", sentence
         if not self.is_sized:
@@ -156,12 +152,12 @@ def _shaped(project: Project) -> _Tried:
     """The stages up to the Gauss image."""
     tried = _Tried()
     try:
-        mesh, rounding_mm, given = mesh_in_mm(project)
+        mesh, rounding_mm, given, laid = mesh_in_mm(project)
         tried = replace(tried, given=mesh)
         if given is not None:
             structure, _, found = checked_pair(project, mesh, given, Stages())
             return _Tried(mesh, structure.mesh, structure, found)
-        planar, found = checked_planar(project, mesh, Stages())
+        planar, found = checked_planar(project, mesh, laid, Stages())
         tried = _Tried(mesh, planar, None, found)
         structure, _, found = checked_image(project, mesh, planar, rounding_mm, found, Stages())
     except FitnessError as error:

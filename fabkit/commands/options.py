@@ -16,11 +16,15 @@ if TYPE_CHECKING:
 __all__ = [
     "Accept",
     "Beam",
+    "BoundaryLines",
     "Clearance",
+    "EdgeLength",
     "EqualWithin",
+    "Faces",
     "Flip",
     "GaussImage",
     "Joint",
+    "Lines",
     "MeanEdge",
     "MeshPath",
     "NestMode",
@@ -28,16 +32,57 @@ __all__ = [
     "Reference",
     "Sheet",
     "SkipUnbuildable",
+    "Smooth",
+    "Strokes",
     "Thickness",
     "Underside",
     "Unit",
     "project_of",
+    "refuse_beside",
     "settings_of",
 ]
 
-SIZES, SHOP, RUN = "Sizes (mm)", "Shop", "Run"
+SIZES, SHOP, RUN, SURFACE = "Sizes (mm)", "Shop", "Run", "Mesh on a design surface"
 
-MeshPath = Annotated[Path, typer.Argument(metavar="MESH", help="OBJ, OFF or PLY file, or a project file (.toml).")]
+MeshPath = Annotated[
+    Path,
+    typer.Argument(
+        metavar="MESH",
+        help="OBJ, OFF or PLY file of a mesh; a design surface of triangles, also STL or GLB, with --faces or "
+        "--edge-length; or a project file (.toml).",
+    ),
+]
+Faces = Annotated[
+    int | None,
+    typer.Option(help="About how many faces are laid on the surface in MESH.", rich_help_panel=SURFACE),
+]
+EdgeLength = Annotated[
+    float | None, typer.Option(help="Instead of --faces: edge length of the quads, in mm.", rich_help_panel=SURFACE)
+]
+Lines = Annotated[
+    str | None,
+    typer.Option(
+        help="principal: along lines of curvature; conjugate: along the best of many networks. Default: principal.",
+        rich_help_panel=SURFACE,
+    ),
+]
+BoundaryLines = Annotated[
+    str | None,
+    typer.Option(
+        "--boundary",
+        help="open: lines run out of it; aligned: it is a line; or open,aligned,... for each boundary loop, longest "
+        "first. Default: open.",
+        rich_help_panel=SURFACE,
+    ),
+]
+Strokes = Annotated[
+    Path | None,
+    typer.Option(help="OBJ or DXF file of polylines on the surface that lines follow.", rich_help_panel=SURFACE),
+]
+Smooth = Annotated[
+    float | None,
+    typer.Option(help="Take waves shorter than this many mm out of the surface before.", rich_help_panel=SURFACE),
+]
 GaussImage = Annotated[
     Path | None,
     typer.Option(help="Mesh file of a Gauss image to build with, parallel to MESH. Default: compute one."),
@@ -118,6 +163,12 @@ def settings_of(
     sheet: str | None = None,
     nest: str | None = None,
     nest_seconds: float | None = None,
+    faces: int | None = None,
+    edge_length: float | None = None,
+    lines: str | None = None,
+    boundary: str | None = None,
+    strokes: Path | None = None,
+    smooth: float | None = None,
     **whole: Any,
 ) -> dict[str, Any]:
     """The options that were given, nested as in a project file; whole: keys of the file's first level."""
@@ -129,6 +180,14 @@ def settings_of(
             "panels": {"thickness_mm": thickness, "joint_mm": joint, "underside_mm": underside},
             "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
             "nesting": {"mode": nest, "seconds": nest_seconds},
+            "surface": {
+                "faces": faces,
+                "edge_length_mm": edge_length,
+                "lines": lines,
+                "boundary": boundary.split(",") if boundary and "," in boundary else boundary,
+                "strokes": strokes,
+                "smooth_mm": smooth,
+            },
         }
     )
 
@@ -140,6 +199,16 @@ def project_of(mesh: Path, settings: dict[str, Any]) -> Project:
     if mesh.suffix.lower() == ".toml":
         return load_project(mesh, settings)
     return project_from({"mesh": mesh, **settings})
+
+
+def refuse_beside(context: typer.Context, reason: str, *options: str) -> None:
+    """Raise ProjectError where one of these options was given, since it would have no effect."""
+    for option in options:
+        source = context.get_parameter_source(option)
+        if source is not None and source.name == "COMMANDLINE":
+            raise ProjectError(
+                f"{reason}, so --{option.replace('_', '-')} would have no effect: leave out one of the two"
+            )
 
 
 def _drop_unset(settings: dict[str, Any]) -> dict[str, Any]:

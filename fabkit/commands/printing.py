@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +12,18 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn
 from rich.table import Table
 from rich.text import Text
 
+from fabkit.commands.facts import findings_facts
 from fabkit.commands.inspection import UNSIZED, inspect_project
 from fabkit.commands.options import project_of
 from fabkit.commands.terminal import ERR, OUT, facts_table, printable
 from fabkit.designs import EdgeOffsetDesign, write_design
 from fabkit.errors import ProjectError
-from fabkit.fitness import MAX_NAMED_ELEMENTS, Finding
+from fabkit.fitness import MAX_NAMED_ELEMENTS
 from fabkit.pipeline import Built, build
 from fabkit.production import TERMINAL
 from fabkit.project import Project
 
-__all__ = ["build_and_print", "inspect_and_print", "write_and_print"]
+__all__ = ["add_facts", "build_and_print", "inspect_and_print", "write_and_print"]
 
 COLOURS = {"note": "yellow", "accepted": "yellow", "unfit": "red"}
 
@@ -44,8 +46,7 @@ def inspect_and_print(mesh: Path, settings: dict[str, Any]) -> bool:
     else:
         inspection = inspect_project(project_of(mesh, settings | UNSIZED), is_sized=False)
     table = facts_table()
-    for name, fact in inspection.facts():
-        table.add_row(Text(name, style=COLOURS.get(name, "")), printable(fact))
+    add_facts(table, inspection.facts())
     OUT.print(table)
     return inspection.is_unfit
 
@@ -106,7 +107,7 @@ def _print_result(project: Project, built: Built) -> None:
             table.add_row(fact.name, printable(f"{fact.text} ({fact.note})" if fact.note else fact.text))
     for note in summary.mended:
         table.add_row("mended", printable(note))
-    _add_findings(table, summary.fitness)
+    add_facts(table, findings_facts(summary.fitness))
     OUT.print(table)
     reasons = [part.reason for part in built.assembly.left_out]
     if len(reasons) > MAX_NAMED_ELEMENTS:
@@ -119,11 +120,10 @@ def _print_result(project: Project, built: Built) -> None:
     OUT.print(Text.assemble("written to ", (printable(str(project.out)), "bold"), f" in {seconds:.1f} s"))
 
 
-def _add_findings(table: Table, findings: tuple[Finding, ...]) -> None:
-    for finding in findings:
-        table.add_row(
-            Text(finding.level, style=COLOURS[finding.level]), printable(f"{finding.name}: {finding.sentence}")
-        )
+def add_facts(table: Table, facts: Iterable[tuple[str, str]]) -> None:
+    """Rows of names and sentences; findings are coloured."""
+    for name, fact in facts:
+        table.add_row(Text(name, style=COLOURS.get(name, "")), printable(fact))
 
 
 def _as_typed(path: Path) -> str:

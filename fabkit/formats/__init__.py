@@ -5,6 +5,7 @@ from fabkit.formats.folder import check_replaceable, whole_folder
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.kernels import to_build123d, to_cadquery
 from fabkit.formats.manifest import write_manifest
+from fabkit.formats.single_files import whole_file
 from fabkit.formats.tables import write_csv, write_xlsx
 
 __all__ = [
@@ -12,6 +13,7 @@ __all__ = [
     "glb_bytes",
     "to_build123d",
     "to_cadquery",
+    "whole_file",
     "whole_folder",
     "write_csv",
     "write_documents",

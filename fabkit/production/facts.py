@@ -10,7 +10,7 @@ import numpy as np
 from fabkit.kinds import PANEL
 from fabkit.parts import Assembly
 from fabkit.production.nests import Nest
-from fabkit.production.summary import GivenGaussImage, Summary
+from fabkit.production.summary import GivenGaussImage, OnSurface, Summary
 
 __all__ = ["REPORT", "TERMINAL", "WORKBOOK", "BuildFacts", "Fact", "build_facts"]
 
@@ -95,6 +95,7 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     yield Fact("Faces", (summary.n_faces,), keys=("counts.faces",), shown=on_paper)
     yield Fact("Boundaries", (summary.n_boundaries,), shown=on_paper)
     yield Fact("Edge lengths", (float(lengths.min()), float(lengths.max())), ".1f", "mm", shown=on_paper)
+    yield from _surface(summary.surface) if summary.surface is not None else ()
     of_edge = ".1e", "of the mean edge"
     yield Fact("Largest planarity, as read", (summary.planarity_before,), *of_edge, keys=("planarity.before",))
     yield Fact("Largest planarity, as built", (summary.planarity_after,), *of_edge, keys=("planarity.after",))
@@ -115,6 +116,24 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     yield Fact("Panel underside set by", (summary.underside_reason,), keys=("panel_underside.reason",))
     within, key = (summary.equal_within_mm,), ("equal_within_mm",)
     yield Fact("Parts with one mark differ by less than", within, ".2g", "mm", keys=key, shown=on_paper)
+
+
+def _surface(laid: OnSurface) -> Iterator[Fact]:
+    on_paper = frozenset({REPORT, WORKBOOK})
+    yield Fact("Laid on a surface of", (laid.n_triangles,), "d", "triangles", keys=("surface.triangles",))
+    low, median = laid.crossing_deg
+    crossing = f"lines cross at {median:.0f} degrees in the median, 95 % at more than {low:.0f}"
+    yield Fact("Along lines", (laid.lines,), note=crossing, keys=("surface.lines",))
+    yield Fact("Edges along the lines", (100 * laid.aligned_share,), ".1f", "%", "within 10 degrees", shown=on_paper)
+    yield Fact("Quads", (100 * laid.quad_share,), ".1f", "% of the faces", keys=("surface.quad_percent",))
+    yield Fact("Irregular inner vertices", (laid.irregular,), keys=("surface.irregular_vertices",))
+    most, largest = np.quantile(laid.distances_mm, [0.95, 1.0]).tolist()
+    within, key = "95 % of the vertices from the surface within", "surface.distance_mm.p95"
+    yield Fact(within, (most,), ".1f", "mm", keys=(key,))
+    yield Fact("Largest distance from the surface", (largest,), ".1f", "mm", keys=("surface.distance_mm.largest",))
+    if laid.smoothing_mm > 0:
+        moved = (laid.smoothing_mm,)
+        yield Fact("Largest smoothing of the surface", moved, ".1f", "mm", keys=("surface.smoothing_mm",))
 
 
 def _shares(name: str, shares: dict[str, float], form: str, unit: str, note: str, key: str) -> Fact:

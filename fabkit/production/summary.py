@@ -10,7 +10,7 @@ from fabkit.fitness import Finding
 from fabkit.production.marks import EQUAL_WITHIN_MM
 from geometry.arrays import FloatArray
 
-__all__ = ["ExactGaussImage", "GivenGaussImage", "Summary"]
+__all__ = ["ExactGaussImage", "GivenGaussImage", "OnSurface", "Summary"]
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,33 @@ class GivenGaussImage:
 
 
 @dataclass(frozen=True, eq=False)
+class OnSurface:
+    """How the mesh was laid on a design surface.
+
+    lines: "principal" or "conjugate"; affine (3, 3): the map whose principal lines these are; crossing_deg: their
+    crossing angles, the one that 5 % of the area is below and the median. quad_share: of the faces; valences: of inner
+    vertices other than 4, how many of each; aligned_share: of the edges, within 10 degrees of the lines.
+    distances_mm (N,): of the vertices of the planar mesh from the surface. smoothing_mm: largest move of a vertex of
+    the surface where noise was taken out.
+    """
+
+    n_triangles: int
+    lines: str
+    affine: FloatArray
+    crossing_deg: tuple[float, float]
+    quad_share: float
+    valences: dict[int, int]
+    aligned_share: float
+    distances_mm: FloatArray
+    smoothing_mm: float
+
+    @property
+    def irregular(self) -> str:
+        """Inner vertices where other than four edges meet, in words."""
+        return ", ".join(f"{count} of valence {valence}" for valence, count in self.valences.items()) or "none"
+
+
+@dataclass(frozen=True, eq=False)
 class Summary:
     """Facts about the mesh and its support structure. Facts about parts are read off the assembly itself.
 
@@ -76,6 +103,7 @@ class Summary:
     leans_deg (N,): angle between each node axis and the normal of the mesh there, NaN where there is none.
     twists_deg (E,): angle between the central planes at the two ends of each edge.
     underside_mm: height of the panels' underside above the mesh faces; underside_reason: what determines it.
+    surface: None where the file held the mesh itself.
     fitness: the findings, noted or accepted. gauss_image: None where it was computed and is not exact.
 
     >>> from fabkit import Project, design
@@ -108,6 +136,7 @@ class Summary:
     gauss_image: GivenGaussImage | ExactGaussImage | None = None
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))
     equal_within_mm: float = EQUAL_WITHIN_MM
+    surface: OnSurface | None = None
 
     @property
     def placed_at(self) -> str:

@@ -34,8 +34,8 @@ from geometry.parallel.spectrum import LEAST_SPECTRAL_GAP, Spectrum, least_singu
 __all__ = ["LEAST_DUAL_EDGE", "ChristoffelDuals", "christoffel_dual", "with_edges"]
 
 LEAST_DUAL_EDGE = 1e-6
-"""Length of an edge over the mean edge length, below which it has none: rounding turns shorter ones by more than the
-1e-9 to which meshes count as parallel."""
+"""Length of an edge over the mean edge length, below which it counts as zero: rounding turns shorter edges by more
+than the 1e-9 to which meshes count as parallel."""
 
 SHORT_DUAL_EDGE = 0.1
 """Length of an edge over the mean of its faces, below which the fairest dual is turned towards others that are nearly
@@ -61,7 +61,7 @@ LANCZOS_RESTARTS = 20
 """Most restarts of Lanczos' method from its best vectors; mostly one is enough."""
 
 FAIREST_ACCURACY = 1e-10
-"""Relative accuracy of the largest eigenvalue, at which the vector is good to about its root."""
+"""Relative accuracy of the largest eigenvalue; that of its vector is about the square root."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +71,13 @@ class ChristoffelDuals:
     The correspondence of edges may reverse their orientation; `geometry.parallel.edge_factors` says which. Raises
     GeometryError where a face of S is not planar (the bound is that of `check_planar`), MeshError for an edge of S
     without length.
+
+    >>> from geometry.edge_offset import enneper_koebe
+    >>> duals = ChristoffelDuals(enneper_koebe(4))
+    >>> duals.dimension  # quads of a Koebe polyhedron have one
+    1
+    >>> duals.fairest().n_faces
+    16
     """
 
     __repr__ = short_repr
@@ -247,6 +254,13 @@ def christoffel_dual(gauss_image: MeshLike, *, near: MeshLike | None = None) -> 
     """S with an M that has H = 0 in all faces with respect to it: `ChristoffelDuals.fairest`, or the nearest to a mesh.
 
     Koenigs nets of quads have one dual up to size and place. Raises GeometryError where there is none.
+
+    >>> import numpy as np
+    >>> from geometry.curvature import face_curvatures
+    >>> from geometry.edge_offset import enneper_koebe
+    >>> pair = christoffel_dual(enneper_koebe(4))
+    >>> bool(np.abs(face_curvatures(pair).mean).max() < 1e-6)
+    True
     """
     gauss_image = as_gauss_image(gauss_image)
     duals = ChristoffelDuals(gauss_image)

@@ -19,10 +19,11 @@ from geometry.parallel.constraints import FactorBounds
 __all__ = ["check_faces_can_close", "check_signs_fit_together", "checked_signs", "conflicting_edges"]
 
 HALF_TURN = np.pi + 1e-9
-"""Angle between directions one after the other, from which on they are all on one side; rounding beside."""
+"""Angle in radians between consecutive directions, from which on all lie on one side: a half turn plus rounding."""
 
 FEASIBILITY_TOLERANCE = 1e-6
-"""Length of an edge in a linear programme, below which it has none, where 1 is asked; its solver stops at 1e-8."""
+"""Length of an edge in the linear programme, below which it counts as zero, where 1 is required; the solver stops at
+1e-8."""
 
 
 def checked_signs(gauss_image: Mesh, signs: Any) -> IntArray:
@@ -90,6 +91,15 @@ def conflicting_edges(gauss_image: Mesh, signs: Any) -> IntArray:
 
     Those few at which a linear programme gives way, if all signed edges want to be at least 1 long and what they lack
     is least in sum. Other choices may be as good. Raises ConvergenceError where that is not found out.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import cube
+    >>> signs = np.ones(12)
+    >>> conflicting_edges(cube(), signs).tolist()
+    []
+    >>> signs[0] = -1  # opposite edges of a rectangle run alike
+    >>> conflicting_edges(cube(), signs).tolist()
+    [0]
     """
     wanted = checked_signs(gauss_image, signs)
     signed = np.flatnonzero(wanted)

@@ -26,22 +26,28 @@ from geometry.spheres.stereographic import circle_planes, line_planes, pairs, po
 __all__ = ["KoebePolyhedron", "SphereCircles", "koebe", "lifted"]
 
 EDGE_TANGENCY_TOLERANCE = 1e-9
-"""How far an edge line may be from touching the sphere, and a face from its plane, over its mean edge length: ten
-digits in a file pass."""
+"""Distance of an edge line from touching the sphere, and of a face from its plane over its mean edge length, that is
+allowed: ten digits in a file are enough."""
 
 OFF_AXIS_SHARE = 1e-6
 """Distance of a vertex from the axis, over the radius of its circle, above which it is not on the axis."""
 
 LEAST_CIRCLE_DISTANCE = 1e-6
-"""Of the plane of a vertex circle from the origin: the vertex is at one over it, and rounds by its square."""
+"""Least distance of the plane of a vertex circle from the origin: the vertex is at one over it, and its rounding grows
+with the square."""
 
 SMALLEST_CIRCLE_RADIUS = 1e-7
-"""Radius on the sphere; coordinates round by 1e-16, 1e-9 of it."""
+"""Smallest radius of a circle on the unit sphere: coordinates round by 1e-16, which is 1e-9 of it."""
 
 
 @dataclass(frozen=True, eq=False)
 class SphereCircles:
-    """n circles on the unit sphere: the planes normal . x = distance; normals (n, 3) of length 1, distances (n,)."""
+    """n circles on the unit sphere: the planes normal . x = distance; normals (n, 3) of length 1, distances (n,).
+
+    >>> circles = SphereCircles([[0, 0, 1.0]], [0.6])
+    >>> circles.centres.tolist(), circles.radii.round(9).tolist()
+    ([[0.0, 0.0, 0.6]], [0.8])
+    """
 
     __repr__ = short_repr
 
@@ -69,6 +75,16 @@ class KoebePolyhedron:
 
     Raises GeometryError, naming the worst edge or face, where an edge line misses the sphere or a face its plane by
     more than `tolerance` (of a face: over its mean edge length).
+
+    >>> import numpy as np
+    >>> from geometry.mesh.solids import cuboctahedron
+    >>> mesh = cuboctahedron()
+    >>> S = KoebePolyhedron(mesh * (1 / edge_distances(mesh)[0]))
+    >>> S.tangency_points.shape, S.face_circles.radii.round(3).max().item()
+    ((24, 3), 0.577)
+    >>> moved = S.mapped(MoebiusTransformation.boost([0.3, 0, 0]))
+    >>> bool(np.abs(edge_distances(moved.mesh) - 1).max() < 1e-9)
+    True
     """
 
     __repr__ = short_repr
@@ -163,6 +179,12 @@ def koebe(
     `open_circle_pattern` does, for values given to a closed polyhedron, for a coverage out of range, for polygons
     nested so deeply that the smallest would be points, and for open patterns that overlap themselves so much that a
     vertex would be at infinity or beyond; those that overlap less are made.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.tilings import hexagon_patch
+    >>> S = koebe(hexagon_patch(4, 4), coverage=0.3)  # over three tenths of the sphere
+    >>> bool(np.abs(edge_distances(S.mesh) - 1).max() < 1e-9)
+    True
     """
     combinatorics = as_combinatorics(combinatorics)
     refuse_other_than_polyhedra(combinatorics)

@@ -14,7 +14,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, floats, short_repr
 from geometry.colours import ElementColours, element_colours
-from geometry.errors import MeshError, MeshFileError, printable
+from geometry.errors import MeshError, MeshFileError, described, printable
 from geometry.files.encoding import decoded
 from geometry.files.face_checks import COINCIDENCE
 from geometry.files.materials import face_materials
@@ -86,7 +86,7 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
     begin with the path and number vertices and faces as the file does: OBJ from 1, PLY from 0, OFF from 0 unless the
     file's own indices start at 1; they say which. The error's `elements` count from 0, or are numbers of lines.
     """
-    path = Path(path)
+    path = _as_path(path, "read_mesh(path)")
     try:
         soup, sha256 = read_soup(path)
         mesh, mended = mend_soup(soup, flip=flip, coincidence=coincidence)
@@ -125,8 +125,8 @@ def write_mesh(
     ...     print(path.read_text().splitlines()[2])
     comment colours show values from 0 to 5, viridis
     """
+    path = _as_path(path, "write_mesh(path, mesh)")
     mesh = as_mesh(mesh)
-    path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in _WRITERS:
         raise MeshFileError(f"{path_name(path)}: {_unknown_suffix(path, 'written to', tuple(_WRITERS))}")
@@ -138,6 +138,16 @@ def write_mesh(
         _write_text(path, obj_text(placed, coloured, materials))
     else:
         _write_text(path, _WRITERS[suffix](placed, coloured))
+
+
+def _as_path(given: Any, call: str) -> Path:
+    """The path that is given. Raises MeshFileError for what is none, such as a mesh in its place."""
+    if isinstance(given, (str, PathLike)):
+        return Path(given)
+    raise MeshFileError(
+        f"a path is needed, not {described(given)}: the path comes first, {call}; meshes of other libraries are made "
+        "Mesh by as_mesh"
+    )
 
 
 def _write_text(path: Path, text: str) -> None:

@@ -50,12 +50,14 @@ __all__ = [
 ]
 
 CHORD_TOLERANCE = 0.1
-"""How far s_j may be from s_i reflected at their edge. More is another S on the sphere, one whose edges have no length
-where they should, as a single point has it for each mesh: [Pottmann2007, Prop. 2] leaves these out."""
+"""Distance of s_j from the reflection of s_i at their edge, up to which S counts as inscribed. A larger one belongs to
+another S on the sphere, with edges that have no length where they should, such as the single point that every mesh
+has: [Pottmann2007, Prop. 2] excludes these."""
 
 UNKNOWN_VERTEX_WEIGHT = 1e-4
-"""Weight by which vertices whose place is not known are drawn to their normals, over that of the known ones: three
-rounds lower what is left by its cube, and with less, rounding decides where vertices are that edges leave free."""
+"""Weight that attracts vertices of unknown position to their normals, over that of the known ones: three rounds reduce
+the residual to its cube; with a smaller weight, rounding decides the position of vertices that the edges leave
+free."""
 
 MAX_DISTANCE_ROUNDS = 30
 """Most rounds of `approach_unit_distances` in the search for an exact S."""
@@ -65,7 +67,8 @@ LEAST_ROUND_GAIN = 0.5
 none."""
 
 EQUALLY_EXACT_RATIO = 2.0
-"""Times the largest deviation of another S, up to which one is as good: both have the least squares of deviations."""
+"""Ratio of the largest deviations of two S, up to which they count as equally exact: both minimise the squared
+deviations."""
 
 
 def vertex_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
@@ -76,6 +79,12 @@ def vertex_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE)
 
     Raises GeometryError where there is no such S, naming the worst vertex; where a face is not planar; where the
     tolerance is not positive. Raises MeshError for an edge without length.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import dome
+    >>> pair = vertex_offset_pair(dome(8, 3) * 5)
+    >>> bool(np.abs(pair.vertex_distances - 1).max() < 1e-9)
+    True
     """
     mesh = as_mesh(mesh)
     pair, deviations = inscribed_pair(mesh, tolerance)
@@ -104,6 +113,12 @@ def edge_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -
 
     Raises GeometryError where no such S is found, naming the worst edge; where a face is not planar; where the
     tolerance is not positive. Raises MeshError for an edge without length.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.solids import cuboctahedron
+    >>> pair = edge_offset_pair(cuboctahedron() * 5)
+    >>> bool(np.abs(pair.edge_distances - 1).max() < 1e-9)
+    True
     """
     mesh = as_mesh(mesh)
     pair, deviations = midscribed_pair(mesh, tolerance)
@@ -131,6 +146,14 @@ def face_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -
 
     Raises GeometryError where there is no such S, naming the worst face and vertex; where a face is not planar; where
     the tolerance is not positive. Raises MeshError for an edge without length.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import box
+    >>> pair = face_offset_pair(box(2, 3, 4))
+    >>> pair.face_distances.round(9).tolist()
+    [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    >>> np.ptp(pair.offset_mesh(0.1).vertices, axis=0).round(9).tolist()
+    [2.2, 3.2, 4.2]
     """
     mesh = as_mesh(mesh)
     pair, deviations = circumscribed_pair(mesh, tolerance)
@@ -154,6 +177,10 @@ def exact_pairs(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> dic
 
     The offsets of M at distance d of these kinds are M + d S. Raises as the functions for each kind do, except where
     there is no S.
+
+    >>> from geometry.mesh.shapes import dome
+    >>> sorted(exact_pairs(dome(8, 3)))
+    ['face', 'vertex']
     """
     mesh = as_mesh(mesh)
     found = {

@@ -16,8 +16,8 @@ from geometry.mesh.spanning_forests import SpanningForest, spanning_forest
 __all__ = ["inscribed_candidate"]
 
 LEAST_CONDITION_RESIDUAL = 1e-6
-"""Conditions on s_0 that are broken by less count as met, whatever the tolerance: squares of smaller ones are rounding
-beside others of order 1."""
+"""Residual of a condition on s_0, below which it counts as met, whatever the tolerance: the squares of smaller ones
+are rounding beside others of order 1."""
 
 
 def inscribed_candidate(mesh: Mesh, tolerance: float) -> FloatArray:

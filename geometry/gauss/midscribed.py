@@ -21,26 +21,27 @@ from geometry.parallel.edge_parallelity import perpendicular_part
 __all__ = ["midscribed_candidate"]
 
 LEAST_LINE_SPREAD = 1e-4
-"""Sine of the angle between two edges at a vertex, below which they are one line: then coordinates with a planarity of
-1e-12 still say an axis to 1e-8. Two lines lie on many cones."""
+"""Sine of the angle between two edges at a vertex, below which they count as one line: coordinates with a planarity of
+1e-12 then still determine an axis to 1e-8. Two lines lie on many cones."""
 
 NORMAL_PREFERENCE_COST = 1e-8
-"""Cost of a candidate that is perpendicular to the vertex normal, over the squared distance of two feet: decides where
-several S are exact, as for a box, without a say where feet differ by 1e-4."""
+"""Cost of a candidate perpendicular to the vertex normal, over the squared distance of two feet: it decides where
+several S are exact, as for a box, and has no effect where feet differ by 1e-4."""
 
 POINT_EDGE_COST = 1e-6
-"""Cost of an edge of S that is a point: more than normals have to say, however few such edges are in a forest."""
+"""Cost of an edge of S that is a point: larger than all costs of normals, however few such edges a forest has."""
 
 REVERSED_EDGES_COST = 1e-10
-"""Cost of all edges of S together if they run against those of M, by the area of their faces: decides where all else is
-equal, as between the rings of a cone, which each have two places."""
+"""Cost of all edges of S together where they run against those of M, shared by the areas of their faces: it decides
+where all else is equal, as between the rings of a cone, each of which has two positions."""
 
 POINT_EDGE_LENGTH = 1e-6
-"""Length of an edge of S over the distance of its ends from the origin, below which it is a point: well above the root
-of rounding."""
+"""Length of an edge of S over the distance of its ends from the origin, below which it counts as a point: well above
+the square root of rounding."""
 
 LARGEST_FEET_COST = 4.0
-"""Squared distance of two opposite feet. Cones around all lines have their s far away, and feet that mean nothing."""
+"""Squared distance of two opposite feet, the largest that counts. Wide cones have their s far away, and feet without
+meaning."""
 
 
 def midscribed_candidate(mesh: Mesh) -> FloatArray:

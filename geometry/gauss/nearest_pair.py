@@ -17,14 +17,16 @@ from geometry.parallel.edge_parallelity import PLANARITY_TOLERANCE, parallelity
 __all__ = ["nearest_parallel_pair", "nearest_planar_mesh"]
 
 PAIR_ACCURACY = 1e-13
-"""What is asked of parallelity and planarity, over the size of S and the mean edge length: a tenth of what others ask,
-so that they take the pair as it is."""
+"""Parallelity and planarity of the result, over the size of S and the mean edge length: a tenth of what others
+require, so that they accept the pair unchanged."""
 
 LONGEST_PAIR_STEP = 0.1
-"""Of a vertex, over the mean edge length of M or the size of S: a pair further off is not nearly parallel."""
+"""Longest move of a vertex in a step, over the mean edge length of M or the size of S: a pair further off is not
+nearly parallel."""
 
 LEAST_GAUSS_IMAGE_SIZE = 1e-60
-"""Of S: products of four such lengths are still numbers, as are those of its inverse."""
+"""Least mean distance of the vertices of S from the origin; one over it is the largest. Products of four such lengths
+are still in the range of a double."""
 
 PAIR_ANCHORED_STEPS = 2
 """First steps that also minimise the distance from the given pair."""
@@ -46,6 +48,13 @@ def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: f
     Raises MeshError where the faces differ, an edge of M has no length or S no size; ConvergenceError, naming the
     worst edge, where no such pair is found near the given meshes; and ParallelityError, naming the vertex, where one
     would move by more than the tolerance.
+
+    >>> from geometry.mesh.shapes import dome
+    >>> mesh = dome(8, 3)
+    >>> rounded = mesh.with_vertices(mesh.vertices.round(5))  # as a file with five digits holds it
+    >>> pair = nearest_parallel_pair(rounded * 700.0, rounded)
+    >>> bool(pair.moves_from(rounded * 700.0, rounded)[0].max() < 1e-4)
+    True
     """
     mesh = as_mesh(mesh)
     gauss_image = as_gauss_image(gauss_image)
@@ -66,6 +75,11 @@ def nearest_planar_mesh(mesh: MeshLike, *, tolerance: float = np.inf) -> Mesh:
 
     Unlike `planarise` it keeps distances from the origin as well as these digits say them. tolerance: as in
     `nearest_parallel_pair`, which says too what is raised.
+
+    >>> from geometry.mesh.shapes import dome
+    >>> rounded = dome(8, 3).with_vertices(dome(8, 3).vertices.round(5))
+    >>> bool(nearest_planar_mesh(rounded).planarity.max() < 1e-11)
+    True
     """
     mesh = as_mesh(mesh)
     return nearest_parallel_pair(mesh, mesh, tolerance=tolerance).gauss_image

@@ -24,29 +24,33 @@ from geometry.parallel.edge_parallelity import check_planar, parallelity, perpen
 __all__ = ["best_offset_pair", "offset_deviations"]
 
 LARGEST_LOCAL_DEVIATION = 1e-4
-"""Angle in radians, or distance on the unit sphere, by which a neighbourhood may fail where S may be exact still.
-Distances of S to 1e-9 say angles to as much over the length of its edges, some hundredths or thousandths."""
+"""Angle in radians, or distance on the unit sphere, by which the faces or edges around a vertex may deviate where S
+may still be exact. Distances of S to 1e-9 determine angles to 1e-9 over the length of its edges, some hundredths or
+thousandths."""
 
 LARGEST_REPORTED_DEVIATION = 0.1
-"""The same, beyond which no S is looked for that is nearly exact."""
+"""The same, above which `offset_deviations` looks for no S."""
 
 EQUAL_CONES_TOLERANCE = LARGEST_LOCAL_DEVIATION
-"""How far lines may be from several cones that are equally good: as far as from any that may be exact."""
+"""Deviation of lines from several cones, up to which the cones count as equally good: as large as for any that may be
+exact."""
 
 LEAST_BEAM_HEIGHT, LARGEST_BEAM_HEIGHT = 0.5, 2.0
 """Beam heights over the nominal one, beyond which an S is no Gauss image to build with, however exact: where faces next
 to each other are nearly coplanar, those of three planes meet anywhere."""
 
 LEAST_FACE_DISTANCE = 0.1
-"""Distance of a face of S over the least height: beams are within 84 degrees of their faces' normals, outwards."""
+"""Least distance of a face of S over the least beam height: beams are within 84 degrees of the outer normals of their
+faces."""
 
 
 ONE_POINT_SIZE = 1e-6
-"""Mean length of the edges of S, below which it is a single point: exact for every flat mesh, of triangles too, and
-nothing that the approximate S does not say."""
+"""Mean edge length of S, below which S counts as a single point, which is exact for every flat mesh and every mesh of
+triangles but gives nothing that the approximate S does not."""
 
 LARGEST_MEDIAN_LEAN = np.radians(30)
-"""Of the node axes from the normals, in the median: beyond it they are no normals any more."""
+"""Largest median angle in radians between node axes and normals: with more, the axes are no longer useful as
+normals."""
 
 
 def best_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> tuple[str, Pair] | None:
@@ -60,6 +64,10 @@ def best_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -
 
     Raises GeometryError where a face is not planar or the tolerance is not positive, MeshError for an edge without
     length.
+
+    >>> from geometry.mesh.shapes import box, dome
+    >>> best_offset_pair(box(2, 3, 4))[0]
+    'edge'
     """
     mesh = as_mesh(mesh)
     edge = _exact(mesh, "edge", tolerance)
@@ -76,6 +84,10 @@ def offset_deviations(mesh: MeshLike) -> dict[str, float]:
 
     Faces may have any number of corners: triangles are always circular, and have a vertex offset hardly ever;
     pentagons and hexagons need not be circular [Pottmann2007, Prop. 2]. Raises as `best_offset_pair` does.
+
+    >>> from geometry.mesh.shapes import dome
+    >>> {kind: deviation < 1e-9 for kind, deviation in offset_deviations(dome(6, 2)).items()}
+    {'vertex': True, 'edge': False, 'face': True}
     """
     mesh = as_mesh(mesh)
     return {

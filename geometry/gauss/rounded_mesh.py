@@ -27,27 +27,29 @@ from geometry.parallel.face_unknowns import FaceUnknowns
 __all__ = ["rounded_mesh_pair"]
 
 LARGEST_FILE_ROUNDING = 1e-4
-"""Largest move that made faces planar, over the mean edge length, that may be the rounding of a file: four digits an
-edge. What moved further was no planar mesh."""
+"""Largest move that made faces planar, over the mean edge length, that counts as the rounding of a file: four digits
+an edge. A mesh that moved further was not planar before."""
 
 FINEST_ROUNDING = 1e-5
-"""Conditions are never asked for more sharply than for this rounding: a larger penalty costs the factor its digits."""
+"""Least rounding, over the mean edge length, that sets the penalty on the conditions: a larger penalty costs the
+factorisation its digits."""
 
 SOFT_CONDITION_PENALTY = 1e-4
-"""Penalty on a condition that is broken by the rounding, over the mean weight of the vertices of S: next to nothing."""
+"""Penalty on a condition that the rounding breaks, over the mean weight of the vertices of S: practically none."""
 
 MULTIPLIER_ROUNDS = 6
-"""Of multipliers: what is left of a condition with a singular value of a hundred times the rounding halves in each."""
+"""Rounds of multipliers: each halves the residual of a condition with a singular value of a hundred times the
+rounding."""
 
 LARGEST_MOVE_RATIO = 4.0
-"""How much further than by planarising a vertex may move: the nearest mesh of any kind is as far as the nearest planar
-one, up to such a factor."""
+"""Largest move of a vertex over its largest move while planarising: the nearest mesh of any kind is as far away as the
+nearest planar one, up to such a factor."""
 
 SAME_IMAGE_AMPLIFICATION = 100.0
-"""Change of S over the rounding, up to which it is the same S: what singular values of a hundredth make of it."""
+"""Change of S over the rounding, up to which it counts as the same S: the effect of singular values of a hundredth."""
 
 SAME_IMAGE_TOLERANCE = 1e-4
-"""Change of S, up to which it is the same at least: a hundredth of a millimetre in a beam."""
+"""Change of S up to which it counts as the same in any case: a hundredth of a millimetre in a beam of 100 mm."""
 
 
 def rounded_mesh_pair(
@@ -66,6 +68,14 @@ def rounded_mesh_pair(
     moved: how far a vertex moved at most where faces were made planar, in the unit of M. Where that is rounding, up to
     `LARGEST_FILE_ROUNDING` of an edge, M may move as far again, up to `LARGEST_MOVE_RATIO`. Raises as
     `approximate_pair` does, where no such mesh is found either.
+
+    >>> import geometry
+    >>> from geometry.mesh.shapes import dome
+    >>> rounded = dome(6, 2).with_vertices(dome(6, 2).vertices.round(6))
+    >>> planar = geometry.planarise(rounded)
+    >>> pair = rounded_mesh_pair(planar.mesh, planar.largest_move * rounded.mean_edge_length)
+    >>> bool(geometry.parallelity(pair.mesh, pair.gauss_image).max() < 1e-9)
+    True
     """
     mesh = as_mesh(mesh)
     weights: dict[str, Any] = {"faces": faces, "edges": edges, "vertices": vertices, "fairness": fairness}

@@ -32,32 +32,34 @@ __all__ = [
 ]
 
 GAUSS_IMAGE_PARALLELITY = 1e-11
-"""How far an end of an edge of S may be off the direction of its edge of M at most; S has unit size. Short edges of
-faces that are planar to 1e-12 only leave no less."""
+"""Largest distance of an end of an edge of S from the direction of its edge of M; S has unit size. Short edges of
+faces that are planar to 1e-12 allow no smaller one."""
 
 LEAST_GAUSS_IMAGE_PARALLELITY = 1e-12
-"""The same where the rounding of M does not ask for more."""
+"""The same, where the rounding of M does not require more."""
 
 FIRST_DAMPING = 1e-3
-"""Weight of the moves in the first round, over the sum of the weights; a tenth after each round that gains."""
+"""Weight of the moves in the first round, over the sum of the weights; divided by ten after each round that reduces
+the deviations."""
 
 LINEAR_DAMPING = 1e-6
-"""The same for faces alone, whose distances are linear in S, so that there is no step too long."""
+"""The same for faces alone, whose distances are linear in S, so that no step is too long."""
 
 LEAST_DAMPING = 1e-9
-"""With less, rounding decides where vertices move that the distances leave free."""
+"""Least weight of the moves: with less, rounding decides the position of vertices that the distances leave free."""
 
 LARGEST_DAMPING = 1e3
-"""If rounds gain nothing even with this, none will."""
+"""Largest weight of the moves: where rounds gain nothing even with this one, no round will."""
 
 NORMALS_WEIGHT = 1e-4
-"""Weight of the vertex normals over that of the distances: what distances leave free is then found to twelve digits."""
+"""Weight of the vertex normals over that of the distances: what the distances leave free is then determined to twelve
+digits."""
 
 ATTRACTION_ROUNDS = 3
-"""Of directions taken anew, each of which squares how far off they are."""
+"""Rounds that attract S to the vertex normals, each with new directions; each squares the error of the directions."""
 
 ZERO_DISTANCE_DEVIATION = 1e-15
-"""Mean square of the distances' deviations from 1 is zero below the square of this."""
+"""Root mean square of the deviations of distances from 1, below which they count as zero."""
 
 
 def least_squares_parallel(mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: FloatArray | None = None) -> Mesh:

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers, short_repr
-from geometry.errors import GeometryError, MeshError, raise_worst
+from geometry.errors import GeometryError, MeshError, described, printable, raise_worst
 from geometry.mesh import Mesh
 from geometry.surface import Curve, Surface
 
@@ -199,7 +199,9 @@ def _indices(name: str, values: Any, count: int, noun: str) -> IntArray:
     """The values, if they are indices below `count`; otherwise GeometryError."""
     found = np.array([]) if isinstance(values, str) else np.asarray(values)
     if isinstance(values, str) or found.ndim != 1 or (found.size and found.dtype.kind not in "iu"):
-        raise GeometryError(f"{name} is {values!r}: {noun} are given by their numbers, in a sequence")
+        given = described(values) if isinstance(values, np.ndarray) else printable(repr(values))
+        cure = "; np.flatnonzero makes numbers of a mask" if found.dtype.kind == "b" else ""
+        raise GeometryError(f"{name} is {given}: {noun} are given by their numbers, in a sequence{cure}")
     wrong = found[(found < 0) | (found >= count)]
     if len(wrong):
         raise GeometryError(

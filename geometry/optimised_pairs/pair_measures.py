@@ -19,11 +19,11 @@ from geometry.surface import Surface
 __all__ = ["PairMeasures", "faces_off_the_rim", "independent_curvatures"]
 
 SPREAD_QUANTILES = (0.025, 0.5, 0.975)
-"""Parts of the values between which nearly all are, and their middle."""
+"""Quantiles of distances: the spread is the outer two's difference over the middle one."""
 
 
 INDEPENDENT_VERTEX_WEIGHT, INDEPENDENT_PARALLELITY = 0.1, 1e-7
-"""Weight of vertices over that of faces in a fresh Gauss image, and how far off the edges of M its own may be."""
+"""Weight of vertices over that of faces in a Gauss image of M alone, and its tolerance for being parallel to M."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,12 @@ class PairMeasures:
     over their median; of edges, that is of beam heights. lean: of node axes from the normals of Phi, of M without one,
     in radians: the median, 95 % and the largest. surface_distance: of vertices from Phi, in mean edge lengths of M as
     given, 95 % and the largest; zero without Phi. planarity, parallelity: the largest, in mean edge lengths and in S.
+
+    >>> from geometry.gauss import Pair
+    >>> from geometry.mesh.shapes import dome
+    >>> measures = PairMeasures.of(Pair(dome(8, 3), dome(8, 3)), None, dome(8, 3).mean_edge_length)
+    >>> measures.vertex_spread < 1e-9, measures.edge_spread > 0.01
+    (True, True)
     """
 
     edge_spread: float

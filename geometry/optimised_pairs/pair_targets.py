@@ -10,7 +10,7 @@ from geometry.errors import GeometryError
 __all__ = ["LEAST_HEIGHT_ERROR", "PairTargets"]
 
 LEAST_HEIGHT_ERROR = 0.002
-"""With less, heights weigh so much that faces turn over."""
+"""Least `height_error`: with a smaller one, heights weigh so much that faces turn over."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,10 @@ class PairTargets:
       `curvature.face_curvatures`.
 
     Raises GeometryError for numbers out of range, targets that exclude each other, and where nothing is asked.
+
+    >>> targets = PairTargets(edges=True, upright=True)  # beams of constant height, axes near the normals
+    >>> targets.heights, targets.curved
+    (True, False)
     """
 
     edges: bool = False

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, described
 from geometry.functionals import coordinates
 from geometry.mesh import Mesh
 from geometry.optimise import LinearFunctional, SparseMatrix, normal_equations
@@ -29,7 +29,7 @@ class Objective:
     def of(cls, mesh: Mesh, quadratic: Iterable[tuple[float, LinearFunctional]], linear: Any) -> Objective:
         """Half the sum of weight |r(x)|^2 over the terms and of linear . x; linear (3N,) or (N, 3), or None."""
         n = 3 * mesh.n_vertices
-        terms = list(quadratic)
+        terms = _weighted_terms(quadratic)
         for place, (weight, term) in enumerate(terms):
             _check_term(place, weight, term, n)
         if any(weight > 0 for weight, _ in terms):
@@ -39,6 +39,23 @@ class Objective:
         else:
             H, g = csr_array((n, n), dtype=np.float64), np.zeros(n)
         return cls(H, g if linear is None else g - _gradient(linear, mesh) / 2)
+
+
+def _weighted_terms(quadratic: Any) -> list[tuple[float, LinearFunctional]]:
+    """The terms as a list. Raises GeometryError for what is no sequence of pairs of a number and a functional."""
+    terms = list(quadratic) if isinstance(quadratic, Iterable) else [quadratic]
+    for place, term in enumerate(terms):
+        if not isinstance(term, (tuple, list)) or len(term) != 2 or not isinstance(term[1], LinearFunctional):
+            raise GeometryError(
+                f"quadratic {place} is {described(term)}: pairs of a weight and a linear functional are needed in a "
+                "list, such as [(1.0, laplacian(mesh.combinatorics))]",
+                elements=[place],
+            )
+        if np.ndim(term[0]) or not isinstance(term[0], (int, float, np.number)):
+            raise GeometryError(
+                f"quadratic {place} has {described(term[0])} for its weight: a number is needed", elements=[place]
+            )
+    return terms
 
 
 def _check_term(place: int, weight: float, term: LinearFunctional, n: int) -> None:
@@ -83,8 +100,14 @@ class Fixed:
     positions: FloatArray
 
     @classmethod
-    def of(cls, mesh: Mesh, fixed: Mapping[int, Any]) -> Fixed:
+    def of(cls, mesh: Mesh, fixed: Mapping[int, Any] | None) -> Fixed:
         """Raises GeometryError, naming the vertex, where it does not exist or its position is not three numbers."""
+        fixed = {} if fixed is None else fixed
+        if not isinstance(fixed, Mapping):
+            raise GeometryError(
+                f"the positions of vertices are {described(fixed)}: a dict from vertices to positions is needed, such "
+                "as {0: (0.0, 0.0, 0.0)}, or dict(zip(vertices, mesh.vertices[vertices])) to leave some where they are"
+            )
         for vertex, position in fixed.items():
             if not isinstance(vertex, (int, np.integer)):
                 raise GeometryError(f"vertex {vertex} is to be fixed: the number of a vertex is needed, an integer")

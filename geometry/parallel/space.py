@@ -253,7 +253,7 @@ class ParallelSpace:
         return minimum(
             self._unknowns,
             Objective.of(self.mesh, quadratic, linear),
-            Fixed.of(self.mesh, fixed or {}),
+            Fixed.of(self.mesh, fixed),
             None if factor_bounds is None else FactorBounds.of(self.mesh, factor_bounds),
         )
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, floats, short_repr
 from geometry.errors import GeometryError
 from geometry.gauss import Pair, approximate_pair
 from geometry.remeshing.remeshed_surface import RemeshedSurface, remesh
@@ -40,6 +40,8 @@ class NetworkTrial:
     >>> trial.n_singularities, trial.height_spread < 0.01, trial.remeshed.mesh.n_faces > 100
     (0, True, True)
     """
+
+    __repr__ = short_repr
 
     affine: FloatArray
     crossing_angles: FloatArray

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, floats, short_repr
 from geometry.layout import Boundary, LaidMesh, lay_quads
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, OptimisedMesh, planarise
@@ -32,6 +32,8 @@ class RemeshedSurface:
     >>> bool((found.surface_distances < 0.02).all()), len(found.laid.singularities)
     (True, 0)
     """
+
+    __repr__ = short_repr
 
     surface: Surface
     laid: LaidMesh

@@ -24,13 +24,14 @@ from geometry.shading.suns import Suns
 __all__ = ["GRAZING_COSINE", "Shading", "cast_shadows", "check_some_sun", "face_suns", "shadow_areas"]
 
 GRAZING_COSINE = 1e-4
-"""Least cosine between the normal of a panel and a sun that it faces: less light than this is none."""
+"""Least cosine between the normal of a panel and a sun that it faces: less light than this counts as none."""
 
 MAX_PANELS_AND_FINS = 2**14
-"""Panels or fins, each under each sun, looked at together: memory is bounded by them."""
+"""Most panels or fins, each under each sun, treated at once, which bounds the memory."""
 
 IN_PLANE_TOLERANCE = 1e-9
-"""How far corners of fins may be off the plane of a panel and count as in it, over the mean edge length."""
+"""Distance of corners of fins from the plane of a panel, over the mean edge length, up to which they count as lying in
+it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,14 @@ class Shading:
     """What shade fins cast on panels under some suns.
 
     shadow_areas (k, F): area of the shadow, in the plane of each panel, for each sun; zero where `facing` is false.
+
+    >>> from geometry.gauss import Pair
+    >>> from geometry.mesh.shapes import grid
+    >>> flat = grid(1, 1)
+    >>> upright = Pair(flat, flat.with_vertices(0 * flat.vertices + [0, 0, 1]))
+    >>> shading = cast_shadows(Fins(upright, 0.0, 0.5), Suns([[1, 0, 1], [0, 0, 1]], weights=[1, 3]))
+    >>> shading.shares.round(6).tolist(), round(shading.share, 6)
+    ([[0.5], [0.0]], 0.125)
     """
 
     fins: Fins

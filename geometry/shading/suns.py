@@ -15,13 +15,14 @@ from geometry.errors import GeometryError
 __all__ = ["Suns", "suns_at"]
 
 SEA_LEVEL_MILLIBAR = 1013.25
-"""Pressure of the air that refracts; without air, 0."""
+"""Air pressure for refraction; without refraction it is 0."""
 
 TERRESTRIAL_TIME_OFFSET_SECONDS = 69.0
-"""Of terrestrial from universal time: 64 in 2000, 69 in 2020, slowly growing; 5 more turn the sun by 1e-6 radians."""
+"""Terrestrial minus universal time: 64 s in 2000, 69 s in 2020, slowly growing; 5 s more turn the sun by 1e-6
+radians."""
 
 NORTH_COSINE_TOLERANCE = 1e-9
-"""How far north and up may be off a right angle, as the cosine between them."""
+"""Cosine of the angle between north and up, up to which it counts as a right angle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +101,13 @@ def suns_at(
 
     Needs the extra `sun`: `pip install fabkit[sun]`. Raises GeometryError without it, for a place that is none, no
     times or a time without zone, north and up that are not at right angles, and a sun below the horizon.
+
+    >>> import numpy as np
+    >>> from datetime import timezone
+    >>> noon = datetime(2027, 6, 21, 11, tzinfo=timezone.utc)
+    >>> suns = suns_at(np.radians(48.2), np.radians(16.4), [noon])
+    >>> np.degrees(np.arcsin(suns.directions[0, 2])).round(1).item()  # above the horizon
+    65.2
     """
     try:
         from sunposition import sunposition

@@ -21,8 +21,8 @@ from geometry.spheres.lorentz import array_of
 __all__ = ["CONE_TOLERANCE", "VertexCones"]
 
 CONE_TOLERANCE = 1e-9
-"""How far a pole may be inside the unit sphere, where rounding leaves those of half-angle 90 degrees; and the least
-difference of the radii of two spheres over the distance of their centres: below it the cone is a cylinder."""
+"""Depth of a pole inside the unit sphere that is allowed, as rounding makes it for a half-angle of 90 degrees; and
+least difference of the radii of two spheres over the distance of their centres: below it, the cone is a cylinder."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +31,13 @@ class VertexCones:
 
     The unit normals n of a cone have n . pole = 1, so they point to the side the axis points to. A pole of length 1
     is a cone opened to the plane perpendicular to it. Raises GeometryError for a pole inside the unit sphere.
+
+    >>> import numpy as np
+    >>> cones = VertexCones.of_revolution([[0, 0, 5]], [[0, 0, 1]], [np.radians(30)])
+    >>> cones.poles.round(9).tolist()
+    [[0.0, 0.0, 2.0]]
+    >>> cones.spheres(1.0).round(9).tolist()  # centre and radius of a sphere that touches the cone
+    [[0.0, 0.0, 3.0, 1.0]]
     """
 
     __repr__ = short_repr

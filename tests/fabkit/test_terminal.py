@@ -269,7 +269,15 @@ HEAVY = {"numpy", "scipy", "igl", "clarabel", "pyamg", "shapely", "ezdxf", "xlsx
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--help"], ["build", "--help"], ["inspect", "--help"], ["design", "--help"], ["design", "koebe", "--help"], []],
+    [
+        ["--help"],
+        ["build", "--help"],
+        ["inspect", "--help"],
+        ["offset", "--help"],
+        ["design", "--help"],
+        ["design", "koebe", "--help"],
+        [],
+    ],
 )
 def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
     script = (

@@ -1,0 +1,59 @@
+"""An output file that appears whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fabkit.errors import OutputError
+from fabkit.signals import DeferredSignals
+
+__all__ = ["whole_file"]
+
+
+@contextmanager
+def whole_file(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iterator[Path]:
+    """A path of the same name to write to, whose file becomes `out` when all went well, and vanishes when not.
+
+    Files written beside it, such as materials, go with it. Existing files are replaced only with `force`, and never one
+    of the `inputs`. Raises OutputError where that is so, where the folder does not exist, and where the disk does not
+    let us write.
+
+    >>> import os
+    >>> from pathlib import Path
+    >>> with whole_file(Path("mesh.obj"), force=False) as draft:
+    ...     _ = draft.write_text("v 0 0 0")
+    ...     print(os.path.exists("mesh.obj"))
+    False
+    >>> os.listdir()
+    ['mesh.obj']
+    """
+    inputs = tuple(inputs)
+    try:
+        _check_replaceable(out, force, inputs)
+        with TemporaryDirectory(dir=out.parent, prefix=".", suffix=".fabkit") as folder:
+            yield Path(folder, out.name)
+            with DeferredSignals():
+                drafts = {out.parent / path.name: path for path in sorted(Path(folder).iterdir())}
+                for target in drafts:
+                    _check_replaceable(target, force, inputs)
+                for target, draft in drafts.items():
+                    os.replace(draft, target)
+    except OSError as error:
+        raise OutputError(f"{out} cannot be written: {error.strerror or error}") from error
+
+
+def _check_replaceable(out: Path, force: bool, inputs: tuple[Path, ...]) -> None:
+    if not out.parent.is_dir():
+        raise OutputError(f"the folder {out.parent} in which {out.name} should appear does not exist; make it first")
+    if not os.path.lexists(out):
+        return
+    if any(path.exists() and out.exists() and out.samefile(path) for path in inputs):
+        raise OutputError(f"{out} is the file from which it would be made; choose another name")
+    if not out.is_file():
+        raise OutputError(f"{out} is not a file, so it is not replaced; choose another name")
+    if not force:
+        raise OutputError(f"{out} exists already; choose another name, or replace it with --force")
