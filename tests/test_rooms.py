@@ -220,7 +220,6 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.units",
         "fabkit.errors",
         "geometry.files",
-        "geometry.gauss",
         "geometry.mesh",
     },
     "fabkit.designs": {

@@ -61,13 +61,18 @@ class GivenGaussImage:
 
 @dataclass(frozen=True, eq=False)
 class OnSurface:
-    """How the mesh was laid on a design surface.
+    """Figures of a mesh that was laid on a design surface.
 
-    lines: "principal" or "conjugate"; affine (3, 3): the map whose principal lines these are; crossing_deg: their
-    crossing angles, the one that 5 % of the area is below and the median. quad_share: of the faces; valences: of inner
-    vertices other than 4, how many of each; aligned_share: of the edges, within 10 degrees of the lines.
-    distances_mm (N,): of the vertices of the planar mesh from the surface. smoothing_mm: largest move of a vertex of
-    the surface where noise was taken out.
+    lines: "principal" or "conjugate"; affine (3, 3): the map whose principal lines these are; crossing_deg: the 5 %
+    percentile (by area) and the median of their crossing angles. quad_share: share of quads among the faces; valences:
+    number of inner vertices of each valence other than 4; aligned_share: share of edges within 10 degrees of the lines.
+    distances_mm (N,): of the vertices of the planar mesh from the surface. smoothing_mm: largest displacement of a
+    vertex of the surface by smoothing.
+
+    >>> from fabkit.production import OnSurface
+    >>> laid = OnSurface(800, "principal", np.eye(3), (82.0, 90.0), 0.98, {3: 4, 5: 2}, 0.95, np.zeros(9), 0.0)
+    >>> laid.irregular
+    '4 of valence 3, 2 of valence 5'
     """
 
     n_triangles: int
@@ -82,7 +87,7 @@ class OnSurface:
 
     @property
     def irregular(self) -> str:
-        """Inner vertices where other than four edges meet, in words."""
+        """Numbers of inner vertices with a valence other than four, in words."""
         return ", ".join(f"{count} of valence {valence}" for valence, count in self.valences.items()) or "none"
 
 
