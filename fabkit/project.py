@@ -72,7 +72,6 @@ class GaussImageRules(BaseModel):
 
     file: Path | None = None
     tolerance: Positive = GIVEN_PAIR_TOLERANCE
-
     faces: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     edges: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     vertices: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
@@ -90,7 +89,7 @@ class GaussImageRules(BaseModel):
 
     @property
     def weights(self) -> dict[str, Any]:
-        """Those that are said."""
+        """The weights that are given."""
         return self.model_dump(exclude={"file", "tolerance"}, exclude_none=True)
 
 
@@ -126,7 +125,6 @@ class Project(BaseModel):
     parts may be misplaced by up to this tolerance. fitness: bounds from which a finding is noted or refused; accept:
     names of findings to accept instead of refusing them.
 
-    >>> from fabkit import Project
     >>> from geometry.mesh.shapes import dome
     >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})
     >>> project.rules.beams.height_mm, project.title, Project(mesh="roof.obj", unit="m").title
@@ -239,7 +237,6 @@ def load_project(path: Path, overrides: dict[str, Any]) -> Project:
 
     Raises ProjectError with one sentence that names the key, what was found and what would do.
 
-    >>> from fabkit import load_project
     >>> _ = Path("roof.toml").write_text('mesh = "roof.obj"\\nunit = "m"\\n[panels]\\nthickness_mm = 12')
     >>> project = load_project(Path("roof.toml"), {"panels": {"joint_mm": 8}})
     >>> project.panels.thickness_mm, project.panels.joint_mm
