@@ -63,6 +63,16 @@ def test_the_how_to_on_parallel_meshes_runs(monkeypatch: pytest.MonkeyPatch) -> 
     assert geometry.parallelity(names["mesh"], names["blend"]).max() < 1e-9
 
 
+def test_the_how_to_on_shortcuts_runs() -> None:
+    text = (ROOT / "docs" / "howto" / "shortcuts.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(block, names)
+    assert names["fine"].n_faces == 16 * names["coarse"].n_faces
+    assert abs(names["glass"].face_distances - 0.2).max() < 1e-9
+    assert abs(names["near"].vertices[[0, 19]] - names["wanted"]).max() < 0.3
+
+
 def test_the_how_to_on_designing_edge_offset_meshes_runs() -> None:
     text = (ROOT / "docs" / "howto" / "designing-edge-offset-meshes.md").read_text(encoding="utf-8")
     names: dict[str, Any] = {}
