@@ -77,7 +77,7 @@ class Suns:
         if len(low):
             raise GeometryError(
                 f"sun {low[0]} is {np.degrees(-heights[low[0]]):.1f} degrees below the horizon: leave it out"
-                + (f"; so do {len(low) - 1} more" if len(low) > 1 else ""),
+                + (f"; so are {len(low) - 1} more" if len(low) > 1 else ""),
                 elements=low.tolist(),
                 value=float(heights[low[0]]),
                 bound=0.0,

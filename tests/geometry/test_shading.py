@@ -271,7 +271,7 @@ def test_north_must_be_level() -> None:
 @pytest.mark.parametrize(
     ("directions", "weights", "said"),
     [
-        ([[0, 0, 1], [1, 0, -1], [0, 1, 0]], 1.0, r"sun 1 stands 45\.0 degrees below the horizon.*1 more"),
+        ([[0, 0, 1], [1, 0, -1], [0, 1, 0]], 1.0, r"sun 1 is 45\.0 degrees below the horizon.*1 more"),
         ([[0, 0, 1], [0, 0, 0]], 1.0, "direction of sun 1 is .* not zero"),
         ([[0, 0, np.nan]], 1.0, "direction of sun 0 is .* finite"),
         ([0, 0, 1], 1.0, r"shape \(3,\)"),
