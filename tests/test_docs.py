@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -12,7 +13,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from fabkit.commands.command_line import app
 from fabkit.project import project_from
 
 ROOT = Path(__file__).parents[1]
@@ -51,6 +54,17 @@ def test_shipped_text_holds_no_machine_paths() -> None:
     for path in [*tracked, ROOT / "README.md", ROOT / "pyproject.toml"]:
         if path.suffix in (".py", ".md", ".toml", ".js", ".css", ".html", ".obj", ".bib"):
             assert not re.search(r"/(home|root|Users)/\w", path.read_text(encoding="utf-8")), path
+
+
+def test_the_command_line_reference_is_made_from_the_program() -> None:
+    script = runpy.run_path(str(ROOT / "docs" / "tools" / "command_line.py"))
+    text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    assert text == script["page"](), "run python docs/tools/command_line.py"
+    for command in ("build", "inspect", "planarise", "offset", "curvature", "design koebe", "design hexagons"):
+        assert f"## fabkit {command}" in text
+    help_text = " ".join(CliRunner().invoke(app, ["build", "--help"], env={"COLUMNS": "200"}).stdout.split())
+    for option in re.findall(r"--[a-z][a-z-]+", text.split("## fabkit build")[1].split("## ")[0]):
+        assert option in help_text
 
 
 # --- code of the pages

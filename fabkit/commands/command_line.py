@@ -55,7 +55,9 @@ app = typer.Typer(
 def build_command(
     mesh: MeshPath,
     gauss_image: GaussImage = None,
-    out: Annotated[Path | None, typer.Option("-o", "--out", help="Folder to write; must not exist yet.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("-o", "--out", metavar="FOLDER", help="Folder to write; must not exist yet.")
+    ] = None,
     unit: Unit = None,
     mean_edge: MeanEdge = None,
     flip: Flip = False,

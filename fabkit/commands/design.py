@@ -22,7 +22,7 @@ design_app = typer.Typer(
 
 NEAR, RUN = "Near to a mesh", "Run"
 
-Out = Annotated[Path, typer.Option("-o", "--out", help="Folder to write; must not exist yet.")]
+Out = Annotated[Path, typer.Option("-o", "--out", metavar="FOLDER", help="Folder to write; must not exist yet.")]
 Boosts = Annotated[
     list[str] | None,
     typer.Option("--boost", metavar="X,Y,Z", help="Laguerre boost, shorter than 1, of M and S; may be repeated."),

@@ -99,15 +99,15 @@ def _verdict(deviations: FloatArray, unit: str) -> str:
     return f"{answer}: off by {median:.1e} {unit} in the median, {worst:.1e} at most"
 
 
-def findings_facts(findings: Iterable[Finding], *, may_allow: bool = True) -> Iterator[tuple[str, str]]:
-    """Notes and what is accepted, then what is refused, with its cure, and with --allow where the command has it."""
+def findings_facts(findings: Iterable[Finding], *, may_accept: bool = True) -> Iterator[tuple[str, str]]:
+    """Notes and what is accepted, then what is refused, with its cure, and with --accept where the command has it."""
     findings = tuple(findings)
     for finding in findings:
         if finding.level != "refused":
             yield finding.level, f"{finding.name}: {finding.sentence}"
     for finding in findings:
         if finding.level == "refused":
-            yield "unfit", f"{finding.name}: {finding.sentence}: {finding.advice if may_allow else finding.cure}"
+            yield "unfit", f"{finding.name}: {finding.sentence}: {finding.advice if may_accept else finding.cure}"
 
 
 def beam_heights(heights: FloatArray) -> str:

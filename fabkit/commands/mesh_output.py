@@ -45,7 +45,7 @@ class _Planar:
     def facts(self) -> list[tuple[str, str]]:
         mended = [("mended", note) for note in self.file.mended]
         planarised = ("planarised", moves(self.file.mesh, self.mesh) or "nothing to do")
-        return [*mended, planarised, *findings_facts(self.findings, may_allow=False)]
+        return [*mended, planarised, *findings_facts(self.findings, may_accept=False)]
 
     @property
     def paired(self) -> Pair:

@@ -32,7 +32,7 @@ class Curvature(StrEnum):
 
 
 MeshFilePath = Annotated[Path, typer.Argument(metavar="MESH", help="OBJ, OFF or PLY file.")]
-OutFile = Annotated[Path, typer.Option("-o", "--out", help="Mesh file to write: OBJ, OFF or PLY.")]
+OutFile = Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="Mesh file to write: OBJ, OFF or PLY.")]
 Fairness = Annotated[
     float | None,
     typer.Option(
@@ -97,7 +97,10 @@ def curvature_command(
     context: typer.Context,
     mesh: MeshFilePath,
     out: Annotated[
-        Path, typer.Option("-o", "--out", help="CSV file of all faces, or mesh file (OBJ, OFF, PLY) with colours.")
+        Path,
+        typer.Option(
+            "-o", "--out", metavar="FILE", help="CSV file of all faces, or mesh file (OBJ, OFF, PLY) with colours."
+        ),
     ],
     colour: Annotated[Curvature, typer.Option(help="Curvature shown as colours.")] = Curvature.MEAN,
     gauss_image: GaussImage = None,

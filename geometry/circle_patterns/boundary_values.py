@@ -69,6 +69,13 @@ def open_circle_pattern(
     Raises GeometryError for values at inner vertices, missing or doubly given values, radii that are not positive,
     angles that are out of range or sum to what they cannot, values for which no pattern exists, and patterns that do
     not close around a hole whose values are given.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.tilings import hexagon_patch
+    >>> pattern = open_circle_pattern(hexagon_patch(3, 3))
+    >>> radii = pattern.vertex_radii[pattern.combinatorics.is_boundary_vertex]
+    >>> bool(np.ptp(radii) < 1e-9)  # all equal, as none were given
+    True
     """
     c = combinatorics
     boundary = _checked(c, radii, angles, outer)

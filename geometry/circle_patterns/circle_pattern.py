@@ -26,6 +26,12 @@ class CirclePattern:
 
     centres (N + F,), complex numbers, and radii (N + F,): of vertices, then of faces. The four circles of
     `edge_at_infinity`, where there is one, are lines: their radii are infinite, their centres are not numbers.
+
+    >>> from geometry.circle_patterns import open_circle_pattern
+    >>> from geometry.mesh.tilings import quad_patch
+    >>> pattern = open_circle_pattern(quad_patch(3, 3))
+    >>> pattern.vertex_radii.shape, pattern.face_radii.shape, pattern.tangency_points.shape
+    ((16,), (9,), (24,))
     """
 
     __repr__ = short_repr
@@ -81,7 +87,14 @@ class CirclePattern:
 
 
 def closed_circle_pattern(combinatorics: Combinatorics) -> CirclePattern:
-    """Of a closed polyhedron. Infinity is at the edge with most neighbours, whose large circles are lines then."""
+    """Of a closed polyhedron. Infinity is at the edge with most neighbours, whose large circles are lines then.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.solids import cube
+    >>> pattern = closed_circle_pattern(cube().combinatorics)
+    >>> np.isinf(pattern.radii).sum().item()  # the circles at the edge at infinity are lines
+    4
+    """
     c = combinatorics
     n = c.n_vertices
     left, right = c.edge_faces.T

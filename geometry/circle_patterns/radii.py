@@ -65,6 +65,12 @@ class RadiusProblem:
     circle has no kite.
     factors (n,): the radius where it is given; else the radius over its unknown.
     angles (U,): the angle that the kites fill about the centres of the circles of each unknown.
+
+    >>> import numpy as np
+    >>> kites = [[0, 3], [1, 3], [2, 3]]  # three vertices around one face
+    >>> problem = RadiusProblem(3, kites, [-1, -1, -1, 0], [1.0, 1.0, 1.0, 1.0], [2 * np.pi])
+    >>> problem.radii().round(6).tolist()
+    [1.0, 1.0, 1.0, 0.57735]
     """
 
     n_vertices: int

@@ -71,6 +71,13 @@ class ChristoffelDuals:
     The correspondence of edges may reverse their orientation; `geometry.parallel.edge_factors` says which. Raises
     GeometryError where a face of S is not planar (the bound is that of `check_planar`), MeshError for an edge of S
     without length.
+
+    >>> from geometry.edge_offset import enneper_koebe
+    >>> duals = ChristoffelDuals(enneper_koebe(4))
+    >>> duals.dimension  # quads of a Koebe polyhedron have one
+    1
+    >>> duals.fairest().n_faces
+    16
     """
 
     __repr__ = short_repr
@@ -247,6 +254,13 @@ def christoffel_dual(gauss_image: MeshLike, *, near: MeshLike | None = None) -> 
     """S with an M that has H = 0 in all faces with respect to it: `ChristoffelDuals.fairest`, or the nearest to a mesh.
 
     Koenigs nets of quads have one dual up to size and place. Raises GeometryError where there is none.
+
+    >>> import numpy as np
+    >>> from geometry.curvature import face_curvatures
+    >>> from geometry.edge_offset import enneper_koebe
+    >>> pair = christoffel_dual(enneper_koebe(4))
+    >>> bool(np.abs(face_curvatures(pair).mean).max() < 1e-6)
+    True
     """
     gauss_image = as_gauss_image(gauss_image)
     duals = ChristoffelDuals(gauss_image)

@@ -73,6 +73,15 @@ def constant_mean(
     Raises MeshError where the faces differ, an edge of S has no length or the start is a point; GeometryError where a
     face of S is not planar, for numbers out of range, and where M or an edge of it shrank to a point; ConvergenceError,
     with the worst face, where the method does not arrive: there may be no such M near the start.
+
+    >>> import numpy as np
+    >>> from geometry.curvature import face_curvatures
+    >>> from geometry.edge_offset import koebe
+    >>> from geometry.mesh.tilings import hexagon_patch
+    >>> S = koebe(hexagon_patch(3, 3), coverage=0.3).mesh
+    >>> pair = constant_mean(S, -0.5, S * 1.9)
+    >>> bool(np.abs(face_curvatures(pair).mean + 0.5).max() < 1e-6)
+    True
     """
     gauss_image = as_gauss_image(gauss_image)
     start = as_mesh(start)

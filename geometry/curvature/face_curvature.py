@@ -40,6 +40,14 @@ class FaceCurvatures:
     areas (F,): of the faces F of M, positive. mean (F,): H = -area(F, sigma(F)) / area(F), one over a length.
     gaussian (F,): K = area(sigma(F)) / area(F), negative where the face and its image run around in opposite ways.
     principal (F, 2): kappa_1 >= kappa_2, the roots of x^2 - 2 H x + K; NaN in the faces `without_principal`.
+
+    >>> from geometry.gauss import Pair
+    >>> from geometry.mesh.shapes import dome
+    >>> curvatures = face_curvatures(Pair(dome(12, 4) * 2, dome(12, 4)))
+    >>> curvatures.mean.round(9).max().item(), curvatures.gaussian.round(9).max().item()
+    (-0.5, 0.25)
+    >>> curvatures.principal.shape, len(curvatures.without_principal)
+    ((48, 2), 0)
     """
 
     __repr__ = short_repr
@@ -65,6 +73,11 @@ def face_curvatures(pair: PairLike, *, negative: float = LEAST_DISCRIMINANT) -> 
     `LEAST_DISCRIMINANT`.
 
     Raises MeshError where a face of M has no area, GeometryError where one is not planar.
+
+    >>> from geometry.gauss import Pair
+    >>> from geometry.mesh.shapes import dome
+    >>> face_curvatures(Pair(dome(12, 4) * 2, dome(12, 4))).mean.round(9).max().item()  # a sphere of radius 2
+    -0.5
     """
     pair = as_pair(pair)
     mesh, gauss_image, c = pair.mesh, pair.gauss_image, pair.mesh.combinatorics
@@ -84,6 +97,11 @@ def steiner_areas(pair: PairLike, d: float) -> FloatArray:
 
     Exact for every d, also negative ones; a face that has turned over in the offset counts negative. Raises as
     `face_curvatures` does.
+
+    >>> from geometry.gauss import Pair
+    >>> from geometry.mesh.shapes import cube
+    >>> steiner_areas(Pair(cube(), cube()), 0.5).round(9).tolist()  # of faces 2 by 2, then 3 by 3
+    [9.0, 9.0, 9.0, 9.0, 9.0, 9.0]
     """
     pair = as_pair(pair)
     curvatures = face_curvatures(pair)
@@ -91,7 +109,13 @@ def steiner_areas(pair: PairLike, d: float) -> FloatArray:
 
 
 def steiner_area(pair: PairLike, d: float) -> float:
-    """The area of the offset M + d S, as the sum of `steiner_areas` [Pottmann2007, Prop. 5]."""
+    """The area of the offset M + d S, as the sum of `steiner_areas` [Pottmann2007, Prop. 5].
+
+    >>> from geometry.gauss import Pair
+    >>> from geometry.mesh.shapes import cube
+    >>> round(steiner_area(Pair(cube(), cube()), 0.5), 9)
+    54.0
+    """
     return float(steiner_areas(pair, d).sum())
 
 

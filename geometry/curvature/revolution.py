@@ -38,6 +38,15 @@ def minimal_of_revolution(gauss_image: MeshLike, *, waist: float = 1.0) -> Pair:
 
     Raises MeshError where S does not consist of rings about the z axis, nor of flat-top hexagons; GeometryError where
     waist is not positive.
+
+    >>> import numpy as np
+    >>> from geometry.curvature import face_curvatures
+    >>> from geometry.edge_offset import BandTiling, rotational_koebe
+    >>> catenoid = minimal_of_revolution(rotational_koebe(BandTiling.QUADS, around=12, rows=4), waist=2.0)
+    >>> bool(np.abs(face_curvatures(catenoid).mean).max() < 1e-9)
+    True
+    >>> np.linalg.norm(catenoid.mesh.vertices[:, :2], axis=1).min().round(9).item()
+    2.0
     """
     gauss_image = as_gauss_image(gauss_image)
     _check_length("waist", waist)
@@ -65,6 +74,14 @@ def constant_mean_of_revolution(gauss_image: MeshLike, mean: float, *, radius: f
 
     Raises MeshError where S does not consist of rings about the z axis; GeometryError for numbers out of range,
     for a radius of None and an S without folds, and where S reaches beyond the inflection, naming the ring.
+
+    >>> import numpy as np
+    >>> from geometry.curvature import face_curvatures
+    >>> from geometry.edge_offset import BandTiling, rotational_koebe
+    >>> S = rotational_koebe(BandTiling.QUADS, around=12, rows=2)
+    >>> unduloid = constant_mean_of_revolution(S, -1.0, radius=0.8)
+    >>> bool(np.abs(face_curvatures(unduloid).mean + 1).max() < 1e-9)
+    True
     """
     gauss_image = as_gauss_image(gauss_image)
     rings = Rings(gauss_image)
@@ -125,6 +142,11 @@ def radii_at_inflections(gauss_image: Mesh) -> tuple[float, float]:
     bulge. They add up to the radius of the sphere.
 
     Raises MeshError where S does not consist of rings about the z axis.
+
+    >>> from geometry.edge_offset import BandTiling, rotational_koebe
+    >>> neck, bulge = radii_at_inflections(rotational_koebe(BandTiling.QUADS, around=12, rows=4))
+    >>> neck < bulge, round(neck, 3), round(bulge, 3)
+    (True, 0.111, 0.924)
     """
     rings = Rings(gauss_image)
     relative = np.concatenate([[1.0], np.cumprod(rings.ratios)])

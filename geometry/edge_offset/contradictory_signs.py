@@ -90,6 +90,15 @@ def conflicting_edges(gauss_image: Mesh, signs: Any) -> IntArray:
 
     Those few at which a linear programme gives way, if all signed edges want to be at least 1 long and what they lack
     is least in sum. Other choices may be as good. Raises ConvergenceError where that is not found out.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import cube
+    >>> signs = np.ones(12)
+    >>> conflicting_edges(cube(), signs).tolist()
+    []
+    >>> signs[0] = -1  # opposite edges of a rectangle run alike
+    >>> conflicting_edges(cube(), signs).tolist()
+    [0]
     """
     wanted = checked_signs(gauss_image, signs)
     signed = np.flatnonzero(wanted)

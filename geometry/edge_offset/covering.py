@@ -25,6 +25,16 @@ class SurfaceCover:
     kept (k,): those that hang together and can be built.
     times: how often the normals of the surface cover the faces of S that touch it, where its curvature is as wanted: 1
     where each normal occurs once.
+
+    >>> import numpy as np
+    >>> from geometry.edge_offset import koebe
+    >>> from geometry.mesh import shapes, tilings
+    >>> S = koebe(tilings.hexagon_patch(4, 4), coverage=0.05).mesh
+    >>> x, y, _ = (shapes.grid(12, 12).vertices.T - 6) / 10
+    >>> cap = Surface(shapes.grid(12, 12).with_vertices(np.stack([x, y, np.sqrt(1 - x**2 - y**2)], axis=1)))
+    >>> cover = surface_cover(cap, S)
+    >>> len(cover.kept), 0 < cover.fitness <= 1
+    (16, True)
     """
 
     __repr__ = short_repr
@@ -46,6 +56,16 @@ def surface_cover(surface: Surface, gauss_image: MeshLike, angle: float = 0.0, *
     way to the mean normal of the surface.
 
     S ends where the surface has no more normals. curvature: as in `tangent_mesh`. Raises as that does.
+
+    >>> import numpy as np
+    >>> from geometry.edge_offset import koebe
+    >>> from geometry.mesh import shapes, tilings
+    >>> S = koebe(tilings.hexagon_patch(4, 4), coverage=0.05).mesh
+    >>> x, y, _ = (shapes.grid(12, 12).vertices.T - 6) / 10
+    >>> cap = Surface(shapes.grid(12, 12).with_vertices(np.stack([x, y, np.sqrt(1 - x**2 - y**2)], axis=1)))
+    >>> cover = surface_cover(cap, S, np.radians(30))
+    >>> len(cover.found.missing)
+    0
     """
     gauss_image = as_gauss_image(gauss_image)
     axis, _ = mean_normal(surface.mesh)
@@ -59,7 +79,13 @@ def surface_cover(surface: Surface, gauss_image: MeshLike, angle: float = 0.0, *
 
 
 def mean_normal(mesh: Mesh) -> tuple[FloatArray, float]:
-    """(3,) the unit mean of the vertex normals, and the largest angle of one with it in radians."""
+    """(3,) the unit mean of the vertex normals, and the largest angle of one with it in radians.
+
+    >>> from geometry.mesh.shapes import grid
+    >>> normal, largest_angle = mean_normal(grid(2, 2))
+    >>> normal.tolist(), largest_angle
+    ([0.0, 0.0, 1.0], 0.0)
+    """
     normals = mesh.vertex_normals[mesh.combinatorics.is_used]
     mean = normals.mean(axis=0)
     mean = mean / max(float(np.linalg.norm(mean)), np.finfo(float).tiny)

@@ -22,6 +22,12 @@ def enneper_koebe(faces: int, *, reach: float = 1.0) -> Mesh:
     has number i (faces + 1) + j, with j running towards +x and i towards +y.
 
     Raises GeometryError for numbers out of range, and where a vertex circle would be as large as a hemisphere.
+
+    >>> import numpy as np
+    >>> from geometry.gauss import edge_distances
+    >>> S = enneper_koebe(6)
+    >>> S.n_faces, bool(np.abs(edge_distances(S) - 1).max() < 1e-9)
+    (36, True)
     """
     if not isinstance(faces, (int, np.integer)) or faces < 2:
         raise GeometryError(

@@ -41,7 +41,12 @@ SMALLEST_CIRCLE_RADIUS = 1e-7
 
 @dataclass(frozen=True, eq=False)
 class SphereCircles:
-    """n circles on the unit sphere: the planes normal . x = distance; normals (n, 3) of length 1, distances (n,)."""
+    """n circles on the unit sphere: the planes normal . x = distance; normals (n, 3) of length 1, distances (n,).
+
+    >>> circles = SphereCircles([[0, 0, 1.0]], [0.6])
+    >>> circles.centres.tolist(), circles.radii.round(9).tolist()
+    ([[0.0, 0.0, 0.6]], [0.8])
+    """
 
     __repr__ = short_repr
 
@@ -69,6 +74,16 @@ class KoebePolyhedron:
 
     Raises GeometryError, naming the worst edge or face, where an edge line misses the sphere or a face its plane by
     more than `tolerance` (of a face: over its mean edge length).
+
+    >>> import numpy as np
+    >>> from geometry.mesh.solids import cuboctahedron
+    >>> mesh = cuboctahedron()
+    >>> S = KoebePolyhedron(mesh * (1 / edge_distances(mesh)[0]))
+    >>> S.tangency_points.shape, S.face_circles.radii.round(3).max().item()
+    ((24, 3), 0.577)
+    >>> moved = S.mapped(MoebiusTransformation.boost([0.3, 0, 0]))
+    >>> bool(np.abs(edge_distances(moved.mesh) - 1).max() < 1e-9)
+    True
     """
 
     __repr__ = short_repr
@@ -163,6 +178,12 @@ def koebe(
     `open_circle_pattern` does, for values given to a closed polyhedron, for a coverage out of range, for polygons
     nested so deeply that the smallest would be points, and for open patterns that overlap themselves so much that a
     vertex would be at infinity or beyond; those that overlap less are made.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.tilings import hexagon_patch
+    >>> S = koebe(hexagon_patch(4, 4), coverage=0.3)  # over three tenths of the sphere
+    >>> bool(np.abs(edge_distances(S.mesh) - 1).max() < 1e-9)
+    True
     """
     combinatorics = as_combinatorics(combinatorics)
     refuse_other_than_polyhedra(combinatorics)

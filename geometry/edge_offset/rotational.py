@@ -27,7 +27,13 @@ LARGEST_MERCATOR_LATITUDE = 12.0
 
 
 class BandTiling(Enum):
-    """Which faces go around the axis."""
+    """Which faces go around the axis.
+
+    >>> [tiling.value for tiling in BandTiling]
+    ['quads', 'pointy-top hexagons', 'flat-top hexagons']
+    >>> rotational_koebe(BandTiling.POINTY_TOP_HEXAGONS, around=12, rows=4).n_faces
+    48
+    """
 
     QUADS = "quads"
     """Trapezoids, two edges horizontal and two in planes through the axis."""
@@ -53,6 +59,12 @@ def rotational_koebe(
     counter-clockwise about the z axis. An annulus, or a sphere when capped.
 
     Raises GeometryError for numbers out of range, and for what is not there for a tiling.
+
+    >>> import numpy as np
+    >>> from geometry.gauss import edge_distances
+    >>> band = rotational_koebe(BandTiling.QUADS, around=12, rows=4)
+    >>> band.n_faces, bool(np.abs(edge_distances(band) - 1).max() < 1e-9)
+    (48, True)
     """
     _check(tiling, around, rows, latitude, folds, capped)
     steps, signs = (_folded(layers, folds) for layers in _layers(tiling, rows))
@@ -74,6 +86,10 @@ def rows_within(tiling: BandTiling, around: int, latitude: float) -> int:
     """The most rows of a band symmetric to the equator, all of whose edges touch the sphere within +- latitude.
 
     Raises GeometryError where no band fits.
+
+    >>> import numpy as np
+    >>> rows_within(BandTiling.QUADS, around=24, latitude=np.radians(60))
+    10
     """
     _check(tiling, around, 2, latitude, 0, False)
     latitude = min(abs(latitude), float(np.arcsin(np.tanh(LARGEST_MERCATOR_LATITUDE))))  # beyond, no band is made

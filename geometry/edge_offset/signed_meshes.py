@@ -64,6 +64,14 @@ def edge_offset_mesh(
     M is parallel to S, and fixed vertices and lengths are kept, as `ParallelSpace.minimise` promises.
     Raises GeometryError where S is no Koebe polyhedron, where the signs have no solution, naming the faces that cannot
     close or a few edges that stand in the way, where M has shrunk to a point, and as `ParallelSpace.minimise` does.
+
+    >>> import numpy as np
+    >>> from geometry.edge_offset import koebe
+    >>> from geometry.mesh.tilings import hexagon_patch
+    >>> S = koebe(hexagon_patch(3, 3), coverage=0.3).mesh
+    >>> M = edge_offset_mesh(S, signs=1, lengths=(0.8, np.inf))
+    >>> (edge_factors(S, M) > 0).all().item(), M.edge_lengths.min().round(6).item()
+    (True, 0.8)
     """
     gauss_image = as_gauss_image(gauss_image)
     KoebePolyhedron(gauss_image)  # checks it
@@ -149,6 +157,11 @@ def guided_signs(gauss_image: MeshLike, guide: MeshLike) -> IntArray:
     The guide has the faces of S and the rough shape that is wanted; it need not be parallel to S, but only for a mesh
     in P(S), such as `ParallelSpace.project(guide)`, the signs surely have a solution: they are those of its edge
     factors (1). Raises MeshError where it has other faces.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import cube
+    >>> np.unique(guided_signs(cube(), cube() * -2.0)).tolist()
+    [-1]
     """
     gauss_image = as_gauss_image(gauss_image)
     guide = as_mesh(guide)
@@ -166,6 +179,13 @@ def saddle_signs(gauss_image: MeshLike, direction: Any, *, pole: Any = None) -> 
     along the images of parallel lines. An edge halfway between, at the pole, or where the field vanishes, gets 0.
 
     Raises GeometryError for other shapes, numbers that are not finite, and a pole off the unit sphere.
+
+    >>> import numpy as np
+    >>> from geometry.edge_offset import koebe
+    >>> from geometry.mesh.tilings import quad_patch
+    >>> S = koebe(quad_patch(4, 4), coverage=0.3).mesh
+    >>> np.unique(saddle_signs(S, [1, 1, 0]), return_counts=True)[1].tolist()
+    [20, 20]
     """
     gauss_image = as_gauss_image(gauss_image)
     field = floats(direction)
@@ -207,6 +227,10 @@ def alternating_signs(combinatorics: CombinatoricsLike, *, first: int = 1) -> In
     first: 1 or -1, the sign of edge 0, and of the first edge of each part that no quads connect with it. Faces of
     other sizes have no say, and edges that belong to no quad get 0. Raises GeometryError, naming an edge, where that is
     contradictory, as around interior vertices of odd valence.
+
+    >>> from geometry.mesh.tilings import quad_patch
+    >>> alternating_signs(quad_patch(1, 1)).tolist()  # opposite edges alike
+    [1, -1, 1, -1]
     """
     combinatorics = as_combinatorics(combinatorics)
     if first not in (-1, 1):

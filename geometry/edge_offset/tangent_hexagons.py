@@ -52,6 +52,18 @@ class TangentMesh:
     where the surface is curved negatively. reversed_faces (k,) are clockwise seen along the normals of S: all or
     none are, unless M folds over. self_crossing_faces (k,) and intersecting_faces (k, 2) are those of
     `geometry.mesh.intersections.meeting_faces`.
+
+    >>> import numpy as np
+    >>> from geometry.edge_offset import koebe
+    >>> from geometry.mesh import shapes, tilings
+    >>> S = koebe(tilings.hexagon_patch(4, 4), coverage=0.05).mesh
+    >>> x, y, _ = (shapes.grid(12, 12).vertices.T - 6) / 10
+    >>> cap = Surface(shapes.grid(12, 12).with_vertices(np.stack([x, y, np.sqrt(1 - x**2 - y**2)], axis=1)))
+    >>> found = tangent_mesh(S, cap)
+    >>> found.is_embedded, len(found.reversed_edges)
+    (True, 0)
+    >>> print(found.report)
+    16 of 16 faces touch the surface; 0 of 63 edges run against those of S
     """
 
     __repr__ = short_repr
@@ -110,6 +122,16 @@ def tangent_mesh(gauss_image: MeshLike, surface: Surface, *, curvature: int = 0)
 
     Raises GeometryError where a vertex of S has more than 3 faces, where a face of S is not planar, and where no face
     can touch. Self-intersections are no error: the result says them.
+
+    >>> import numpy as np
+    >>> from geometry.edge_offset import koebe
+    >>> from geometry.mesh import shapes, tilings
+    >>> S = koebe(tilings.hexagon_patch(4, 4), coverage=0.05).mesh
+    >>> x, y, _ = (shapes.grid(12, 12).vertices.T - 6) / 10
+    >>> cap = Surface(shapes.grid(12, 12).with_vertices(np.stack([x, y, np.sqrt(1 - x**2 - y**2)], axis=1)))
+    >>> found = tangent_mesh(S, cap)
+    >>> len(found.missing), found.touching.shape
+    (0, (16, 3))
     """
     gauss_image = as_gauss_image(gauss_image)
     _check_valence(gauss_image)
@@ -138,6 +160,11 @@ def mesh_with_planes(gauss_image: Mesh, heights: FloatArray) -> Mesh:
     Raises GeometryError where a vertex has more than 3 faces, where a face is not planar, for heights of another shape
     or infinite or NaN throughout, and where planes contradict each other, as they may at boundary edges between
     vertices with 3 faces; ConvergenceError where the solver does not reach that accuracy.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import cube
+    >>> mesh_with_planes(cube(), np.full(6, 2.0)).edge_lengths.round(6).max().item()
+    4.0
     """
     _check_valence(gauss_image)
     check_planar(gauss_image)

@@ -61,6 +61,15 @@ def approximate_pair(
     only; MeshError for an edge without length;
     RankError where rounding decides about S, with the edges and the singular values, as where faces are nearly in one
     plane; ConvergenceError where S is not parallel to M, or not the minimum.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import translation_surface
+    >>> u = np.linspace(-1, 1, 7)[:, None]
+    >>> mesh = translation_surface(u * [3, 0, 0.2] - u**2 * [0, 0, 1.2], u * [0.9, 2.6, 0] - u**2 * [0, 0, 0.7])
+    >>> pair = approximate_pair(mesh)
+    >>> even = approximate_pair(mesh, faces=0, edges=1, vertices=0.1, rounds=3)
+    >>> bool(np.ptp(even.edge_distances) < np.ptp(pair.edge_distances))  # beam heights over d
+    True
     """
     mesh = as_mesh(mesh)
     _check_weights(faces, edges, vertices, fairness, rounds)
@@ -92,7 +101,13 @@ def first_objective(
 
 
 def refuse_triangle_mesh(mesh: Mesh) -> None:
-    """Raise GeometryError where all faces are triangles."""
+    """Raise GeometryError where all faces are triangles.
+
+    >>> from geometry.mesh.shapes import octahedron
+    >>> refuse_triangle_mesh(octahedron())  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    geometry.errors.GeometryError: all faces are triangles: ...
+    """
     if mesh.combinatorics.face_sizes.max() == 3:
         raise GeometryError(
             "all faces are triangles: meshes parallel to a triangle mesh are only scaled copies of it, so there is no "

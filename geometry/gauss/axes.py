@@ -31,6 +31,10 @@ def node_axes(mesh: MeshLike, parallel: MeshLike, *, tolerance: float = AXIS_TOL
 
     Raises MeshError where the meshes do not have the same faces or an edge of M has no length, ParallelityError
     where they are not parallel, and GeometryError where a vertex is the same in both or an axis lies in an edge.
+
+    >>> from geometry.mesh.shapes import grid
+    >>> node_axes(grid(2, 2), grid(2, 2).translated([0, 0, 0.5]))[0].tolist()
+    [0.0, 0.0, 1.0]
     """
     mesh = as_mesh(mesh)
     parallel = as_gauss_image(parallel)
@@ -71,6 +75,12 @@ def parallel_from_axes(
     Raises ParallelityError, naming the worst edge, where its axes are not coplanar; and where they are, but M'
     does not close: Prop. 1 promises it for simply connected meshes with axes that lie in no face. Raises MeshError for
     an edge without length and GeometryError for axes that are none.
+
+    >>> from geometry.mesh.shapes import box
+    >>> cube = box(2, 2, 2)
+    >>> larger = parallel_from_axes(cube, cube.vertices, distance=3**0.5)  # axes from the centre
+    >>> (larger.edge_lengths / cube.edge_lengths).round(9).max().item()
+    2.0
     """
     mesh = as_mesh(mesh)
     directions = _checked_axes(mesh, axes)

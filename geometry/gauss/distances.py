@@ -39,7 +39,14 @@ SCATTER_RANK_TOLERANCE = 1e-12
 
 
 def vertex_distances(gauss_image: MeshLike) -> FloatArray:
-    """(N,) distances of the vertices of S from the origin: all 1 for a vertex offset [Pottmann2007, Prop. 2]."""
+    """(N,) distances of the vertices of S from the origin: all 1 for a vertex offset [Pottmann2007, Prop. 2].
+
+    >>> from geometry.mesh.shapes import box, dome
+    >>> vertex_distances(dome(8, 2)).round(9).max().item()
+    1.0
+    >>> vertex_distances(box(2, 2, 2)).round(4).min().item()
+    1.7321
+    """
     gauss_image = as_gauss_image(gauss_image)
     return np.asarray(np.linalg.norm(gauss_image.vertices, axis=1))
 
@@ -49,13 +56,24 @@ def edge_distances(gauss_image: MeshLike, directions: FloatArray | None = None) 
 
     directions (E, 3): unit vectors along the lines, such as the edge directions of M, if an edge of S may have no
     length; left out, those of S, which raises MeshError for such an edge.
+
+    >>> from geometry.mesh.shapes import box
+    >>> edge_distances(box(2, 2, 2)).round(4).min().item()
+    1.4142
     """
     gauss_image = as_gauss_image(gauss_image)
     return np.asarray(np.linalg.norm(edge_feet(gauss_image, directions), axis=1))
 
 
 def edge_feet(gauss_image: MeshLike, directions: FloatArray | None = None) -> FloatArray:
-    """(E, 3) the nearest points to the origin of the edge lines of S; directions as in `edge_distances`."""
+    """(E, 3) the nearest points to the origin of the edge lines of S; directions as in `edge_distances`.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import box
+    >>> feet = edge_feet(box(2, 2, 2))
+    >>> feet.shape, np.abs(feet).sum(axis=1).max().item()
+    ((12, 3), 2.0)
+    """
     gauss_image = as_gauss_image(gauss_image)
     middles = gauss_image.vertices[gauss_image.combinatorics.edges].mean(axis=1)
     return perpendicular_part(middles, gauss_image.edge_directions if directions is None else directions)
@@ -63,7 +81,12 @@ def edge_feet(gauss_image: MeshLike, directions: FloatArray | None = None) -> Fl
 
 def face_distances(gauss_image: MeshLike, normals: FloatArray | None = None) -> FloatArray:
     """(F,) signed distances of the face planes of S from the origin along unit normals (F, 3), such as those of M; left
-    out, along those of S: all 1 for a face offset."""
+    out, along those of S: all 1 for a face offset.
+
+    >>> from geometry.mesh.shapes import box
+    >>> face_distances(box(2, 4, 6)).tolist()
+    [1.0, 2.0, 3.0, 3.0, 2.0, 1.0]
+    """
     gauss_image = as_gauss_image(gauss_image)
     centroids = face_centroids(gauss_image.vertices, gauss_image.combinatorics)
     return np.asarray(np.einsum("fi,fi->f", centroids, gauss_image.face_normals if normals is None else normals))
@@ -73,6 +96,13 @@ def circularity(mesh: MeshLike) -> FloatArray:
     """(F,) largest distance of a corner from the best circle of its face, over the face's mean edge length.
 
     The corners are taken in the best plane of the face. Triangles are circular.
+
+    >>> from geometry.mesh.shapes import dome, grid
+    >>> bool(circularity(dome(8, 3)).max() < 1e-12)
+    True
+    >>> quad = grid(1, 1)
+    >>> circularity(quad.with_vertices([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1.2, 1.2, 0]])).round(3).tolist()
+    [0.065]
     """
     mesh = as_mesh(mesh)
     c = mesh.combinatorics
@@ -104,6 +134,12 @@ def conicality(mesh: MeshLike) -> FloatArray:
 
     Largest difference between the angle of a face normal with the best axis and the mean of these angles. NaN at the
     boundary and for unused vertices, where nothing is asked; zero for interior vertices of valence 3.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import dome
+    >>> cones = conicality(dome(8, 3))
+    >>> bool(np.nanmax(cones) < 1e-12), np.isnan(cones).sum().item()  # boundary vertices have none
+    (True, 16)
     """
     mesh = as_mesh(mesh)
     c = mesh.combinatorics
@@ -132,6 +168,13 @@ def edge_cone_deviation(mesh: MeshLike) -> FloatArray:
     image some edges may run the other way (Fig. 11), so the edges may lie on either half of the cone; the best of the
     cones of `best_cones` counts. NaN for vertices with less than 4 edges, of which nothing is asked:
     three lines always lie on a cone. Zero everywhere is necessary for an edge offset, not sufficient.
+
+    >>> import numpy as np
+    >>> from geometry.mesh import shapes, solids
+    >>> bool(edge_cone_deviation(solids.cuboctahedron()).max() < 1e-12)
+    True
+    >>> bool(np.isnan(edge_cone_deviation(shapes.cube())).all())  # three lines always lie on a cone
+    True
     """
     mesh = as_mesh(mesh)
     deviations = np.full(mesh.n_vertices, np.nan)
@@ -146,6 +189,11 @@ def edge_axis_twist(mesh: MeshLike) -> FloatArray:
     In a mesh with an edge offset these are the node axes, so the angle is zero [Pottmann2007, Prop. 1, 3]. It says
     what `edge_cone_deviation` cannot for vertices with 3 edges, whose lines lie on 4 cones: the
     least angle over these counts. NaN where an end has less than 3 edges.
+
+    >>> from geometry.mesh import solids
+    >>> from geometry.mesh.shapes import dodecahedron
+    >>> bool(edge_axis_twist(dodecahedron()).max() < 1e-7)
+    True
     """
     mesh = as_mesh(mesh)
     axes = np.full((mesh.n_vertices, 4, 3), np.nan)

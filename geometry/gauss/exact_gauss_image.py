@@ -76,6 +76,12 @@ def vertex_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE)
 
     Raises GeometryError where there is no such S, naming the worst vertex; where a face is not planar; where the
     tolerance is not positive. Raises MeshError for an edge without length.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import dome
+    >>> pair = vertex_offset_pair(dome(8, 3) * 5)
+    >>> bool(np.abs(pair.vertex_distances - 1).max() < 1e-9)
+    True
     """
     mesh = as_mesh(mesh)
     pair, deviations = inscribed_pair(mesh, tolerance)
@@ -104,6 +110,12 @@ def edge_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -
 
     Raises GeometryError where no such S is found, naming the worst edge; where a face is not planar; where the
     tolerance is not positive. Raises MeshError for an edge without length.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.solids import cuboctahedron
+    >>> pair = edge_offset_pair(cuboctahedron() * 5)
+    >>> bool(np.abs(pair.edge_distances - 1).max() < 1e-9)
+    True
     """
     mesh = as_mesh(mesh)
     pair, deviations = midscribed_pair(mesh, tolerance)
@@ -131,6 +143,14 @@ def face_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -
 
     Raises GeometryError where there is no such S, naming the worst face and vertex; where a face is not planar; where
     the tolerance is not positive. Raises MeshError for an edge without length.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import box
+    >>> pair = face_offset_pair(box(2, 3, 4))
+    >>> pair.face_distances.round(9).tolist()
+    [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    >>> np.ptp(pair.offset_mesh(0.1).vertices, axis=0).round(9).tolist()
+    [2.2, 3.2, 4.2]
     """
     mesh = as_mesh(mesh)
     pair, deviations = circumscribed_pair(mesh, tolerance)
@@ -154,6 +174,10 @@ def exact_pairs(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> dic
 
     The offsets of M at distance d of these kinds are M + d S. Raises as the functions for each kind do, except where
     there is no S.
+
+    >>> from geometry.mesh.shapes import dome
+    >>> sorted(exact_pairs(dome(8, 3)))
+    ['face', 'vertex']
     """
     mesh = as_mesh(mesh)
     found = {

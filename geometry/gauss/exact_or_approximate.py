@@ -40,6 +40,13 @@ def exact_or_approximate_pair(
 
     Beams follow the mean normals of the faces that they carry, at the boundary too. Raises as `approximate_pair` does,
     but for meshes of triangles that have an exact S.
+
+    >>> from geometry.mesh.shapes import dome
+    >>> pair, kind = exact_or_approximate_pair(dome(8, 3))
+    >>> kind
+    'face'
+    >>> exact_or_approximate_pair(dome(8, 3), faces=1.0)[1] is None  # weights ask for an approximate S
+    True
     """
     mesh = as_mesh(mesh)
     tolerance = max(tolerance, DISTANCE_ROUNDINGS * rounding / mesh.mean_edge_length)

@@ -22,6 +22,12 @@ def axis_lean(mesh: MeshLike, axes: FloatArray) -> FloatArray:
     to no face, and where the axis is zero. The lengths of axes do not matter; those of a pair are `Pair.leans`.
 
     Raises MeshError where there is not one axis for each vertex.
+
+    >>> import numpy as np
+    >>> from geometry.mesh.shapes import grid
+    >>> flat = grid(2, 2)
+    >>> np.degrees(axis_lean(flat, np.full((9, 3), [1.0, 0.0, 1.0]))).round(6).max().item()
+    45.0
     """
     mesh = as_mesh(mesh)
     if axes.shape != mesh.vertices.shape:

@@ -46,6 +46,13 @@ def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: f
     Raises MeshError where the faces differ, an edge of M has no length or S no size; ConvergenceError, naming the
     worst edge, where no such pair is found near the given meshes; and ParallelityError, naming the vertex, where one
     would move by more than the tolerance.
+
+    >>> from geometry.mesh.shapes import dome
+    >>> mesh = dome(8, 3)
+    >>> rounded = mesh.with_vertices(mesh.vertices.round(5))  # as a file with five digits holds it
+    >>> pair = nearest_parallel_pair(rounded * 700.0, rounded)
+    >>> bool(pair.moves_from(rounded * 700.0, rounded)[0].max() < 1e-4)
+    True
     """
     mesh = as_mesh(mesh)
     gauss_image = as_gauss_image(gauss_image)
@@ -66,6 +73,11 @@ def nearest_planar_mesh(mesh: MeshLike, *, tolerance: float = np.inf) -> Mesh:
 
     Unlike `planarise` it keeps distances from the origin as well as these digits say them. tolerance: as in
     `nearest_parallel_pair`, which says too what is raised.
+
+    >>> from geometry.mesh.shapes import dome
+    >>> rounded = dome(8, 3).with_vertices(dome(8, 3).vertices.round(5))
+    >>> bool(nearest_planar_mesh(rounded).planarity.max() < 1e-11)
+    True
     """
     mesh = as_mesh(mesh)
     return nearest_parallel_pair(mesh, mesh, tolerance=tolerance).gauss_image

@@ -60,6 +60,10 @@ def best_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -
 
     Raises GeometryError where a face is not planar or the tolerance is not positive, MeshError for an edge without
     length.
+
+    >>> from geometry.mesh.shapes import box, dome
+    >>> best_offset_pair(box(2, 3, 4))[0]
+    'edge'
     """
     mesh = as_mesh(mesh)
     edge = _exact(mesh, "edge", tolerance)
@@ -76,6 +80,10 @@ def offset_deviations(mesh: MeshLike) -> dict[str, float]:
 
     Faces may have any number of corners: triangles are always circular, and have a vertex offset hardly ever;
     pentagons and hexagons need not be circular [Pottmann2007, Prop. 2]. Raises as `best_offset_pair` does.
+
+    >>> from geometry.mesh.shapes import dome
+    >>> {kind: deviation < 1e-9 for kind, deviation in offset_deviations(dome(6, 2)).items()}
+    {'vertex': True, 'edge': False, 'face': True}
     """
     mesh = as_mesh(mesh)
     return {

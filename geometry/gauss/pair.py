@@ -1,16 +1,4 @@
-"""The pair: a mesh M and its Gauss image S, parallel to it, with the same faces [Pottmann2007, 2 to 4].
-
->>> from geometry.gauss.pair import Pair
->>> from geometry.mesh import solids
->>> S = solids.cube()  # its faces touch the unit sphere
->>> pair = Pair(S * 700.0, S)
->>> pair.face_distances.round(9).tolist(), pair.edge_factors.round(6).max().item()
-([1.0, 1.0, 1.0, 1.0, 1.0, 1.0], 0.001429)
->>> pair.offset_mesh(100.0).mean_edge_length
-1600.0
->>> pair.is_inwards, Pair(S * 700.0, S * -1.0).is_inwards
-(False, True)
-"""
+"""The pair: a mesh M and its Gauss image S, parallel to it, with the same faces [Pottmann2007, 2 to 4]."""
 
 from __future__ import annotations
 
@@ -52,6 +40,16 @@ class Pair:
 
     Raises MeshError where the faces differ or an edge of M has no length, and ParallelityError, naming the worst edge,
     where M and S are not parallel.
+
+    >>> from geometry.mesh import solids
+    >>> S = solids.cube()  # its faces touch the unit sphere
+    >>> pair = Pair(S * 700.0, S)
+    >>> pair.face_distances.round(9).tolist()
+    [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    >>> pair.offset_mesh(100.0).mean_edge_length
+    1600.0
+    >>> pair.is_inwards, Pair(S * 700.0, S * -1.0).is_inwards
+    (False, True)
     """
 
     __repr__ = short_repr
@@ -240,6 +238,10 @@ def points_inwards(mesh: MeshLike, gauss_image: MeshLike) -> bool:
     """Whether S points to the inside of M: most feet of its edges lie below the faces of M beside them.
 
     For two meshes that may be parallel to a few digits only, such as those of files; of a `Pair` ask `is_inwards`.
+
+    >>> from geometry.mesh import solids
+    >>> points_inwards(solids.cube(), solids.cube()), points_inwards(solids.cube(), solids.cube() * -1.0)
+    (False, True)
     """
     mesh = as_mesh(mesh)
     gauss_image = as_gauss_image(gauss_image)

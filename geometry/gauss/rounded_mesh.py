@@ -66,6 +66,14 @@ def rounded_mesh_pair(
     moved: how far a vertex moved at most where faces were made planar, in the unit of M. Where that is rounding, up to
     `LARGEST_FILE_ROUNDING` of an edge, M may move as far again, up to `LARGEST_MOVE_RATIO`. Raises as
     `approximate_pair` does, where no such mesh is found either.
+
+    >>> import geometry
+    >>> from geometry.mesh.shapes import dome
+    >>> rounded = dome(6, 2).with_vertices(dome(6, 2).vertices.round(6))
+    >>> planar = geometry.planarise(rounded)
+    >>> pair = rounded_mesh_pair(planar.mesh, planar.largest_move * rounded.mean_edge_length)
+    >>> bool(geometry.parallelity(pair.mesh, pair.gauss_image).max() < 1e-9)
+    True
     """
     mesh = as_mesh(mesh)
     weights: dict[str, Any] = {"faces": faces, "edges": edges, "vertices": vertices, "fairness": fairness}

@@ -26,6 +26,14 @@ class SupportStructure:
 
     pair: M and S, which points outwards; distance d > 0. Raises GeometryError where d is not positive, MeshError where
     a node axis lies in an edge.
+
+    >>> from geometry.gauss import Pair
+    >>> from geometry.mesh.shapes import dome
+    >>> structure = SupportStructure(Pair(dome(8, 3) * 10, dome(8, 3)), distance=0.2)
+    >>> structure.quads.shape  # a transverse quad for each edge
+    (56, 4, 3)
+    >>> bool(structure.twists.max() < 1e-9), round((0.2 * structure.heights).max().item(), 3)  # beam height
+    (True, 0.2)
     """
 
     __repr__ = short_repr

@@ -38,6 +38,15 @@ class OptimisedPair:
     vertices from where the boundary was, in the same unit, the median and the largest; zero of closed meshes.
     shortest_edge: the least length of an edge over what it was. turned: the most that a face turned, in radians.
     no_longer_convex: faces that were convex and are not. newton_steps: on the constraints, at the end.
+
+    >>> import numpy as np
+    >>> from geometry.gauss import approximate_pair
+    >>> from geometry.mesh.shapes import translation_surface
+    >>> u = np.linspace(-1, 1, 4)[:, None]
+    >>> mesh = translation_surface(u * [3, 0, 0.2] - u**2 * [0, 0, 1.2], u * [0.9, 2.6, 0] - u**2 * [0, 0, 0.7])
+    >>> found = optimise_pair(approximate_pair(mesh), PairTargets(vertices=True))
+    >>> found.after.vertex_spread < found.before.vertex_spread, found.moves.shape
+    (True, (16,))
     """
 
     __repr__ = short_repr
@@ -80,6 +89,15 @@ def optimise_pair(
     the other side; ConvergenceError where M and S do not become parallel and planar, or as the targets ask; FoldedError
     where an edge collapsed or a face turned over; and GeometryError where axes came to lean, distances gained nothing,
     or a curvature is one of S but not of M.
+
+    >>> import numpy as np
+    >>> from geometry.gauss import approximate_pair
+    >>> from geometry.mesh.shapes import translation_surface
+    >>> u = np.linspace(-1, 1, 4)[:, None]
+    >>> mesh = translation_surface(u * [3, 0, 0.2] - u**2 * [0, 0, 1.2], u * [0.9, 2.6, 0] - u**2 * [0, 0, 0.7])
+    >>> found = optimise_pair(approximate_pair(mesh), PairTargets(edges=True))  # beams of constant height
+    >>> found.after.edge_spread < found.before.edge_spread
+    True
     """
     pair = as_pair(pair)
     check_given(pair, surface)
@@ -131,6 +149,15 @@ def height_trade_off(
 
     Ends before the first that `optimise_pair` refuses because something folds over or is not reached; raises that where
     it is the largest.
+
+    >>> import numpy as np
+    >>> from geometry.gauss import approximate_pair
+    >>> from geometry.mesh.shapes import translation_surface
+    >>> u = np.linspace(-1, 1, 4)[:, None]
+    >>> mesh = translation_surface(u * [3, 0, 0.2] - u**2 * [0, 0, 1.2], u * [0.9, 2.6, 0] - u**2 * [0, 0, 0.7])
+    >>> rough, fine = height_trade_off(approximate_pair(mesh), PairTargets(edges=True), height_errors=[0.1, 0.03])
+    >>> fine.after.edge_spread < rough.after.edge_spread
+    True
     """
     pair = as_pair(pair)
     found: list[OptimisedPair] = []

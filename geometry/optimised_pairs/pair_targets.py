@@ -28,6 +28,10 @@ class PairTargets:
       `curvature.face_curvatures`.
 
     Raises GeometryError for numbers out of range, targets that exclude each other, and where nothing is asked.
+
+    >>> targets = PairTargets(edges=True, upright=True)  # beams of constant height, axes near the normals
+    >>> targets.heights, targets.curved
+    (True, False)
     """
 
     edges: bool = False

@@ -38,6 +38,14 @@ class Shading:
     """What shade fins cast on panels under some suns.
 
     shadow_areas (k, F): area of the shadow, in the plane of each panel, for each sun; zero where `facing` is false.
+
+    >>> from geometry.gauss import Pair
+    >>> from geometry.mesh.shapes import grid
+    >>> flat = grid(1, 1)
+    >>> upright = Pair(flat, flat.with_vertices(0 * flat.vertices + [0, 0, 1]))
+    >>> shading = cast_shadows(Fins(upright, 0.0, 0.5), Suns([[1, 0, 1], [0, 0, 1]], weights=[1, 3]))
+    >>> shading.shares.round(6).tolist(), round(shading.share, 6)
+    ([[0.5], [0.0]], 0.125)
     """
 
     fins: Fins

@@ -100,6 +100,13 @@ def suns_at(
 
     Needs the extra `sun`: `pip install fabkit[sun]`. Raises GeometryError without it, for a place that is none, no
     times or a time without zone, north and up that are not at right angles, and a sun below the horizon.
+
+    >>> import numpy as np
+    >>> from datetime import timezone
+    >>> noon = datetime(2027, 6, 21, 11, tzinfo=timezone.utc)
+    >>> suns = suns_at(np.radians(48.2), np.radians(16.4), [noon])
+    >>> np.degrees(np.arcsin(suns.directions[0, 2])).round(1).item()  # above the horizon
+    65.2
     """
     try:
         from sunposition import sunposition

@@ -44,6 +44,17 @@ class MostShade:
 
     What fins are made from is `after.fins.pair.gauss_image`. Translated fins are larger: `shadow_per_fin_area` and the
     areas of the fins, before and after, say how much of the gain is only that.
+
+    >>> import numpy as np
+    >>> from geometry.gauss import Pair
+    >>> from geometry.mesh.shapes import grid
+    >>> flat = grid(1, 1)
+    >>> upright = Pair(flat, flat.with_vertices(0 * flat.vertices + [0, 0, 1]))
+    >>> fins, suns = Fins(upright, 0.0, 0.2), Suns([[1, 0, 2]])
+    >>> x = np.array([-0.5, 0, 0])
+    >>> found = MostShade(x, cast_shadows(fins, suns), cast_shadows(fins.tilted(x), suns))
+    >>> round(found.before.share, 6), round(found.after.share, 6)
+    (0.1, 0.2)
     """
 
     shift: FloatArray
@@ -59,6 +70,15 @@ def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
     with no proof that there is no larger one.
 
     Raises GeometryError where the bound is not above 0 and below 1 or no panel faces any sun.
+
+    >>> import numpy as np
+    >>> from geometry.gauss import Pair
+    >>> from geometry.mesh.shapes import grid
+    >>> flat = grid(1, 1)
+    >>> upright = Pair(flat, flat.with_vertices(0 * flat.vertices + [0, 0, 1]))
+    >>> found = most_shade(Fins(upright, 0.0, 0.2), Suns([[1, 0, 2]]))
+    >>> found.after.share > found.before.share, bool(np.linalg.norm(found.shift) <= 0.99 + 1e-9)
+    (True, True)
     """
     if not 0 < bound < 1:
         raise GeometryError(

@@ -31,6 +31,16 @@ class LaguerreTransformation:
 
     `f @ g` is f after g. Raises GeometryError where the matrix is not of the Lorentz group, see
     `lorentz.orthonormalised`, or the shift is not of 4 finite numbers.
+
+    >>> import numpy as np
+    >>> from geometry.mesh import solids
+    >>> from geometry.gauss import edge_offset_pair
+    >>> pair = edge_offset_pair(solids.cuboctahedron() * 5)
+    >>> tilt = LaguerreTransformation.boost([0.2, 0, 0]) @ LaguerreTransformation.offset(0.3)
+    >>> bool(np.abs(pair.laguerre(tilt).edge_distances - 1).max() < 1e-9)
+    True
+    >>> tilt.inverse().map_spheres(tilt.map_spheres([[1, 2, 3, 4]])).round(9).tolist()
+    [[1.0, 2.0, 3.0, 4.0]]
     """
 
     __repr__ = short_repr

@@ -32,6 +32,12 @@ class MoebiusTransformation:
 
     A and -A do the same; the last entry of `matrix` is made positive. `f @ g` is f after g.
     Raises GeometryError where the matrix is not of the Lorentz group, see `lorentz.orthonormalised`.
+
+    >>> move = MoebiusTransformation.boost([0.5, 0, 0])
+    >>> move.map_points([[0, 0, 0], [1, 0, 0]]).round(9).tolist()
+    [[0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    >>> (move.inverse() @ move).map_points([[0.1, 0.2, 0.3]]).round(9).tolist()
+    [[0.1, 0.2, 0.3]]
     """
 
     __repr__ = short_repr

@@ -31,6 +31,13 @@ class VertexCones:
 
     The unit normals n of a cone have n . pole = 1, so they point to the side the axis points to. A pole of length 1
     is a cone opened to the plane perpendicular to it. Raises GeometryError for a pole inside the unit sphere.
+
+    >>> import numpy as np
+    >>> cones = VertexCones.of_revolution([[0, 0, 5]], [[0, 0, 1]], [np.radians(30)])
+    >>> cones.poles.round(9).tolist()
+    [[0.0, 0.0, 2.0]]
+    >>> cones.spheres(1.0).round(9).tolist()  # centre and radius of a sphere that touches the cone
+    [[0.0, 0.0, 3.0, 1.0]]
     """
 
     __repr__ = short_repr

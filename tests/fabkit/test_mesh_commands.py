@@ -82,7 +82,7 @@ def test_what_a_build_would_refuse_is_reported_and_written(folder: Path) -> None
     write_mesh("twisted.obj", saddle.with_vertices(np.column_stack((x, y, x * y / 4))))  # its lines are asymptotic
     text = printed("planarise", "twisted.obj", "-o", "planar.obj")
     assert "unfit moves: to make faces planar, 95 % of the vertices move by" in text
-    assert "--allow" not in text
+    assert "--accept" not in text
     assert read_mesh("planar.obj").mesh.planarity.max() < 1e-9
 
 
