@@ -116,7 +116,8 @@ def write_built(built: Built, *, force: bool = False, listener: Listener | None 
 def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path]:
     if project.out is None:
         raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
-    inputs = [path for path in (project.mesh, project.gauss_image.file) if path]
+    strokes = None if project.surface is None else project.surface.strokes
+    inputs = [path for path in (project.mesh, project.gauss_image.file, strokes) if path]
     return whole_folder(project.out, force=force, inputs=inputs)
 
 

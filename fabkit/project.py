@@ -20,7 +20,15 @@ from fabkit.surface import SurfaceRules
 from fabkit.units import MM_PER_UNIT, Unit
 from fabkit.wording import echo, readable
 
-__all__ = ["GaussImageRules", "Nesting", "PlanariseWeights", "Project", "load_project", "project_from"]
+__all__ = [
+    "GaussImageRules",
+    "Nesting",
+    "PlanariseWeights",
+    "Project",
+    "load_project",
+    "project_from",
+    "surface_rules_from",
+]
 
 _STRICT = ConfigDict(extra="forbid", frozen=True)
 
@@ -249,6 +257,14 @@ def project_from(settings: dict[str, Any], *, source: str = "") -> Project:
     except ValidationError as error:
         problems = _some_of([_sentence(dict(problem)) for problem in error.errors()])
         raise ProjectError(f"{source}: {problems}" if source else problems) from None
+
+
+def surface_rules_from(settings: dict[str, Any]) -> SurfaceRules:
+    """The table [surface] alone. Raises ProjectError with one sentence."""
+    try:
+        return SurfaceRules.model_validate(settings)
+    except ValidationError as error:
+        raise ProjectError(_some_of([_sentence(dict(problem)) for problem in error.errors()])) from None
 
 
 def _start_paths_from(file: Path, found: dict[str, Any]) -> None:

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_serializer, model_validator
 
 from fabkit.errors import ProjectError
 from fabkit.formats.polylines import read_polylines
 from fabkit.rules import Positive
+from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError
 from geometry.files import MeshFile
@@ -45,6 +46,10 @@ class SurfaceRules(BaseModel):
     boundary: Boundary | tuple[Boundary, ...] = "open"
     strokes: Path | None = None
     smooth_mm: Positive | None = None
+
+    @field_serializer("strokes")
+    def _name_of_file(self, path: Path | None) -> str | None:
+        return None if path is None else readable(path.name)
 
     @model_validator(mode="after")
     def _one_size(self) -> SurfaceRules:

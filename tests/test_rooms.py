@@ -132,7 +132,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "fabkit.production": {"fabkit.fitness", "fabkit.kinds", "fabkit.parts", "fabkit.errors", "geometry.arrays"},
     "fabkit.formats.step": {"fabkit.parts", "fabkit.errors", "geometry.arrays"},
-    "fabkit.formats.drawings": {"fabkit.production", "geometry.mesh", "geometry.arrays"},
+    "fabkit.formats.drawings": {"geometry.remeshing", "fabkit.production", "geometry.mesh", "geometry.arrays"},
     "fabkit.formats.report": {"fabkit.production", "fabkit.fitness", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
     "fabkit.formats": {
         "fabkit.formats.step",
@@ -169,6 +169,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.errors",
     },
     "fabkit.surface": {
+        "fabkit.wording",
         "fabkit.formats",
         "fabkit.rules",
         "fabkit.errors",
@@ -213,6 +214,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh",
     },
     "fabkit.designs": {
+        "fabkit.rules",
         "fabkit.families",
         "fabkit.formats",
         "fabkit.formats.drawings",
@@ -230,6 +232,11 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.commands": {
+        "fabkit.surface",
+        "fabkit.formats.drawings",
+        "fabkit.units",
+        "geometry.remeshing",
+        "geometry.surface",
         "fabkit.structure",
         "fabkit.designs",
         "fabkit.families",
@@ -340,8 +347,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "terminal options facts",
         "inspection",
         "printing",
-        "mesh_output",
-        "meshes design",
+        "mesh_output surface_output",
+        "meshes surface_mesh design",
         "command_line",
     ),
 }

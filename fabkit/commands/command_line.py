@@ -36,6 +36,7 @@ from fabkit.commands.options import (
     Unit,
     settings_of,
 )
+from fabkit.commands.surface_mesh import mesh_command
 from fabkit.commands.terminal import Commands, exit_on_error
 
 __all__ = ["app"]
@@ -179,6 +180,7 @@ def inspect_command(
         raise typer.Exit(1)
 
 
+app.command("mesh")(mesh_command)
 app.command("planarise")(planarise_command)
 app.command("offset")(offset_command)
 app.command("curvature")(curvature_command)

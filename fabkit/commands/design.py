@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,6 +11,9 @@ from fabkit.commands.options import refuse_beside
 from fabkit.commands.terminal import exit_on_error
 from fabkit.errors import ProjectError
 from fabkit.families import Bend, Faces, MinimalShape, Tiles
+
+if TYPE_CHECKING:
+    from fabkit.designs import EdgeOffsetDesign
 
 __all__ = ["design_app"]
 
@@ -20,12 +23,29 @@ design_app = typer.Typer(
     rich_markup_mode="rich",
 )
 
-NEAR, RUN = "Near to a mesh", "Run"
+SIZE, NEAR, RUN = "Size (mm)", "Near to a mesh", "Run"
 
 Out = Annotated[Path, typer.Option("-o", "--out", metavar="FOLDER", help="Folder to write; must not exist yet.")]
 Boosts = Annotated[
     list[str] | None,
     typer.Option("--boost", metavar="X,Y,Z", help="Laguerre boost, shorter than 1, of M and S; may be repeated."),
+]
+Span = Annotated[
+    float | None, typer.Option(help="Length in mm of the longer side of the plan, along x or y.", rich_help_panel=SIZE)
+]
+Rise = Annotated[
+    float | None,
+    typer.Option(
+        help="Height in mm from the lowest to the highest vertex, met by --coverage of a dome; needs --span.",
+        rich_help_panel=SIZE,
+    ),
+]
+EnneperRise = Annotated[
+    float | None,
+    typer.Option(
+        help="Height in mm from the lowest to the highest vertex, met by --turn of Enneper's surface; needs --span.",
+        rich_help_panel=SIZE,
+    ),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace an earlier result in the folder.", rich_help_panel=RUN)]
 
@@ -51,13 +71,15 @@ def koebe_command(
         Bend, typer.Option(help="dome: convex; saddle: edges reversed across a direction; sphere: S itself.")
     ] = Bend.DOME,
     direction: Annotated[float, typer.Option(help="Direction of a saddle, in degrees from the x axis.")] = 45.0,
+    span: Span = None,
+    rise: Rise = None,
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
     """The fairest mesh parallel to a Koebe polyhedron of quads, hexagons, pentagons or faces that you give."""
     with exit_on_error():
         from fabkit.commands.printing import write_and_print
-        from fabkit.designs import koebe_design
+        from fabkit.designs import COVERAGE_RANGE, koebe_design, with_rise
         from fabkit.formats import check_replaceable
 
         check_replaceable(out, force=force)
@@ -65,16 +87,24 @@ def koebe_command(
             refuse_beside(context, "--combinatorics gives the faces", "tiles", "count")
         if bend is not Bend.SADDLE:
             refuse_beside(context, f"--bend {bend} has no direction", "direction")
-        design = koebe_design(
-            tiles=tiles,
-            count=count,
-            combinatorics=combinatorics,
-            take_dual=dual,
-            coverage=coverage,
-            bend=bend,
-            direction_deg=direction,
-        )
-        write_and_print(design, out, boost, force=force)
+
+        def designed(share: float | None) -> EdgeOffsetDesign:
+            return koebe_design(
+                tiles=tiles,
+                count=count,
+                combinatorics=combinatorics,
+                take_dual=dual,
+                coverage=share,
+                bend=bend,
+                direction_deg=direction,
+            )
+
+        if rise is None:
+            design = designed(coverage)
+        else:
+            _check_rise(context, span, None if bend is Bend.DOME else f"--bend {bend}", boost, "coverage")
+            design = with_rise(designed, COVERAGE_RANGE, span_mm=span or 0.0, rise_mm=rise)
+        write_and_print(design, out, boost, force=force, span_mm=span)
 
 
 @design_app.command("minimal")
@@ -91,20 +121,31 @@ def minimal_command(
             help="Instead of a shape: mesh file of a Koebe polyhedron with boundary to be the Gauss image of."
         ),
     ] = None,
+    span: Span = None,
+    rise: EnneperRise = None,
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
     """A mesh of mean curvature zero: catenoid, surface of Enneper, or with a Gauss image that you give."""
     with exit_on_error():
         from fabkit.commands.printing import write_and_print
-        from fabkit.designs import minimal_design
+        from fabkit.designs import TURN_RANGE_DEG, minimal_design, with_rise
         from fabkit.formats import check_replaceable
 
         check_replaceable(out, force=force)
         if gauss_image:
             refuse_beside(context, "--gauss-image decides the shape", "shape", "faces", "count", "turn")
-        design = minimal_design(shape=shape, faces=faces, count=count, turn_deg=turn, gauss_image=gauss_image)
-        write_and_print(design, out, boost, force=force)
+
+        def designed(turn_deg: float) -> EdgeOffsetDesign:
+            return minimal_design(shape=shape, faces=faces, count=count, turn_deg=turn_deg, gauss_image=gauss_image)
+
+        if rise is None:
+            design = designed(turn)
+        else:
+            other = "--gauss-image" if gauss_image else None if shape is MinimalShape.ENNEPER else f"--shape {shape}"
+            _check_rise(context, span, other, boost, "turn")
+            design = with_rise(designed, TURN_RANGE_DEG, span_mm=span or 0.0, rise_mm=rise)
+        write_and_print(design, out, boost, force=force, span_mm=span)
 
 
 @design_app.command("cmc")
@@ -135,6 +176,7 @@ def cmc_command(
         float | None,
         typer.Option(help="Mean curvature, negative for a dome. Default: the median of M.", rich_help_panel=NEAR),
     ] = None,
+    span: Span = None,
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
@@ -146,13 +188,13 @@ def cmc_command(
 
         check_replaceable(out, force=force)
         if start and gauss_image:
-            refuse_beside(context, "--start decides the shape", "faces", "count", "rows", "folds", "bulge")
+            refuse_beside(context, "--start decides the shape", "faces", "count", "rows", "folds", "bulge", "span")
             design = cmc_near_design(start, gauss_image, mean=mean)
         elif start or gauss_image or mean is not None:
             raise ProjectError("--start needs the files of both meshes: --start M.obj --gauss-image S.obj")
         else:
             design = cmc_design(faces=faces, count=count, rows=rows, folds=folds, bulge=bulge)
-        write_and_print(design, out, boost, force=force)
+        write_and_print(design, out, boost, force=force, span_mm=span)
 
 
 @design_app.command("hexagons")
@@ -183,3 +225,19 @@ def hexagons_command(
         check_replaceable(out, force=force)
         design = hexagons_design(surface, count=count, curvature=curvature, turn_deg=turn, flip=flip)
         write_and_print(design, out, boost, force=force)
+
+
+def _check_rise(
+    context: typer.Context, span: float | None, other: str | None, boost: list[str] | None, parameter: str
+) -> None:
+    """Raise ProjectError where a rise has no span, and beside what changes it, what it sets, and other shapes."""
+    if boost:
+        raise ProjectError("--boost changes the rise that --rise asks for: leave out one of the two")
+    if span is None:
+        raise ProjectError("--rise needs --span: give the length of the longer side of the plan, too")
+    if other is not None:
+        raise ProjectError(
+            "--rise is met by domes of fabkit design koebe and by --shape enneper of fabkit design minimal, and "
+            f"{other} is asked for: give --span alone, which scales the mesh"
+        )
+    refuse_beside(context, "--rise decides the shape", parameter)

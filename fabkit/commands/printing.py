@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
@@ -16,14 +18,15 @@ from fabkit.commands.facts import findings_facts
 from fabkit.commands.inspection import UNSIZED, inspect_project
 from fabkit.commands.options import project_of
 from fabkit.commands.terminal import ERR, OUT, facts_table, printable
-from fabkit.designs import EdgeOffsetDesign, write_design
+from fabkit.designs import EdgeOffsetDesign, with_span, write_design
 from fabkit.errors import ProjectError
 from fabkit.fitness import MAX_NAMED_ELEMENTS
 from fabkit.pipeline import Built, build
 from fabkit.production import TERMINAL
 from fabkit.project import Project
+from fabkit.stages import Listener
 
-__all__ = ["add_facts", "build_and_print", "inspect_and_print", "write_and_print"]
+__all__ = ["add_facts", "build_and_print", "inspect_and_print", "progress_display", "write_and_print"]
 
 COLOURS = {"note": "yellow", "accepted": "yellow", "unfit": "red"}
 
@@ -34,8 +37,8 @@ LARGEST_BOOST_COMPONENT = 1e9
 def build_and_print(mesh: Path, settings: dict[str, Any], *, force: bool) -> None:
     """Build while the stages are shown, and print the facts."""
     project = project_of(mesh, settings)
-    with _progress() as progress:
-        built = build(project, force=force, listener=_Display(progress))
+    with progress_display() as listener:
+        built = build(project, force=force, listener=listener)
     _print_result(project, built)
 
 
@@ -51,9 +54,13 @@ def inspect_and_print(mesh: Path, settings: dict[str, Any]) -> bool:
     return inspection.is_unfit
 
 
-def write_and_print(design: EdgeOffsetDesign, out: Path, boosts: list[str] | None, *, force: bool) -> None:
-    """Boost a design, write it, and print its measures and the command that builds it."""
+def write_and_print(
+    design: EdgeOffsetDesign, out: Path, boosts: list[str] | None, *, force: bool, span_mm: float | None = None
+) -> None:
+    """Boost and scale a design, write it, and print its measures and the command that builds it."""
     boosted = design.boosted([_vector(text) for text in boosts or []])
+    if span_mm is not None:
+        boosted = with_span(boosted, span_mm)
     measures = write_design(boosted, out, force=force)
     mean, lengths = measures["mean_curvature"], measures["edge_lengths"]
     table = facts_table()
@@ -66,24 +73,32 @@ def write_and_print(design: EdgeOffsetDesign, out: Path, boosts: list[str] | Non
     crossed, met = measures["faces_that_cross_themselves"], measures["pairs_of_faces_that_meet"]
     if crossed or met:
         table.add_row("meets itself", f"{crossed} faces cross themselves, {met} pairs of faces do: it cannot be built")
+    if boosted.is_in_mm:
+        sides = np.ptp(boosted.mesh.vertices, axis=0)
+        table.add_row("size", f"{sides[0]:.6g} by {sides[1]:.6g} mm in plan, rise {sides[2]:.6g} mm")
     for note in boosted.notes:
         table.add_row("note", printable(note))
     OUT.print(table)
     unit = " (or the unit of the surface)" if boosted.has_unit else ""
     OUT.print(Text.assemble("written to ", (printable(str(out)), "bold"), f"; build it with{unit}"))
-    size = "--unit m" if boosted.has_unit else f"--mean-edge {boosted.proposed_mean_edge_mm()}"
+    size = f"--unit {'mm' if boosted.is_in_mm else 'm'}"
+    if not boosted.has_unit and not boosted.is_in_mm:
+        size = f"--mean-edge {boosted.proposed_mean_edge_mm()}"
     mesh, image, built = (_as_typed(path) for path in (out / "M.obj", out / "S.obj", Path(f"{out}-built")))
     OUT.print(f"  fabkit build {mesh} --gauss-image {image} {size} -o {built}")
 
 
-def _progress() -> Progress:
-    return Progress(
+@contextmanager
+def progress_display() -> Iterator[Listener]:
+    """What stages are reported to, one line each, while it runs."""
+    with Progress(
         SpinnerColumn(finished_text="[green]✓[/]"),
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),
         TimeElapsedColumn(),
         console=ERR,
-    )
+    ) as progress:
+        yield _Display(progress)
 
 
 class _Display:

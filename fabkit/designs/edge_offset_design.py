@@ -51,7 +51,8 @@ LEAST_RELATIVE_EDGE_LENGTH = 1e-6
 @dataclass(frozen=True, eq=False)
 class EdgeOffsetDesign:
     """A pair with an S that points outwards. kind: which command made it; settings: by which numbers;
-    notes: what is to be known of it, a sentence each; has_unit: whether M has the size of something given. origin (3,):
+    notes: what is to be known of it, a sentence each; has_unit: whether M has the size of something given; is_in_mm:
+    whether its unit is the millimetre. origin (3,):
     what was taken out of a file that M lies near to, and is put back into its coordinates when it is written. inputs:
     the files it was made from, with the sha256 of what was read."""
 
@@ -60,6 +61,7 @@ class EdgeOffsetDesign:
     settings: dict[str, Any]
     notes: tuple[str, ...] = ()
     has_unit: bool = False
+    is_in_mm: bool = False
     origin: FloatArray | None = None
     inputs: dict[Path, str] = field(default_factory=dict)
 

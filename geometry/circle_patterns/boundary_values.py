@@ -23,11 +23,12 @@ from geometry.mesh import Combinatorics
 __all__ = ["open_circle_pattern"]
 
 KITE_TOLERANCE = 1e-6
-"""By how much a kite may be off, over the distance of its centres, where the pattern is said to close around holes:
-rounding leaves 1e-9 where radii differ by a factor of a million."""
+"""Gap of a kite over the distance of its centres, up to which the pattern closes around holes: rounding leaves 1e-9
+where radii differ by a factor of a million."""
 
 ANGLE_SUM_TOLERANCE = 1e-9
-"""Radians by which given angles along a boundary may miss what they must sum to: ten digits pass."""
+"""Deviation in radians of the sum of given angles along a boundary loop from what it must be: ten digits are
+enough."""
 
 
 @dataclass(frozen=True, eq=False)

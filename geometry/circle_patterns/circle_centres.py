@@ -16,7 +16,7 @@ from geometry.optimise import GroundedLaplacian
 __all__ = ["circle_centres"]
 
 CENTRES_ACCURACY = 1e-3
-"""Of the least squares for a correction, which is small."""
+"""Relative accuracy of the least squares correction of the centres, which is small."""
 
 
 def circle_centres(

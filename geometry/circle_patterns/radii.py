@@ -19,19 +19,20 @@ from geometry.optimise import ConvergenceError, GroundedLaplacian, Reason, Solut
 __all__ = ["KiteAngles", "RadiusProblem"]
 
 ANGLE_TOLERANCE = 1e-12
-"""Radians by which the kites about a centre may miss their total: rounding of the sum of hundreds of angles."""
+"""Deviation in radians of the sum of the kite angles about a centre from its total: rounding of the sum of hundreds of
+angles."""
 
 ANGLE_ROUNDING = 2e-14
-"""Radians that the angles about centres with some ten kites are off, but for rounding: no step makes it less."""
+"""Deviation in radians of the angles about centres with some ten kites that is rounding alone: no step reduces it."""
 
 MAX_RADIUS_STEPS = 100
-"""Newton steps; about 8 do, with hundreds of thousands of circles too."""
+"""Most Newton steps; about 8 are enough, with hundreds of thousands of circles too."""
 
 LARGEST_LOG_RATIO = 60.0
-"""Logarithm of the ratio of two radii, above which rounding leaves nothing."""
+"""Logarithm of the ratio of two radii, above which rounding leaves no correct digit."""
 
 LOOSEST_STEP_ACCURACY = 1e-2
-"""Accuracy of a Newton step far from the minimum, where more would be wasted."""
+"""Relative accuracy of a Newton step far from the minimum, where a better one has no effect."""
 
 SHOWN_CIRCLES = 5
 """Vertices or faces that an error names, of many."""

@@ -34,8 +34,8 @@ from geometry.parallel.spectrum import LEAST_SPECTRAL_GAP, Spectrum, least_singu
 __all__ = ["LEAST_DUAL_EDGE", "ChristoffelDuals", "christoffel_dual", "with_edges"]
 
 LEAST_DUAL_EDGE = 1e-6
-"""Length of an edge over the mean edge length, below which it has none: rounding turns shorter ones by more than the
-1e-9 to which meshes count as parallel."""
+"""Length of an edge over the mean edge length, below which it counts as zero: rounding turns shorter edges by more
+than the 1e-9 to which meshes count as parallel."""
 
 SHORT_DUAL_EDGE = 0.1
 """Length of an edge over the mean of its faces, below which the fairest dual is turned towards others that are nearly
@@ -61,7 +61,7 @@ LANCZOS_RESTARTS = 20
 """Most restarts of Lanczos' method from its best vectors; mostly one is enough."""
 
 FAIREST_ACCURACY = 1e-10
-"""Relative accuracy of the largest eigenvalue, at which the vector is good to about its root."""
+"""Relative accuracy of the largest eigenvalue; that of its vector is about the square root."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,11 +26,11 @@ __all__ = [
 ]
 
 LEAST_FACE_AREA = 1e-9
-"""Least area of a face over the square of its mean edge length: rounding takes as many digits from its curvatures."""
+"""Least area of a face over the square of its mean edge length: rounding costs its curvatures that many digits."""
 
 LEAST_DISCRIMINANT = 1e-9
-"""H^2 - K down to minus this passes for zero, over the square of l l' / area(F) with the mean edge lengths l and l' of
-the face and its image: meshes count as parallel to 1e-9, which may change it by so much."""
+"""H^2 - K counts as zero down to minus this, over the square of l l' / area(F) with the mean edge lengths l and l' of
+the face and its image: meshes count as parallel to 1e-9, which may change H^2 - K by as much."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,8 @@ from geometry.optimise import SparseMatrix
 __all__ = ["fairness_of_lengths"]
 
 BOUNDARY_FAIRNESS_WEIGHT = 1e-3
-"""Weight of the residuals of boundary vertices, whose neighbours are on one side only: enough to decide where no
-others do, as in a single row of faces."""
+"""Weight of the residuals of boundary vertices, which have neighbours on one side only: enough to decide where there
+are no others, as in a single row of faces."""
 
 
 def fairness_of_lengths(mesh: Mesh) -> SparseMatrix:

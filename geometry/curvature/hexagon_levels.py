@@ -13,7 +13,7 @@ from geometry.mesh import Mesh
 __all__ = ["levels_of_flat_top_hexagons"]
 
 LARGEST_HORIZONTAL_RISE = 1e-9
-"""Rise of an edge over the mean edge length, up to which it is horizontal."""
+"""Rise of an edge over the mean edge length, up to which it counts as horizontal."""
 
 
 def levels_of_flat_top_hexagons(mesh: Mesh) -> IntArray:

@@ -24,10 +24,10 @@ from geometry.mesh import Mesh, MeshLike, as_gauss_image, shapes
 __all__ = ["constant_mean_of_revolution", "minimal_of_revolution", "radii_at_inflections"]
 
 SMOOTH_BAND_QUADS = 8
-"""Quads around the axis that stand for a smooth band: their first integral is the smooth one for any number."""
+"""Quads around the axis that represent a smooth band: their first integral is the smooth one for any number."""
 
 INFLECTION_ROUNDING = 1e-12
-"""How far 1 + 4 H G may be below zero at an inflection, where it should be zero: G is a product of many ratios."""
+"""Depth of 1 + 4 H G below zero that counts as zero at an inflection: G is a product of many ratios."""
 
 
 def minimal_of_revolution(gauss_image: MeshLike, *, waist: float = 1.0) -> Pair:

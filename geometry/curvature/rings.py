@@ -32,13 +32,13 @@ from geometry.mesh.polygons import face_sums
 __all__ = ["ROW_TOLERANCE", "Rings"]
 
 MERIDIAN_SINE = 1e-9
-"""Sine of the angle between the meridian planes of the ends of an edge, below which it is in one of them."""
+"""Sine of the angle between the meridian planes of the ends of an edge, below which the edge counts as meridian."""
 
 LEAST_RELATIVE_DIFFERENCE = 1e-9
-"""What must be left of a difference, over what it is the difference of, to divide by it."""
+"""Difference over the sum of its two terms, below which it is too inaccurate to divide by."""
 
 ROW_TOLERANCE = 1e-9
-"""Relative difference of the ratio A / B between faces of a row: meshes count as exact to this."""
+"""Relative difference of the ratio A / B between faces of a row that is allowed: meshes count as exact to this."""
 
 
 @dataclass(frozen=True, eq=False)

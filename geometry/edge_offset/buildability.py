@@ -18,8 +18,8 @@ __all__ = [
 ]
 
 LEAST_FACE_WIDTH = 0.05
-"""Neck of a face over the mean edge length: at a mean edge of 1500 mm, room for two beams of 50 mm side by side, less
-what mitres take. Saddles of pentagons with less were seen to have panels that joints cut in two."""
+"""Least width of a face over the mean edge length: at a mean edge of 1500 mm, room for two beams of 50 mm side by
+side, less what mitres take. Joints cut narrower panels of pentagon saddles in two."""
 
 
 def largest_connected_patch(mesh: Mesh, faces: IntArray) -> IntArray:

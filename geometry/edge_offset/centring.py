@@ -20,10 +20,10 @@ from geometry.spheres.stereographic import pairs, to_sphere
 __all__ = ["centring_similarity", "centring_transformation"]
 
 CENTRING_TOLERANCE = 1e-12
-"""Distance of the centre from where it should be, that is allowed; steps go on while they halve it."""
+"""Distance of the centre from where it should be that is allowed; steps continue while they halve it."""
 
 MAX_CENTRING_STEPS = 100
-"""6 to 10 do, unless half of the points are nearly in one place."""
+"""Most Newton steps: 6 to 10 are enough, unless half of the points are nearly in one place."""
 
 
 def centring_similarity(points: ComplexArray, coverage: float = 1.0) -> tuple[complex, float]:

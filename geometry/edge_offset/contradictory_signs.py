@@ -19,10 +19,11 @@ from geometry.parallel.constraints import FactorBounds
 __all__ = ["check_faces_can_close", "check_signs_fit_together", "checked_signs", "conflicting_edges"]
 
 HALF_TURN = np.pi + 1e-9
-"""Angle between directions one after the other, from which on they are all on one side; rounding beside."""
+"""Angle in radians between consecutive directions, from which on all lie on one side: a half turn plus rounding."""
 
 FEASIBILITY_TOLERANCE = 1e-6
-"""Length of an edge in a linear programme, below which it has none, where 1 is asked; its solver stops at 1e-8."""
+"""Length of an edge in the linear programme, below which it counts as zero, where 1 is required; the solver stops at
+1e-8."""
 
 
 def checked_signs(gauss_image: Mesh, signs: Any) -> IntArray:
@@ -124,7 +125,7 @@ def conflicting_edges(gauss_image: Mesh, signs: Any) -> IntArray:
     lacking = signed[apply(rows, unknowns.split(solution.x)["positions"].ravel()) <= FEASIBILITY_TOLERANCE]
     if len(lacking) and solution.reason is not Reason.CONVERGED:
         raise ConvergenceError(
-            f"whether the signs have a solution is not found out: the solver stopped since {solution.reason.value}",
+            f"whether the signs have a solution is not found out: the solver stopped because {solution.reason.value}",
             solution=solution,
             value=solution.violation,
             bound=FEASIBILITY_TOLERANCE,

@@ -26,17 +26,18 @@ from geometry.spheres.stereographic import circle_planes, line_planes, pairs, po
 __all__ = ["KoebePolyhedron", "SphereCircles", "koebe", "lifted"]
 
 EDGE_TANGENCY_TOLERANCE = 1e-9
-"""How far an edge line may be from touching the sphere, and a face from its plane, over its mean edge length: ten
-digits in a file pass."""
+"""Distance of an edge line from touching the sphere, and of a face from its plane over its mean edge length, that is
+allowed: ten digits in a file are enough."""
 
 OFF_AXIS_SHARE = 1e-6
 """Distance of a vertex from the axis, over the radius of its circle, above which it is not on the axis."""
 
 LEAST_CIRCLE_DISTANCE = 1e-6
-"""Of the plane of a vertex circle from the origin: the vertex is at one over it, and rounds by its square."""
+"""Least distance of the plane of a vertex circle from the origin: the vertex is at one over it, and its rounding grows
+with the square."""
 
 SMALLEST_CIRCLE_RADIUS = 1e-7
-"""Radius on the sphere; coordinates round by 1e-16, 1e-9 of it."""
+"""Smallest radius of a circle on the unit sphere: coordinates round by 1e-16, which is 1e-9 of it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,8 @@ from geometry.surface import Surface
 __all__ = ["touching_points"]
 
 NORMAL_WEIGHT_TOLERANCE = 1e-9
-"""Weight of a corner below zero, up to which a normal still belongs to a triangle: no gap between two of them."""
+"""Negative barycentric weight up to which a normal still belongs to a triangle, so that there is no gap between two of
+them."""
 
 
 def touching_points(surface: Surface, mesh: Mesh, curvature: int = 0) -> tuple[FloatArray, FloatArray]:

@@ -23,7 +23,7 @@ __all__ = ["BandTiling", "rotational_koebe", "rows_within"]
 
 
 LARGEST_MERCATOR_LATITUDE = 12.0
-"""Greatest Mercator latitude: 1e-5 from the pole, where faces are as small and lose five digits."""
+"""Largest Mercator latitude: 1e-5 from the pole, where faces are as small and lose five digits."""
 
 
 class BandTiling(Enum):

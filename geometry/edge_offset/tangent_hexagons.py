@@ -39,7 +39,7 @@ from geometry.surface import Surface
 __all__ = ["TangentMesh", "mesh_with_planes", "tangent_mesh"]
 
 PARALLEL_EDGE_POWER = 8
-"""Power of the cosine of the angle between two edges, by which they count as parallel."""
+"""Power of the cosine of the angle between two edges, which weighs how parallel they are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +216,7 @@ def _planes_missed(face: int, value: float, bound: float, solution: Solution) ->
             bound=bound,
         )
     return ConvergenceError(
-        f"face {face} is {value:.1e} off its plane, allowed {bound:.1e}: the solver stopped since "
+        f"face {face} is {value:.1e} off its plane, allowed {bound:.1e}: the solver stopped because "
         f"{solution.reason.value}",
         solution=solution,
         elements=[face],

@@ -1,4 +1,4 @@
-"""The approximate Gauss image: a mesh parallel to a given one, as near to the unit sphere as can be."""
+"""The approximate Gauss image: the mesh parallel to a given one that is nearest to the unit sphere."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from geometry.parallel.edge_parallelity import check_planar
 __all__ = ["approximate_pair", "first_objective", "refuse_triangle_mesh"]
 
 LEAST_VERTEX_WEIGHT = 1e-8
-"""Least weight of the vertices over the largest weight: with less, rounding decides what they should."""
+"""Least weight of the vertices over the largest weight: with a smaller one, rounding decides what the vertices should
+determine."""
 
 
 def approximate_pair(

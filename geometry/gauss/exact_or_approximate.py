@@ -12,12 +12,12 @@ from geometry.mesh import MeshLike, as_mesh
 __all__ = ["EXACT_OFFSET_TOLERANCE", "exact_or_approximate_pair"]
 
 EXACT_OFFSET_TOLERANCE = 1e-6
-"""How far distances of an exact S may be from 1: a ten-thousandth of a millimetre in a beam of 100 mm. Drawing programs
-write seven digits; a mesh that had an exact offset before should have it still."""
+"""Deviation from 1 up to which distances of S count as exact: a ten-thousandth of a millimetre in a beam of 100 mm.
+CAD programs write seven digits; a mesh that had an exact offset before it was written should still have it."""
 
 DISTANCE_ROUNDINGS = 4.0
-"""By how many roundings of coordinates, over the mean edge length, distances of an exact S may differ: a seventh of one
-at map coordinates of fair meshes, and more where edges are short or angles sharp."""
+"""Deviation of exact distances of S that is allowed, in roundings of the coordinates over the mean edge length: fair
+meshes at map coordinates have a seventh of one, those with short edges or sharp angles more."""
 
 
 def exact_or_approximate_pair(
@@ -28,7 +28,7 @@ def exact_or_approximate_pair(
     tolerance: float = EXACT_OFFSET_TOLERANCE,
     **weights: Any,
 ) -> tuple[Pair, str | None]:
-    """M and S of a planar mesh, and of which offset S is if it is exact: "edge", "vertex" or "face" where M has one and
+    """M and S of a planar mesh, and the kind of offset of an exact S: "edge", "vertex" or "face" where M has one and
     no weights are given; else S is as near to the unit sphere as the weights of `approximate_pair` say.
 
     moved: how far a vertex moved at most where faces were made planar; M is moved as little again where that would
@@ -38,7 +38,7 @@ def exact_or_approximate_pair(
 
     tolerance: how far distances of an exact S may be from 1, beside that.
 
-    Beams follow the mean normals of the faces that they carry, at the boundary too. Raises as `approximate_pair` does,
+    Beams follow the mean normals of their faces, at the boundary too. Raises as `approximate_pair` does,
     but for meshes of triangles that have an exact S.
 
     >>> from geometry.mesh.shapes import dome

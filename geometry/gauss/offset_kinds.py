@@ -1,7 +1,7 @@
 """Which exact offsets a mesh has, and the pair with an exact Gauss image to build it with.
 
-Almost no mesh has any, and to find that out by looking for S takes longer than the approximate S does. So
-what holds in the neighbourhood of each vertex or along a tree is asked first, at the cost of a glance.
+Almost no mesh has any, and searching for an exact S takes longer than computing the approximate one. Necessary
+conditions around each vertex, or along a tree of edges, are therefore checked first; they cost little.
 """
 
 from __future__ import annotations
@@ -24,39 +24,43 @@ from geometry.parallel.edge_parallelity import check_planar, parallelity, perpen
 __all__ = ["best_offset_pair", "offset_deviations"]
 
 LARGEST_LOCAL_DEVIATION = 1e-4
-"""Angle in radians, or distance on the unit sphere, by which a neighbourhood may fail where S may be exact still.
-Distances of S to 1e-9 say angles to as much over the length of its edges, some hundredths or thousandths."""
+"""Angle in radians, or distance on the unit sphere, by which the faces or edges around a vertex may deviate where S
+may still be exact. Distances of S to 1e-9 determine angles to 1e-9 over the length of its edges, some hundredths or
+thousandths."""
 
 LARGEST_REPORTED_DEVIATION = 0.1
-"""The same, beyond which no S is looked for that is nearly exact."""
+"""The same, above which `offset_deviations` looks for no S."""
 
 EQUAL_CONES_TOLERANCE = LARGEST_LOCAL_DEVIATION
-"""How far lines may be from several cones that are equally good: as far as from any that may be exact."""
+"""Deviation of lines from several cones, up to which the cones count as equally good: as large as for any that may be
+exact."""
 
 LEAST_BEAM_HEIGHT, LARGEST_BEAM_HEIGHT = 0.5, 2.0
 """Beam heights over the nominal one, beyond which an S is no Gauss image to build with, however exact: where faces next
 to each other are nearly coplanar, those of three planes meet anywhere."""
 
 LEAST_FACE_DISTANCE = 0.1
-"""Distance of a face of S over the least height: beams are within 84 degrees of their faces' normals, outwards."""
+"""Least distance of a face of S over the least beam height: beams are within 84 degrees of the outer normals of their
+faces."""
 
 
 ONE_POINT_SIZE = 1e-6
-"""Mean length of the edges of S, below which it is a single point: exact for every flat mesh, of triangles too, and
-nothing that the approximate S does not say."""
+"""Mean edge length of S, below which S counts as a single point, which is exact for every flat mesh and every mesh of
+triangles but gives nothing that the approximate S does not."""
 
 LARGEST_MEDIAN_LEAN = np.radians(30)
-"""Of the node axes from the normals, in the median: beyond it they are no normals any more."""
+"""Largest median angle in radians between node axes and normals: with more, the axes are no longer useful as
+normals."""
 
 
 def best_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> tuple[str, Pair] | None:
-    """The kind of exact offset, "edge", "vertex" or "face", with which the mesh is best built, and that pair; None of
-    none.
+    """The kind of exact offset, "edge", "vertex" or "face", with which the mesh is best built, and that pair; None
+    where it has no exact offset.
 
-    Edge before all, as its beams have one height; of the others the one whose beam heights spread less. Distances
-    are 1 to within `tolerance`, beams point to the outside of their faces, their heights are of the order of the
-    nominal one, and axes are near the normals: an exact S without all that is passed over. Meshes of triangles too:
-    those inscribed in a sphere, or whose edges or faces touch one, have their own scaled copies.
+    An edge offset comes first, as its beams have one height; of the others, the one with the smaller spread of beam
+    heights. Distances are 1 to within `tolerance`, beams point to the outside of their faces, their heights are of the
+    order of the nominal one, and axes are near the normals: an exact S that violates one of these is rejected. Meshes
+    of triangles too: those inscribed in a sphere, or whose edges or faces touch one, have their own scaled copies.
 
     Raises GeometryError where a face is not planar or the tolerance is not positive, MeshError for an edge without
     length.
@@ -75,7 +79,7 @@ def best_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -
 
 
 def offset_deviations(mesh: MeshLike) -> dict[str, float]:
-    """How far the vertices, edges and faces of the nearest S of each kind are from distance 1 at worst, by "vertex",
+    """How far the vertices, edges and faces of the nearest S of each kind are from distance 1 at most, by "vertex",
     "edge" and "face": rounding for an offset that the mesh has; infinite where no S is near.
 
     Faces may have any number of corners: triangles are always circular, and have a vertex offset hardly ever;
@@ -98,14 +102,14 @@ def _exact(mesh: Mesh, kind: str, tolerance: float) -> Pair | None:
     if pair is None or not deviation <= tolerance:
         return None
     heights, faces = pair.edge_distances, pair.face_distances
-    sound = (
+    is_buildable = (
         pair.gauss_image.mean_edge_length > ONE_POINT_SIZE
         and heights.min() >= LEAST_BEAM_HEIGHT
         and heights.max() <= LARGEST_BEAM_HEIGHT
         and faces.min() >= LEAST_FACE_DISTANCE * heights.min()
         and np.nanmedian(pair.leans) <= LARGEST_MEDIAN_LEAN
     )
-    return pair if sound else None
+    return pair if is_buildable else None
 
 
 def _nearest(mesh: Mesh, kind: str, bound: float, tolerance: float) -> tuple[Pair | None, float]:
@@ -120,17 +124,18 @@ def _nearest(mesh: Mesh, kind: str, bound: float, tolerance: float) -> tuple[Pai
         return None, np.inf
     try:
         found, deviations = nearest(mesh, tolerance)
-    except (ConvergenceError, RankError):  # P(M) is ill-conditioned: nothing exact can be told of it
+    except (ConvergenceError, RankError):  # P(M) is ill-conditioned: no exact S can be computed
         return None, np.inf
     return found, float(deviations.max())
 
 
 def _off_circles(mesh: Mesh) -> FloatArray:
     """(F,) angle in radians by which no polygon with the edge directions of a face has a circumcircle; or (E,) by how
-    much edges are off their directions where vertices on the unit sphere are carried along a tree.
+    much edges are off their directions where vertices on the unit sphere are computed along a tree.
 
-    A chord reflects one of its ends to the other: around a face with evenly many corners, every second one of its
-    exterior angles make a multiple of pi in sum. Oddly many always close, so that nothing less than the whole says it.
+    A chord reflects one of its ends to the other: around a face with an even number of corners, the sum of
+    every second exterior angle is a multiple of pi. A face with an odd number of corners always closes, so that only
+    the whole mesh decides.
     """
     c = mesh.combinatorics
     if (c.face_sizes % 2 == 1).any():

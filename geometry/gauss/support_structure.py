@@ -17,7 +17,7 @@ from geometry.parallel.edge_parallelity import perpendicular_part
 __all__ = ["SupportStructure"]
 
 LEAST_QUAD_HEIGHT = 1e-3
-"""Least height of a transverse quad over the nominal one: below it the node axis lies in the edge."""
+"""Least height of a transverse quad over the nominal one: below it, the node axis lies in the edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class SupportStructure:
 
     @cached_property
     def _transverse(self) -> FloatArray:
-        """(E, 2, 3) what is left of s_i and s_j when their component along the edge is taken off."""
+        """(E, 2, 3) the components of s_i and s_j perpendicular to the edge."""
         ends, t = self.gauss_image.vertices[self.mesh.combinatorics.edges], self.mesh.edge_directions
         return floats(perpendicular_part(ends, t[:, None]))
 

@@ -16,19 +16,21 @@ from geometry.surface import Surface
 __all__ = ["check_given", "check_outcome", "check_solution"]
 
 LARGEST_SURFACE_DISTANCE = 1.0
-"""What most vertices may be off Phi at the start, in l."""
+"""Distance from Phi in mean edge lengths, which at most 5 % of the vertices may exceed at the start."""
 
 COLLAPSED_EDGE_SHARE = 0.2
-"""Of an edge afterwards over what it was, below which it counts as collapsed."""
+"""Length of an edge afterwards over its length before, below which it counts as collapsed."""
 
 LARGEST_CURVED_LEAN = np.radians(5.0)
-"""What most axes may lean where a curvature is asked for: with axes that lean, M has another one."""
+"""Lean in radians which at most 5 % of the axes may exceed where a curvature is required: with axes that lean, M has
+another curvature."""
 
 INDEPENDENT_CURVATURE_TOLERANCE = 0.05
-"""What a curvature may be off with respect to a Gauss image of M alone, over its size, as the paper finds."""
+"""Deviation of a curvature with respect to a Gauss image of M alone, over its size, that is allowed, as in the
+paper."""
 
 UNCHECKED_RIM_ROWS = 2
-"""Of faces at the rim where that is not asked: there a fresh Gauss image is less sure."""
+"""Rows of faces at the boundary whose curvature is not checked: there a Gauss image of M alone is less reliable."""
 
 
 def _advice(targets: PairTargets) -> str:

@@ -19,11 +19,11 @@ from geometry.surface import Surface
 __all__ = ["PairMeasures", "faces_off_the_rim", "independent_curvatures"]
 
 SPREAD_QUANTILES = (0.025, 0.5, 0.975)
-"""Parts of the values between which nearly all are, and their middle."""
+"""Quantiles of distances: the spread is the outer two's difference over the middle one."""
 
 
 INDEPENDENT_VERTEX_WEIGHT, INDEPENDENT_PARALLELITY = 0.1, 1e-7
-"""Weight of vertices over that of faces in a fresh Gauss image, and how far off the edges of M its own may be."""
+"""Weight of vertices over that of faces in a Gauss image of M alone, and its tolerance for being parallel to M."""
 
 
 @dataclass(frozen=True)

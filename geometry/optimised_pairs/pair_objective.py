@@ -55,44 +55,49 @@ from geometry.surface import Surface
 __all__ = ["LARGEST_UPRIGHT_LEAN", "Objective"]
 
 HEIGHT_WEIGHT = 0.01
-"""Weight 1 / e^2 of distances from the origin, for a height error e, times this: such that e = .01 gives 100."""
+"""Weight of distances from the origin, times the square of the height error e: for e = 0.01 it is 100."""
 
 PAIR_SURFACE_WEIGHT = 10.0
-"""Of distances from Phi in l: 3 % of an edge are tolerated."""
+"""Weight of distances from Phi in mean edge lengths: 3 % of an edge are tolerated."""
 
 BOUNDARY_WEIGHT = 10.0
-"""Of distances from the boundary as it was. It may be left: boundaries that hold collapse edges beside them."""
+"""Weight of distances from the boundary as it was. The boundary may be left: boundaries that are fixed collapse edges
+beside them."""
 
 STRAIN_WEIGHT, MOVES_WEIGHT = 0.3, 0.01
-"""Of strains and moves of M, as it glides on Phi. Strain keeps a mesh fair, and weighs the same if it is refined."""
+"""Weights of strains and moves of M as it glides on Phi. Strain keeps a mesh fair, and weighs the same if the mesh is
+refined."""
 
 LEAN_WEIGHT = 1.0
-"""Of what axes lean, in radians. With more, the distances that are asked for are not reached."""
+"""Weight of the lean of axes in radians. With a larger one, the required distances are not reached."""
 
 LARGEST_UPRIGHT_LEAN = np.radians(15.0)
-"""What an axis may lean where they are to be upright."""
+"""Lean in radians up to which axes count as upright."""
 
 UPRIGHT_WEIGHT = 100.0
-"""Of what they lean beyond that."""
+"""Weight of the lean above `LARGEST_UPRIGHT_LEAN`."""
 
 LEAST_FACE_TURN_COSINE = 0.8
-"""Of the turn of a face. Where it turns further, its axes are upright on another shape."""
+"""Cosine of the turn of a face, below which the turn is penalised. A face that turns further has upright axes on
+another shape."""
 
 KEPT_SHAPE_WEIGHT = 100.0
-"""Of what faces turn further than that, what corners lack to be convex, and edges to be no shorter than this:"""
+"""Weight of violations of `LEAST_FACE_TURN_COSINE`, `LEAST_KEPT_LENGTH` and `LEAST_KEPT_TURN`."""
 
 LEAST_KEPT_LENGTH = 0.6
-"""Of an edge over what it was. An edge without length has no direction, hence no condition on S, which would pay."""
+"""Length of an edge over its length before, below which it is penalised. An edge without length has no direction,
+hence no condition on S, which the optimisation would exploit."""
 
 LEAST_KEPT_TURN = 0.01
-"""Of a corner that was convex, in l, see `functionals.ConvexFaces`."""
+"""Turn of a corner that was convex, in mean edge lengths, below which it is penalised; see
+`functionals.ConvexFaces`."""
 
 IMAGE_MOVES_WEIGHT = 0.01
-"""Of the moves of S: enough to say where it is where nothing else does."""
+"""Weight of the moves of S: enough to determine S where nothing else does."""
 
 FACE_AXES_WEIGHT, CURVED_STRAIN_WEIGHT = 100.0, 0.05
-"""Of how faces lean in S, and of strain, where a curvature is asked for: otherwise S tilts until it has any curvature
-at all, and means nothing."""
+"""Weights of the lean of faces in S and of strain where a curvature is required: without them, S tilts until it has
+any curvature at all, and means nothing."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,13 +21,13 @@ from geometry.surface import Surface
 __all__ = ["OptimisedPair", "height_trade_off", "optimise_pair"]
 
 OPTIMISED_PAIR_TOLERANCE = 5e-13
-"""Of parallelity, planarity and curvature, in mean edge lengths and in S."""
+"""Largest residual of parallelity and planarity in mean edge lengths and in S, and of curvature."""
 
 MAX_NEWTON_STEPS = 6
-"""More than three or four mean that something collapsed."""
+"""Most Newton steps: more than three or four mean that something collapsed."""
 
 TRADE_OFF_HEIGHT_ERRORS = (0.1, 0.03, 0.01, 0.003)
-"""Height errors of a trade: weights of heights from 1 to 1000."""
+"""Height errors that `height_trade_off` compares: weights of heights from 1 to 1000."""
 
 
 @dataclass(frozen=True, eq=False)

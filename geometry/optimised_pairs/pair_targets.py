@@ -10,7 +10,7 @@ from geometry.errors import GeometryError
 __all__ = ["LEAST_HEIGHT_ERROR", "PairTargets"]
 
 LEAST_HEIGHT_ERROR = 0.002
-"""With less, heights weigh so much that faces turn over."""
+"""Least `height_error`: with a smaller one, heights weigh so much that faces turn over."""
 
 
 @dataclass(frozen=True)

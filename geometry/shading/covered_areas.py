@@ -15,7 +15,7 @@ from geometry.mesh.ragged_arrays import runs_by_size
 __all__ = ["covered_areas"]
 
 MAX_EDGE_PAIRS = 2**20
-"""Pairs of edges looked at together: memory is bounded by them."""
+"""Most pairs of edges treated at once, which bounds the memory."""
 
 
 def covered_areas(polygons: FloatArray, covers: FloatArray, covered: IntArray) -> FloatArray:

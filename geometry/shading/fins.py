@@ -16,10 +16,10 @@ from geometry.mesh import Mesh
 __all__ = ["Fins"]
 
 PANEL_PLANE_TOLERANCE = 1e-6
-"""How far a corner of a panel may be off its plane, over the mean edge length of the panel."""
+"""Distance of a corner of a panel from its plane that is allowed, over the mean edge length of the panel."""
 
 LEAST_FIN_EDGE = -1e-9
-"""Least length of an edge of M + d S over that of M; an edge may shrink to a point."""
+"""Least signed length of an edge of M + d S over that of M; an edge may shrink to a point."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,13 +24,14 @@ from geometry.shading.suns import Suns
 __all__ = ["GRAZING_COSINE", "Shading", "cast_shadows", "check_some_sun", "face_suns", "shadow_areas"]
 
 GRAZING_COSINE = 1e-4
-"""Least cosine between the normal of a panel and a sun that it faces: less light than this is none."""
+"""Least cosine between the normal of a panel and a sun that it faces: less light than this counts as none."""
 
 MAX_PANELS_AND_FINS = 2**14
-"""Panels or fins, each under each sun, looked at together: memory is bounded by them."""
+"""Most panels or fins, each under each sun, treated at once, which bounds the memory."""
 
 IN_PLANE_TOLERANCE = 1e-9
-"""How far corners of fins may be off the plane of a panel and count as in it, over the mean edge length."""
+"""Distance of corners of fins from the plane of a panel, over the mean edge length, up to which they count as lying in
+it."""
 
 
 @dataclass(frozen=True, eq=False)

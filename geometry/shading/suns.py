@@ -15,13 +15,14 @@ from geometry.errors import GeometryError
 __all__ = ["Suns", "suns_at"]
 
 SEA_LEVEL_MILLIBAR = 1013.25
-"""Pressure of the air that refracts; without air, 0."""
+"""Air pressure for refraction; without refraction it is 0."""
 
 TERRESTRIAL_TIME_OFFSET_SECONDS = 69.0
-"""Of terrestrial from universal time: 64 in 2000, 69 in 2020, slowly growing; 5 more turn the sun by 1e-6 radians."""
+"""Terrestrial minus universal time: 64 s in 2000, 69 s in 2020, slowly growing; 5 s more turn the sun by 1e-6
+radians."""
 
 NORTH_COSINE_TOLERANCE = 1e-9
-"""How far north and up may be off a right angle, as the cosine between them."""
+"""Cosine of the angle between north and up, up to which it counts as a right angle."""
 
 
 @dataclass(frozen=True, eq=False)

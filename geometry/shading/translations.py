@@ -17,25 +17,28 @@ from geometry.shading.suns import Suns
 __all__ = ["MostShade", "most_shade"]
 
 FULL_SHADE_SHARE = 0.999
-"""Share of shade from which on all counts as in the shade: of translations that reach it, the shortest is sought."""
+"""Share of shade from which on the panels count as completely shaded: of the translations that reach it, a shortest
+one is sought."""
 
 FULL_SHADE_TOLERANCE, DIFFERENCE_STEP = 1e-5, 1e-4
-"""By how much the shortest one may miss that, and the step of differences by which it is sought."""
+"""Deviation of the shortest translation's share from `FULL_SHADE_SHARE` that is allowed, and the step of the finite
+differences by which it is sought."""
 
 LEAST_RISE = 1e-3
-"""Of S + x above the plane of a panel at its corners, unless S itself rises less."""
+"""Least height of S + x above the plane of a panel at its corners, unless S itself is lower."""
 
 SAMPLED_PANELS = 32
-"""Panels that say where to look; all of them say where the maximum is."""
+"""Panels that decide where to search; all panels decide where the maximum is."""
 
 SAMPLED_TRANSLATIONS, SEARCH_STARTS = 48, 2
-"""Translations of the largest length that are looked at, spread over the sphere, and those from which one goes on."""
+"""Translations of the largest length, spread over the sphere, that are compared, and the number of best ones from
+which the search starts."""
 
 MAX_EVALUATIONS = 60
-"""Translations looked at from one start."""
+"""Most translations evaluated from one start."""
 
 COARSE_STEPS, FINE_STEPS = (0.15, 0.01), (0.05, 0.0005)
-"""First and last ones of a translation, on the sample and on all panels."""
+"""First and last step lengths of a search, on the sample and on all panels."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -30,11 +30,11 @@ FORM = floats(np.diag([1.0, 1.0, 1.0, -1.0]))
 """J, the matrix of the Lorentz product."""
 
 LORENTZ_TOLERANCE = 1e-9
-"""How far A^T J A may be from J, over the square of the norm of A: matrices written down with ten digits pass, and
-orthonormalising moves them by no more than that."""
+"""Largest entry of A^T J A - J over the square of the norm of A, for which A counts as a Lorentz matrix: ten digits
+are enough, and orthonormalising changes A by no more than that."""
 
 LORENTZ_ROUNDING = 1e-14
-"""`deviation` of a product of a hundred matrices; below it there is nothing to make orthonormal."""
+"""`deviation` of a product of a hundred matrices; a matrix below it is not made orthonormal."""
 
 
 def product(x: Any, y: Any) -> FloatArray:

@@ -20,10 +20,11 @@ from geometry.spheres import lorentz
 __all__ = ["NEAR_INFINITY", "MoebiusTransformation", "checked_planes"]
 
 NEAR_INFINITY = 1e-9
-"""Weight of a point over what it is the sum of, below which its image is at infinity: rounding leaves it 7 digits."""
+"""Weight of a point over the sum of the absolute values of its parts, below which its image counts as at infinity:
+rounding leaves it 7 digits."""
 
 UNIT_NORMAL_TOLERANCE = 1e-9
-"""How far the length of the normal of a plane may be from 1."""
+"""Deviation of the length of a plane's normal from 1 that is allowed."""
 
 
 @dataclass(frozen=True, eq=False)

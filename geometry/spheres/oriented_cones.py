@@ -21,8 +21,8 @@ from geometry.spheres.lorentz import array_of
 __all__ = ["CONE_TOLERANCE", "VertexCones"]
 
 CONE_TOLERANCE = 1e-9
-"""How far a pole may be inside the unit sphere, where rounding leaves those of half-angle 90 degrees; and the least
-difference of the radii of two spheres over the distance of their centres: below it the cone is a cylinder."""
+"""Depth of a pole inside the unit sphere that is allowed, as rounding makes it for a half-angle of 90 degrees; and
+least difference of the radii of two spheres over the distance of their centres: below it, the cone is a cylinder."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -322,6 +322,50 @@ def test_what_there_is_not_is_said_and_leaves_nothing(tmp_path: Path, arguments:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_spans_and_rises_are_met_and_built_in_mm(tmp_path: Path) -> None:
+    for name, arguments in {
+        "koebe": ["koebe", "--tiles", "hexagons", "--count", "6"],
+        "minimal": ["minimal", "--shape", "enneper", "--count", "8"],
+    }.items():
+        out = tmp_path / name
+        text = run("design", *arguments, "--span", "9000", "--rise", "1800", "-o", out).stdout
+        assert "--unit mm" in text
+        assert "rise 1800 mm" in text
+        sizes = np.ptp(read_mesh(out / "M.obj").mesh.vertices, axis=0)
+        np.testing.assert_allclose([sizes[:2].max(), sizes[2]], [9000, 1800], rtol=1e-6)
+        settings = json.loads((out / "manifest.json").read_text())["settings"]
+        assert (settings["span_mm"], settings["rise_mm"]) == (9000, 1800)
+    run("design", "cmc", "--boost", "0.2,0,0", "--span", "9000", "-o", tmp_path / "cmc")
+    assert np.ptp(read_mesh(tmp_path / "cmc" / "M.obj").mesh.vertices, axis=0)[:2].max() == pytest.approx(9000)
+    pair = {"mesh": tmp_path / "koebe" / "M.obj", "gauss_image": tmp_path / "koebe" / "S.obj"}
+    made = built(Project(unit="mm", nesting={"mode": "off"}, **pair))
+    assert np.ptp(made.structure.mesh.vertices[:, 2]) == pytest.approx(1800)
+    assert np.ptp(made.structure.heights) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["koebe", "--span", "9000", "--rise", "9000"], "with these faces it can be between 53.04 and 7453 mm"),
+        (["koebe", "--rise", "9000"], "--rise needs --span"),
+        (["koebe", "--span", "0"], "the span is 0 mm: above 0 and at most 1e+09 mm is needed"),
+        (["koebe", "--span", "inf"], "the span is inf mm"),
+        (["koebe", "--span", "9000", "--rise", "-1"], "the rise is -1 mm"),
+        (["koebe", "--span", "9000", "--rise", "900", "--bend", "saddle"], "and --bend saddle is asked for"),
+        (["koebe", "--span", "9000", "--rise", "900", "--coverage", "0.3"], "so --coverage would have no effect"),
+        (["koebe", "--span", "9000", "--rise", "900", "--boost", "0.1,0,0"], "--boost changes the rise"),
+        (["minimal", "--span", "9000", "--rise", "900"], "and --shape catenoid is asked for"),
+        (["minimal", "--shape", "enneper", "--span", "9000", "--rise", "9", "--turn", "20"], "so --turn would have no"),
+        (["minimal", "--shape", "enneper", "--count", "4", "--span", "1000", "--rise", "900"], "between 0.8"),
+    ],
+)
+def test_spans_and_rises_that_cannot_be_met_are_refused(tmp_path: Path, arguments: list[str], sentence: str) -> None:
+    result = CliRunner().invoke(app, ["design", *arguments, "-o", str(tmp_path / "out")])
+    assert result.exit_code == 2, result.output
+    assert sentence in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_folder_is_replaced_only_with_force(tmp_path: Path) -> None:
     assert run("design", "cmc", "--count", "8", "-o", tmp_path / "out").exit_code == 0
     assert "replace it with --force" in refused("design", "cmc", "--count", "9", "-o", tmp_path / "out")

@@ -1,16 +1,18 @@
-"""A mesh and its Gauss image side by side, as SVG: faces painted from the back to the front, in even light."""
+"""A mesh and its Gauss image side by side, or a mesh along two families of lines, as SVG: faces painted from the back
+to the front, in even light."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 
-from geometry.arrays import BoolArray, FloatArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids
 
-__all__ = ["pair_picture"]
+__all__ = ["lines_picture", "pair_picture"]
 
 _PICTURE_SIDE, _PICTURE_MARGIN, _CAPTION_HEIGHT = 560.0, 30.0, 56.0
 """Side of the square picture of one mesh, its margin, and the height of the caption, in pixels."""
@@ -33,6 +35,7 @@ def pair_picture(mesh: Mesh, gauss_image: Mesh, reversed_edges: BoolArray, capti
     width, height = 2 * _PICTURE_SIDE, _PICTURE_SIDE + _CAPTION_HEIGHT
     radius = float(np.linalg.norm(gauss_image.vertices, axis=1).max())
     scale = (_PICTURE_SIDE / 2 - _PICTURE_MARGIN) / radius
+    red = [("r", reversed_edges)]
     middle = f"{1.5 * _PICTURE_SIDE:.1f}"
     return "\n".join(
         [
@@ -41,11 +44,13 @@ def pair_picture(mesh: Mesh, gauss_image: Mesh, reversed_edges: BoolArray, capti
             ".r{fill:none;stroke:#c8202c;stroke-width:1.2}text{font:15px sans-serif;fill:#333;"
             "text-anchor:middle}</style>",
             f'<rect width="{width:.0f}" height="{height:.0f}" fill="#fff"/>',
-            _painted(mesh, reversed_edges, _fitted(_seen(mesh.vertices), _PICTURE_SIDE / 2), mesh.face_normals),
+            _painted(
+                mesh, [("r", reversed_edges)], _fitted(_seen(mesh.vertices), _PICTURE_SIDE / 2), mesh.face_normals
+            ),
             f'<circle cx="{middle}" cy="{_PICTURE_SIDE / 2:.1f}" r="{scale:.1f}" fill="#f4f5f6" stroke="#b9c0c6"/>',
             _painted(
                 gauss_image,
-                reversed_edges,
+                red,
                 _seen(gauss_image.vertices) * scale + [1.5 * _PICTURE_SIDE, _PICTURE_SIDE / 2, 0],
                 face_centroids(gauss_image.vertices, gauss_image.combinatorics),
             ),
@@ -55,6 +60,17 @@ def pair_picture(mesh: Mesh, gauss_image: Mesh, reversed_edges: BoolArray, capti
             "</svg>",
             "",
         ]
+    )
+
+
+def lines_picture(mesh: Mesh, first: BoolArray, second: BoolArray, vertices: IntArray) -> str:
+    """An SVG element of a mesh whose edges of two families (E,) are blue and orange, some vertices (k,) red dots."""
+    seen = _fitted(_seen(mesh.vertices), _PICTURE_SIDE / 2)
+    low, high = seen[:, 1].min() - _PICTURE_MARGIN / 2, seen[:, 1].max() + _PICTURE_MARGIN / 2
+    dots = "".join(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5"/>' for x, y in seen[vertices, :2].tolist())
+    return (
+        f'<svg viewBox="0 {low:.0f} {_PICTURE_SIDE:.0f} {high - low:.0f}" role="img">'
+        f"{_painted(mesh, [('a', first), ('b', second)], seen, mesh.face_normals)}{dots}</svg>"
     )
 
 
@@ -75,24 +91,26 @@ def _fitted(seen: FloatArray, middle: float) -> FloatArray:
     return found
 
 
-def _painted(mesh: Mesh, reversed_edges: BoolArray, seen: FloatArray, outwards: FloatArray) -> str:
-    """The faces at the points seen (N, 3), the farthest first, each with its edges over it. outwards (F, 3): directions
-    to the outside of each face."""
+def _painted(mesh: Mesh, marked: Sequence[tuple[str, BoolArray]], seen: FloatArray, outwards: FloatArray) -> str:
+    """The faces at the points seen (N, 3), the farthest first, each with its edges over it. marked: classes of edges
+    (E,) that are drawn once more. outwards (F, 3): directions to the outside of each face."""
     c = mesh.combinatorics
     depths = np.round(face_centroids(seen, c)[:, 2], 3)  # of faces in one place the last one is on top
     order = np.argsort(-depths, kind="stable").tolist()
     colours = _colours(mesh.face_normals, outwards)
     points = [f"{x:.1f} {y:.1f}" for x, y in seen[:, :2].tolist()]
     ahead = c.corners[c.next_corner].tolist()
-    corners, starts, red = c.corners.tolist(), c.face_starts.tolist(), reversed_edges[c.corner_edge].tolist()
+    corners, starts = c.corners.tolist(), c.face_starts.tolist()
+    sides = [(name, edges[c.corner_edge].tolist()) for name, edges in marked]
     lines = []
     for face in order:
         run = range(starts[face], starts[face + 1])
         outline = "L".join(points[corners[k]] for k in run)
         lines.append(f'<path class="f" fill="{colours[face]}" d="M{outline}z"/>')
-        marked = "".join(f"M{points[corners[k]]}L{points[ahead[k]]}" for k in run if red[k])
-        if marked:
-            lines.append(f'<path class="r" d="{marked}"/>')
+        for name, is_marked in sides:
+            path = "".join(f"M{points[corners[k]]}L{points[ahead[k]]}" for k in run if is_marked[k])
+            if path:
+                lines.append(f'<path class="{name}" d="{path}"/>')
     return "\n".join(lines)
 
 

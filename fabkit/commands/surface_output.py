@@ -1,0 +1,113 @@
+"""What `fabkit mesh` writes and prints."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.text import Text
+
+from fabkit.commands.facts import moves
+from fabkit.commands.printing import add_facts, progress_display
+from fabkit.commands.terminal import OUT, facts_table, printable
+from fabkit.errors import ProjectError
+from fabkit.formats import whole_file
+from fabkit.formats.drawings import networks_html
+from fabkit.formats.polylines import write_polylines
+from fabkit.project import surface_rules_from
+from fabkit.stages import Stages
+from fabkit.structure import made_planar
+from fabkit.surface import LaidSurface, SurfaceRules, lay_on_surface
+from fabkit.units import MM_PER_UNIT
+from fabkit.wording import echo, readable
+from geometry.files import MeshFile, read_mesh, write_mesh
+from geometry.mesh import Mesh
+from geometry.remeshing import study_networks
+from geometry.surface import Surface
+
+__all__ = ["write_surface_mesh"]
+
+
+def write_surface_mesh(
+    path: Path,
+    out: Path | None,
+    settings: dict[str, Any],
+    *,
+    unit: str | None,
+    flip: bool,
+    polylines: Path | None,
+    study: Path | None,
+    force: bool,
+) -> None:
+    """Write the planar mesh, its lines, and the study of networks, whichever is asked for, all or none of them."""
+    if out is None and (study is None or settings or polylines is not None):
+        raise ProjectError("there is no mesh file to write: give -o FILE, or --study FILE alone for a page of networks")
+    if unit is not None and unit not in MM_PER_UNIT:
+        raise ProjectError(f"--unit is {echo(unit)}: one of {', '.join(MM_PER_UNIT)} is needed")
+    mm = None if unit is None else MM_PER_UNIT[unit]
+    rules = None if out is None else surface_rules_from(settings)
+    inputs = [path, *([rules.strokes] if rules is not None and rules.strokes is not None else [])]
+    with ExitStack() as stack:
+        drafts = {
+            target: stack.enter_context(whole_file(target, force=force, inputs=inputs))
+            for target in (out, polylines, study)
+            if target is not None
+        }
+        facts: list[tuple[str, str]] = []
+        with progress_display() as listener:
+            stages = Stages(listener)
+            with stages("Read"):
+                file = read_mesh(path, flip=flip).near_zero()
+            facts += [("mended", note) for note in file.mended]
+            if study is not None:
+                facts += _study(file, drafts[study], stages)
+            if rules is not None and out is not None:
+                mesh, laid = _mesh(file, rules, mm, stages)
+                write_mesh(drafts[out], mesh, origin=file.origin)
+                facts += _facts(mesh, laid)
+                if polylines is not None:
+                    lines = [mesh.vertices[line] + file.origin for family in laid.laid.polylines for line in family]
+                    write_polylines(drafts[polylines], lines)
+    table = facts_table()
+    add_facts(table, facts)
+    OUT.print(table)
+    for target in drafts:
+        OUT.print(Text.assemble("written to ", (printable(str(target)), "bold")))
+
+
+def _study(file: MeshFile, draft: Path, stages: Stages) -> list[tuple[str, str]]:
+    with stages("Study networks"):
+        surface = Surface(file.mesh)
+        trials = study_networks(surface, progress=lambda share: stages.progress("Study networks", share))
+        page = networks_html(readable(file.path.stem), trials, surface.triangulated.n_faces)
+        draft.write_text(page, encoding="utf-8", newline="\n")
+    best = trials[0]
+    spread = f"{100 * best.height_spread:.1f} %" if best.pair is not None else "no mesh could be made"
+    return [("networks", f"{len(trials)}, of which the best has heights within {spread} in a coarse mesh")]
+
+
+def _mesh(file: MeshFile, rules: SurfaceRules, mm: float | None, stages: Stages) -> tuple[Mesh, LaidSurface]:
+    with stages("Lay mesh"):
+        _, laid = lay_on_surface(file, rules, mm, lambda share: stages.progress("Lay mesh", share))
+    with stages("Planarise"):
+        return made_planar(laid.laid.mesh, {"surface": laid.surface, "keep_boundary": True}), laid
+
+
+def _facts(mesh: Mesh, laid: LaidSurface) -> list[tuple[str, str]]:
+    quality, length = laid.laid.quality, mesh.mean_edge_length
+    irregular = ", ".join(f"{count} of valence {valence}" for valence, count in quality.valences.items())
+    distances = laid.distances(mesh)
+    most, largest = np.quantile(distances, 0.95), distances.max()
+    return [
+        ("mesh", f"{mesh.n_vertices} vertices, {mesh.n_faces} faces, {100 * quality.quad_share:.1f} % of them quads"),
+        ("edges", f"{mesh.edge_lengths.min():.4g} to {mesh.edge_lengths.max():.4g}, on average {length:.4g}"),
+        ("lines", f"{laid.lines}; {100 * laid.aligned_share:.1f} % of the edges within 10 degrees of them"),
+        ("irregular vertices", irregular or "none"),
+        ("planarised", moves(laid.laid.mesh, mesh) or "nothing to do"),
+        (
+            "off the surface",
+            f"95 % of the vertices within {most:.3g}, all {largest:.3g}",
+        ),
+    ]

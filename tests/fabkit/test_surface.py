@@ -1,0 +1,161 @@
+"""From a design surface to a folder of parts, and `fabkit mesh`."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from fabkit import Project, design
+from fabkit.commands.command_line import app
+from fabkit.errors import ProjectError
+from fabkit.formats.polylines import read_polylines, write_polylines
+from fabkit.kinds import PANEL
+from fabkit.project import project_from
+from geometry import read_mesh, write_mesh
+from geometry.mesh import Mesh
+from tests.geometry.design_surfaces import disc
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def shell() -> Mesh:
+    """A saddle-shaped roof of 24 m, in metres."""
+    return disc(16, lambda x, y: x**2 / 2 - y**2 / 4).triangulated * 12.0
+
+
+@pytest.fixture
+def roof(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    write_mesh("roof.obj", shell().translated([4.8e5, 5.6e6, 100.0]))
+    return Path("roof.obj")
+
+
+def test_a_build_begins_from_a_surface(roof: Path) -> None:
+    done = run(
+        "build", roof, "--unit", "m", "--edge-length", 2000, "-o", "built", "--nest", "off", "--skip-unbuildable"
+    )
+    assert done.exit_code == 0, done.output
+    manifest = json.loads(Path("built/manifest.json").read_text())
+    surface = manifest["surface"]
+    assert surface["triangles"] == shell().n_faces
+    assert surface["quad_percent"] > 70
+    assert surface["distance_mm"]["p95"] < 0.03 * 2000
+    assert surface["distance_mm"]["largest"] < 0.1 * 2000
+    lengths = read_mesh("built/M.obj").mesh.edge_lengths
+    assert np.median(lengths) == pytest.approx(2.0, rel=0.1)
+    report = Path("built/report.html").read_text()
+    assert "Largest distance from the surface" in report
+    assert manifest["settings"]["surface"]["edge_length_mm"] == 2000
+    feet = np.linalg.norm(read_mesh("built/M.obj").mesh.vertices.mean(axis=0) - [4.8e5, 5.6e6, 100.0])
+    assert feet < 5
+
+
+def test_a_number_of_faces_needs_no_unit(roof: Path) -> None:
+    built = design(project_from({"mesh": roof, "mean_edge_mm": 1500, "surface": {"faces": 150}}))
+    assert built.structure.mesh.n_faces == pytest.approx(150, rel=0.15)
+    assert built.structure.mesh.mean_edge_length == pytest.approx(1500, rel=0.01)
+    assert len(built.assembly.of(PANEL)) == built.structure.mesh.n_faces
+
+
+def test_a_project_file_says_the_same(roof: Path) -> None:
+    Path("lines").mkdir()
+    stroke = np.array([4.8e5, 5.6e6, 100.0]) + [[-5, -5, 0], [5, 5, 0]]
+    write_polylines(Path("lines/strokes.obj"), [stroke])
+    Path("roof.toml").write_text(
+        "mesh = 'roof.obj'\nunit = 'm'\nskip_unbuildable = true\n[surface]\nfaces = 100\nboundary = ['aligned']\n"
+        "strokes = 'lines/strokes.obj'\nsmooth_mm = 500\n[nesting]\nmode = 'off'\n"
+    )
+    done = run("build", "roof.toml", "-o", "built")
+    assert done.exit_code == 0, done.output
+    manifest = json.loads(Path("built/manifest.json").read_text())
+    assert manifest["surface"]["smoothing_mm"] > 0
+    assert manifest["settings"]["surface"]["strokes"] == "strokes.obj"  # and nothing of where it is
+
+
+def test_inspect_judges_what_a_build_would_make(roof: Path) -> None:
+    done = run("inspect", roof, "--unit", "m", "--faces", 100, "--skip-unbuildable")
+    assert done.exit_code == 0, done.output
+    assert "fit to build" in done.stdout
+
+
+def test_a_triangle_mesh_without_a_size_is_told_of_them(roof: Path) -> None:
+    done = run("build", roof, "--unit", "m", "-o", "built")
+    assert done.exit_code == 2
+    said = " ".join(done.stderr.split())
+    assert "all faces are triangles" in said
+    assert "--faces or --edge-length" in said
+
+
+@pytest.mark.parametrize(
+    ("settings", "sentence"),
+    [
+        ({"unit": "m", "surface": {}}, "neither is given: give faces (--faces) or edge_length_mm (--edge-length)"),
+        ({"unit": "m", "surface": {"faces": 9, "edge_length_mm": 3}}, "both are given"),
+        ({"mean_edge_mm": 9, "surface": {"edge_length_mm": 3}}, "is in mm, but the surface has no unit"),
+        ({"unit": "m", "surface": {"faces": 9}, "gauss_image": "S.obj"}, "no Gauss image can be given for it"),
+        ({"unit": "m", "surface": {"faces": 3}}, "surface.faces is 3"),
+        ({"unit": "m", "surface": {"faces": 9, "lines": "straight"}}, "surface.lines is 'straight'"),
+        ({"unit": "m", "surface": {"faces": 9, "edges": 1}}, "unknown key 'edges' in [surface]"),
+    ],
+)
+def test_wrong_settings_are_one_sentence(settings: dict[str, object], sentence: str) -> None:
+    with pytest.raises(ProjectError, match=re.escape(sentence)):
+        project_from({"mesh": "roof.obj", **settings})
+
+
+def test_what_the_surface_does_not_allow_is_one_sentence(roof: Path) -> None:
+    for options, sentence in (
+        (["--edge-length", 50_000], "at least 4 are needed"),
+        (["--faces", 100, "--boundary", "open,open"], "2 boundaries are given for a surface with 1 boundary loops"),
+        (["--faces", 100, "--strokes", "none.obj"], "none.obj cannot be read"),
+    ):
+        done = run("build", roof, "--unit", "m", *options, "-o", "built")
+        assert done.exit_code == 2, done.output
+        assert sentence in " ".join(done.stderr.split())
+        assert not Path("built").exists()
+
+
+def test_a_mesh_is_written_where_the_surface_is(roof: Path) -> None:
+    done = run("mesh", roof, "--faces", 150, "-o", "mesh.ply", "--polylines", "lines.dxf")
+    assert done.exit_code == 0, done.output
+    mesh = read_mesh("mesh.ply").near_zero().mesh
+    assert mesh.planarity.max() < 1e-8  # of map coordinates
+    assert np.linalg.norm(read_mesh("mesh.ply").mesh.vertices.mean(axis=0) - [4.8e5, 5.6e6, 100.0]) < 5
+    lines = read_polylines(Path("lines.dxf"))
+    vertices = {tuple(point) for point in read_mesh("mesh.ply").mesh.vertices.round(6).tolist()}
+    assert {tuple(point) for line in lines for point in line.round(6).tolist()} <= vertices
+    assert run("mesh", roof, "--faces", 150, "-o", "mesh.ply").exit_code == 2  # it exists
+    assert run("mesh", roof, "--edge-length", 2000, "-o", "other.ply").exit_code == 2  # no unit
+    assert not Path("other.ply").exists()
+    assert run("mesh", roof, "--edge-length", 2000, "--unit", "m", "-o", "other.ply").exit_code == 0
+
+
+def test_the_study_is_a_page_that_shows_the_best_network_first(roof: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("geometry.remeshing.network_study.STRETCHES", (0.5,))
+    done = run("mesh", roof, "--study", "study.html")
+    assert done.exit_code == 0, done.output
+    page = Path("study.html").read_text()
+    spreads = [float(each) for each in re.findall(r"Heights within ([\d.]+) %", page)]
+    assert len(spreads) > 3
+    assert spreads == sorted(spreads)
+    assert "lines of curvature: the identity" in page
+    assert page.count("<svg") == len(spreads)
+
+
+def test_nothing_to_write_is_said(roof: Path) -> None:
+    done = run("mesh", roof, "--faces", 100)
+    assert done.exit_code == 2
+    assert "give -o FILE" in " ".join(done.stderr.split())
+
+
+def test_a_project_may_be_made_by_hand(roof: Path) -> None:
+    project = Project.model_validate({"mesh": roof, "unit": "m", "surface": {"faces": 60}})
+    assert project.surface is not None
+    assert project.surface.boundary == "open"
