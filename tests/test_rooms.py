@@ -253,6 +253,8 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.wording",
         "fabkit.errors",
         "geometry.files",
+        "geometry.pictures",
+        "geometry.colours",
         "geometry.curvature",
         "geometry.gauss",
         "geometry.parallel",
@@ -282,7 +284,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "newton",
     ),
     "geometry.files": (
-        "encoding number_rows clusters face_rings materials meeting_outlines polygon_soup",
+        "encoding number_rows clusters face_rings materials meeting_outlines raw_polygons",
         "obj off ply triangle_formats orientation overlaid_faces",
         "face_checks",
         "mending",
@@ -346,6 +348,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "fabkit.commands": (
         "terminal options facts",
         "inspection",
+        "inspection_picture",
         "printing",
         "mesh_output surface_output",
         "meshes surface_mesh design",
