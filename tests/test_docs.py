@@ -94,6 +94,19 @@ assert (geometry.edge_factors(square, saddle) < 0).any()
 for folder in ("shell-built", "shell-from-file"):
     assert (Path(folder) / "model.step").is_file()
 """,
+    "mesh-files.md": """
+assert len(triangles.faces) == 2 * same.number_of_faces() == 96
+assert ball.n_faces == 80
+""",
+    "pictures.md": """
+assert sorted(path.name for path in Path().iterdir()) == ["both.png", "lean.obj", "mean.ply", "mean.png"]
+assert geometry.read_mesh("mean.ply").mesh.n_faces == roof.n_faces
+""",
+    "shortcuts.md": """
+assert fine.n_faces == 16 * coarse.n_faces
+assert abs(glass.face_distances - 0.2).max() < 1e-9
+assert abs(near.vertices[[0, 19]] - wanted).max() < 0.3
+""",
     "shading.md": """
 assert found.after.share > found.before.share
 """,
