@@ -42,8 +42,8 @@ class ExactMap:
         """Raises GeometryError where a triangle has very many isolines."""
         if np.abs(x).max(initial=0.0) > LARGEST_ISOLINE / ONE or np.abs(t).max(initial=0) > LARGEST_ISOLINE / ONE:
             raise GeometryError(
-                f"a line has the number {max(np.abs(x).max(), np.abs(t).max()):.0e}, {LARGEST_ISOLINE / ONE:.0e} is the "
-                "largest one: give a longer edge length"
+                f"a line has the number {max(np.abs(x).max(), np.abs(t).max()):.0e}, {LARGEST_ISOLINE / ONE:.0e} is "
+                "the largest one: give a longer edge length"
             )
         odd = 2 * np.floor(x * (ONE // 2)).astype(np.int64) + 1
         values = np.asarray(maps.reals.astype(np.int64) @ odd + maps.integers.astype(np.int64) @ (t * ONE))
