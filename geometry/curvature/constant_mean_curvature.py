@@ -68,7 +68,7 @@ def constant_mean(
     the solutions. Meshes of hexagons have many. Quads have as many equations more as there are faces inside: they have
     solutions beside -S / H, which is a sphere if S is, only where S is special, as in rotational meshes.
 
-    M has the mean of its vertices at the origin, in each piece. `tolerance`: how far edges may be from closing, and
+    M has the mean of its vertices at the origin, in each piece. `tolerance`: how far edges may be from closure, and
     H area(F) + area(F, sigma(F)) over the mean edge length of sigma(F) from 0, in mean edge lengths of the start.
 
     Raises MeshError where the faces differ, an edge of S has no length or the start is a point; GeometryError where a
@@ -96,13 +96,13 @@ def constant_mean(
     if start.mean_edge_length == 0:
         raise MeshError("the mesh to start from is a point: begin with one of about the size that is wanted", value=0.0)
     check_planar(gauss_image)
-    closing, size = EdgeClosure(gauss_image), start.mean_edge_length
-    functional = ConstantMean(closing, mean * size)
+    closure, size = EdgeClosure(gauss_image), start.mean_edge_length
+    functional = ConstantMean(closure, mean * size)
     begin = functional.lengths_of(start) / size
-    fair = csr_array(fairness_of_lengths(gauss_image) @ closing.lengths)
+    fair = csr_array(fairness_of_lengths(gauss_image) @ closure.lengths)
     n = len(begin)
     solution = nearest_feasible(
-        StackedFunctional([LinearFunctional(closing.matrix, np.zeros(closing.matrix.shape[0])), functional]),
+        StackedFunctional([LinearFunctional(closure.matrix, np.zeros(closure.matrix.shape[0])), functional]),
         begin,
         csr_array(eye_array(n) + fairness * csr_array(csr_array(fair.T) @ fair)),
         tolerance=tolerance,
@@ -112,9 +112,9 @@ def constant_mean(
     )
     if not solution.violation <= tolerance:
         raise _not_reached(functional, solution, tolerance)
-    lengths = apply(closing.lengths, solution.x)
+    lengths = apply(closure.lengths, solution.x)
     _check_size(float(np.abs(lengths).mean()), mean)
-    vertices = ElementSampler(closing, np.zeros((n, 0))).positions(size * lengths[:, None])[0]
+    vertices = ElementSampler(closure, np.zeros((n, 0))).positions(size * lengths[:, None])[0]
     return Pair(with_edges(gauss_image, vertices), gauss_image)
 
 
@@ -122,37 +122,37 @@ def constant_mean(
 class ConstantMean:
     """H area(F) + area(F, sigma(F)) over the mean edge length of sigma(F), for each face; x (n,) as in `EdgeClosure`.
 
-    The edges of M are those of x in the directions of S = closing.mesh; where they do not close around a face, its area
-    is that of the polygon of all but the closing side. H is one over the unit of x.
+    The edges of M are those of x in the directions of S = closure.mesh; where they do not close around a face, its area
+    is that of the polygon of all but the closure side. H is one over the unit of x.
     """
 
-    closing: EdgeClosure
+    closure: EdgeClosure
     mean: float
 
     def residual(self, x: FloatArray) -> FloatArray:
-        lengths = apply(self.closing.lengths, x)
-        found = np.empty(self.closing.mesh.n_faces)
+        lengths = apply(self.closure.lengths, x)
+        found = np.empty(self.closure.mesh.n_faces)
         for faces, edges, forms in self._forms:
-            of_mesh, of_gauss_image = lengths[edges], self.closing.mesh.edge_lengths[edges]
+            of_mesh, of_gauss_image = lengths[edges], self.closure.mesh.edge_lengths[edges]
             found[faces] = np.einsum("fi,fij,fj->f", self.mean * of_mesh + of_gauss_image, forms, of_mesh) / 2
         return found
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
-        lengths = apply(self.closing.lengths, x)
+        lengths = apply(self.closure.lengths, x)
         parts: list[tuple[FloatArray, IntArray, IntArray]] = []
         for faces, edges, forms in self._forms:
-            slopes = self.mean * lengths[edges] + self.closing.mesh.edge_lengths[edges] / 2
+            slopes = self.mean * lengths[edges] + self.closure.mesh.edge_lengths[edges] / 2
             values = np.einsum("fij,fj->fi", forms, slopes)
             parts.append((values.ravel(), np.repeat(faces, edges.shape[1]), edges.ravel()))
         values, rows, columns = (np.concatenate(column) for column in zip(*parts, strict=True))
-        c = self.closing.mesh.combinatorics
+        c = self.closure.mesh.combinatorics
         by_edges = csr_array(coo_array((values, (rows, columns)), shape=(c.n_faces, c.n_edges)))
-        return csr_array(by_edges @ self.closing.lengths)
+        return csr_array(by_edges @ self.closure.lengths)
 
     def lengths_of(self, mesh: Mesh) -> FloatArray:
         """x (n,) of the mesh, its edges projected to the directions of S."""
-        along = np.einsum("ek,ek->e", mesh.edge_vectors, self.closing.mesh.edge_directions)
-        return apply(csr_array(self.closing.lengths.T), along)
+        along = np.einsum("ek,ek->e", mesh.edge_vectors, self.closure.mesh.edge_directions)
+        return apply(csr_array(self.closure.lengths.T), along)
 
     @cached_property
     def _forms(self) -> list[tuple[IntArray, IntArray, FloatArray]]:
@@ -160,7 +160,7 @@ class ConstantMean:
 
         Over the mean edge length of the face in S.
         """
-        mesh, c = self.closing.mesh, self.closing.mesh.combinatorics
+        mesh, c = self.closure.mesh, self.closure.mesh.combinatorics
         sizes = face_mean_edge_lengths(mesh.vertices, c)
         groups = []
         for faces, corners in c.faces_by_size():

@@ -125,7 +125,7 @@ def conflicting_edges(gauss_image: Mesh, signs: Any) -> IntArray:
     lacking = signed[apply(rows, unknowns.split(solution.x)["positions"].ravel()) <= FEASIBILITY_TOLERANCE]
     if len(lacking) and solution.reason is not Reason.CONVERGED:
         raise ConvergenceError(
-            f"whether the signs have a solution is not found out: the solver stopped since {solution.reason.value}",
+            f"whether the signs have a solution is not found out: the solver stopped because {solution.reason.value}",
             solution=solution,
             value=solution.violation,
             bound=FEASIBILITY_TOLERANCE,

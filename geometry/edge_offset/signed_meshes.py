@@ -23,7 +23,7 @@ from geometry.gauss import edge_feet
 from geometry.mesh import CombinatoricsLike, Mesh, MeshLike, as_combinatorics, as_gauss_image, as_mesh
 from geometry.optimise import LinearFunctional, distances_from_zero, max_norm
 from geometry.parallel import ParallelSpace, edge_factors
-from geometry.parallel.constraints import FactorBounds, Fixed
+from geometry.parallel.constraints import FactorBounds, FixedVertices
 from geometry.parallel.edge_parallelity import perpendicular_part
 from geometry.spheres.lorentz import array_of
 
@@ -78,8 +78,8 @@ def edge_offset_mesh(
     wanted = checked_signs(gauss_image, signs)
     check_faces_can_close(gauss_image, wanted)
     bounds = _bounds(gauss_image, wanted, lengths)
-    wished = Fixed.of(gauss_image, near)
-    asked = [wished.positions, Fixed.of(gauss_image, fixed).positions]
+    wished = FixedVertices.of(gauss_image, near)
+    asked = [wished.positions, FixedVertices.of(gauss_image, fixed).positions]
     asked.append(distances_from_zero(*bounds) * gauss_image.edge_lengths)
     terms = [(1.0, laplacian(gauss_image.combinatorics))]
     if len(wished.vertices):

@@ -216,7 +216,7 @@ def _planes_missed(face: int, value: float, bound: float, solution: Solution) ->
             bound=bound,
         )
     return ConvergenceError(
-        f"face {face} is {value:.1e} off its plane, allowed {bound:.1e}: the solver stopped since "
+        f"face {face} is {value:.1e} off its plane, allowed {bound:.1e}: the solver stopped because "
         f"{solution.reason.value}",
         solution=solution,
         elements=[face],

@@ -1,4 +1,4 @@
-"""The approximate Gauss image: a mesh parallel to a given one, as near to the unit sphere as can be."""
+"""The approximate Gauss image: the mesh parallel to a given one that is nearest to the unit sphere."""
 
 from __future__ import annotations
 

@@ -24,10 +24,11 @@ LEAST_AXIS_ANGLE = 1e-6
 
 
 def node_axes(mesh: MeshLike, parallel: MeshLike, *, tolerance: float = AXIS_TOLERANCE) -> FloatArray:
-    """(N, 3) unit directions from m_i to m'_i: node axes of M, if M' is parallel to M.
+    """(N, 3) unit directions from m_i to m'_i: node axes of M, where M' is parallel to M; zero for vertices that belong
+    to no face.
 
-    `tolerance` bounds how far an end of an edge of M' may be off the direction of its edge of M, over the largest
-    distance of corresponding vertices. Zero for vertices that belong to no face.
+    tolerance: distance by which an end of an edge of M' may be off the direction of its edge of M, over the largest
+    distance of corresponding vertices.
 
     Raises MeshError where the meshes do not have the same faces or an edge of M has no length, ParallelityError
     where they are not parallel, and GeometryError where a vertex is the same in both or an axis lies in an edge.
@@ -58,8 +59,8 @@ def node_axes(mesh: MeshLike, parallel: MeshLike, *, tolerance: float = AXIS_TOL
 def axis_directions(mesh: Mesh, vectors: FloatArray) -> FloatArray:
     """(N, 3) the vectors s_i at unit length; zero where s_i is zero, and for vertices that belong to no face."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    meant = (lengths > 0) & mesh.combinatorics.is_used[:, None]
-    return floats(np.divide(vectors, lengths, out=np.zeros_like(vectors), where=meant))
+    is_defined = (lengths > 0) & mesh.combinatorics.is_used[:, None]
+    return floats(np.divide(vectors, lengths, out=np.zeros_like(vectors), where=is_defined))
 
 
 def parallel_from_axes(
@@ -67,14 +68,15 @@ def parallel_from_axes(
 ) -> Mesh:
     """The mesh M' parallel to M with m'_i on the axis through m_i, and m'_start = m_start + distance axis_start.
 
-    axes (N, 3): any vectors along the axes; their lengths and signs do not matter, but that of `start` says which way
-    a positive `distance` goes. Where M has several components, the first vertex of each other one stands for `start`
-    there. Vertices that belong to no face stay. `tolerance`: how far the axes over an edge may be from coplanar, in
-    radians, and m'_i from where its other neighbours put it, over their distances from M.
+    axes (N, 3): any vectors along the axes; their lengths and signs do not matter, except that the sign at `start`
+    decides the direction of a positive `distance`. In each further component of M, its first vertex takes the place of
+    `start`. Vertices that belong to no face do not move. tolerance: angle in radians by which the axes at both ends of
+    an edge may fail to be coplanar, and relative distance between the positions of m'_i that follow from its
+    neighbours.
 
-    Raises ParallelityError, naming the worst edge, where its axes are not coplanar; and where they are, but M'
-    does not close: Prop. 1 promises it for simply connected meshes with axes that lie in no face. Raises MeshError for
-    an edge without length and GeometryError for axes that are none.
+    Raises ParallelityError, naming the worst edge, where its axes are not coplanar, or where M' does not
+    close along a loop of edges, as Prop. 1 guarantees only for simply connected meshes with axes that lie in no face.
+    Raises MeshError for an edge without length, GeometryError for axes that are zero or not finite.
 
     >>> from geometry.mesh.shapes import box
     >>> cube = box(2, 2, 2)
@@ -92,13 +94,13 @@ def parallel_from_axes(
     squares = np.einsum("enk,enk->en", across, across)
     ratio = np.sqrt(squares[:, 0] / squares[:, 1])  # of t_j over t_i: the parts across the edge are the same
     ratio *= np.sign(np.einsum("ek,ek->e", first, second))
-    t = _carried(spanning_forest(c.n_vertices, c.edges, start=start), mesh, ratio, distance)
+    t = _along_forest(spanning_forest(c.n_vertices, c.edges, start=start), mesh, ratio, distance)
     _check_closed(mesh, across, t[c.edges], tolerance)
     return mesh.with_vertices(mesh.vertices + t[:, None] * directions)
 
 
-def _carried(forest: SpanningForest, mesh: Mesh, ratio: FloatArray, distance: float) -> FloatArray:
-    """t (N,): `distance` at the roots, times the ratios of the edges on the way from there."""
+def _along_forest(forest: SpanningForest, mesh: Mesh, ratio: FloatArray, distance: float) -> FloatArray:
+    """t (N,): `distance` at the roots, multiplied by the ratios of the edges on the path from the root."""
     t = np.zeros(mesh.n_vertices)
     t[forest.roots] = distance
     for level in forest.levels:
@@ -109,7 +111,7 @@ def _carried(forest: SpanningForest, mesh: Mesh, ratio: FloatArray, distance: fl
 
 
 def _across(mesh: Mesh, axes: FloatArray) -> FloatArray:
-    """(E, 2, 3) what is left of the axes at both ends when their component along the edge is taken off."""
+    """(E, 2, 3) the components of the axes at both ends perpendicular to the edge."""
     ends, along = axes[mesh.combinatorics.edges], mesh.edge_directions
     across = perpendicular_part(ends, along[:, None])
     sines = np.linalg.norm(across, axis=2)
@@ -173,7 +175,7 @@ def _check_closed(mesh: Mesh, across: FloatArray, t: FloatArray, tolerance: floa
         "<=",
         tolerance,
         lambda edge, gap: (
-            f"the axes are coplanar over each edge, but no parallel mesh has its vertices on them: carried along a "
+            f"the axes are coplanar over each edge, but no parallel mesh has its vertices on them: along a "
             f"loop of edges through {mesh.combinatorics.edge_name(edge)}, its vertices return {gap:.2g} of "
             f"their distance off, allowed {tolerance:.0e}; this happens around a hole, or where axes lie in the plane "
             "of a face"

@@ -1,9 +1,9 @@
 """Which offsets a mesh is fit for [Pottmann2007, 3.1, 3.2], and how far a Gauss image is from the unit sphere.
 
-S has distances of its vertices, edges and faces from the origin, alone; where edges of it have no length or run the
-other way than in M, those of M say the directions. A mesh has vertex offsets if it is circular (quads), face offsets if
-it is conical, and edge offsets only if the edges at each vertex lie on a cone of revolution, Prop. 3. Each measure of
-M here is zero for the exact kind.
+The distances are those of the vertices, edge lines and face planes of S from the origin; where an edge of S has no
+length or runs against that of M, the edge of M gives the direction. A mesh of quads has vertex offsets if it is
+circular; any mesh has face offsets if it is conical, and edge offsets only if the edges at each vertex lie on a cone of
+revolution, Prop. 3. Each measure of M here is zero where the condition holds.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def edge_distances(gauss_image: MeshLike, directions: FloatArray | None = None) 
     """(E,) distances of the edge lines of S from the origin: all 1 for an edge offset; beam heights over d.
 
     directions (E, 3): unit vectors along the lines, such as the edge directions of M, if an edge of S may have no
-    length; left out, those of S, which raises MeshError for such an edge.
+    length; by default those of S, which raises MeshError for such an edge.
 
     >>> from geometry.mesh.shapes import box
     >>> edge_distances(box(2, 2, 2)).round(4).min().item()
@@ -134,7 +134,7 @@ def conicality(mesh: MeshLike) -> FloatArray:
     """(N,) how far the faces at a vertex are from tangent to a cone of revolution, in radians [PottmannWallner2007].
 
     Largest difference between the angle of a face normal with the best axis and the mean of these angles. NaN at the
-    boundary and for unused vertices, where nothing is asked; zero for interior vertices of valence 3.
+    boundary and for unused vertices, where there is no condition; zero for interior vertices of valence 3.
 
     >>> import numpy as np
     >>> from geometry.mesh.shapes import dome
@@ -145,21 +145,21 @@ def conicality(mesh: MeshLike) -> FloatArray:
     mesh = as_mesh(mesh)
     c = mesh.combinatorics
     normals = mesh.face_normals[c.corner_face]
-    asked = c.is_used & ~c.is_boundary_vertex
+    has_condition = c.is_used & ~c.is_boundary_vertex
     counts = np.maximum(np.bincount(c.corners, minlength=c.n_vertices), 1)
     means = vertex_sums(mesh, normals) / counts[:, None]
     middle = means[c.corners] / np.maximum(np.linalg.norm(means, axis=1), 1e-300)[c.corners, None]
-    # the axis is middle + b with b across the middle, such that (normal - mean) . axis is least
-    away = normals - means[c.corners]
-    up = np.einsum("ci,ci->c", away, middle)
-    flat = away - up[:, None] * middle
+    # the axis is middle + b with b across the middle, which minimises (normal - mean) . axis
+    deviations = normals - means[c.corners]
+    up = np.einsum("ci,ci->c", deviations, middle)
+    flat = deviations - up[:, None] * middle
     scatter = vertex_sums(mesh, flat[:, :, None] * flat[:, None, :])
     axes = middle - least_norm(scatter, vertex_sums(mesh, flat * up[:, None]))[c.corners]
     angles = angles_between(normals, axes)
     off = np.abs(angles - (vertex_sums(mesh, angles) / counts)[c.corners])
     largest = np.zeros(c.n_vertices)
     np.maximum.at(largest, c.corners, off)
-    return np.where(asked, largest, np.nan)
+    return np.where(has_condition, largest, np.nan)
 
 
 def edge_cone_deviation(mesh: MeshLike) -> FloatArray:
@@ -167,7 +167,7 @@ def edge_cone_deviation(mesh: MeshLike) -> FloatArray:
 
     Largest difference between the angle of an edge line with the best axis and the mean of these angles. In the Gauss
     image some edges may run the other way (Fig. 11), so the edges may lie on either half of the cone; the best of the
-    cones of `best_cones` counts. NaN for vertices with less than 4 edges, of which nothing is asked:
+    cones of `best_cones` counts. NaN for vertices with less than 4 edges, which have no condition:
     three lines always lie on a cone. Zero everywhere is necessary for an edge offset, not sufficient.
 
     >>> import numpy as np

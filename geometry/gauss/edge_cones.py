@@ -1,7 +1,7 @@
 """Cones of revolution through the edges at each vertex [Pottmann2007, Prop. 3].
 
 A cone has two halves, and an edge may lie on either: in the Gauss image some edges may run the other way (Fig. 11).
-So an edge counts as a line. Three lines lie on four cones; a fourth one mostly leaves one of them.
+So an edge counts as a line. Three lines lie on four cones, of which mostly one contains a fourth line.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ def best_cones(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Unit axes (n, 4, 3) of the best cones of lines (n, k, 3), k >= 3, and how far these are from the lines (n, 4).
 
     The deviation is the largest difference between the angle of a line with the axis and the mean of these angles, in
-    radians. Each of the four cones through the three lines that differ most says which halves the other lines are on;
-    then the axis is the best one of all these rays.
+    radians. Each of the four cones through the three lines that differ most decides which half the other lines are on;
+    the axis is then the best one for all these rays.
     """
     three = np.take_along_axis(directions, _three_lines(directions)[..., None], axis=1)
     ends = three[:, None] * SIGNS[None, :, :, None]  # n, cone, line, coordinate
@@ -46,8 +46,8 @@ def best_cones(directions: FloatArray) -> tuple[FloatArray, FloatArray]:
         rays = directions[:, None] * halves[..., None]
     else:
         rays = ends
-    away = rays - rays.mean(axis=2, keepdims=True)
-    axes = np.linalg.eigh(np.einsum("ncki,nckj->ncij", away, away))[1][..., 0]
+    deviations = rays - rays.mean(axis=2, keepdims=True)
+    axes = np.linalg.eigh(np.einsum("ncki,nckj->ncij", deviations, deviations))[1][..., 0]
     angles = angles_between(rays, axes[:, :, None, :])
     return axes, np.abs(angles - angles.mean(axis=2, keepdims=True)).max(axis=2)
 

@@ -2,7 +2,7 @@
 
 A mesh has one if and only if it has offsets of that kind, and then every mesh parallel to it has them
 [Pottmann2007, Prop. 2]. Each function here finds S from M: first vertex by vertex from the geometry of M, then by
-lowering what is left of the deviations in P(M), so that S is parallel to rounding and S is judged, not M.
+reducing the deviations in P(M), so that S is parallel to rounding, and S is judged, not M.
 """
 
 from __future__ import annotations
@@ -201,7 +201,7 @@ def inscribed_pair(mesh: Mesh, tolerance: float) -> tuple[Pair, FloatArray]:
     gauss_image = approach_unit_distances(
         mesh, gauss_image, vertices=1.0, rounds=MAX_DISTANCE_ROUNDS, least_gain=LEAST_ROUND_GAIN
     )
-    return _settled(mesh, gauss_image, _off_sphere, tolerance, vertices=1.0)
+    return _attracted(mesh, gauss_image, _off_sphere, tolerance, vertices=1.0)
 
 
 def _off_sphere(pair: Pair) -> FloatArray:
@@ -222,23 +222,26 @@ def midscribed_pair(mesh: Mesh, tolerance: float) -> tuple[Pair, FloatArray]:
     gauss_image = approach_unit_distances(
         mesh, gauss_image, edges=1.0, rounds=MAX_DISTANCE_ROUNDS, least_gain=LEAST_ROUND_GAIN
     )
-    return _settled(mesh, gauss_image, lambda pair: np.abs(pair.edge_distances - 1), tolerance, edges=1.0)
+    return _attracted(mesh, gauss_image, lambda pair: np.abs(pair.edge_distances - 1), tolerance, edges=1.0)
 
 
-def _settled(
+def _attracted(
     mesh: Mesh, gauss_image: Mesh, off: Callable[[Pair], FloatArray], tolerance: float, **weights: Any
 ) -> tuple[Pair, FloatArray]:
-    """M, S and how far it is off; if S is exact, what its distances leave free is drawn to the vertex normals."""
+    """M, S and how far it is off; where S is exact, it is attracted to the vertex normals as far as its distances leave
+    it free."""
     pair = Pair(mesh, gauss_image)
     deviations = off(pair)
     if deviations.max() > tolerance:
         return pair, deviations
     try:
-        drawn = attracted_to_normals(mesh, gauss_image, **weights)
-        drawn = approach_unit_distances(mesh, drawn, **weights, rounds=MAX_DISTANCE_ROUNDS, least_gain=LEAST_ROUND_GAIN)
-    except (ConvergenceError, RankError):  # P(M) is ill-conditioned: the normals say nothing that can be told
+        attracted = attracted_to_normals(mesh, gauss_image, **weights)
+        attracted = approach_unit_distances(
+            mesh, attracted, **weights, rounds=MAX_DISTANCE_ROUNDS, least_gain=LEAST_ROUND_GAIN
+        )
+    except (ConvergenceError, RankError):  # P(M) is ill-conditioned: the normals determine nothing
         return pair, deviations
-    other = Pair(mesh, drawn)
+    other = Pair(mesh, attracted)
     found = off(other)
     is_as_good = found.max() <= max(EQUALLY_EXACT_RATIO * deviations.max(), DISTANCE_TOLERANCE)
     return (other, found) if is_as_good else (pair, deviations)
@@ -247,29 +250,30 @@ def _settled(
 def circumscribed_pair(mesh: Mesh, tolerance: float) -> tuple[Pair, FloatArray]:
     """The nearest S with face planes at distance 1, and deviations (F,) from that."""
     _check(mesh, tolerance)
-    gauss_image = _with_planes_met(mesh)
+    gauss_image = _from_planes(mesh)
     if np.abs(face_distances(gauss_image, mesh.face_normals) - 1).max() > DISTANCE_TOLERANCE:
         H, g = normal_equations([(1.0, faces_at_unit_distance(mesh)), (LINEAR_DAMPING, close_to_vertex_normals(mesh))])
         gauss_image = least_squares_parallel(mesh, H, g)
         gauss_image = approach_unit_distances(
             mesh, gauss_image, faces=1.0, rounds=MAX_DISTANCE_ROUNDS, least_gain=LEAST_ROUND_GAIN
         )
-    return _settled(mesh, gauss_image, lambda pair: np.abs(pair.face_distances - 1), tolerance, faces=1.0)
+    return _attracted(mesh, gauss_image, lambda pair: np.abs(pair.face_distances - 1), tolerance, faces=1.0)
 
 
-def _with_planes_met(mesh: Mesh) -> Mesh:
-    """With vertices where their planes meet, if three of them say where; those of the others that make edges parallel.
+def _from_planes(mesh: Mesh) -> Mesh:
+    """S with vertices where their planes meet, if the planes determine them; the other vertices make edges parallel.
 
     Exact where M is conical, after three rounds, in which minimising over the distances alone would take a dozen where
-    vertices are far from their normals: the others are drawn to their normals by next to nothing, then to themselves.
+    vertices are far from their normals: a very small weight attracts the others to their normals, then to their last
+    position.
     """
     places, known = circumscribed_candidate(mesh)
     weights = np.repeat(np.where(known, 1.0, UNKNOWN_VERTEX_WEIGHT), 3)
-    drawn: SparseMatrix = csr_array(diags_array(np.sqrt(weights)))
+    roots: SparseMatrix = csr_array(diags_array(np.sqrt(weights)))
     gauss_image = mesh.with_vertices(places)
     for _ in range(3):
         target = np.where(known[:, None], places, gauss_image.vertices).ravel()
-        near = LinearFunctional(drawn, np.sqrt(weights) * target)
+        near = LinearFunctional(roots, np.sqrt(weights) * target)
         gauss_image = least_squares_parallel(
             mesh, *normal_equations([(1.0, faces_at_unit_distance(mesh)), (1.0, near)])
         )

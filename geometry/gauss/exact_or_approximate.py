@@ -28,7 +28,7 @@ def exact_or_approximate_pair(
     tolerance: float = EXACT_OFFSET_TOLERANCE,
     **weights: Any,
 ) -> tuple[Pair, str | None]:
-    """M and S of a planar mesh, and of which offset S is if it is exact: "edge", "vertex" or "face" where M has one and
+    """M and S of a planar mesh, and the kind of offset of an exact S: "edge", "vertex" or "face" where M has one and
     no weights are given; else S is as near to the unit sphere as the weights of `approximate_pair` say.
 
     moved: how far a vertex moved at most where faces were made planar; M is moved as little again where that would
@@ -38,7 +38,7 @@ def exact_or_approximate_pair(
 
     tolerance: how far distances of an exact S may be from 1, beside that.
 
-    Beams follow the mean normals of the faces that they carry, at the boundary too. Raises as `approximate_pair` does,
+    Beams follow the mean normals of their faces, at the boundary too. Raises as `approximate_pair` does,
     but for meshes of triangles that have an exact S.
 
     >>> from geometry.mesh.shapes import dome

@@ -1,7 +1,7 @@
 """Candidates for a Gauss image with its vertices on the unit sphere: M circular [Pottmann2007, Prop. 2].
 
 An edge of S is a chord of the sphere, so s_j is s_i reflected in the plane through the origin perpendicular to the
-edge. Carried along a tree of edges, s_i = R_i s_0 with known R_i; the other edges are linear conditions on s_0. Discs
+edge. Along a tree of edges, s_i = R_i s_0 with known R_i; the other edges are linear conditions on s_0. Discs
 of circular quads leave s_0 free on the sphere, other meshes may leave a circle or two opposite points.
 """
 
@@ -31,8 +31,8 @@ def inscribed_candidate(mesh: Mesh, tolerance: float) -> FloatArray:
     reflections = _reflections(mesh, forest)
     n = len(forest.roots)
 
-    wanted = np.zeros((n, 3))  # sum of R_i^T n_i
-    np.add.at(wanted, forest.components, np.einsum("nij,ni->nj", reflections, mesh.vertex_normals))
+    targets = np.zeros((n, 3))  # sum of R_i^T n_i
+    np.add.at(targets, forest.components, np.einsum("nij,ni->nj", reflections, mesh.vertex_normals))
     there, back = _reflected(reflections[c.edges[:, 0]], mesh.edge_directions), reflections[c.edges[:, 1]]
     gaps = there - back
     scatter, counts = np.zeros((n, 3, 3)), np.zeros(n)
@@ -40,9 +40,9 @@ def inscribed_candidate(mesh: Mesh, tolerance: float) -> FloatArray:
     np.add.at(counts, forest.components[c.edges[:, 0]], 1.0)
     scatter /= np.maximum(counts, 1)[:, None, None] * max(tolerance, LEAST_CONDITION_RESIDUAL) ** 2
 
-    # minimise |s - wanted|^2 + gaps^2 / tolerance^2, in coordinates in which the gaps are independent
+    # minimise |s - target|^2 + gaps^2 / tolerance^2, in coordinates in which the gaps are independent
     squares, axes = np.linalg.eigh(scatter)
-    along = np.einsum("nij,ni->nj", axes, wanted) / (1 + np.maximum(squares - squares[:, :1], 0))
+    along = np.einsum("nij,ni->nj", axes, targets) / (1 + np.maximum(squares - squares[:, :1], 0))
     s = np.einsum("nij,nj->ni", axes, along)
     lengths = np.linalg.norm(s, axis=1, keepdims=True)
     s = np.where(lengths > 0, s / np.where(lengths > 0, lengths, 1), axes[:, :, 0])
@@ -50,7 +50,7 @@ def inscribed_candidate(mesh: Mesh, tolerance: float) -> FloatArray:
 
 
 def _reflections(mesh: Mesh, forest: SpanningForest) -> FloatArray:
-    """(N, 3, 3) R_i: the product of the reflections on the way from the root of the component."""
+    """(N, 3, 3) R_i: the product of the reflections on the path from the root of the component."""
     products = np.tile(np.eye(3), (mesh.n_vertices, 1, 1))
     for level in forest.levels:
         products[level.children] = _reflected(products[level.parents], mesh.edge_directions[level.edges])

@@ -16,10 +16,11 @@ __all__ = ["axis_lean"]
 def axis_lean(mesh: MeshLike, axes: FloatArray) -> FloatArray:
     """(N,) angle in radians between node axes (N, 3), such as the s_i, and the estimated normals of M, from 0 to pi.
 
-    Zero torsion says nothing of it: on meshes laid askew of the principal directions axes lean far. Large angles make
-    long node blocks and slanted cuts. At the boundary there are two estimates, the mean of the faces and
-    `extrapolated_normals`; the smaller angle counts, since neither is sure on a rough rim. NaN for vertices that belong
-    to no face, and where the axis is zero. The lengths of axes do not matter; those of a pair are `Pair.leans`.
+    Axes may lean far although beams are free of torsion, as on meshes that do not follow the principal directions.
+    Large angles cause long node blocks and slanted cuts. At the boundary there are two estimates, the mean of the faces
+    and `extrapolated_normals`; the smaller angle counts, since neither is reliable at an irregular boundary. NaN for
+    vertices that belong to no face, and where the axis is zero. The lengths of axes do not matter; those of a pair are
+    `Pair.leans`.
 
     Raises MeshError where there is not one axis for each vertex.
 
@@ -33,5 +34,5 @@ def axis_lean(mesh: MeshLike, axes: FloatArray) -> FloatArray:
     if axes.shape != mesh.vertices.shape:
         raise MeshError(f"axes have shape {axes.shape}, one vector a vertex is needed: {mesh.vertices.shape}")
     leans = np.minimum(angles_between(axes, mesh.vertex_normals), angles_between(axes, extrapolated_normals(mesh)))
-    meant = mesh.combinatorics.is_used & axes.any(axis=1)
-    return np.where(meant, leans, np.nan)
+    is_defined = mesh.combinatorics.is_used & axes.any(axis=1)
+    return np.where(is_defined, leans, np.nan)

@@ -2,7 +2,7 @@
 
 The edges at m_i lie on a cone of revolution; s_i is on its axis, at the distance 1 / sin(half angle). Three lines
 lie on four cones, so each vertex has up to four candidates, each up to its sign. An edge line of S has one foot: the
-point nearest to the origin. It is the same seen from either end, and that tells which candidates belong together.
+point nearest to the origin. It is the same for both ends, which decides which candidates belong together.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def midscribed_candidate(mesh: Mesh) -> FloatArray:
     edges = np.flatnonzero(known[mesh.combinatorics.edges].all(axis=1))
     s = _outwards(mesh, _consistent(mesh, candidates, costs, edges), edges)
     s[~known] = 0
-    return _completed(mesh, s, known)
+    return _with_unknown_vertices(mesh, s, known)
 
 
 def _candidates(mesh: Mesh) -> tuple[FloatArray, FloatArray, BoolArray]:
@@ -85,13 +85,15 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     between = np.minimum(squares[:, 0, :, None] + squares[:, 1, None, :] - 2 * np.abs(products), LARGEST_FEET_COST)
     heads = candidates[ends[:, 1]][:, None] * np.where(products < 0, -1.0, 1.0)[..., None]
     between += POINT_EDGE_COST * _is_point(candidates[ends[:, 0]][:, :, None], heads)
-    clear = _clearest(mesh.n_vertices, ends, between + costs[ends[:, 0], :, None] + costs[ends[:, 1], None, :])
-    forest = spanning_forest(mesh.n_vertices, ends[clear])
+    chosen = _most_distinct_forest(
+        mesh.n_vertices, ends, between + costs[ends[:, 0], :, None] + costs[ends[:, 1], None, :]
+    )
+    forest = spanning_forest(mesh.n_vertices, ends[chosen])
 
     total, best = costs.copy(), np.zeros((mesh.n_vertices, 4), dtype=np.int64)  # for each candidate of the parent
     for level in forest.levels[::-1]:
-        forwards = ends[clear[level.edges], 0] == level.parents
-        pairs = between[clear[level.edges]]
+        forwards = ends[chosen[level.edges], 0] == level.parents
+        pairs = between[chosen[level.edges]]
         pairs = np.where(forwards[:, None, None], pairs, pairs.swapaxes(1, 2)) + total[level.children][:, None, :]
         best[level.children] = pairs.argmin(axis=2)
         np.add.at(total, level.parents, pairs.min(axis=2))
@@ -100,8 +102,8 @@ def _consistent(mesh: Mesh, candidates: FloatArray, costs: FloatArray, edges: In
     sign = np.ones((mesh.n_vertices, 4))
     for level in forest.levels:
         choice[level.children] = np.take_along_axis(best[level.children], choice[level.parents], axis=1)
-        tails, heads = ends[clear[level.edges]].T
-        product = products[clear[level.edges][:, None], choice[tails], choice[heads]]
+        tails, heads = ends[chosen[level.edges]].T
+        product = products[chosen[level.edges][:, None], choice[tails], choice[heads]]
         sign[level.children] = sign[level.parents] * np.where(product < 0, -1.0, 1.0)
     s = np.take_along_axis(candidates, choice[..., None], axis=1) * sign[..., None]
 
@@ -122,10 +124,11 @@ def _outwards(mesh: Mesh, s: FloatArray, edges: IntArray) -> FloatArray:
     return np.asarray(s * np.where(outside < 0, -1.0, 1.0)[parts, None])
 
 
-def _clearest(n_vertices: int, ends: IntArray, pairs: FloatArray) -> IntArray:
-    """The edges of a spanning forest that tell best which candidates of their ends (E, 2) belong together.
+def _most_distinct_forest(n_vertices: int, ends: IntArray, pairs: FloatArray) -> IntArray:
+    """The edges of the spanning forest whose costs best distinguish which candidates of their ends (E, 2) belong
+    together.
 
-    pairs (E, 4, 4): costs. An edge tells nothing where one candidate goes with two of the other end, as across the
+    pairs (E, 4, 4): costs. An edge decides nothing where one candidate fits two of the other end, as across the
     edges of a prism: then the second least cost in a row or a column is no more than the least.
     """
     second = np.minimum(np.sort(pairs, axis=1)[:, 1].min(axis=1), np.sort(pairs, axis=2)[:, :, 1].min(axis=1))
@@ -155,7 +158,7 @@ def _turned_over(mesh: Mesh, s: FloatArray, edges: IntArray) -> FloatArray:
     return np.where(along * outside < 0, (areas / areas.sum())[edges, None], 0.0)
 
 
-def _completed(mesh: Mesh, s: FloatArray, known: BoolArray) -> FloatArray:
+def _with_unknown_vertices(mesh: Mesh, s: FloatArray, known: BoolArray) -> FloatArray:
     """The unknown vertices, each where the lines of its edges meet, or as near to its normal as they say.
 
     Line e is where the component of s across the edge is the foot: minimise the squares of the differences.

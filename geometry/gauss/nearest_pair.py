@@ -1,4 +1,4 @@
-"""A mesh M and a Gauss image S together: what is parallel but for the last digits becomes exactly so."""
+"""M and S moved together until they are exactly planar and parallel, as meshes that lost their last digits need it."""
 
 from __future__ import annotations
 
@@ -36,14 +36,16 @@ MAX_PAIR_STEPS = 12
 
 
 def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: float = np.inf) -> Pair:
-    """Planar meshes M and S, parallel to rounding, near to two given ones: those that were a pair with all digits.
+    """The pair of planar meshes M and S, parallel to rounding, nearest to two meshes that were a pair before they were
+    rounded.
 
     The squared moves of the vertices of M, over its mean edge length, and of those of S, over the mean distance of its
     vertices from the origin, have a small sum. Both move together, because a mesh
-    made planar alone may be parallel to no mesh near S: P(M) often has more dimensions than a mesh nearby has. Meshes
-    that are exact stay the same objects. How far others moved says `Pair.moves_from`.
+    made planar alone may be parallel to no mesh near S: P(M) often has more dimensions than that of a mesh nearby.
+    Exact meshes are returned as the same objects. `Pair.moves_from` gives the moves of others.
 
-    tolerance: how far a vertex of S may move, in radii of the unit sphere, and one of M in its mean edge lengths.
+    tolerance: the largest move of a vertex of S, in radii of the unit sphere, and of a vertex of M, in mean edge
+    lengths.
 
     Raises MeshError where the faces differ, an edge of M has no length or S no size; ConvergenceError, naming the
     worst edge, where no such pair is found near the given meshes; and ParallelityError, naming the vertex, where one
@@ -71,10 +73,10 @@ def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: f
 
 
 def nearest_planar_mesh(mesh: MeshLike, *, tolerance: float = np.inf) -> Mesh:
-    """The planar mesh near to one that lost its last digits, itself if it is exact: a mesh is parallel to itself.
+    """The planar mesh nearest to one that was rounded; the mesh itself if it is exact.
 
-    Unlike `planarise` it keeps distances from the origin as well as these digits say them. tolerance: as in
-    `nearest_parallel_pair`, which says too what is raised.
+    Unlike `planarise`, it changes distances from the origin by no more than rounding. tolerance, and what is raised: as
+    in `nearest_parallel_pair`, of the mesh with itself.
 
     >>> from geometry.mesh.shapes import dome
     >>> rounded = dome(8, 3).with_vertices(dome(8, 3).vertices.round(5))

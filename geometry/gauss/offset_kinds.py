@@ -1,7 +1,7 @@
 """Which exact offsets a mesh has, and the pair with an exact Gauss image to build it with.
 
-Almost no mesh has any, and to find that out by looking for S takes longer than the approximate S does. So
-what holds in the neighbourhood of each vertex or along a tree is asked first, at the cost of a glance.
+Almost no mesh has any, and searching for an exact S takes longer than computing the approximate one. Necessary
+conditions around each vertex, or along a tree of edges, are therefore checked first; they cost little.
 """
 
 from __future__ import annotations
@@ -54,13 +54,13 @@ normals."""
 
 
 def best_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -> tuple[str, Pair] | None:
-    """The kind of exact offset, "edge", "vertex" or "face", with which the mesh is best built, and that pair; None of
-    none.
+    """The kind of exact offset, "edge", "vertex" or "face", with which the mesh is best built, and that pair; None
+    where it has no exact offset.
 
-    Edge before all, as its beams have one height; of the others the one whose beam heights spread less. Distances
-    are 1 to within `tolerance`, beams point to the outside of their faces, their heights are of the order of the
-    nominal one, and axes are near the normals: an exact S without all that is passed over. Meshes of triangles too:
-    those inscribed in a sphere, or whose edges or faces touch one, have their own scaled copies.
+    An edge offset comes first, as its beams have one height; of the others, the one with the smaller spread of beam
+    heights. Distances are 1 to within `tolerance`, beams point to the outside of their faces, their heights are of the
+    order of the nominal one, and axes are near the normals: an exact S that violates one of these is rejected. Meshes
+    of triangles too: those inscribed in a sphere, or whose edges or faces touch one, have their own scaled copies.
 
     Raises GeometryError where a face is not planar or the tolerance is not positive, MeshError for an edge without
     length.
@@ -79,7 +79,7 @@ def best_offset_pair(mesh: MeshLike, *, tolerance: float = DISTANCE_TOLERANCE) -
 
 
 def offset_deviations(mesh: MeshLike) -> dict[str, float]:
-    """How far the vertices, edges and faces of the nearest S of each kind are from distance 1 at worst, by "vertex",
+    """How far the vertices, edges and faces of the nearest S of each kind are from distance 1 at most, by "vertex",
     "edge" and "face": rounding for an offset that the mesh has; infinite where no S is near.
 
     Faces may have any number of corners: triangles are always circular, and have a vertex offset hardly ever;
@@ -102,14 +102,14 @@ def _exact(mesh: Mesh, kind: str, tolerance: float) -> Pair | None:
     if pair is None or not deviation <= tolerance:
         return None
     heights, faces = pair.edge_distances, pair.face_distances
-    sound = (
+    is_buildable = (
         pair.gauss_image.mean_edge_length > ONE_POINT_SIZE
         and heights.min() >= LEAST_BEAM_HEIGHT
         and heights.max() <= LARGEST_BEAM_HEIGHT
         and faces.min() >= LEAST_FACE_DISTANCE * heights.min()
         and np.nanmedian(pair.leans) <= LARGEST_MEDIAN_LEAN
     )
-    return pair if sound else None
+    return pair if is_buildable else None
 
 
 def _nearest(mesh: Mesh, kind: str, bound: float, tolerance: float) -> tuple[Pair | None, float]:
@@ -124,17 +124,18 @@ def _nearest(mesh: Mesh, kind: str, bound: float, tolerance: float) -> tuple[Pai
         return None, np.inf
     try:
         found, deviations = nearest(mesh, tolerance)
-    except (ConvergenceError, RankError):  # P(M) is ill-conditioned: nothing exact can be told of it
+    except (ConvergenceError, RankError):  # P(M) is ill-conditioned: no exact S can be computed
         return None, np.inf
     return found, float(deviations.max())
 
 
 def _off_circles(mesh: Mesh) -> FloatArray:
     """(F,) angle in radians by which no polygon with the edge directions of a face has a circumcircle; or (E,) by how
-    much edges are off their directions where vertices on the unit sphere are carried along a tree.
+    much edges are off their directions where vertices on the unit sphere are computed along a tree.
 
-    A chord reflects one of its ends to the other: around a face with evenly many corners, every second one of its
-    exterior angles make a multiple of pi in sum. Oddly many always close, so that nothing less than the whole says it.
+    A chord reflects one of its ends to the other: around a face with an even number of corners, the sum of
+    every second exterior angle is a multiple of pi. A face with an odd number of corners always closes, so that only
+    the whole mesh decides.
     """
     c = mesh.combinatorics
     if (c.face_sizes % 2 == 1).any():

@@ -35,8 +35,8 @@ class Pair:
 
     mesh: M, of any size, whose edges have a length; gauss_image: S, of unit size, about the origin. S may be exact or
     not, and edges of S may have no length or run against those of M. Distances are those of S from the origin, in the
-    directions of M: of what kind S is exact they say themselves, all 1 for an offset of that kind [Pottmann2007,
-    Prop. 2]. Two meshes that lost their last digits become a pair by `nearest_parallel_pair`.
+    directions of M: where all edges, faces or vertices have distance 1, M has an exact offset of that kind
+    [Pottmann2007, Prop. 2]. `nearest_parallel_pair` makes a pair of two meshes that lost their last digits.
 
     Raises MeshError where the faces differ or an edge of M has no length, and ParallelityError, naming the worst edge,
     where M and S are not parallel.
@@ -73,7 +73,8 @@ class Pair:
 
     @cached_property
     def edge_feet(self) -> FloatArray:
-        """(E, 3) the nearest points to the origin of the edge lines of S: where they touch the sphere, if they do."""
+        """(E, 3) the nearest points to the origin of the edge lines of S: the points of tangency, where the lines touch
+        the sphere."""
         return floats(edge_feet(self.gauss_image, self.mesh.edge_directions))
 
     @cached_property
@@ -141,7 +142,7 @@ class Pair:
         return self.mesh + self.gauss_image * distance
 
     def translated(self, vector: Any) -> Pair:
-        """M moved by a vector (3,); S, which stands about the origin, stays."""
+        """M moved by a vector (3,); S, which lies about the origin, does not move."""
         return Pair(self.mesh.translated(vector), self.gauss_image)
 
     def tilted(self, vector: Any) -> Pair:
@@ -149,7 +150,7 @@ class Pair:
         return Pair(self.mesh, self.gauss_image.translated(vector))
 
     def reversed(self) -> Pair:
-        """The faces of both from their other side; S stays where it is."""
+        """The faces of both reversed; vertices do not move."""
         return Pair(self.mesh.reversed(), self.gauss_image.reversed())
 
     def part(self, faces: IntArray) -> Pair:
@@ -166,8 +167,8 @@ class Pair:
         The edges, the faces or the vertices of S have distance 1 from the origin up to `tolerance`. For other S
         give a larger one: M' and S' are parallel and planar all the same, but the distances change.
         M + d S goes to M' + d (c S' + u), with u and c the last column of A.
-        Where the matrix has a negative determinant, the faces of both meshes are turned over, for their outside is
-        where S' points; their edges are numbered anew then.
+        Where the matrix has a negative determinant, the faces of both meshes are turned over, so that S' points
+        outwards; their edges are then renumbered.
 
         Raises GeometryError where S is of no kind, naming the worst element of the nearest; and where a vertex of S'
         goes to infinity or through it, naming the vertex. Raises as `Pair` does where rounding leaves M' and S' not

@@ -1,9 +1,9 @@
-"""The mesh that rounding hides: next to the given one, with more meshes parallel to it, and its Gauss image.
+"""The mesh before it was rounded to the digits of a file, with more meshes parallel to it, and its Gauss image.
 
 Where conditions of P(M) depend on each other, as around a torus, on an ellipsoid or between boxes, P(M) is larger than
-that of almost any mesh next to M. A file with seven digits holds one of those, and made planar it has lost that freedom
-for good: the digits that are missing decide which S is left. So conditions that nearly depend on each other are first
-kept only as well as the file says them, and then M and S are moved together, by as little, to be exactly parallel.
+that of almost any mesh next to M. A file with seven digits holds such a mesh, and planarising does not restore that
+freedom: the missing digits would decide about S. So conditions that nearly depend on each other are first met only to
+the accuracy of the file, and then M and S are moved together, by as little, until they are exactly parallel.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def rounded_mesh_pair(
     rounds: int = 1,
     normals: FloatArray | None = None,
 ) -> Pair:
-    """`approximate_pair` of M itself, unless rounding decides about S: then of a mesh next to M which lets S be better.
+    """`approximate_pair` of M itself, unless rounding decides about S: then of a nearby mesh which allows a better S.
 
     moved: how far a vertex moved at most where faces were made planar, in the unit of M. Where that is rounding, up to
     `LARGEST_FILE_ROUNDING` of an edge, M may move as far again, up to `LARGEST_MOVE_RATIO`. Raises as
@@ -79,9 +79,9 @@ def rounded_mesh_pair(
     """
     mesh = as_mesh(mesh)
     weights: dict[str, Any] = {"faces": faces, "edges": edges, "vertices": vertices, "fairness": fairness}
-    as_it_is, error = None, None
+    direct, error = None, None
     try:
-        as_it_is = approximate_pair(mesh, rounds=rounds, normals=normals, **weights)
+        direct = approximate_pair(mesh, rounds=rounds, normals=normals, **weights)
     except (RankError, ConvergenceError) as failure:
         error = failure
     rounding = moved / mesh.mean_edge_length
@@ -89,14 +89,14 @@ def rounded_mesh_pair(
         softly = partial(_softly_parallel, rounding=rounding)
         found = softly(mesh, *first_objective(mesh, normals=normals, **weights))
         found = approach_unit_distances(mesh, found, rounds=rounds - 1, solve=softly, **weights)
-        is_same = as_it_is is not None and _is_same(found, as_it_is.gauss_image, rounding)
+        is_same = direct is not None and _is_same(found, direct.gauss_image, rounding)
         pair = None if is_same else _made_exact(mesh, found, rounding)
         if pair is not None:
             return pair
-    if as_it_is is None:
+    if direct is None:
         assert error is not None
         raise error
-    return as_it_is
+    return direct
 
 
 def _is_same(found: Mesh, gauss_image: Mesh, rounding: float) -> bool:
@@ -122,11 +122,11 @@ def _softly_parallel(
     unknowns = FaceUnknowns(mesh)
     H, g = unknowns.objective(H, g)
     A, origin = unknowns.constraints, np.zeros(3 * mesh.n_vertices) if start is None else start
-    left = apply(unknowns.open_constraints, origin)
+    residual = apply(unknowns.open_constraints, origin)
     penalty = SOFT_CONDITION_PENALTY / max(rounding, FINEST_ROUNDING) ** 2 * float(H.diagonal().mean())
     factor = factorise(csr_array(H + penalty * (A.T @ A)))
-    multipliers = penalty * left
+    multipliers = penalty * residual
     for _ in range(MULTIPLIER_ROUNDS):
         x = factor.solve(g - np.asarray(multipliers @ A))
-        multipliers = multipliers + penalty * (apply(A, x) + left)
+        multipliers = multipliers + penalty * (apply(A, x) + residual)
     return mesh.with_vertices((origin + apply(unknowns.matrix, x)).reshape(-1, 3))

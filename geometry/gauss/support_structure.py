@@ -57,7 +57,7 @@ class SupportStructure:
 
     @cached_property
     def _transverse(self) -> FloatArray:
-        """(E, 2, 3) what is left of s_i and s_j when their component along the edge is taken off."""
+        """(E, 2, 3) the components of s_i and s_j perpendicular to the edge."""
         ends, t = self.gauss_image.vertices[self.mesh.combinatorics.edges], self.mesh.edge_directions
         return floats(perpendicular_part(ends, t[:, None]))
 

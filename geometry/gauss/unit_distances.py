@@ -1,4 +1,4 @@
-"""From one parallel mesh to a better one: quadratic problems in P(M), and distances that are made equal to 1."""
+"""Meshes parallel to M that minimise a quadratic function, and whose distances from the origin approach 1."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from geometry.gauss.distances import edge_feet
 from geometry.mesh import Mesh
 from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatrix, normal_equations
 from geometry.parallel.face_unknowns import FaceUnknowns
-from geometry.parallel.optimality import optimum
+from geometry.parallel.optimality import optimal_mesh
 
 __all__ = [
     "GAUSS_IMAGE_PARALLELITY",
@@ -65,11 +65,11 @@ ZERO_DISTANCE_DEVIATION = 1e-15
 def least_squares_parallel(mesh: Mesh, H: SparseMatrix, g: FloatArray, *, start: FloatArray | None = None) -> Mesh:
     """The mesh S parallel to M, or start (3N,) plus one, that minimises x H x / 2 - g x; x is S, or S minus start.
 
-    Raises as `optimum` does: where rounding decides about S, and where S is not parallel to M or no minimum.
+    Raises as `optimal_mesh` does: where rounding decides about S, and where S is not parallel to M or no minimum.
     """
     unknowns = FaceUnknowns(mesh)
     H, g = unknowns.objective(H, g)
-    return optimum(
+    return optimal_mesh(
         unknowns,
         ConstrainedQuadratic(H, unknowns.constraints),
         g,
@@ -94,12 +94,12 @@ def approach_unit_distances(
 ) -> Mesh:
     """Lower the sum of weight (distance - 1)^2 over the faces, edges and vertices of S, plus fairness f_Laplacian.
 
-    gauss_image: parallel to M; so is the result. Levenberg-Marquardt in P(M): each round takes the directions from the
-    origin to vertices and edges as they are, which makes distances linear, and adds a weight on how far
-    vertices move, so that those that the distances leave free stay. That weight falls as rounds gain, and rises where
-    one does not, which then changes nothing. Stops after `rounds`, each one solve; where all distances are 1;
-    and where a round gains less than the part `least_gain` of what is left. solve: what finds S in each round, with the
-    arguments of `least_squares_parallel`, which it is if left out. Raises as that does.
+    gauss_image: parallel to M; so is the result. Levenberg-Marquardt in P(M): each round fixes the directions from the
+    origin to vertices and edges, which makes distances linear, and adds a weight on the moves of vertices, so that
+    vertices which the distances leave free do not move. The weight decreases after a round that reduces the sum; after
+    one that does not, it increases and the round is discarded. Stops after `rounds`, each one solve; where all
+    distances are 1; and where a round reduces the sum by less than the share `least_gain`. solve: computes S in each
+    round, with the arguments of `least_squares_parallel`, which is the default. Raises as that does.
     """
     weights = faces, edges, vertices, fairness
     heaviest = sum(weights)
@@ -108,13 +108,13 @@ def approach_unit_distances(
     for _ in range(rounds):
         if value <= ZERO_DISTANCE_DEVIATION**2 * heaviest * mesh.n_vertices or damping > LARGEST_DAMPING:
             break
-        tried = _moved(mesh, gauss_image, weights, damping * heaviest, solve or least_squares_parallel)
-        reached = _value(mesh, tried, weights)
+        candidate = _moved(mesh, gauss_image, weights, damping * heaviest, solve or least_squares_parallel)
+        reached = _value(mesh, candidate, weights)
         if not reached < value:
             damping *= 10
             continue
         enough = reached < (1 - least_gain) * value
-        gauss_image, value = tried, reached
+        gauss_image, value = candidate, reached
         damping = max(damping / 10, LEAST_DAMPING)
         if not enough:
             break
@@ -124,10 +124,10 @@ def approach_unit_distances(
 def attracted_to_normals(
     mesh: Mesh, gauss_image: Mesh, *, faces: float = 0.0, edges: float = 0.0, vertices: float = 0.0
 ) -> Mesh:
-    """S near to the vertex normals of M where its distances leave that free, as they do not where they are 1.
+    """S near to the vertex normals of M, as far as its distances leave it free.
 
-    So what is free is decided by M, not by the rounding of the S before. The normals pull distances off 1 by about
-    their weight, which `approach_unit_distances` puts right.
+    So M decides what is free, not the rounding of the S before. The normals change distances by about their weight,
+    which `approach_unit_distances` corrects.
     """
     for _ in range(ATTRACTION_ROUNDS):
         terms = _terms(mesh, gauss_image, (faces, edges, vertices, 0.0))
@@ -167,7 +167,7 @@ def _moved(
     mesh: Mesh, gauss_image: Mesh, weights: tuple[float, ...], damping: float, solve: Callable[..., Mesh]
 ) -> Mesh:
     x = gauss_image.vertices.ravel()
-    still = LinearFunctional(csr_array(eye_array(len(x))), np.zeros(len(x)))
+    no_move = LinearFunctional(csr_array(eye_array(len(x))), np.zeros(len(x)))
     moves = [(w, LinearFunctional(term.matrix, -term.residual(x))) for w, term in _terms(mesh, gauss_image, weights)]
-    H, g = normal_equations([*moves, (damping, still)])
+    H, g = normal_equations([*moves, (damping, no_move)])
     return solve(mesh, H, g, start=x)

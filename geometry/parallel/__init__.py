@@ -1,4 +1,4 @@
-"""The meshes parallel to a mesh [Pottmann2007, 2]: the space P(M), what is minimised in it, samples of it."""
+"""The meshes parallel to a mesh [Pottmann2007, 2]: the space P(M), its elements, and minimising over it."""
 
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.space import ParallelSpace

@@ -1,4 +1,4 @@
-"""What can be asked of a mesh in P(M): something to minimise, fixed vertices, bounds on edge factors."""
+"""The objective, the fixed vertices and the bounds of edge factors of a problem in P(M)."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from geometry.functionals import coordinates
 from geometry.mesh import Mesh
 from geometry.optimise import LinearFunctional, SparseMatrix, normal_equations
 
-__all__ = ["FactorBounds", "Fixed", "Objective"]
+__all__ = ["FactorBounds", "FixedVertices", "Objective"]
 
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """x H x / 2 - g x of all coordinates x (3N,)."""
+    """x H x / 2 - g x, with all coordinates x (3N,)."""
 
     H: SparseMatrix
     g: FloatArray
 
     @classmethod
     def of(cls, mesh: Mesh, quadratic: Iterable[tuple[float, LinearFunctional]], linear: Any) -> Objective:
-        """Half the sum of weight |r(x)|^2 over the terms and of linear . x; linear (3N,) or (N, 3), or None."""
+        """Half of the sum of weight |r(x)|^2 over the terms plus linear . x; linear (3N,) or (N, 3), or None."""
         n = 3 * mesh.n_vertices
         terms = _weighted_terms(quadratic)
         for place, (weight, term) in enumerate(terms):
@@ -35,7 +35,7 @@ class Objective:
         if any(weight > 0 for weight, _ in terms):
             H, g = normal_equations(terms)
         elif linear is None:
-            raise GeometryError("nothing is to be minimised: give a quadratic of positive weight, or something linear")
+            raise GeometryError("there is no objective: give a quadratic term of positive weight, or a linear one")
         else:
             H, g = csr_array((n, n), dtype=np.float64), np.zeros(n)
         return cls(H, g if linear is None else g - _gradient(linear, mesh) / 2)
@@ -61,7 +61,7 @@ def _weighted_terms(quadratic: Any) -> list[tuple[float, LinearFunctional]]:
 def _check_term(place: int, weight: float, term: LinearFunctional, n: int) -> None:
     if not (np.isfinite(weight) and weight >= 0):
         raise GeometryError(
-            f"quadratic {place} has the weight {weight}: weights are numbers from 0 upwards",
+            f"quadratic term {place} has the weight {weight}: weights are numbers from 0 upwards",
             elements=[place],
             value=weight,
             bound=0.0,
@@ -69,38 +69,38 @@ def _check_term(place: int, weight: float, term: LinearFunctional, n: int) -> No
     rows, columns = term.matrix.shape
     if columns != n or term.target.shape != (rows,):
         raise GeometryError(
-            f"quadratic {place} takes {columns} unknowns to {rows} residuals with {len(term.target)} targets, but the "
+            f"quadratic term {place} has {columns} unknowns, {rows} residuals and {len(term.target)} targets, but the "
             f"mesh has {n} coordinates",
             elements=[place],
             value=columns,
             bound=n,
         )
     if not (np.isfinite(term.target).all() and np.isfinite(term.matrix.data).all()):
-        raise GeometryError(f"quadratic {place} has numbers that are not finite", elements=[place])
+        raise GeometryError(f"quadratic term {place} has numbers that are not finite", elements=[place])
 
 
 def _gradient(linear: Any, mesh: Mesh) -> FloatArray:
     gradient = floats(linear)
     if gradient.shape not in ((3 * mesh.n_vertices,), (mesh.n_vertices, 3)):
         raise GeometryError(
-            f"the linear functional has shape {gradient.shape}, the mesh needs ({mesh.n_vertices}, 3) or "
+            f"the linear term has shape {gradient.shape}, the mesh needs ({mesh.n_vertices}, 3) or "
             f"({3 * mesh.n_vertices},)"
         )
     broken = np.flatnonzero(~np.isfinite(gradient.reshape(-1, 3)).all(axis=1))
     if len(broken):
-        raise GeometryError(f"the linear functional is not finite at vertex {broken[0]}", elements=broken.tolist())
+        raise GeometryError(f"the linear term is not finite at vertex {broken[0]}", elements=broken.tolist())
     return gradient.ravel()
 
 
 @dataclass(frozen=True, eq=False)
-class Fixed:
-    """vertices (k,) that have to be at positions (k, 3)."""
+class FixedVertices:
+    """The fixed vertices (k,) and their positions (k, 3)."""
 
     vertices: IntArray
     positions: FloatArray
 
     @classmethod
-    def of(cls, mesh: Mesh, fixed: Mapping[int, Any] | None) -> Fixed:
+    def of(cls, mesh: Mesh, fixed: Mapping[int, Any] | None) -> FixedVertices:
         """Raises GeometryError, naming the vertex, where it does not exist or its position is not three numbers."""
         fixed = {} if fixed is None else fixed
         if not isinstance(fixed, Mapping):
@@ -110,29 +110,29 @@ class Fixed:
             )
         for vertex, position in fixed.items():
             if not isinstance(vertex, (int, np.integer)):
-                raise GeometryError(f"vertex {vertex} is to be fixed: the number of a vertex is needed, an integer")
+                raise GeometryError(f"fixed names vertex {vertex}: the number of a vertex is an integer")
             if not 0 <= vertex < mesh.n_vertices:
                 raise GeometryError(
-                    f"vertex {vertex} is to be fixed, but there are {mesh.n_vertices} vertices",
+                    f"fixed names vertex {vertex}, but there are {mesh.n_vertices} vertices",
                     elements=[vertex],
                     value=vertex,
                     bound=mesh.n_vertices - 1,
                 )
             if np.shape(position) != (3,) or not np.isfinite(position).all():
                 raise GeometryError(
-                    f"vertex {vertex} is to be fixed at {position}: that takes three finite numbers",
+                    f"fixed has {position} for vertex {vertex}: a position is three finite numbers",
                     elements=[vertex],
                 )
         return cls(integers(list(fixed)), floats(np.array(list(fixed.values()), dtype=np.float64).reshape(-1, 3)))
 
     def rows(self, n_vertices: int) -> SparseMatrix:
-        """(3k, 3N)"""
+        """(3k, 3N) the coordinates of the fixed vertices from those of all vertices."""
         columns = coordinates(self.vertices).ravel()
         places = (np.arange(len(columns)), columns)
         return csr_array(coo_array((np.ones(len(columns)), places), shape=(len(columns), 3 * n_vertices)))
 
     def distances(self, positions: FloatArray) -> FloatArray:
-        """(k,) of vertices (N, 3) from where they have to be."""
+        """(k,) distances of the fixed vertices from their positions, for vertices at positions (N, 3)."""
         return np.asarray(np.linalg.norm(positions[self.vertices] - self.positions, axis=1))
 
 
@@ -145,9 +145,9 @@ class FactorBounds:
 
     @classmethod
     def of(cls, mesh: Mesh, bounds: tuple[Any, Any]) -> FactorBounds:
-        """From two numbers or arrays (E,), which may be infinite. Raises GeometryError, naming an edge without room."""
+        """From two numbers or arrays (E,), which may be infinite. Raises GeometryError where no factor is possible."""
         if not isinstance(bounds, (tuple, list)) or len(bounds) != 2:
-            raise GeometryError(f"the bounds are {bounds}: two are needed, the lower and the upper one")
+            raise GeometryError(f"the bounds are {bounds}: a lower and an upper one are needed")
         lower, upper = (floats(bound) for bound in bounds)
         for name, values in (("lower", lower), ("upper", upper)):
             if values.shape not in ((), (mesh.n_edges,)):
@@ -159,8 +159,8 @@ class FactorBounds:
         if len(wrong):
             edge = int(wrong[0])
             raise GeometryError(
-                f"{mesh.combinatorics.edge_name(edge)} is to have a factor from {lower[edge]} to {upper[edge]}: "
-                "there is no such number",
+                f"the bounds of the factor of {mesh.combinatorics.edge_name(edge)} are {lower[edge]} and "
+                f"{upper[edge]}: no number is between them",
                 elements=wrong.tolist(),
                 value=float(lower[edge]),
                 bound=float(upper[edge]),

@@ -1,4 +1,4 @@
-"""How parallel two meshes are, edge by edge; the factors between their edges; and what a mesh must be for that."""
+"""Parallelity and edge factors of two meshes, and checks of parallelity and planarity."""
 
 from __future__ import annotations
 
@@ -13,39 +13,52 @@ from geometry.mesh.place import cure_of_place
 __all__ = ["PLANARITY_TOLERANCE", "check_parallel", "check_planar", "edge_factors", "parallelity", "perpendicular_part"]
 
 PLANARITY_TOLERANCE = 1e-12
-"""How far a corner may be off its face's plane, over the mean edge length: what `planarise` reaches."""
+"""Largest distance of a corner from the plane of its face, over the mean edge length: `planarise` reaches it."""
 
 
 def parallelity(mesh: MeshLike, other: MeshLike) -> FloatArray:
-    """(E,) how far s_j - s_i is off the direction of m_j - m_i, in the unit of S = `other`; zero where parallel.
+    """(E,) length of the component of s_j - s_i perpendicular to m_j - m_i, where S is `other`; zero where parallel.
 
-    Raises MeshError where the meshes do not have the same faces, and for an edge of `mesh` without length.
+    In the unit of S. Raises MeshError where the meshes do not have the same faces, and for an edge of `mesh` without
+    length.
+
+    >>> from geometry.mesh import shapes
+    >>> M = shapes.grid(1, 1)
+    >>> S = M.with_vertices([(0, 0, 0), (0, 2, 0), (3, 0, 0), (3, 2, 0.1)])
+    >>> sorted(parallelity(M, S).tolist())
+    [0.0, 0.0, 0.1, 0.1]
     """
     mesh = as_mesh(mesh)
     other = as_mesh(other)
-    _, across = _along_and_across(mesh, other)
-    return np.asarray(np.linalg.norm(across, axis=1))
+    _, perpendicular = _along_and_perpendicular(mesh, other)
+    return np.asarray(np.linalg.norm(perpendicular, axis=1))
 
 
 def edge_factors(mesh: MeshLike, other: MeshLike) -> FloatArray:
     """(E,) the factors lambda of s_j - s_i = lambda (m_j - m_i), by projection [Pottmann2007, (1)].
 
-    Negative where the correspondence of the edges reverses their orientation. Raises as `parallelity` does.
+    Negative where an edge of S runs opposite to that of M. Raises as `parallelity` does.
+
+    >>> from geometry.mesh import shapes
+    >>> M = shapes.grid(1, 1)
+    >>> S = M.with_vertices(M.vertices * [3, -2, 1])
+    >>> sorted(edge_factors(M, S).tolist())
+    [-2.0, -2.0, 3.0, 3.0]
     """
     mesh = as_mesh(mesh)
     other = as_mesh(other)
-    along, _ = _along_and_across(mesh, other)
+    along, _ = _along_and_perpendicular(mesh, other)
     return along / mesh.edge_lengths
 
 
 def perpendicular_part(vectors: FloatArray, directions: FloatArray) -> FloatArray:
-    """What is left of vectors (..., 3) when their components along unit directions (..., 3) are taken off."""
+    """The components of vectors (..., 3) perpendicular to unit directions (..., 3)."""
     along = np.einsum("...k,...k->...", vectors, directions)
     return np.asarray(vectors - along[..., None] * directions)
 
 
 def check_parallel(mesh: Mesh, other: Mesh, bound: float, *, what: str) -> None:
-    """Raise ParallelityError, naming the worst edge, where `parallelity` is above the bound; `what` the other is."""
+    """Raise ParallelityError, naming the worst edge, where `parallelity` is above the bound. what: name of `other`."""
     raise_worst(
         parallelity(mesh, other),
         "<=",
@@ -71,8 +84,8 @@ def check_planar(mesh: Mesh) -> None:
     )
 
 
-def _along_and_across(mesh: Mesh, other: Mesh) -> tuple[FloatArray, FloatArray]:
-    """(E,) and (E, 3): the edges of the other mesh, split by the edge directions of the mesh."""
+def _along_and_perpendicular(mesh: Mesh, other: Mesh) -> tuple[FloatArray, FloatArray]:
+    """(E,) and (E, 3): components of the edges of the other mesh along and perpendicular to those of the mesh."""
     if not mesh.combinatorics.same_as(other.combinatorics):
         raise MeshError("the two meshes do not have the same faces, so they cannot be parallel")
     directions = mesh.edge_directions

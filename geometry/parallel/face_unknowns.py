@@ -1,9 +1,9 @@
-"""Fewer unknowns for the meshes parallel to M: faces that share no vertex are unknowns as wholes.
+"""Fewer unknowns for the meshes parallel to M: the shapes of faces that share no vertex.
 
-In a mesh parallel to M, a face with k corners has k + 1 free numbers, not 3 k: three of its place, and the lengths of
-k - 2 edges, as the other two close it. Whatever they are, its edges are parallel to those of M. So faces without common
-vertices, and the vertices that belong to none of them, have fewer unknowns and equations than all vertices have: on a
-mesh of quads half as many. A factor takes a third of the time then.
+In a mesh parallel to M, a face with k corners has k + 1 degrees of freedom, not 3 k: three of its position, and the
+lengths of k - 2 edges, since the other two close the face. For any values of these, its edges are parallel to those of
+M. So disjoint faces and the remaining vertices have fewer unknowns and equations than all vertices have: on a mesh of
+quads half as many, and a factor takes a third of the time.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from geometry.optimise import SparseMatrix, apply
 __all__ = ["FaceUnknowns"]
 
 LEAST_CORNER_SINE = 1e-3
-"""Largest sine between two edges of a face, below which it is no unknown: its lengths would lose digits."""
+"""Largest sine between two edges of a face, below which its vertices are separate unknowns: lengths lose digits."""
 
 MAX_UNKNOWN_CORNERS = 12
-"""Corners of a face, above which it is no unknown: its square of numbers would cost more than it saves."""
+"""Number of corners of a face above which its vertices are separate unknowns: k^2 numbers cost more than they save."""
 
 
 @dataclass(frozen=True, eq=False)
 class FaceUnknowns:
-    """The unknowns y (n,) of the meshes s = matrix y (3N,) whose edges are parallel to those of M around some faces.
+    """The unknowns y (n,) of meshes s = matrix y (3N,): edges around the disjoint faces are parallel to those of M.
 
     Columns of the matrix are orthonormal, so |y| = |s|, and y = matrix^T s of a mesh s in P(M). Raises MeshError for
     an edge of M without length.
@@ -41,7 +41,7 @@ class FaceUnknowns:
 
     @cached_property
     def matrix(self) -> SparseMatrix:
-        """(3N, n): all of P(M) is in its span. Columns of a face are its translations, then shapes about its mean."""
+        """(3N, n): its span contains P(M). Columns of a face are its translations, then its shapes about their mean."""
         n_vertices = self.mesh.n_vertices
         rows, columns, values, n = [], [], [], 0
         alone = np.ones(n_vertices, dtype=bool)
@@ -65,13 +65,13 @@ class FaceUnknowns:
 
     @cached_property
     def open_constraints(self) -> SparseMatrix:
-        """(m, 3N) A: the equations of parallelity, two an edge, that matrix y does not satisfy of itself."""
+        """(m, 3N) A: the equations of parallelity, two for each edge, that matrix y does not satisfy for every y."""
         rows = 2 * self.open_edges[:, None] + np.arange(2)
         return csr_array(parallel_to(self.mesh).matrix[rows.ravel()])
 
     @cached_property
     def open_edges(self) -> IntArray:
-        """(m / 2,) the edges of these equations: those around no face that is an unknown as a whole."""
+        """(m / 2,) the edges of these equations: those around none of the disjoint faces."""
         c = self.mesh.combinatorics
         closed = np.zeros(c.n_edges, dtype=bool)
         for corners, _ in self._shapes:
@@ -80,11 +80,11 @@ class FaceUnknowns:
 
     @cached_property
     def constraints(self) -> SparseMatrix:
-        """(m, n): the same of y."""
+        """(m, n): the same equations for y."""
         return csr_array(self.open_constraints @ self.matrix)
 
     def objective(self, H: SparseMatrix, g: FloatArray) -> tuple[SparseMatrix, FloatArray]:
-        """H (n, n) and g (n,) of x H x / 2 - g x, of H (3N, 3N) and g (3N,)."""
+        """H (n, n) and g (n,) of the objective x H x / 2 - g x in these unknowns, from H (3N, 3N) and g (3N,)."""
         return csr_array(self._transposed @ (H @ self.matrix)), self.of(g)
 
     def of(self, x: FloatArray) -> FloatArray:
@@ -97,7 +97,7 @@ class FaceUnknowns:
 
     @cached_property
     def _shapes(self) -> list[tuple[IntArray, FloatArray]]:
-        """For each number of corners k: the corners (n, k) of some faces, and how they move (n, k, 3, k - 2)."""
+        """For each number of corners k: the corners (n, k) of the disjoint faces, and their shapes (n, k, 3, k - 2)."""
         c, mesh = self.mesh.combinatorics, self.mesh
         chosen = disjoint_faces(c)
         found = []
@@ -122,8 +122,8 @@ def _crossing(directions: FloatArray, normals: FloatArray) -> FloatArray:
 def _shapes(directions: FloatArray, crossing: FloatArray) -> FloatArray:
     """(n, k, 3, k - 2) orthonormal positions of the corners about their mean, for edges in these directions (n, k, 3).
 
-    Each edge but two gets the length 1, one at a time; the two that cross at the widest angle close the polygon, with
-    lengths of at most 1 therefore.
+    In each shape one edge has the length 1, and the two edges at the angle nearest to 90 degrees close the polygon, so
+    that their lengths are at most 1.
     """
     n, k, _ = directions.shape
     faces, shapes = np.arange(n)[:, None], np.arange(k - 2)

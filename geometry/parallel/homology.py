@@ -1,4 +1,4 @@
-"""Closed paths of edges that no faces fill: round holes, round and through handles."""
+"""Closed paths of edges that do not bound faces: around holes, around and through handles."""
 
 from __future__ import annotations
 
@@ -17,24 +17,25 @@ __all__ = ["independent_loops"]
 def independent_loops(combinatorics: Combinatorics) -> SparseMatrix:
     """(L, E): 1 where a loop runs along an edge, -1 where against it.
 
-    What sums to zero around each face and along these loops does so along every closed path, and none of the loops can
-    be spared: 1 - chi of them for a mesh in one piece with a boundary, 2 - chi for one without.
+    Edge values that sum to zero around each face and along these loops do so along every closed path, and the loops
+    are independent: a connected mesh with a boundary has 1 - chi of them, one without has 2 - chi.
 
-    By tree and cotree [EricksonWhittlesey2005]: a tree reaches all vertices; a second one, across edges that are not
-    in the first, all faces and what is outside the boundaries. Each edge left over closes one loop of the first tree.
+    By tree and cotree [EricksonWhittlesey2005]: a tree of edges reaches all vertices; a second tree, across edges that
+    are not in the first, reaches all faces and the outside of the boundaries. Each remaining edge closes one loop of
+    the first tree.
     """
     c = combinatorics
-    if _n_loops(c) == 0:  # as of discs, which need no trees
+    if _n_loops(c) == 0:  # a disc needs no trees
         return csr_array((0, c.n_edges))
     parents, through = _parents(c.n_vertices, c.edges)
-    left_over = np.ones(c.n_edges, dtype=bool)
-    left_over[through[through >= 0]] = False
+    remaining = np.ones(c.n_edges, dtype=bool)
+    remaining[through[through >= 0]] = False
 
-    others = np.flatnonzero(left_over)
+    others = np.flatnonzero(remaining)
     faces = np.where(c.edge_faces[others] < 0, c.n_faces, c.edge_faces[others])
     _, across = _parents(c.n_faces + 1, faces)
-    left_over[others[across[across >= 0]]] = False
-    return _closed_in_tree(c, np.flatnonzero(left_over), parents, through)
+    remaining[others[across[across >= 0]]] = False
+    return _closed_in_tree(c, np.flatnonzero(remaining), parents, through)
 
 
 def _n_loops(c: Combinatorics) -> int:
@@ -46,7 +47,7 @@ def _n_loops(c: Combinatorics) -> int:
 
 
 def _parents(n: int, pairs: IntArray) -> tuple[IntArray, IntArray]:
-    """For each of n nodes its parent in a spanning forest and the pair (m, 2) between them, -1 at the roots."""
+    """For each of n nodes its parent in a spanning forest and the index of the pair that links them, -1 at roots."""
     parents, through = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
     for level in spanning_forest(n, pairs).levels:
         parents[level.children] = level.parents
@@ -55,7 +56,7 @@ def _parents(n: int, pairs: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _closed_in_tree(c: Combinatorics, closing: IntArray, parents: IntArray, through: IntArray) -> SparseMatrix:
-    """Each closing edge, with the way through the tree from the root to its tail, and from its head back."""
+    """The loop of each closing edge: the path in the tree from the root to its tail, and from its head back."""
     n = len(closing)
     loops, edges, signs = [np.arange(n)], [closing], [np.ones(n)]
     for end, sign in ((0, 1.0), (1, -1.0)):
@@ -69,5 +70,5 @@ def _closed_in_tree(c: Combinatorics, closing: IntArray, parents: IntArray, thro
             vertices = parents[vertices]
     places = (np.concatenate(loops), np.concatenate(edges))
     matrix = csr_array(coo_array((np.concatenate(signs), places), shape=(n, c.n_edges)))
-    matrix.eliminate_zeros()  # what both ways share
+    matrix.eliminate_zeros()  # edges that both paths share
     return matrix

@@ -1,4 +1,4 @@
-"""The mesh in P(M) at which something quadratic or linear is least, under conditions."""
+"""Minimising a quadratic or linear objective over P(M), with fixed vertices and bounds of edge factors."""
 
 from __future__ import annotations
 
@@ -21,36 +21,37 @@ from geometry.optimise import (
     minimise_bounded,
     minimise_semidefinite,
 )
-from geometry.parallel.constraints import FactorBounds, Fixed, Objective
+from geometry.parallel.constraints import FactorBounds, FixedVertices, Objective
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
 from geometry.parallel.optimality import ROUNDING_MULTIPLE, Optimality, check_optimal, coarseness, rounding
 
-__all__ = ["ELEMENT_TOLERANCE", "SOLVER_TARGET_RATIO", "check_solved", "minimum", "restore_parallelity"]
+__all__ = ["ELEMENT_TOLERANCE", "SOLVER_TARGET_RATIO", "check_solved", "minimising_mesh", "restore_parallelity"]
 
 ELEMENT_TOLERANCE = 1e-12
-"""How far an edge of S may be off the direction of its edge of M, over the size of S."""
+"""Largest component of an edge of S perpendicular to its edge of M, over the size of S, for S in P(M)."""
 
 LEAST_IMAGE_SIZE = 1e-2
-"""Size of S over that of M, below which accuracy goes by that of M: where the edges of S vanish, only that has one."""
+"""Size of S over that of M, below which accuracy is relative to M, since all edges of S may vanish."""
 
 FACTOR_BOUND_TOLERANCE = 1e-9
-"""By how much an edge may be longer or shorter than the bounds of its factor allow, over the size of S."""
+"""Length by which an edge may be outside the bounds of its factor, over the size of S."""
 
 SOLVER_TARGET_RATIO = 0.1
-"""Violation asked of the solvers, over what is allowed."""
+"""Violation required of the solvers over the one allowed afterwards."""
 
 CONTRADICTION_RATIO = 1e-9
-"""Violation, over the size of M, of what is fixed and of what is found, above which it is a contradiction, and not
-rounding."""
+"""Violation over the size of M, of the fixed positions and of S, above which fixed vertices contradict each other."""
 
 FREE_MOVE_RATIO = 1e-6
 """Largest coordinate of a random move within what fixed vertices allow, over that of the move, below which nothing is
 free: what solvers leave is a thousandth of it."""
 
 
-def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: FactorBounds | None) -> Mesh:
-    """unknowns: of the mesh M. The minimum is found in them, and its vertices are where they take it."""
+def minimising_mesh(
+    unknowns: FaceUnknowns, objective: Objective, fixed: FixedVertices, bounds: FactorBounds | None
+) -> Mesh:
+    """The mesh in P(M) that minimises the objective; unknowns: those of the mesh M."""
     mesh, to_vertices = unknowns.mesh, unknowns.matrix
     A = csr_array(vstack([unknowns.constraints, fixed.rows(mesh.n_vertices) @ to_vertices]))
     b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), fixed.positions.ravel()])
@@ -58,13 +59,13 @@ def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: 
     noise = _noise(mesh)
     if bounds is None:
         solution = least = _determined(H, g, A, b, near=unknowns.of(mesh.vertices.ravel()), noise=noise)
-        rows, left = A, apply(A, least.x) - b
+        rows, residual = A, apply(A, least.x) - b
     else:
         factors = csr_array(bounds.rows(mesh) @ to_vertices)
         lower, upper = bounds.lower * mesh.edge_lengths, bounds.upper * mesh.edge_lengths
         least = _bounded(H, g, A, b, factors, lower, upper, size=max_norm(mesh.vertices), noise=noise)
         rows = csr_array(vstack([A, factors]))
-        left = np.concatenate([apply(A, least.x) - b, _from_bounds(least, apply(factors, least.x), lower, upper)])
+        residual = np.concatenate([apply(A, least.x) - b, _from_bounds(least, apply(factors, least.x), lower, upper)])
         solution = replace(restore_parallelity(least.x, A, b, noise=noise), reason=least.reason)
     found = mesh.with_vertices(apply(to_vertices, solution.x).reshape(-1, 3))
     if bounds is not None:
@@ -73,14 +74,14 @@ def minimum(unknowns: FaceUnknowns, objective: Objective, fixed: Fixed, bounds: 
         _check_fixed(mesh, found, fixed, solution)
         _check_free(unknowns, A, b, solution.x, fixed, noise)
     size = max(max_norm(found.vertices), max_norm(fixed.positions), LEAST_IMAGE_SIZE * max_norm(mesh.vertices))
-    optimality = Optimality.of(unknowns, H, g, rows, left, least, found)
+    optimality = Optimality.of(unknowns, H, g, rows, residual, least, found)
     check_solved(mesh, found, solution, size)
     check_optimal(unknowns, optimality, least, what="the minimum")
     return found
 
 
 def _noise(mesh: Mesh) -> float:
-    """What the rounding of M may leave of parallelity, over the size of S."""
+    """Largest parallelity that the rounding of M explains, over the size of S."""
     return ROUNDING_MULTIPLE * coarseness(mesh) / max_norm(mesh.vertices - mesh.vertices.mean(axis=0))
 
 
@@ -90,7 +91,7 @@ def _determined(
     """The minimiser, or the one nearest to M."""
     solution = minimise_semidefinite(H, g, A, b, near, accuracy=_accuracy(noise), noise=noise)
     if solution.reason is Reason.UNBOUNDED:
-        raise _without_end()
+        raise _unbounded_error()
     return solution
 
 
@@ -117,16 +118,16 @@ def _bounded(
             return replace(solution, multipliers=np.concatenate([solution.multipliers, np.zeros(len(lower))]))
     solution = minimise_bounded(H, g, A, b, rows, lower, upper, tolerance=_accuracy(noise) * size)
     if solution.reason is Reason.UNBOUNDED:
-        raise _without_end()
+        raise _unbounded_error()
     if solution.reason is Reason.INFEASIBLE:
         raise GeometryError(
-            "no mesh parallel to M has its fixed vertices where they are wanted and all edge factors within their "
+            "no mesh parallel to M has its fixed vertices at their positions and all edge factors within their "
             "bounds: free some vertices, or widen the bounds"
         )
     if solution.reason in (Reason.STALLED, Reason.STEP_LIMIT):
         raise ConvergenceError(
-            f"the least value within the bounds was not reached: after {solution.steps} steps the solver stopped since "
-            f"{solution.reason.value}; P(M) may be determined by rounding only: look at `spectrum`, or widen bounds",
+            f"the least value within the bounds was not reached: after {solution.steps} steps the solver stopped "
+            f"because {solution.reason.value}; P(M) may be determined by rounding only: look at `spectrum`, or widen bounds",
             solution=solution,
             value=solution.violation,
             bound=_accuracy(noise) * size,
@@ -135,49 +136,49 @@ def _bounded(
 
 
 def _from_bounds(solution: Solution, values: FloatArray, lower: FloatArray, upper: FloatArray) -> FloatArray:
-    """(k,) how far values (k,) are from the bounds that hold them, as the signs of their multipliers say.
+    """(k,) distances of values (k,) from their active bounds, which the signs of the multipliers show.
 
-    As far as the largest value where there is no such bound.
+    The largest value where there is no such bound.
     """
-    pushes = solution.multipliers[-len(values) :]
-    bounds = np.where(pushes > 0, upper, np.where(pushes < 0, lower, values))
+    active = solution.multipliers[-len(values) :]
+    bounds = np.where(active > 0, upper, np.where(active < 0, lower, values))
     return np.where(np.isfinite(bounds), values - bounds, max_norm(values))
 
 
 def restore_parallelity(y: FloatArray, A: SparseMatrix, b: FloatArray, *, noise: float = 0.0) -> Solution:
-    """What is left of A y = b goes by the shortest way. noise: see `minimise_semidefinite`."""
+    """The solution of A y = b nearest to the given y. noise: see `minimise_semidefinite`."""
     H = csr_array(eye_array(len(y)))
     return minimise_semidefinite(H, y, A, b, y, accuracy=_accuracy(noise), noise=noise)
 
 
 def _accuracy(noise: float) -> float:
-    """What is asked of the solvers, over the size of S."""
+    """Accuracy required of the solvers, over the size of S."""
     return min(ELEMENT_TOLERANCE, max(SOLVER_TARGET_RATIO * ELEMENT_TOLERANCE, noise))
 
 
 def _is_within(solution: Solution, rows: SparseMatrix, lower: FloatArray, upper: FloatArray) -> bool:
-    """Whether a minimiser without bounds keeps them: where they are signs it often does, and is found much sooner."""
+    """Whether a minimiser without bounds is within them. Where they are signs it often is, and it is found faster."""
     values = apply(rows, solution.x)
     return solution.reason is Reason.CONVERGED and bool(((lower <= values) & (values <= upper)).all())
 
 
-def _without_end() -> GeometryError:
+def _unbounded_error() -> GeometryError:
     return GeometryError(
-        "what is to be minimised has no least value: it falls without end as the mesh moves or grows within P(M); "
-        "add a quadratic that resists, fix vertices, or bound the edge factors from both sides"
+        "the objective has no least value: it decreases without bound as the mesh moves or grows within P(M); "
+        "add a quadratic term, fix vertices, or bound the edge factors from both sides"
     )
 
 
-def _check_fixed(mesh: Mesh, found: Mesh, fixed: Fixed, solution: Solution) -> None:
-    """Only where they contradict each other do fixed vertices, and with them edges, end up elsewhere."""
+def _check_fixed(mesh: Mesh, found: Mesh, fixed: FixedVertices, solution: Solution) -> None:
+    """Raise GeometryError where fixed vertices are off their positions, since these contradict each other."""
     distances = fixed.distances(found.vertices)
     bound = CONTRADICTION_RATIO * max(max_norm(mesh.vertices), max_norm(fixed.positions), max_norm(found.vertices))
     if solution.violation > bound:
         worst = fixed.vertices[np.argsort(-distances)]
         raise GeometryError(
-            "the fixed vertices contradict each other: no mesh parallel to M has all of them where they are wanted. At "
-            f"best, they or edges are missed by {solution.violation:.1e}, allowed {bound:.1e}; above all free or move "
-            f"vertex {worst[0]}",
+            "the fixed vertices contradict each other: no mesh parallel to M has all of them at their positions. "
+            f"They or edges are off by at least {solution.violation:.1e}, allowed {bound:.1e}; free or move vertex "
+            f"{worst[0]} first",
             elements=worst.tolist(),
             value=solution.violation,
             bound=bound,
@@ -185,11 +186,11 @@ def _check_fixed(mesh: Mesh, found: Mesh, fixed: Fixed, solution: Solution) -> N
 
 
 def _check_free(
-    unknowns: FaceUnknowns, A: SparseMatrix, b: FloatArray, x: FloatArray, fixed: Fixed, noise: float
+    unknowns: FaceUnknowns, A: SparseMatrix, b: FloatArray, x: FloatArray, fixed: FixedVertices, noise: float
 ) -> None:
-    """Raise GeometryError where x (n,) is the only solution of A x = b: whatever is minimised has no say then.
+    """Raise GeometryError where x (n,) is the only solution of A x = b, so that the objective has no effect.
 
-    Not looked for where there are more unknown edge lengths than equations.
+    Skipped where there are more unknown edge lengths than equations.
     """
     mesh, c = unknowns.mesh, unknowns.mesh.combinatorics
     n_parts = int(c.face_components.max()) + 1
@@ -202,7 +203,7 @@ def _check_free(
     if move < FREE_MOVE_RATIO:
         raise GeometryError(
             f"the {len(fixed.vertices)} fixed vertices leave nothing to be minimised: only one mesh parallel to M has "
-            "them where they are wanted; fix fewer, `free_dimension` counts what is left, or ask for `close_to` them",
+            "them at their positions; fix fewer, see `free_dimension`, or ask for `close_to` them instead",
             elements=fixed.vertices.tolist(),
             value=move,
             bound=FREE_MOVE_RATIO,
@@ -218,9 +219,9 @@ def _check_bounds(mesh: Mesh, found: Mesh, bounds: FactorBounds, solution: Solut
         "<=",
         bound,
         lambda edge, value: (
-            f"edge {edge} has the factor {factors[edge]}, which is to be from {bounds.lower[edge]} to "
-            f"{bounds.upper[edge]}: it is too long or short by {value:.1e}, allowed {bound:.1e}; the solver stopped "
-            f"since {solution.reason.value}: P(M) may be determined by rounding only, look at `spectrum`"
+            f"edge {edge} has the factor {factors[edge]}, its bounds are {bounds.lower[edge]} and {bounds.upper[edge]}"
+            f": its length is outside them by {value:.1e}, allowed {bound:.1e}; the solver stopped "
+            f"because {solution.reason.value}: P(M) may be determined by rounding only, look at `spectrum`"
         ),
         error=ConvergenceError,
         solution=solution,
@@ -231,15 +232,15 @@ def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> No
     """Raise ConvergenceError, naming the worst edge, where `found` is less parallel than ELEMENT_TOLERANCE x size."""
     bound = ELEMENT_TOLERANCE * size
 
-    def say(edge: int, value: float) -> str:
-        cure = "ask for some closeness beside fairness"
+    def message(edge: int, value: float) -> str:
+        cure = "add a term for closeness beside fairness"
         if ROUNDING_MULTIPLE * max_norm(rounding(mesh, found)) > bound:
             cure = (
                 f"faces of M are off their planes by {coarseness(mesh):.1e}, planarise the mesh further, at the origin"
             )
         return (
             f"{mesh.combinatorics.edge_name(edge)} is off the direction of its edge of M by {value:.1e}, allowed "
-            f"{bound:.1e}: the solver stopped since {solution.reason.value}; {cure}"
+            f"{bound:.1e}: the solver stopped because {solution.reason.value}; {cure}"
         )
 
-    raise_worst(parallelity(mesh, found), "<=", bound, say, error=ConvergenceError, solution=solution)
+    raise_worst(parallelity(mesh, found), "<=", bound, message, error=ConvergenceError, solution=solution)

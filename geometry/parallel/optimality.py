@@ -1,10 +1,10 @@
-"""Whether a mesh found in P(M) is the best one there, and whether M determines it.
+"""Checks that a mesh found in P(M) is the minimum and that M determines it.
 
-At the minimiser of x H x / 2 - g x under A x = 0 there are multipliers y with H x - g + A^T y = 0: that is checked, as
-parallelity is. The multipliers also tell how much the least value changes where A x is not quite zero: by y times that.
-So with r, what is left of A x, and what the rounding of M makes of it, |y| (|r| + rounding) is by how much
-rounding decides. It is large where conditions nearly depend on each other, as at edges between faces that are
-nearly in one plane: with y come singular values of about |A^T y| / |y|.
+At the minimiser of x H x / 2 - g x under A x = 0 there are multipliers y with H x - g + A^T y = 0. This is checked, as
+parallelity is. The multipliers also show how much the least value changes where A x = r is not exactly zero: by y . r.
+So |y| (|r| + rounding), with the effect of the rounding of M on A x, bounds the effect of rounding on the least value.
+It is large where equations nearly depend on each other, as at edges between faces that are nearly in one plane; the
+corresponding singular values are about |A^T y| / |y|.
 """
 
 from __future__ import annotations
@@ -20,41 +20,42 @@ from geometry.optimise import ConstrainedQuadratic, ConvergenceError, Solution, 
 from geometry.parallel.edge_parallelity import parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
 
-__all__ = ["ROUNDING_MULTIPLE", "Optimality", "check_optimal", "coarseness", "not_parallel", "optimum", "rounding"]
+__all__ = ["ROUNDING_MULTIPLE", "Optimality", "check_optimal", "coarseness", "not_parallel", "optimal_mesh", "rounding"]
 
 ROUNDING_MULTIPLE = 4.0
-"""How many times the rounding of M an edge may be off its direction: less asks for more than there is. Conditions that
-depend on each other in M itself contradict each other by its rounding, and S would give up freedom for them."""
+"""Deviation of an edge from its direction over the rounding of M, up to which it is accepted. Equations that depend on
+each other in exact arithmetic contradict each other by this rounding, and solving them exactly would distort S."""
 
 CAREFUL_ROUNDING_MULTIPLE = 10.0
-"""The same where conditions nearly depend on each other, of an S that has been found once."""
+"""The same multiple in the second attempt, where equations nearly depend on each other."""
 
 OPTIMUM_ACCURACY = 1e-13
-"""What is asked of the solver over the size of S; mostly it reaches 1e-15."""
+"""Accuracy required of the solver over the size of S; mostly it reaches 1e-15."""
 
 CAREFUL_OPTIMUM_ACCURACY = 1e-14
-"""The same where conditions nearly depend on each other, which amplifies what is left of them."""
+"""The same accuracy in the second attempt, where nearly dependent equations amplify residuals."""
 
 LARGEST_ROUNDING_EFFECT = 1e-5
-"""By how much rounding may decide: largest change of the least value by one equation, or of the gradient in one entry,
-over their sizes. Most meshes reach 1e-12. With it S is certain to some 1e-4, a hundredth of a millimetre in a beam."""
+"""Largest effect of rounding: change of the least value by one equation, or of one entry of the gradient, over their
+sizes. Most meshes reach 1e-12. At this limit S is certain to about 1e-4, a hundredth of a millimetre in a beam."""
 
 FAR_FROM_ORIGIN_RATIO = 100.0
-"""Distance of a mesh from the origin over its extent, from which on its coordinates are coarser than they need be."""
+"""Distance of a mesh from the origin over its extent, above which a message advises to move it to the origin."""
 
 SMALL_SINGULAR_VALUE = 1e-4
-"""Singular values below this take a solver its accuracy; others are no excuse."""
+"""Singular value below which nearly dependent equations, not the solver, explain a lack of accuracy."""
 
 MAX_NAMED_EDGES = 3
-"""Edges that a message names."""
+"""Largest number of edges that a message names."""
 
 
 @dataclass(frozen=True, eq=False)
 class Optimality:
-    """How well a solution meets the conditions of a minimum, in pure numbers: the size of M does not matter.
+    """How accurately a solution meets the conditions of a minimum, as ratios that do not depend on the size of M.
 
-    gradient: largest entry of H x - g + A^T y, over the size of its terms. changes (m,): of the least value, by what is
-    left of each equation and by the rounding of M, over the size of its terms. singular_value: of A, about.
+    gradient: largest entry of H x - g + A^T y, over the size of its terms. changes (m,): effect of the residual of each
+    equation and of the rounding of M on the least value, over the size of its terms. singular_value: the approximate
+    singular value of A that belongs to y.
     """
 
     gradient: float
@@ -68,38 +69,38 @@ class Optimality:
         H: SparseMatrix,
         g: FloatArray,
         A: SparseMatrix,
-        left: FloatArray,
+        residual: FloatArray,
         solution: Solution,
         image: Mesh,
     ) -> Optimality:
-        """H (n, n), g (n,) in the unknowns of M; A (m, n): the open edges, then other equations; left (m,) of them.
+        """H (n, n), g (n,) in the unknowns of M; A (m, n): open edges, then other equations; residual (m,) of all.
 
         image: the mesh S of the solution.
         """
         size = max_norm(image.vertices) or 1.0
         scale = max(max_norm(g), float(H.diagonal().mean()) * size) or 1.0
         y = solution.multipliers
-        pull = np.asarray(y @ A)
+        multipliers_part = np.asarray(y @ A)
         noise = np.full(len(y), np.spacing(size))
         of_edges = np.repeat(rounding(unknowns.mesh, image)[unknowns.open_edges], 2)
         noise[: len(of_edges)] += of_edges
         return cls(
-            max_norm(apply(H, solution.x) - g + pull) / scale,
-            np.abs(y) * (np.abs(left) + noise) / (scale * size),
-            float(np.linalg.norm(pull) / (np.linalg.norm(y) or 1.0)),
+            max_norm(apply(H, solution.x) - g + multipliers_part) / scale,
+            np.abs(y) * (np.abs(residual) + noise) / (scale * size),
+            float(np.linalg.norm(multipliers_part) / (np.linalg.norm(y) or 1.0)),
         )
 
     @property
-    def decided(self) -> float:
-        """By how much rounding decides about the result."""
+    def rounding_effect(self) -> float:
+        """The largest effect of rounding on the least value."""
         return max_norm(self.changes)
 
     @property
     def is_met(self) -> bool:
-        return self.gradient <= LARGEST_ROUNDING_EFFECT and self.decided <= LARGEST_ROUNDING_EFFECT
+        return self.gradient <= LARGEST_ROUNDING_EFFECT and self.rounding_effect <= LARGEST_ROUNDING_EFFECT
 
 
-def optimum(
+def optimal_mesh(
     unknowns: FaceUnknowns,
     quadratic: ConstrainedQuadratic,
     g: FloatArray,
@@ -109,13 +110,14 @@ def optimum(
     bounds: tuple[float, float],
     what: str,
 ) -> Mesh:
-    """The mesh S parallel to M at which x H x / 2 - g x is least; S is origin (3N,) plus what x stands for.
+    """The mesh S parallel to M with the least x H x / 2 - g x; S is origin (3N,) plus the mesh of the unknowns x.
 
-    quadratic: H and the open edges, g (n,), in the unknowns of M. size: about that of S. bounds: S is parallel to M
-    within the first one, or what the rounding of M explains, and in any case within the second one.
+    quadratic: H and the equations of the open edges, and g (n,), in the unknowns of M. size: a typical size of S.
+    bounds: S is parallel to M within the first one, or within the rounding of M if that is larger, but always within
+    the second one. what: the name of S in messages.
 
-    Where conditions nearly depend on each other it is tried twice, the second time with care. Raises RankError, naming
-    edges and singular values, where rounding decides about S, and ConvergenceError where S is not parallel or no
+    Where equations nearly depend on each other there is a second attempt, with `careful`. Raises RankError, naming
+    edges and singular values, where rounding decides about S, and ConvergenceError where S is not parallel or not the
     minimum.
     """
     mesh, A = unknowns.mesh, quadratic.A
@@ -138,34 +140,32 @@ def optimum(
 
 
 def coarseness(mesh: Mesh) -> float:
-    """How far off its place a corner may be, as far as the mesh itself tells.
-
-    Faces are off their planes by as much, or coordinates are rounded by it.
-    """
+    """The uncertainty of the position of a corner: its rounding, or the largest deviation from a face plane."""
     return max(max_norm(mesh.plane_deviations), float(np.spacing(max_norm(mesh.vertices))))
 
 
 def rounding(mesh: Mesh, image: Mesh) -> FloatArray:
-    """(E,) how far the rounding of M may put edges of a mesh S = `image` off their directions."""
+    """(E,) deviations of the edges of a mesh S = `image` from their directions that the rounding of M explains."""
     return coarseness(mesh) / mesh.edge_lengths * image.edge_lengths
 
 
 def check_optimal(unknowns: FaceUnknowns, found: Optimality, solution: Solution, *, what: str) -> None:
-    """Raise RankError where rounding decides about `what`, and ConvergenceError where that is no minimum."""
-    if not found.decided <= LARGEST_ROUNDING_EFFECT:
+    """Raise RankError where rounding decides about `what`, and ConvergenceError where it is not the minimum."""
+    if not found.rounding_effect <= LARGEST_ROUNDING_EFFECT:
         edges = _worst_edges(unknowns, found.changes)
         raise RankError(
-            f"rounding decides about {what}: conditions of P(M) nearly depend on each other, with singular values of "
-            f"about {found.singular_value:.0e}{_at(unknowns.mesh, edges)}. Its least value is uncertain by "
-            f"{found.decided:.0e} of its size, allowed {LARGEST_ROUNDING_EFFECT:.0e}; {_cure(unknowns.mesh)}",
+            f"rounding decides about {what}: equations of P(M) nearly depend on each other, with singular values of "
+            f"about {found.singular_value:.0e}{_largest_at(unknowns.mesh, edges)}. Its least value is uncertain by "
+            f"{found.rounding_effect:.0e} of its size, allowed {LARGEST_ROUNDING_EFFECT:.0e}; {_cure(unknowns.mesh)}",
             elements=edges.tolist(),
-            value=found.decided,
+            value=found.rounding_effect,
             bound=LARGEST_ROUNDING_EFFECT,
         )
     if not found.gradient <= LARGEST_ROUNDING_EFFECT:
         raise ConvergenceError(
             f"{what} is not at its least value: {found.gradient:.0e} of the gradient is left, allowed "
-            f"{LARGEST_ROUNDING_EFFECT:.0e}; the solver stopped since {solution.reason.value}; {_cure(unknowns.mesh)}",
+            f"{LARGEST_ROUNDING_EFFECT:.0e}; the solver stopped because {solution.reason.value}; "
+            f"{_cure(unknowns.mesh)}",
             solution=solution,
             value=found.gradient,
             bound=LARGEST_ROUNDING_EFFECT,
@@ -175,22 +175,22 @@ def check_optimal(unknowns: FaceUnknowns, found: Optimality, solution: Solution,
 def not_parallel(
     unknowns: FaceUnknowns, found: Optimality, solution: Solution, image: Mesh, bound: float, *, what: str
 ) -> ConvergenceError:
-    """What is said where S = `image` is less parallel than `bound`."""
-    sideways = parallelity(unknowns.mesh, image)
-    edge = int(sideways.argmax())
-    reason = f"the solver stopped since {solution.reason.value}; planarise the mesh further"
+    """The error for an S = `image` that is less parallel than `bound`."""
+    deviations = parallelity(unknowns.mesh, image)
+    edge = int(deviations.argmax())
+    reason = f"the solver stopped because {solution.reason.value}; planarise the mesh further"
     if found.singular_value < SMALL_SINGULAR_VALUE:
         edges = _worst_edges(unknowns, found.changes)
         reason = (
-            f"conditions of P(M) nearly depend on each other, with singular values of about "
-            f"{found.singular_value:.0e}{_at(unknowns.mesh, edges)}; {_cure(unknowns.mesh)}"
+            f"equations of P(M) nearly depend on each other, with singular values of about "
+            f"{found.singular_value:.0e}{_largest_at(unknowns.mesh, edges)}; {_cure(unknowns.mesh)}"
         )
     return ConvergenceError(
-        f"{unknowns.mesh.combinatorics.edge_name(edge)} is off the direction of its mesh edge by {sideways[edge]:.1e} "
-        f"in {what}, allowed {bound:.0e}: {reason}",
+        f"{unknowns.mesh.combinatorics.edge_name(edge)} is off the direction of its mesh edge by "
+        f"{deviations[edge]:.1e} in {what}, allowed {bound:.0e}: {reason}",
         solution=solution,
         elements=[edge],
-        value=float(sideways[edge]),
+        value=float(deviations[edge]),
         bound=bound,
     )
 
@@ -202,14 +202,14 @@ def _worst_edges(unknowns: FaceUnknowns, values: FloatArray) -> IntArray:
     return integers(edges[np.argsort(-of_edges, kind="stable")[:MAX_NAMED_EDGES]])
 
 
-def _at(mesh: Mesh, edges: IntArray) -> str:
+def _largest_at(mesh: Mesh, edges: IntArray) -> str:
     pairs = [f"{i} to {j}" for i, j in mesh.combinatorics.edges[edges].tolist()]
-    return f", above all at the edges from vertex {', '.join(pairs)}" if pairs else ""
+    return f", mostly at the edges from vertex {', '.join(pairs)}" if pairs else ""
 
 
 def _cure(mesh: Mesh) -> str:
-    """What helps where conditions nearly depend on each other."""
-    advice = "unite faces there that are nearly in one plane, or put them in one plane exactly"
+    """The cure where equations nearly depend on each other."""
+    advice = "unite faces there that are nearly in one plane, or move them exactly into one plane"
     extent = max_norm(mesh.vertices - mesh.vertices.mean(axis=0))
     if max_norm(mesh.vertices) > FAR_FROM_ORIGIN_RATIO * extent:
         advice += ", or move the mesh to the origin before it is planarised"

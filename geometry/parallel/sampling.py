@@ -1,4 +1,4 @@
-"""Elements of P(M) at random, as many as are wanted, without a basis: edge lengths that close, then positions."""
+"""Random elements of P(M), any number, without a basis: edge lengths with which faces close, then positions."""
 
 from __future__ import annotations
 
@@ -15,73 +15,73 @@ from geometry.parallel.edge_closure import EdgeClosure
 __all__ = ["ElementSampler"]
 
 MAX_CLOSURE_CORRECTIONS = 10
-"""At most; each takes FACTOR_SHIFT over a squared singular value off what does not close yet, so one or two do."""
+"""Corrections of edge lengths. Each reduces the gap to FACTOR_SHIFT over a squared singular value: one or two do."""
 
 CLOSURE_ROUNDING = 1e-15
-"""What does not close, over the largest edge length, where corrections end."""
+"""Gap over the largest edge length at which corrections end."""
 
 
 @dataclass(frozen=True, eq=False)
 class ElementSampler:
-    """Positions with their mean at the origin, in each component, for edge lengths that close.
+    """Elements of P(M) from edge lengths, with the mean of each connected part at the origin.
 
-    null (n, z): the singular vectors of `closing.narrow` whose singular values pass for zero, orthonormal.
+    null (n, z): the singular vectors of `closure.narrow` whose singular values count as zero, orthonormal.
     """
 
-    closing: EdgeClosure
+    closure: EdgeClosure
     null: FloatArray
 
     def random(self, count: int, seed: int) -> FloatArray:
-        """(count, N, 3) members of P(M): normally distributed edge lengths, made to close as is nearest to them."""
-        n = self.closing.matrix.shape[1]
+        """(count, N, 3) elements of P(M), nearest to normally distributed edge lengths."""
+        n = self.closure.matrix.shape[1]
         x = self.closed(np.random.default_rng(seed).standard_normal((n, count)))
-        return self.positions(np.asarray(self.closing.lengths @ x))
+        return self.positions(np.asarray(self.closure.lengths @ x))
 
     def nearest(self, meshes: FloatArray) -> FloatArray:
-        """(k, N, 3) what meshes (k, N, 3) become when their edges are made parallel to M and to close."""
-        mesh = self.closing.mesh
+        """(k, N, 3) elements of P(M) with edge lengths nearest to those of meshes (k, N, 3) along the edges of M."""
+        mesh = self.closure.mesh
         i, j = mesh.combinatorics.edges.T
         lengths = np.einsum("kei,ei->ek", meshes[:, j] - meshes[:, i], mesh.edge_directions)
-        x = self.closed(np.asarray(self.closing.lengths.T @ lengths))
-        return self.positions(np.asarray(self.closing.lengths @ x))
+        x = self.closed(np.asarray(self.closure.lengths.T @ lengths))
+        return self.positions(np.asarray(self.closure.lengths @ x))
 
     def closed(self, x: FloatArray) -> FloatArray:
-        """(n, k) the nearest to x (n, k) with B x = 0, where singular values that pass for zero are zero."""
-        B, null = self.closing.matrix, self.null
-        if self.closing.is_overdetermined:
+        """(n, k) the nearest to x (n, k) with B x = 0, taking singular values below the threshold as zero."""
+        B, null = self.closure.matrix, self.null
+        if self.closure.is_overdetermined:
             return null @ (null.T @ x)
         largest = np.abs(x).max(initial=0.0)
         for _ in range(MAX_CLOSURE_CORRECTIONS):
-            open_by = np.asarray(B @ x)
-            open_by -= null @ (null.T @ open_by)
-            if np.abs(open_by).max(initial=0.0) <= CLOSURE_ROUNDING * largest:
+            gaps = np.asarray(B @ x)
+            gaps -= null @ (null.T @ gaps)
+            if np.abs(gaps).max(initial=0.0) <= CLOSURE_ROUNDING * largest:
                 break
-            y = self.closing.factor.solve(open_by)
+            y = self.closure.factor.solve(gaps)
             x = x - B.T @ (y - null @ (null.T @ y))
         return x
 
     def positions(self, lengths: FloatArray) -> FloatArray:
-        """(k, N, 3) for edge lengths (E, k) that close: s_j - s_i = mu u, as nearly as can be.
+        """(k, N, 3) positions with s_j - s_i = mu u for edge lengths mu (E, k) with which faces and loops close.
 
-        Least squares over all edges: along a tree, rounding would add up.
+        By least squares over all edges, since rounding would accumulate along a tree.
         """
-        mesh = self.closing.mesh
+        mesh = self.closure.mesh
         difference, factor = self._integration
         edges = (lengths[:, :, None] * mesh.edge_directions[:, None, :]).reshape(len(lengths), -1)
         found = factor.solve(np.asarray(difference.T @ edges))
         found += factor.solve(np.asarray(difference.T @ (edges - difference @ found)))
-        parts = self.closing.parts
+        parts = self.closure.parts
         sums = csr_array((np.ones(len(parts)), (parts, np.arange(len(parts)))))
         found -= (np.asarray(sums @ found) / np.bincount(parts)[:, None])[parts]
         return np.ascontiguousarray(found.reshape(mesh.n_vertices, -1, 3).transpose(1, 0, 2))
 
     @cached_property
     def _integration(self) -> tuple[SparseMatrix, Factor]:
-        """The differences (E, N) along the edges, and the factor of their squares with a vertex of each part held."""
-        c = self.closing.mesh.combinatorics
+        """The differences (E, N) along the edges, and the factor of their squares with a vertex of each part fixed."""
+        c = self.closure.mesh.combinatorics
         edges, ones = np.arange(c.n_edges), np.ones(c.n_edges)
         places = (np.concatenate([edges, edges]), c.edges.T.ravel())
         difference = csr_array(coo_array((np.concatenate([-ones, ones]), places), shape=(c.n_edges, c.n_vertices)))
-        held = np.zeros(c.n_vertices)
-        held[np.unique(self.closing.parts, return_index=True)[1]] = 1.0
-        return difference, factorise(csr_array(difference.T @ difference + diags_array(held)))
+        is_fixed = np.zeros(c.n_vertices)
+        is_fixed[np.unique(self.closure.parts, return_index=True)[1]] = 1.0
+        return difference, factorise(csr_array(difference.T @ difference + diags_array(is_fixed)))

@@ -16,25 +16,25 @@ from geometry.functionals import parallel_to
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatrix
 from geometry.parallel.blending import weight_ranges
-from geometry.parallel.constraints import FactorBounds, Fixed, Objective
+from geometry.parallel.constraints import FactorBounds, FixedVertices, Objective
 from geometry.parallel.edge_closure import EdgeClosure
 from geometry.parallel.edge_parallelity import check_parallel, check_planar, edge_factors, parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
-from geometry.parallel.minimising import ELEMENT_TOLERANCE, minimum
-from geometry.parallel.optimality import optimum
+from geometry.parallel.minimising import ELEMENT_TOLERANCE, minimising_mesh
+from geometry.parallel.optimality import optimal_mesh
 from geometry.parallel.sampling import ElementSampler
 from geometry.parallel.spectrum import Spectrum, least_singular_vectors, null_dimension, zero_threshold
 
 __all__ = ["ParallelSpace"]
 
 MAX_BASIS_NUMBERS = 50_000_000
-"""Numbers in a basis: 0.4 GB."""
+"""Largest number of floats in a basis: 0.4 GB."""
 
 INDEPENDENCE_TOLERANCE = 1e-10
-"""What a random member adds to the span of those before it, over the largest: less is rounding."""
+"""Component of a random element perpendicular to those before it, over the largest one; a smaller one is rounding."""
 
 REORTHONORMALISATION_RATIO = 1e-2
-"""The same: less costs digits of parallelity when members are made orthonormal, so they are mended afterwards."""
+"""The same component, below which elements lose digits of parallelity when made orthonormal, so it is restored."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +44,17 @@ class ParallelSpace:
     `dimension`, `spectrum` and `expected_dimension` take any mesh; everything else needs planar faces and raises
     GeometryError for a face off its plane by more than `PLANARITY_TOLERANCE`. Everything raises MeshError for an edge
     of M without length, and for another mesh that does not have the faces of M. Factors are kept for the next call.
+
+    >>> from geometry.mesh import shapes
+    >>> box = shapes.box(1, 2, 3)
+    >>> space = ParallelSpace(box)
+    >>> space.dimension, space.contains(shapes.box(2, 2, 7)), len(space.elements(2))
+    (6, True, 2)
+    >>> space.blend([0.5, 0.5], [box, shapes.box(3, 2, 3)]).edge_lengths.max().item()
+    3.0
+    >>> wider = space.minimise(linear=-box.vertices, factor_bounds=(1, 2))  # as large as the bounds allow
+    >>> (wider.edge_lengths / box.edge_lengths).round(6).tolist() == [2.0] * 12
+    True
     """
 
     __repr__ = short_repr
@@ -55,17 +66,16 @@ class ParallelSpace:
 
     @cached_property
     def matrix(self) -> SparseMatrix:
-        """A (2E, 3N): A s = 0 says that s is in P(M)."""
+        """A (2E, 3N): s is in P(M) where A s = 0."""
         return parallel_to(self.mesh).matrix
 
     # --- dimension
 
     @property
     def expected_dimension(self) -> int:
-        """E - 2F + 3 chi: a guide. The true dimension is often more, seldom less.
+        """E - 2F + 3 chi, an estimate: the true dimension is often larger, seldom smaller.
 
-        The paper's E - 2F + 3 is meant for discs; each further loop of a mesh that is not simply connected closes
-        by three more equations.
+        The paper's E - 2F + 3 holds for discs; each independent loop around a hole or handle adds three equations.
         """
         mesh = self.mesh
         return mesh.n_edges - 2 * mesh.n_faces + 3 * mesh.combinatorics.euler_characteristic
@@ -76,11 +86,11 @@ class ParallelSpace:
         return self.spectrum.dimension
 
     def free_dimension(self, fixed: Sequence[int] | IntArray) -> int:
-        """What is left of the dimension when some vertices are fixed: 0 where nothing else can move within P(M).
+        """The dimension that remains where some vertices are fixed: 0 where no other vertex can move within P(M).
 
-        fixed (k,): vertices. That of the meshes in P(M) that have these vertices at the origin. Takes a basis, so
-        raises as `basis` does; GeometryError for a vertex that does not exist; and RankError, with the singular values,
-        where rounding decides about the dimension.
+        fixed (k,): vertices. It is the dimension of the meshes in P(M) with these vertices at the origin. Computes a
+        basis, so raises as `basis` does; GeometryError for a vertex that does not exist; and RankError, with the
+        singular values, where rounding decides about the dimension.
 
         >>> from geometry import ParallelSpace
         >>> from geometry.mesh import shapes
@@ -93,7 +103,7 @@ class ParallelSpace:
         wrong = vertices[(vertices < 0) | (vertices >= self.mesh.n_vertices)]
         if len(wrong):
             raise GeometryError(
-                f"vertex {wrong[0]} is to be fixed, but there are {self.mesh.n_vertices} vertices",
+                f"fixed names vertex {wrong[0]}, but there are {self.mesh.n_vertices} vertices",
                 elements=wrong.tolist(),
                 value=float(wrong[0]),
                 bound=self.mesh.n_vertices - 1,
@@ -102,43 +112,43 @@ class ParallelSpace:
 
     @cached_property
     def spectrum(self) -> Spectrum:
-        """Found by inverse iteration on few vectors, for up to a million faces.
+        """The singular values around the gap, by inverse iteration on few vectors, for up to a million faces.
 
-        Vertices that belong to no face do not count. Raises RankError, saying the singular values, where
-        they have no gap: mostly since the faces are not planar enough; and GeometryError where very many singular
-        values are zero and the mesh is large.
+        Vertices that belong to no face do not count. Raises RankError, with the singular values, where they have no
+        gap, mostly because faces are not planar enough; and GeometryError where very many singular values are zero and
+        the mesh is large.
         """
-        closing = self._closing
-        equations, unknowns = closing.matrix.shape
-        spare = max(0, unknowns - equations) + 3 * self._n_parts
-        return Spectrum.of(self._least[0], spare, closing.deviation)
+        closure = self._closure
+        equations, unknowns = closure.matrix.shape
+        extra = max(0, unknowns - equations) + 3 * self._n_parts
+        return Spectrum.of(self._least[0], extra, closure.deviation)
 
     @cached_property
-    def _closing(self) -> EdgeClosure:
+    def _closure(self) -> EdgeClosure:
         return EdgeClosure(self.mesh)
 
     @cached_property
     def _least(self) -> tuple[FloatArray, FloatArray]:
-        return least_singular_vectors(self._closing, zero_threshold(self._closing.deviation))
+        return least_singular_vectors(self._closure, zero_threshold(self._closure.deviation))
 
     @cached_property
-    def _members(self) -> ElementSampler:
+    def _sampler(self) -> ElementSampler:
         check_planar(self.mesh)
         values, vectors = self._least
-        return ElementSampler(self._closing, vectors[:, values <= zero_threshold(self._closing.deviation)])
+        return ElementSampler(self._closure, vectors[:, values <= zero_threshold(self._closure.deviation)])
 
     @property
     def _n_parts(self) -> int:
-        return len(np.unique(self._closing.parts[self.mesh.combinatorics.is_used]))
+        return len(np.unique(self._closure.parts[self.mesh.combinatorics.is_used]))
 
-    # --- members
+    # --- elements
 
     @cached_property
     def basis(self) -> FloatArray:
         """(dimension, N, 3), read-only: orthonormal as vectors (3N,). Translations come first.
 
-        Vertices that belong to no face stay at the origin. Raises RankError where the dimension cannot be told, and
-        GeometryError where the basis has more than `MAX_BASIS_NUMBERS` numbers: take `elements` then.
+        Vertices that belong to no face are at the origin. Raises RankError where the dimension is uncertain, and
+        GeometryError where the basis has more than `MAX_BASIS_NUMBERS` numbers; use `elements` then.
         """
         check_planar(self.mesh)
         numbers = 3.0 * self.mesh.n_vertices * self.dimension
@@ -150,17 +160,17 @@ class ParallelSpace:
                 value=numbers,
                 bound=MAX_BASIS_NUMBERS,
             )
-        members = self._orthonormal(self.dimension - 3 * self._n_parts, seed=0)
-        return floats(np.concatenate([self._translations(), members]))
+        others = self._orthonormal(self.dimension - 3 * self._n_parts, seed=0)
+        return floats(np.concatenate([self._translations(), others]))
 
     def elements(self, count: int, *, seed: int = 0) -> list[Mesh]:
-        """Random members of P(M), orthonormal as vectors (3N,), each part with its mean at the origin.
+        """Random elements of P(M), orthonormal as vectors (3N,), with the mean of each connected part at the origin.
 
-        Others for another seed. For any size, with one factor of a matrix of twice the number of faces.
-        Raises GeometryError where P(M) has not so many dimensions, beside translations.
+        Another seed gives others. For meshes of any size, with one factor of a matrix of twice the number of faces.
+        Raises GeometryError where `count` is above the dimension of P(M) without translations.
         """
         if count < 1:
-            raise GeometryError(f"{count} elements are asked for, it must be 1 or more", value=count, bound=1)
+            raise GeometryError(f"the number of elements is {count}: it must be 1 or more", value=count, bound=1)
         return [self.mesh.with_vertices(vertices) for vertices in self._orthonormal(count, seed)]
 
     def project(self, mesh: MeshLike) -> Mesh:
@@ -173,14 +183,14 @@ class ParallelSpace:
         mesh = as_mesh(mesh)
         if not self.mesh.combinatorics.same_as(mesh.combinatorics):
             raise MeshError("the two meshes do not have the same faces, so they cannot be parallel")
-        centre = mesh.vertices.mean(axis=0)  # translations are members: they can be kept out of rounding
-        wanted = (mesh.vertices - centre).ravel()
-        size = float(np.abs(wanted).max())
-        found = optimum(
+        centre = mesh.vertices.mean(axis=0)  # translations are in P(M), so that rounding need not see them
+        target = (mesh.vertices - centre).ravel()
+        size = float(np.abs(target).max())
+        found = optimal_mesh(
             self._unknowns,
             self._nearest,
-            self._unknowns.of(wanted),
-            origin=np.zeros(len(wanted)),
+            self._unknowns.of(target),
+            origin=np.zeros(len(target)),
             size=size,
             bounds=(ELEMENT_TOLERANCE * size, ELEMENT_TOLERANCE * size),
             what="the projection",
@@ -192,21 +202,21 @@ class ParallelSpace:
         mesh = as_mesh(mesh)
         return bool(parallelity(self.mesh, mesh).max() <= self._allowed(mesh))
 
-    def blend(self, weights: Sequence[float], members: Sequence[Mesh]) -> Mesh:
-        """The linear combination of members of P(M) [Pottmann2007, Fig. 5]; `blend_ranges` says how far weights may go.
+    def blend(self, weights: Sequence[float], meshes: Sequence[Mesh]) -> Mesh:
+        """The linear combination of meshes in P(M) [Pottmann2007, Fig. 5]; `blend_ranges` limits the weights.
 
-        Raises ParallelityError, naming the edge, for a mesh that is no member, and GeometryError where
-        weights are not finite or not as many as members.
+        Raises ParallelityError, naming the edge, for a mesh that is not in P(M), and GeometryError where
+        weights are not finite or not as many as meshes.
         """
-        self._check_blend(weights, members)
-        vertices = np.einsum("k,kni->ni", np.asarray(weights, dtype=np.float64), [m.vertices for m in members])
+        self._check_blend(weights, meshes)
+        vertices = np.einsum("k,kni->ni", np.asarray(weights, dtype=np.float64), [m.vertices for m in meshes])
         return self.mesh.with_vertices(vertices)
 
-    def blend_ranges(self, weights: Sequence[float], members: Sequence[Mesh]) -> FloatArray:
-        """(k, 2) from where to where each weight of a blend may go, the others unchanged, until an edge collapses.
+    def blend_ranges(self, weights: Sequence[float], meshes: Sequence[Mesh]) -> FloatArray:
+        """(k, 2) lower and upper limits of each weight of a blend, the others unchanged, at which an edge collapses.
 
-        Beyond these limits the edge runs the other way than in the blend; infinite where no edge sets a limit. Raises
-        as `blend` does, and GeometryError, naming the edge, where one has no length in the blend.
+        Beyond a limit that edge runs opposite to its direction in the blend; infinite where no edge sets a limit.
+        Raises as `blend` does, and GeometryError, naming the edge, for an edge without length in the blend.
 
         >>> from geometry import ParallelSpace
         >>> from geometry.mesh import shapes
@@ -215,17 +225,17 @@ class ParallelSpace:
         >>> ParallelSpace(box).blend_ranges([1, 0, 0], [box, wider, higher]).tolist()
         [[0.0, inf], [-0.5, inf], [-0.75, inf]]
         """
-        self._check_blend(weights, members)
-        factors = np.stack([edge_factors(self.mesh, member) for member in members])
+        self._check_blend(weights, meshes)
+        factors = np.stack([edge_factors(self.mesh, mesh) for mesh in meshes])
         return weight_ranges(np.asarray(weights, dtype=np.float64), factors)
 
-    def _check_blend(self, weights: Sequence[float], members: Sequence[Mesh]) -> None:
-        if len(weights) != len(members) or not len(members):
-            raise GeometryError(f"{len(weights)} weights are given for {len(members)} members: one each is needed")
-        for place, (weight, member) in enumerate(zip(weights, members, strict=True)):
+    def _check_blend(self, weights: Sequence[float], meshes: Sequence[Mesh]) -> None:
+        if len(weights) != len(meshes) or not len(meshes):
+            raise GeometryError(f"{len(weights)} weights are given for {len(meshes)} meshes: give one for each mesh")
+        for place, (weight, mesh) in enumerate(zip(weights, meshes, strict=True)):
             if not np.isfinite(weight):
-                raise GeometryError(f"the weight of member {place} is {weight}", elements=[place], value=weight)
-            check_parallel(self.mesh, member, self._allowed(member), what=f"member {place}")
+                raise GeometryError(f"the weight of mesh {place} is {weight}", elements=[place], value=weight)
+            check_parallel(self.mesh, mesh, self._allowed(mesh), what=f"mesh {place}")
 
     def minimise(
         self,
@@ -235,14 +245,15 @@ class ParallelSpace:
         fixed: Mapping[int, Any] | None = None,
         factor_bounds: tuple[Any, Any] | None = None,
     ) -> Mesh:
-        """The member of P(M) at which the sum of weight |r(x)|^2 and of linear . x is least.
+        """The element of P(M) with the least sum of weight |r(x)|^2 over the quadratic terms plus linear . x.
 
-        quadratic: weights and functionals of all coordinates x (3N,); linear (3N,) or (N, 3): a gradient;
-        fixed: positions of some vertices; factor_bounds: lower and upper bounds of the edge factors (1), numbers or
-        arrays (E,), infinite where there is none. Signs are the bounds (0, inf) and (-inf, 0): [Pottmann2007, Fig. 11].
+        quadratic: weights and functionals of all coordinates x (3N,); linear (3N,) or (N, 3): a gradient; fixed:
+        positions of some vertices; factor_bounds: lower and upper bounds of the edge factors (1), numbers or arrays
+        (E,), infinite where there is no bound. Signs of edges are the bounds (0, inf) and (-inf, 0)
+        [Pottmann2007, Fig. 11].
 
-        What all this leaves open is as in M, as nearly as can be: if only fairness is asked for, the mesh shrinks to a
-        point, and that is the centroid of M. With bounds, any of the minimisers may be found.
+        Of several minimisers the result is the nearest to M: if the objective is fairness alone, the mesh shrinks to a
+        point at the centroid of M. With bounds it may be any of the minimisers.
 
         Edges are parallel and fixed vertices in place within `ELEMENT_TOLERANCE` times the largest coordinate; bounds
         hold within `FACTOR_BOUND_TOLERANCE` times that. Raises GeometryError where fixed vertices or bounds contradict
@@ -250,14 +261,14 @@ class ParallelSpace:
         not finite or of the wrong shape; ConvergenceError where the solver does not reach that accuracy, or not the
         minimum; RankError, naming edges and singular values, where rounding decides about the minimum.
         """
-        return minimum(
+        return minimising_mesh(
             self._unknowns,
             Objective.of(self.mesh, quadratic, linear),
-            Fixed.of(self.mesh, fixed),
+            FixedVertices.of(self.mesh, fixed),
             None if factor_bounds is None else FactorBounds.of(self.mesh, factor_bounds),
         )
 
-    # --- how
+    # --- solving
 
     @cached_property
     def _unknowns(self) -> FaceUnknowns:
@@ -270,9 +281,9 @@ class ParallelSpace:
         return ConstrainedQuadratic(csr_array(eye_array(A.shape[1])), A)
 
     def _orthonormal(self, count: int, seed: int) -> FloatArray:
-        """(count, N, 3) orthonormal members, each part with its mean at the origin."""
-        members = self._members
-        columns, sizes = _orthonormalised(members.random(count, seed))
+        """(count, N, 3) orthonormal elements, each part with its mean at the origin."""
+        sampler = self._sampler
+        columns, sizes = _orthonormalised(sampler.random(count, seed))
         if sizes.min() < INDEPENDENCE_TOLERANCE * sizes.max():
             rank = int((sizes >= INDEPENDENCE_TOLERANCE * sizes.max()).sum())
             raise GeometryError(
@@ -281,21 +292,21 @@ class ParallelSpace:
                 bound=rank,
             )
         if sizes.min() < REORTHONORMALISATION_RATIO * sizes.max():
-            columns, _ = _orthonormalised(members.nearest(columns.T.reshape(count, -1, 3)))
+            columns, _ = _orthonormalised(sampler.nearest(columns.T.reshape(count, -1, 3)))
         return columns.T.reshape(count, -1, 3)
 
-    def _allowed(self, member: Mesh) -> float:
-        return ELEMENT_TOLERANCE * float(np.abs(member.vertices).max())
+    def _allowed(self, mesh: Mesh) -> float:
+        return ELEMENT_TOLERANCE * float(np.abs(mesh.vertices).max())
 
     def _translations(self) -> FloatArray:
-        """(3 parts, N, 3) orthonormal."""
-        parts = self._closing.parts
+        """(3 parts, N, 3) orthonormal translations of the connected parts."""
+        parts = self._closure.parts
         used = np.unique(parts[self.mesh.combinatorics.is_used])
         inside = (parts == used[:, None]) / np.sqrt(np.bincount(parts)[used])[:, None]
         return np.asarray(np.einsum("cn,ik->cink", inside, np.eye(3)).reshape(-1, self.mesh.n_vertices, 3))
 
 
 def _orthonormalised(meshes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Columns (3N, k) that span the same as meshes (k, N, 3), and what each added to those before (k,)."""
+    """Columns (3N, k) with the span of meshes (k, N, 3), and the size of what each adds to the span before it (k,)."""
     columns, triangle = np.linalg.qr(meshes.reshape(len(meshes), -1).T)
     return columns, np.abs(np.diag(triangle))

@@ -1,4 +1,4 @@
-"""The dimension of P(M), from the gap in the singular values of `EdgeClosure`, without a dense decomposition."""
+"""The dimension of P(M), from a gap in the singular values of `EdgeClosure`, without a dense decomposition."""
 
 from __future__ import annotations
 
@@ -13,41 +13,47 @@ from geometry.parallel.edge_closure import EdgeClosure
 __all__ = ["Spectrum", "least_singular_vectors", "null_dimension", "zero_threshold"]
 
 LEAST_SPECTRAL_GAP = 100.0
-"""Least ratio of the first singular value that is not zero to the largest one that passes for zero."""
+"""Least ratio of the first singular value that is not zero to the largest one that counts as zero."""
 
 ZERO_SINGULAR_VALUE = 1e-9
-"""Singular values up to this pass for zero, however planar the faces are: what real files state to ten digits."""
+"""Singular values that count as zero however planar the faces are: files give coordinates with about ten digits."""
 
 LARGEST_ZERO_SINGULAR_VALUE = 1e-3
-"""Where faces are less planar than this, no gap is to be found, so it is not looked for further."""
+"""Largest singular value that may count as zero; faces that are less planar leave no gap."""
 
 MAX_INVERSE_ITERATIONS = 20
-"""At most; three to five do."""
+"""Inverse iterations; three to five are usual."""
 
 FIRST_BLOCK_VECTORS = 8
-"""Vectors of the first inverse iteration."""
+"""Number of vectors of the first inverse iteration."""
 
 MAX_BLOCK_NUMBERS = 50_000_000
-"""Numbers in the vectors of an inverse iteration: 0.4 GB."""
+"""Largest number of floats in the vectors of an inverse iteration: 0.4 GB."""
 
 
 @dataclass(frozen=True)
 class Spectrum:
     """The dimension of P(M), and the singular values on either side of the gap that shows it.
 
-    They are those of the closing of faces and loops with edge lengths in the directions of M as unknowns (pure numbers,
-    the largest about 2). last_kept also bounds what faces that are off their planes add to them.
+    They are the singular values of `EdgeClosure` (pure numbers, the largest about 2). last_zero: the largest one that
+    counts as zero, or the bound for the effect of faces that are not planar if that is larger; first_nonzero: the next.
+
+    >>> from geometry import ParallelSpace
+    >>> from geometry.mesh import shapes
+    >>> spectrum = ParallelSpace(shapes.grid(4, 4)).spectrum
+    >>> spectrum.dimension, spectrum.last_zero < 1e-14, spectrum.first_nonzero > 0.01
+    (11, True, True)
     """
 
     dimension: int
-    last_kept: float
-    first_dropped: float
+    last_zero: float
+    first_nonzero: float
 
     @classmethod
-    def of(cls, values: FloatArray, spare: int, deviation: float) -> Spectrum:
+    def of(cls, values: FloatArray, extra_dimensions: int, deviation: float) -> Spectrum:
         """values: the least singular values, ascending, up to one above `zero_threshold(deviation)`, or all.
 
-        spare: dimensions beside those of singular values that pass for zero. Raises RankError where there is no gap.
+        extra_dimensions: those beside the singular values that count as zero. Raises RankError where there is no gap.
         """
         zero = zero_threshold(deviation)
         kept = int((values <= zero).sum())
@@ -61,12 +67,13 @@ class Spectrum:
                 else "put faces that are nearly in one plane exactly in it"
             )
             raise RankError(
-                f"the singular values have no gap that shows the dimension of P(M): it is {spare + kept} if those up "
-                f"to {last:.1e} are zero, but the next is {first:.1e}, and at least {needed:.1e} is needed; {cure}",
+                f"the singular values have no gap that shows the dimension of P(M): it is {extra_dimensions + kept} if "
+                f"those up to {last:.1e} are zero, but the next is {first:.1e}, and at least {needed:.1e} is needed; "
+                f"{cure}",
                 value=first,
                 bound=needed,
             )
-        return cls(spare + kept, float(last), first)
+        return cls(extra_dimensions + kept, float(last), first)
 
 
 def null_dimension(matrix: FloatArray) -> int:
@@ -86,39 +93,39 @@ def null_dimension(matrix: FloatArray) -> int:
 
 
 def zero_threshold(deviation: float) -> float:
-    """What passes for zero where faces are off their planes such that singular values change by up to `deviation`."""
+    """The largest singular value that counts as zero; faces that are not planar change them by up to `deviation`."""
     return min(max(ZERO_SINGULAR_VALUE, deviation), LARGEST_ZERO_SINGULAR_VALUE)
 
 
-def least_singular_vectors(closing: EdgeClosure, above: float) -> tuple[FloatArray, FloatArray]:
-    """The least singular values (k,) of A = closing.narrow (m, n), ascending, and right singular vectors (n, k).
+def least_singular_vectors(closure: EdgeClosure, above: float) -> tuple[FloatArray, FloatArray]:
+    """The least singular values (k,) of A = closure.narrow (m, n), ascending, and right singular vectors (n, k).
 
     All up to `above` and at least one more, or k = n. Inverse iteration on a block of vectors with the factor of
-    A^T A + shift; then A times the Ritz vectors, so that singular values are good to rounding, not only to its root as
-    eigenvalues of A^T A are. Those that are not near zero may be a little too large.
+    A^T A + shift, then A times the Ritz vectors, so that singular values are accurate to rounding, while eigenvalues of
+    A^T A are so only to its root. Those that are not near zero may be slightly too large.
 
     Raises GeometryError where too many vectors are needed.
     """
-    n = closing.narrow.shape[1]
+    n = closure.narrow.shape[1]
     count = FIRST_BLOCK_VECTORS
     while count <= n // 3:
         _check_size(n, count)
-        values, vectors = _inverse_iteration(closing, count, above)
+        values, vectors = _inverse_iteration(closure, count, above)
         if values[-1] > above:
             return values, vectors
         count *= 4
     _check_size(n, n)
-    rows = np.linalg.qr(closing.narrow.toarray(), mode="r")
+    rows = np.linalg.qr(closure.narrow.toarray(), mode="r")
     _, values, directions = np.linalg.svd(rows)
     return values[::-1], directions[::-1].T
 
 
-def _inverse_iteration(closing: EdgeClosure, count: int, above: float) -> tuple[FloatArray, FloatArray]:
-    vectors = np.random.default_rng(0).standard_normal((closing.narrow.shape[1], count))
+def _inverse_iteration(closure: EdgeClosure, count: int, above: float) -> tuple[FloatArray, FloatArray]:
+    vectors = np.random.default_rng(0).standard_normal((closure.narrow.shape[1], count))
     first = np.inf
     for _ in range(MAX_INVERSE_ITERATIONS):
-        vectors = np.linalg.qr(closing.factor.solve(vectors))[0]
-        _, values, rotation = np.linalg.svd(np.asarray(closing.narrow @ vectors), full_matrices=False)
+        vectors = np.linalg.qr(closure.factor.solve(vectors))[0]
+        _, values, rotation = np.linalg.svd(np.asarray(closure.narrow @ vectors), full_matrices=False)
         values, vectors = values[::-1], vectors @ rotation[::-1].T
         before, first = first, values[min(int((values <= above).sum()), count - 1)]
         if first > 0.99 * before:

@@ -119,8 +119,8 @@ def space_row(name: str, mesh: Mesh) -> list[str]:
     return [
         name,
         f"{spectrum.dimension} ({space.expected_dimension})",
-        f"{spectrum.last_kept:.1e}",
-        f"{spectrum.first_dropped:.1e}",
+        f"{spectrum.last_zero:.1e}",
+        f"{spectrum.first_nonzero:.1e}",
         f"{milliseconds:.0f}",
     ]
 

@@ -156,5 +156,5 @@ def test_ranges_without_limits_and_edges_without_length() -> None:
     )
     with pytest.raises(GeometryError, match="edge 1 has no length in this blend"):
         weight_ranges(np.array([2.0, -1.0, 0.0]), factors)
-    with pytest.raises(GeometryError, match="one each is needed"):
+    with pytest.raises(GeometryError, match="give one for each mesh"):
         ParallelSpace(WAVY).blend_ranges([1.0], [])

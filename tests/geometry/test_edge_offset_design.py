@@ -309,7 +309,7 @@ def test_bad_input_is_named() -> None:
         edge_offset_mesh(QUADS, signs=signs)
     with pytest.raises(GeometryError, match=r"at least -1\.0 long"):
         edge_offset_mesh(QUADS, signs=1, lengths=(-1.0, 2.0))
-    with pytest.raises(GeometryError, match="there is no such number"):
+    with pytest.raises(GeometryError, match="no number is between them"):
         edge_offset_mesh(QUADS, signs=1, lengths=(3.0, 2.0))
     lengths = np.ones(QUADS.n_edges)
     for wrong in (np.nan, np.inf, 0.0, -1.0):

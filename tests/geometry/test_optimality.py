@@ -223,7 +223,7 @@ def test_a_refusal_names_the_edges_and_the_singular_values() -> None:
     with pytest.raises(RankError) as refused:
         approximate_pair(planar)
     message = refused.value.message
-    assert "rounding decides about the Gauss image: conditions of P(M) nearly depend on each other" in message
+    assert "rounding decides about the Gauss image: equations of P(M) nearly depend on each other" in message
     assert "unite faces there that are nearly in one plane" in message
     assert "origin" not in message  # it lies there
     assert len(refused.value.elements) == 3
@@ -272,7 +272,7 @@ def test_asking_for_more_than_rounding_leaves_is_seen(monkeypatch: pytest.Monkey
         except RankError as error:
             refused.append(error.message)
     assert refused
-    assert all("rounding decides about the Gauss image: conditions of P(M) nearly depend" in told for told in refused)
+    assert all("rounding decides about the Gauss image: equations of P(M) nearly depend" in told for told in refused)
 
 
 def test_a_solver_that_stops_early_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -304,7 +304,7 @@ def test_bounds_that_do_not_hold_the_minimum_are_seen(monkeypatch: pytest.Monkey
     ParallelSpace(mesh).minimise(terms, factor_bounds=(0.5, 1.5))
     monkeypatch.setattr(bounded_quadratic, "INTERIOR_POINT_ACCURACY", 1e-2)
     monkeypatch.setattr(bounded_quadratic._Problem, "polished", lambda self, interior: interior)
-    with pytest.raises(GeometryError, match=r"rounding decides|is not at its least value|too long or short"):
+    with pytest.raises(GeometryError, match=r"rounding decides|is not at its least value|its length is outside"):
         ParallelSpace(mesh).minimise(terms, factor_bounds=(0.5, 1.5))
 
 

@@ -129,7 +129,7 @@ def test_a_mesh_that_is_no_member_is_named_with_its_edge() -> None:
     moved[3] += [1e-6, 0, 0]
     stranger = cube.with_vertices(moved)
     assert not ParallelSpace(cube).contains(stranger)
-    with pytest.raises(ParallelityError, match=r"edge \d+ from vertex \d+ to vertex \d+ of member 1 is off") as caught:
+    with pytest.raises(ParallelityError, match=r"edge \d+ from vertex \d+ to vertex \d+ of mesh 1 is off") as caught:
         ParallelSpace(cube).blend([1.0, 2.0], [cube, stranger])
     assert caught.value.value == pytest.approx(1e-6)
     assert 3 in cube.combinatorics.edges[caught.value.elements[0]]
@@ -137,12 +137,12 @@ def test_a_mesh_that_is_no_member_is_named_with_its_edge() -> None:
 
 @pytest.mark.parametrize(("weights", "count"), [([1.0], 2), ([], 0)])
 def test_weights_and_members_must_match(weights: list[float], count: int) -> None:
-    with pytest.raises(GeometryError, match="one each is needed"):
+    with pytest.raises(GeometryError, match="give one for each mesh"):
         ParallelSpace(shapes.cube()).blend(weights, [shapes.cube()] * count)
 
 
 def test_weights_must_be_numbers() -> None:
-    with pytest.raises(GeometryError, match="the weight of member 0 is nan"):
+    with pytest.raises(GeometryError, match="the weight of mesh 0 is nan"):
         ParallelSpace(shapes.cube()).blend([np.nan], [shapes.cube()])
 
 

@@ -83,8 +83,8 @@ def test_factors_are_linear_and_the_matrix_agrees_with_parallelity(a: float, b: 
 def test_known_dimensions(mesh: Mesh, dimension: int) -> None:
     found = ParallelSpace(mesh).spectrum
     assert found.dimension == dimension
-    assert found.last_kept < 1e-13  # rounding in mesh and factor
-    assert found.first_dropped > 1e-3
+    assert found.last_zero < 1e-13  # rounding in mesh and factor
+    assert found.first_nonzero > 1e-3
 
 
 @pytest.mark.parametrize("name", MESHES)
@@ -125,7 +125,7 @@ def test_bending_is_seen_in_the_last_singular_value_kept(height: float) -> None:
     assert found.dimension == 9
     dense = np.linalg.svd(closing_in_space(shapes.grid(3, 3).with_vertices(bent)), compute_uv=False)
     rank = 24 - 6  # edges, less widths of columns and rows
-    assert dense[rank] <= found.last_kept <= 10 * dense[rank]  # a bound, and no useless one
+    assert dense[rank] <= found.last_zero <= 10 * dense[rank]  # a bound, and no useless one
 
 
 def closing_in_space(mesh: Mesh) -> FloatArray:
@@ -147,7 +147,7 @@ def test_inverse_iteration_and_dense_decomposition_agree(block: int, monkeypatch
     found = ParallelSpace(mesh).spectrum
     assert found.dimension == by_equation_2(mesh).shape[1]
     # the first one dropped is a Ritz value: from above, and nearly there
-    assert values[zeros] * 0.999 < found.first_dropped < values[zeros] * 1.3
+    assert values[zeros] * 0.999 < found.first_nonzero < values[zeros] * 1.3
 
 
 def test_a_space_with_very_many_zeros_is_refused_before_memory_is(monkeypatch: pytest.MonkeyPatch) -> None:
