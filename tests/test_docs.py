@@ -53,6 +53,17 @@ def test_shipped_text_holds_no_machine_paths() -> None:
             assert not re.search(r"/(home|root|Users)/\w", path.read_text(encoding="utf-8")), path
 
 
+def test_meshes_of_other_libraries_go_in_and_out_as_the_how_to_says() -> None:
+    pytest.importorskip("compas")
+    text = (ROOT / "docs" / "howto" / "mesh-files.md").read_text(encoding="utf-8")
+    block = re.search(r"<!-- other libraries -->\n```python\n(.*?)```", text, re.DOTALL)
+    assert block
+    names: dict[str, Any] = {}
+    exec(block[1], names)
+    assert len(names["triangles"].faces) == 2 * names["same"].number_of_faces() == 96
+    assert names["ball"].n_faces == 80
+
+
 def test_the_how_to_on_parallel_meshes_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     text = (ROOT / "docs" / "howto" / "parallel-meshes.md").read_text(encoding="utf-8")
@@ -61,6 +72,16 @@ def test_the_how_to_on_parallel_meshes_runs(monkeypatch: pytest.MonkeyPatch) -> 
         exec(block, names)
     assert names["structure"].twists.max() < 1e-9
     assert geometry.parallelity(names["mesh"], names["blend"]).max() < 1e-9
+
+
+def test_the_how_to_on_shortcuts_runs() -> None:
+    text = (ROOT / "docs" / "howto" / "shortcuts.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(block, names)
+    assert names["fine"].n_faces == 16 * names["coarse"].n_faces
+    assert abs(names["glass"].face_distances - 0.2).max() < 1e-9
+    assert abs(names["near"].vertices[[0, 19]] - names["wanted"]).max() < 0.3
 
 
 def test_the_how_to_on_designing_edge_offset_meshes_runs() -> None:

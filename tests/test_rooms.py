@@ -282,7 +282,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "newton",
     ),
     "geometry.files": (
-        "encoding number_rows clusters face_rings materials meeting_outlines polygon_soup",
+        "encoding number_rows clusters face_rings materials meeting_outlines raw_polygons",
         "obj off ply triangle_formats orientation overlaid_faces",
         "face_checks",
         "mending",

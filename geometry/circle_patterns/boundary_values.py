@@ -8,13 +8,14 @@ least distortion [SpringbornSchroederPinkall2008].
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats
 from geometry.circle_patterns.circle_pattern import CirclePattern, all_kites, laid_out
+from geometry.circle_patterns.hole_closure import outer_radii
 from geometry.circle_patterns.planar_graphs import double_contact
 from geometry.circle_patterns.radii import RadiusProblem
 from geometry.errors import GeometryError
@@ -48,6 +49,17 @@ class _Boundary:
         holes = [vertices for loop, vertices in enumerate(self.loops) if loop and self.is_free(loop)]
         return [vertices for vertices in holes if c.is_boundary_vertex[vertices[0]]]
 
+    def sized_holes(self, c: Combinatorics) -> list[IntArray]:
+        """The loops but the outer one that are not filled in c and have no angles: their radii are given, or equal."""
+        holes = [vertices for vertices in self.loops[1:] if np.isnan(self.angles[vertices]).all()]
+        return [vertices for vertices in holes if c.is_boundary_vertex[vertices[0]]]
+
+    def with_outer(self, radii: FloatArray) -> _Boundary:
+        """With radii (k,) along the outer loop."""
+        given = self.radii.copy()
+        given[self.loops[0]] = radii
+        return replace(self, radii=given)
+
     def angle_sum(self, loop: int) -> float:
         """What the angles along a loop sum to: outside, the boundary turns once to the left, at a hole to the right."""
         return (len(self.loops[loop]) + (2 if loop else -2)) * np.pi
@@ -63,9 +75,12 @@ def open_circle_pattern(
     outer one; else the longest is.
 
     Radii are met in the plane, up to a common factor along each further loop: it is determined, since the pattern
-    closes around the hole. A free hole is filled with a face for the time being, if all vertices around it have three
-    edges or more, which makes the pattern close. Else its radii are equal; where the pattern does not close like that,
-    as few do without rotational symmetry, the hole is filled with triangles around a vertex for the time being.
+    closes around the hole. To close, it needs two more free numbers for each hole. So where radii are given around
+    holes and the outer boundary is free, its radii are not equal but nearly so, see `outer_radii`.
+
+    A free hole is filled with a face for the time being, if all vertices around it have three edges or more, which
+    makes the pattern close. Else its radii are equal; where the pattern does not close like that, as few do without
+    rotational symmetry, the hole is filled with triangles around a vertex for the time being.
 
     Raises GeometryError for values at inner vertices, missing or doubly given values, radii that are not positive,
     angles that are out of range or sum to what they cannot, values for which no pattern exists, and patterns that do
@@ -89,10 +104,16 @@ def open_circle_pattern(
         for hole in boundary.free_holes(filled):
             filled = _filled(filled, _with_triangles(filled, hole[::-1]))
         pattern, off = laid_out(filled, _pattern(filled, boundary))
+    holes = boundary.sized_holes(filled)
+    if off > KITE_TOLERANCE and holes and boundary.is_free(0):
+        outer_loop = boundary.loops[0]
+        of_outer = outer_radii(lambda given: _pattern(filled, boundary.with_outer(given)), outer_loop, holes)
+        pattern, off = laid_out(filled, _pattern(filled, boundary.with_outer(of_outer)))
     if off > KITE_TOLERANCE and len(filled.boundary_loops) > 1:
         raise GeometryError(
             f"the circle pattern does not close around a hole: its kites miss each other by {off:.1e} of their size, "
-            f"allowed {KITE_TOLERANCE:.0e}; leave the values along the hole free, or fill it with faces",
+            f"allowed {KITE_TOLERANCE:.0e}; leave the values along the hole free, "
+            "or give radii there and leave those of the outer boundary free",
             value=off,
             bound=KITE_TOLERANCE,
         )

@@ -16,8 +16,8 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["Meeting", "flattened", "meetings"]
 
-LARGE = 256
-"""Corners above which an outline is searched by strips; below, comparing all of its edges takes no longer."""
+STRIP_SEARCH_CORNERS = 256
+"""Corners of an outline above which it is searched by strips; below, comparing all of its edges takes no longer."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Meeting:
 def meetings(outlines: FloatArray, clearance: float) -> tuple[list[Meeting], list[Meeting]]:
     """Of the outlines (n, k, 2): those with a corner within `clearance` of an edge it does not belong to, and those of
     which two edges cross; one place in each."""
-    if outlines.shape[1] > LARGE:
+    if outlines.shape[1] > STRIP_SEARCH_CORNERS:
         return _large_meetings(outlines, clearance)
     return _folds(outlines, clearance), _crossings(outlines)
 

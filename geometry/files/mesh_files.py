@@ -16,18 +16,18 @@ from geometry.arrays import FloatArray, floats, short_repr
 from geometry.colours import ElementColours, element_colours
 from geometry.errors import MeshError, MeshFileError, described, printable
 from geometry.files.encoding import decoded
-from geometry.files.face_checks import COINCIDENCE
+from geometry.files.face_checks import COINCIDENCE_TOLERANCE
 from geometry.files.materials import face_materials
-from geometry.files.mending import mend_soup
+from geometry.files.mending import mend_polygons
 from geometry.files.obj import obj_text, read_obj
 from geometry.files.off import off_text, read_off
 from geometry.files.ply import ply_text, read_ply
-from geometry.files.polygon_soup import PolygonSoup
+from geometry.files.raw_polygons import RawPolygons
 from geometry.files.triangle_formats import TRIANGLE_SUFFIXES, read_triangles
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.mesh.origin import rounding
 
-__all__ = ["MeshFile", "about", "path_name", "read_mesh", "read_soup", "write_mesh"]
+__all__ = ["MeshFile", "about", "path_name", "read_mesh", "read_polygons", "write_mesh"]
 
 _WRITERS: dict[str, Callable[[Mesh, ElementColours | None], str]] = {
     ".obj": obj_text,
@@ -46,6 +46,19 @@ class MeshFile:
     origin (3,): what is taken out of the coordinates, which are those of `mesh` plus the origin in the file. As read it
     is zero: the mesh stands where the file has it, and nothing is to be put back. sha256: of the bytes it
     was read from, which are read once; companion_sha256: of those of the second file of a pair.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from geometry import read_mesh, write_mesh
+    >>> from geometry.mesh import shapes
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_mesh(Path(folder, "grid.obj"), shapes.grid(3, 2).translated([5e6, 0, 0]))
+    ...     file = read_mesh(Path(folder, "grid.obj"))
+    ...
+    >>> file.mesh
+    Mesh(12 vertices, 6 faces, 17 edges)
+    >>> file.near_zero().origin.tolist()
+    [5000002.0, 1.0, 0.0]
     """
 
     __repr__ = short_repr
@@ -73,8 +86,8 @@ class MeshFile:
         return replace(self, mesh=mesh, origin=floats(self.origin + origin))
 
 
-def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: float = COINCIDENCE) -> MeshFile:
-    """Read a mesh file (by suffix) and mend it; see `geometry.files.mending.mend`.
+def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: float = COINCIDENCE_TOLERANCE) -> MeshFile:
+    r"""Read a mesh file (by suffix) and mend it; see `geometry.files.mending.mend`.
 
     OBJ, OFF and PLY files hold polygons; STL, GLB and glTF files, which trimesh reads, hold triangles.
 
@@ -85,11 +98,25 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
     Raises MeshFileError where the file cannot be read and MeshError where it does not hold a usable mesh. Sentences
     begin with the path and number vertices and faces as the file does: OBJ from 1, PLY from 0, OFF from 0 unless the
     file's own indices start at 1; they say which. The error's `elements` count from 0, or are numbers of lines.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from geometry import read_mesh
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder, "roof.obj")
+    ...     lines = ["v 0 0 0", "v 2 0 0", "v 2 2 0", "v 0 2 0", "v 9 9 9", "f 1 2 3 4 4"]
+    ...     size = path.write_text("\n".join(lines))
+    ...     file = read_mesh(path)
+    ...
+    >>> file.mesh
+    Mesh(4 vertices, 1 faces, 4 edges)
+    >>> len(file.mended)  # a corner that was written twice, a vertex without a face
+    2
     """
     path = _as_path(path, "read_mesh(path)")
     try:
-        soup, sha256 = read_soup(path)
-        mesh, mended = mend_soup(soup, flip=flip, coincidence=coincidence)
+        raw, sha256 = read_polygons(path)
+        mesh, mended = mend_polygons(raw, flip=flip, coincidence=coincidence)
     except (MeshFileError, MeshError) as error:
         raise about(path_name(path), error) from error
     return MeshFile(path, mesh, mended, sha256)
@@ -159,7 +186,7 @@ def _write_text(path: Path, text: str) -> None:
         raise MeshFileError(f"{path_name(path)}: the file cannot be written: {_reason(error)}") from error
 
 
-def read_soup(path: Path) -> tuple[PolygonSoup, str]:
+def read_polygons(path: Path) -> tuple[RawPolygons, str]:
     """What a file holds, before anything is mended, and the sha256 of its bytes.
 
     Raises MeshFileError where it cannot be read.
@@ -168,10 +195,10 @@ def read_soup(path: Path) -> tuple[PolygonSoup, str]:
     if suffix not in (*_WRITERS, *TRIANGLE_SUFFIXES):
         raise MeshFileError(_unknown_suffix(path, "read from", (*_WRITERS, *TRIANGLE_SUFFIXES)))
     data = _contents(path)
-    return _soup(data, suffix, path.parent), hashlib.sha256(data).hexdigest()
+    return _polygons(data, suffix, path.parent), hashlib.sha256(data).hexdigest()
 
 
-def _soup(data: bytes, suffix: str, folder: Path) -> PolygonSoup:
+def _polygons(data: bytes, suffix: str, folder: Path) -> RawPolygons:
     if not data.strip():
         raise MeshFileError("the file is empty; export the mesh again")
     if suffix in TRIANGLE_SUFFIXES:

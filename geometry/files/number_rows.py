@@ -13,7 +13,11 @@ from geometry.errors import MeshFileError, listed, printable
 
 __all__ = ["NumberRows", "likewise", "parse_numbers", "whole", "word_lines"]
 
-_EXACT = 2.0**53  # below this a double says every whole number
+MAX_COUNT_DIGITS = 15
+"""Digits of a number of vertices or faces in a header; no file holds more of them."""
+
+LARGEST_WHOLE_NUMBER = 2.0**53
+"""Largest number in a file that may be an index; up to it a double represents every whole number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +80,7 @@ def parse_numbers(words: Iterable[str], lines: IntArray) -> FloatArray:
 def whole(values: FloatArray, lines: IntArray, what: str, place: str = "line") -> IntArray:
     """These numbers (n,), from these lines (n,) or other places, as integers. Raises MeshFileError where one is not
     whole."""
-    indices = np.where(np.abs(values) < _EXACT, values, 0.0).astype(np.int64)
+    indices = np.where(np.abs(values) < LARGEST_WHOLE_NUMBER, values, 0.0).astype(np.int64)
     wrong = np.flatnonzero(indices != values)
     if len(wrong):
         line, value = int(lines[wrong[0]]), float(values[wrong[0]])

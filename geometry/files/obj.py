@@ -15,7 +15,7 @@ from geometry.colours import ElementColours
 from geometry.errors import MeshFileError, printable
 from geometry.files.materials import Materials
 from geometry.files.number_rows import likewise, parse_numbers, whole
-from geometry.files.polygon_soup import PolygonSoup
+from geometry.files.raw_polygons import RawPolygons
 from geometry.mesh import Mesh
 
 __all__ = ["obj_text", "read_obj"]
@@ -44,7 +44,7 @@ class _Words:
     unknown: list[tuple[int, str]] = field(default_factory=list)  # lines that begin with no keyword of OBJ
 
 
-def read_obj(text: str) -> PolygonSoup:
+def read_obj(text: str) -> RawPolygons:
     """Vertices and faces of all objects and groups of a file together; every other keyword is passed over.
 
     Keywords may be in capitals. Lines, points and free-form shapes, and lines that begin with no keyword, are told.
@@ -69,7 +69,7 @@ def read_obj(text: str) -> PolygonSoup:
             f"{line} with '{printable(word)}'"
         )
     corners = np.where(given > 0, given - 1, above + given)
-    return PolygonSoup.from_arrays(positions, corners, sizes, count_from=1, mended=tuple(ignored))
+    return RawPolygons.from_arrays(positions, corners, sizes, count_from=1, mended=tuple(ignored))
 
 
 def obj_text(mesh: Mesh, colours: ElementColours | None = None, materials: Materials | None = None) -> str:

@@ -9,18 +9,16 @@ import numpy as np
 from geometry.arrays import FloatArray, IntArray
 from geometry.colours import ElementColours
 from geometry.errors import MeshFileError, printable
-from geometry.files.number_rows import NumberRows, likewise, whole, word_lines
-from geometry.files.polygon_soup import PolygonSoup
+from geometry.files.number_rows import MAX_COUNT_DIGITS, NumberRows, likewise, whole, word_lines
+from geometry.files.raw_polygons import RawPolygons
 from geometry.mesh import Mesh
 
 __all__ = ["off_text", "read_off"]
 
 _HEADER = re.compile(r"(ST)?C?N?(?P<homogeneous>4)?(?P<any>n)?OFF")
-_DIGITS = 15
-"""Of a number of elements, at most: no file holds more."""
 
 
-def read_off(text: str) -> PolygonSoup:
+def read_off(text: str) -> RawPolygons:
     """Vertices and faces of a file whose header is OFF, STOFF, COFF, NOFF, 4OFF or a mixture of these, or missing.
 
     The header may be in small letters. Faces may run over lines or share one. Where they do not come out exactly so,
@@ -47,8 +45,8 @@ def read_off(text: str) -> PolygonSoup:
             vertices = vertices[:, :3] / vertices[:, 3:]
     if len(corners) and corners.min() >= 1 and corners.max() == n_vertices:
         said = "face indices started at 1; counted from 0"
-        return PolygonSoup.from_arrays(vertices, corners - 1, sizes, count_from=1, mended=(said,))
-    return PolygonSoup.from_arrays(vertices, corners, sizes)
+        return RawPolygons.from_arrays(vertices, corners - 1, sizes, count_from=1, mended=(said,))
+    return RawPolygons.from_arrays(vertices, corners, sizes)
 
 
 def off_text(mesh: Mesh, colours: ElementColours | None = None) -> str:
@@ -101,7 +99,7 @@ def _counts(rows: Rows) -> tuple[int, int, int]:
     if not rows:
         raise MeshFileError("the file ends after its header: the numbers of vertices and faces are missing")
     line, words = rows[0]
-    if len(words) < 2 or not all(word.isdecimal() and len(word) <= _DIGITS for word in words[:3]):
+    if len(words) < 2 or not all(word.isdecimal() and len(word) <= MAX_COUNT_DIGITS for word in words[:3]):
         raise MeshFileError(
             f"line {line} should say the numbers of vertices, faces and edges, it says '{printable(' '.join(words))}'",
             elements=[line],

@@ -8,7 +8,7 @@ import shapely
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.files.face_rings import first_with_same
-from geometry.files.polygon_soup import PolygonSoup
+from geometry.files.raw_polygons import RawPolygons
 from geometry.mesh.polygons import perpendicular_pair
 from geometry.mesh.ragged_arrays import next_in_run
 
@@ -18,89 +18,89 @@ UPRIGHT = 0.5
 """Area of a face seen along the normal of another over its own, below which it stands on it rather than lies on it."""
 
 
-def same_vertices(soup: PolygonSoup) -> IntArray:
+def same_vertices(raw: RawPolygons) -> IntArray:
     """(n, 2) faces with the same vertices, in whatever order: the first of them, and each other one."""
-    ordered = soup.corners[np.lexsort((soup.corners, soup.corner_face))]
-    first = first_with_same(ordered, soup.face_starts)
-    again = np.flatnonzero(first != np.arange(soup.n_faces))
+    ordered = raw.corners[np.lexsort((raw.corners, raw.corner_face))]
+    first = first_with_same(ordered, raw.face_starts)
+    again = np.flatnonzero(first != np.arange(raw.n_faces))
     found: IntArray = np.stack([first[again], again], axis=1)
     return found[np.lexsort(found.T[::-1])]
 
 
-def overlaid_faces(soup: PolygonSoup) -> IntArray:
+def overlaid_faces(raw: RawPolygons) -> IntArray:
     """(n, 2) a face, and a smaller one that lies on it and has no vertex but those of the larger one; sorted.
 
     So does a triangle of a quad that is written too. A triangle in the notch of a face that is not convex lies beside
     it.
     """
-    pairs = _nested(soup)
-    return pairs[_lie_on(soup, pairs)] if len(pairs) else pairs
+    pairs = _nested(raw)
+    return pairs[_lie_on(raw, pairs)] if len(pairs) else pairs
 
 
-def _nested(soup: PolygonSoup) -> IntArray:
+def _nested(raw: RawPolygons) -> IntArray:
     """(n, 2) a face, and a smaller one all of whose vertices it has; sorted.
 
     They are looked for at that vertex of the smaller one which has the fewest faces: where very many meet at one
     vertex, they are not all compared.
     """
-    n_at = np.bincount(soup.corners, minlength=soup.n_vertices)
-    by_vertex = np.argsort(soup.corners, kind="stable")
+    n_at = np.bincount(raw.corners, minlength=raw.n_vertices)
+    by_vertex = np.argsort(raw.corners, kind="stable")
     ends = np.cumsum(n_at)
-    rarest = soup.corners[np.lexsort((n_at[soup.corners], soup.corner_face))[soup.face_starts[:-1]]]
-    larger = np.maximum.reduceat(soup.face_sizes[soup.corner_face[by_vertex]], (ends - n_at)[n_at > 0])
-    largest_at = np.zeros(soup.n_vertices, dtype=np.int64)
+    rarest = raw.corners[np.lexsort((n_at[raw.corners], raw.corner_face))[raw.face_starts[:-1]]]
+    larger = np.maximum.reduceat(raw.face_sizes[raw.corner_face[by_vertex]], (ends - n_at)[n_at > 0])
+    largest_at = np.zeros(raw.n_vertices, dtype=np.int64)
     largest_at[n_at > 0] = larger
-    small = np.flatnonzero(soup.face_sizes < largest_at[rarest])
+    small = np.flatnonzero(raw.face_sizes < largest_at[rarest])
     counts = n_at[rarest[small]]
     guests = np.repeat(small, counts)
     within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    hosts = soup.corner_face[by_vertex[(ends - n_at)[rarest[guests]] + within]]
-    pairs = np.stack([hosts, guests], axis=1)[soup.face_sizes[hosts] > soup.face_sizes[guests]]
-    corners, owner = _corners_of(soup, pairs[:, 1])
-    known = np.sort(soup.corner_face * soup.n_vertices + soup.corners)
-    asked = pairs[owner, 0] * soup.n_vertices + soup.corners[corners]
+    hosts = raw.corner_face[by_vertex[(ends - n_at)[rarest[guests]] + within]]
+    pairs = np.stack([hosts, guests], axis=1)[raw.face_sizes[hosts] > raw.face_sizes[guests]]
+    corners, owner = _corners_of(raw, pairs[:, 1])
+    known = np.sort(raw.corner_face * raw.n_vertices + raw.corners)
+    asked = pairs[owner, 0] * raw.n_vertices + raw.corners[corners]
     missing = known[np.minimum(np.searchsorted(known, asked), len(known) - 1)] != asked
     nested: IntArray = pairs[np.bincount(owner, missing, minlength=len(pairs)) == 0]
     return nested[np.lexsort(nested.T[::-1])]
 
 
-def _corners_of(soup: PolygonSoup, faces: IntArray) -> tuple[IntArray, IntArray]:
+def _corners_of(raw: RawPolygons, faces: IntArray) -> tuple[IntArray, IntArray]:
     """All corners (n,) of faces (k,), and which of the k each belongs to (n,)."""
-    sizes = soup.face_sizes[faces]
+    sizes = raw.face_sizes[faces]
     owner = np.repeat(np.arange(len(faces)), sizes)
     within = np.arange(len(owner)) - (np.cumsum(sizes) - sizes)[owner]
-    return soup.face_starts[faces][owner] + within, owner
+    return raw.face_starts[faces][owner] + within, owner
 
 
-def _lie_on(soup: PolygonSoup, pairs: IntArray) -> BoolArray:
+def _lie_on(raw: RawPolygons, pairs: IntArray) -> BoolArray:
     """(n,) whether the second of each pair of faces has a point within the first, seen along the normal of that."""
-    centre = soup.vertices[soup.corners[soup.face_starts[pairs[:, 0]]]]
+    centre = raw.vertices[raw.corners[raw.face_starts[pairs[:, 0]]]]
     hosts, host = np.unique(pairs[:, 0], return_inverse=True)
-    areas = _areas(soup, hosts)
+    areas = _areas(raw, hosts)
     lengths = np.linalg.norm(areas, axis=1, keepdims=True)
     axes = perpendicular_pair(
         np.divide(areas, lengths, out=np.tile([0.0, 0.0, 1.0], (len(hosts), 1)), where=lengths > 0)
     )
-    origin = soup.vertices[soup.corners[soup.face_starts[hosts]]]
-    larger, smaller = _seen(soup, hosts, origin, axes), _seen(soup, pairs[:, 1], centre, axes[host])
-    own = np.linalg.norm(_areas(soup, pairs[:, 1]), axis=1)
+    origin = raw.vertices[raw.corners[raw.face_starts[hosts]]]
+    larger, smaller = _seen(raw, hosts, origin, axes), _seen(raw, pairs[:, 1], centre, axes[host])
+    own = np.linalg.norm(_areas(raw, pairs[:, 1]), axis=1)
     lies = shapely.is_valid(smaller) & shapely.is_valid(larger)[host] & (shapely.area(smaller) > UPRIGHT * own)
     shapely.prepare(larger)
     lies[lies] = shapely.contains(larger[host[lies]], shapely.point_on_surface(smaller[lies]))
     return np.asarray(lies)
 
 
-def _areas(soup: PolygonSoup, faces: IntArray) -> FloatArray:
+def _areas(raw: RawPolygons, faces: IntArray) -> FloatArray:
     """(k, 3) vector areas."""
-    corners, owner = _corners_of(soup, faces)
-    here = soup.vertices[soup.corners[corners]] - soup.vertices[soup.corners[soup.face_starts[faces]]][owner]
-    ahead = here[next_in_run(np.concatenate([[0], np.cumsum(soup.face_sizes[faces])]))]
+    corners, owner = _corners_of(raw, faces)
+    here = raw.vertices[raw.corners[corners]] - raw.vertices[raw.corners[raw.face_starts[faces]]][owner]
+    ahead = here[next_in_run(np.concatenate([[0], np.cumsum(raw.face_sizes[faces])]))]
     return np.asarray(np.stack([np.bincount(owner, along) for along in np.cross(here, ahead).T], axis=1) / 2)
 
 
-def _seen(soup: PolygonSoup, faces: IntArray, origin: FloatArray, axes: FloatArray) -> npt.NDArray[np.object_]:
+def _seen(raw: RawPolygons, faces: IntArray, origin: FloatArray, axes: FloatArray) -> npt.NDArray[np.object_]:
     """(k,) shapely polygons of faces (k,), from points (k, 3), along two axes (k, 2, 3) each."""
-    corners, owner = _corners_of(soup, faces)
-    here = soup.vertices[soup.corners[corners]] - origin[owner]
+    corners, owner = _corners_of(raw, faces)
+    here = raw.vertices[raw.corners[corners]] - origin[owner]
     flat = np.einsum("kai,ki->ka", axes[owner], here)
     return np.asarray(shapely.polygons(shapely.linearrings(flat, indices=owner)))

@@ -13,8 +13,8 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.colours import ElementColours
 from geometry.errors import MeshFileError, printable
 from geometry.files.encoding import decoded, spelled_out
-from geometry.files.number_rows import NumberRows, whole, word_lines
-from geometry.files.polygon_soup import PolygonSoup
+from geometry.files.number_rows import MAX_COUNT_DIGITS, NumberRows, whole, word_lines
+from geometry.files.raw_polygons import RawPolygons
 from geometry.mesh import Mesh
 
 __all__ = ["ply_text", "read_ply"]
@@ -26,8 +26,6 @@ _TYPES = {
 }  # fmt: skip
 _ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
 _FACE_LISTS = ("vertex_indices", "vertex_index")
-_DIGITS = 15
-"""Of a number of elements, at most: no file holds more."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +98,7 @@ class _BinaryData:
 _Data = _TextData | _BinaryData
 
 
-def read_ply(data: bytes) -> PolygonSoup:
+def read_ply(data: bytes) -> RawPolygons:
     """Vertices (x, y, z) and faces (vertex_indices) of a file; all other elements and properties are passed over.
 
     Words of the header may be in capitals. Sentences count vertices and faces from 0.
@@ -126,7 +124,7 @@ def read_ply(data: bytes) -> PolygonSoup:
             within = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
             starts = np.repeat(places[name], sizes) + within * values.width(types[name])
             corners = values.indices(starts, types[name], np.repeat(np.arange(element.count), sizes))
-    return PolygonSoup.from_arrays(vertices, corners, sizes)
+    return RawPolygons.from_arrays(vertices, corners, sizes)
 
 
 def ply_text(mesh: Mesh, colours: ElementColours | None = None) -> str:
@@ -168,7 +166,7 @@ def _header(data: bytes) -> tuple[str, list[_Element], int, int]:
         match line.lower().split():
             case ["format", ("ascii" | "binary_little_endian" | "binary_big_endian") as found, "1.0"]:
                 format_ = found
-            case ["element", name, count] if count.isdecimal() and len(count) <= _DIGITS:
+            case ["element", name, count] if count.isdecimal() and len(count) <= MAX_COUNT_DIGITS:
                 elements.append(_Element(name, int(count)))
             case ["property", "list", count_type, type_, name] if elements and {count_type, type_} <= _TYPES.keys():
                 elements[-1].properties.append(_Property(name, type_, count_type))

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from geometry.errors import MeshFileError, printable
-from geometry.files.polygon_soup import PolygonSoup
+from geometry.files.raw_polygons import RawPolygons
 
 __all__ = ["TRIANGLE_SUFFIXES", "read_triangles"]
 
@@ -19,7 +19,7 @@ _UPRIGHT = (".glb", ".gltf")
 """Formats in which +Y is upwards by their definition."""
 
 
-def read_triangles(data: bytes, suffix: str, folder: Path) -> PolygonSoup:
+def read_triangles(data: bytes, suffix: str, folder: Path) -> RawPolygons:
     """All triangles of a file, where its scene places them; folder: where files that it names are looked for.
 
     Raises MeshFileError where trimesh cannot read it, and where there is no triangle.
@@ -48,4 +48,4 @@ def read_triangles(data: bytes, suffix: str, folder: Path) -> PolygonSoup:
     if suffix in _UPRIGHT:
         vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
         mended = ("turned from +Y upwards, as the format has it, to +Z upwards",)
-    return PolygonSoup.from_arrays(vertices, faces.ravel(), np.full(len(faces), 3), mended=mended)
+    return RawPolygons.from_arrays(vertices, faces.ravel(), np.full(len(faces), 3), mended=mended)

@@ -70,6 +70,13 @@ class Combinatorics:
 
     Raises MeshError where a face has fewer than three corners or meets a vertex twice, where an index is out of
     range, and where a directed edge belongs to two faces (not manifold, or not oriented).
+
+    >>> from geometry import Combinatorics
+    >>> c = Combinatorics.from_faces(5, [[0, 1, 2, 3], [1, 4, 2]])
+    >>> c
+    Combinatorics(5 vertices, 2 faces, 6 edges)
+    >>> c.edges[c.is_boundary_edge].tolist(), c.vertex_degrees.tolist()
+    ([[0, 1], [2, 3], [3, 0], [1, 4], [4, 2]], [2, 3, 3, 2, 2])
     """
 
     __repr__ = short_repr

@@ -13,7 +13,7 @@ from geometry.arrays import BoolArray, FloatArray, floats
 
 __all__ = ["rounding", "whole_origin"]
 
-FREE = 4.0
+FREE_BITS_FACTOR = 4.0
 """Multiples of this many spacings of doubles leave their last two bits free; of rounded numbers a quarter does."""
 
 
@@ -44,4 +44,4 @@ def rounding(points: FloatArray) -> float:
     Coordinates that were rounded use all their bits; those of a mesh that stands far away exactly leave some free.
     """
     spacing = np.spacing(np.abs(points))
-    return float(np.where(np.mod(points / spacing, FREE) == 0, 0.0, spacing).max(initial=0.0))
+    return float(np.where(np.mod(points / spacing, FREE_BITS_FACTOR) == 0, 0.0, spacing).max(initial=0.0))

@@ -37,7 +37,14 @@ __all__ = [
 
 
 def grid(nx: int, ny: int) -> Mesh:
-    """A disc of nx by ny unit squares in the plane z = 0, normal +z; vertex (i, j) has number i (ny + 1) + j."""
+    """A disc of nx by ny unit squares in the plane z = 0, normal +z; vertex (i, j) has number i (ny + 1) + j.
+
+    >>> from geometry.mesh import shapes
+    >>> shapes.grid(3, 2)
+    Mesh(12 vertices, 6 faces, 17 edges)
+    >>> shapes.grid(3, 2).vertices[4].tolist()
+    [1.0, 1.0, 0.0]
+    """
     x, y = np.meshgrid(np.arange(nx + 1.0), np.arange(ny + 1.0), indexing="ij")
     return Mesh.from_grid(np.stack([x, y, np.zeros_like(x)], axis=2))
 
@@ -46,6 +53,12 @@ def translation_surface(first: Any, second: Any) -> Mesh:
     """The sums p_i + q_j of two polylines (m, 3) and (n, 3): a disc of exact parallelograms, hence planar.
 
     Vertex (i, j) has number i n + j. Seen from outside, the second polyline is to the left of the first.
+
+    >>> from geometry.mesh import shapes
+    >>> shapes.translation_surface([[0, 0, 0], [1, 0, 1], [2, 0, 0]], [[0, 0, 0], [0, 1, -1], [0, 3, -1]])
+    Mesh(9 vertices, 4 faces, 12 edges)
+    >>> shapes.translation_surface([[0, 0, 0], [1, 0, 1]], [[0, 0, 0], [0, 1, -1]]).vertices.tolist()
+    [[0.0, 0.0, 0.0], [0.0, 1.0, -1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 0.0]]
     """
     p, q = floats(first), floats(second)
     return Mesh.from_grid(p[:, None, :] + q[None, :, :])
@@ -59,6 +72,12 @@ def rotational_mesh(profile: Any, n: int, *, closed: bool = True) -> Mesh:
     spread evenly over half a turn: a disc. A profile that runs upwards is seen from outside, away from the axis.
 
     Raises MeshError where a radius is not positive or n is less than 3 (closed) or 2.
+
+    >>> from geometry.mesh import shapes
+    >>> shapes.rotational_mesh([(4, 0), (5, 1), (5, 2)], 12)
+    Mesh(36 vertices, 24 faces, 60 edges)
+    >>> shapes.rotational_mesh([(4, 0), (5, 1), (5, 2)], 12, closed=False)
+    Mesh(36 vertices, 22 faces, 57 edges)
     """
     return Mesh.from_grid(_turned(profile, n, closed=closed), closed=(closed, False))
 
@@ -70,6 +89,12 @@ def torus(profile: Any, n: int) -> Mesh:
     right and heights upwards, is seen from outside. The last point of the profile is not the first one again.
 
     Raises MeshError where a radius is not positive or n is less than 3.
+
+    >>> from geometry.mesh import shapes
+    >>> shapes.torus([(3, -1), (5, -1), (5, 1), (3, 1)], 12)
+    Mesh(48 vertices, 48 faces, 96 edges)
+    >>> shapes.torus([(3, -1), (5, -1), (5, 1), (3, 1)], 12).combinatorics.euler_characteristic
+    0
     """
     return Mesh.from_grid(_turned(profile, n, closed=True), closed=(True, True))
 
@@ -79,6 +104,12 @@ def dome(n: int, rings: int) -> Mesh:
 
     An annulus of n x rings planar trapezoids; all vertices at distance 1 from the origin, so it is its own Gauss
     image of the vertex type: circular.
+
+    >>> from geometry.mesh import shapes
+    >>> shapes.dome(16, 5)
+    Mesh(96 vertices, 80 faces, 176 edges)
+    >>> len(shapes.dome(16, 5).combinatorics.boundary_loops)
+    2
     """
     latitudes = np.radians(np.linspace(10.0, 80.0, rings + 1))
     return rotational_mesh(np.stack([np.cos(latitudes), np.sin(latitudes)], axis=1), n)
@@ -90,6 +121,10 @@ def catenoid(n: int, rings: int) -> Mesh:
     Its Gauss image of the vertex type is the rotational mesh with the radii cos t and heights -sin t, for t from -60
     to 60 degrees in equal steps [Pottmann2007, Fig. 17]; the meridians reverse their orientation. Ring j has
     the radius 1 / cos t_j. The faces between rings j and j + 1 have H = 0 and K = -(cos t_j cos t_{j+1})^2.
+
+    >>> from geometry.mesh import shapes
+    >>> shapes.catenoid(12, 4)
+    Mesh(60 vertices, 48 faces, 108 edges)
     """
     latitudes = np.radians(np.linspace(-60.0, 60.0, rings + 1))
     radii, heights = 1 / np.cos(latitudes), np.sin(latitudes)
@@ -104,6 +139,12 @@ def hexagonal_paraboloid(nx: int, ny: int) -> Mesh:
     Seen from above, regular hexagons of edge 1; interior vertices have valence 3, so it is conical. All vertices lie
     on the paraboloid that is lower by 1/2. Row j is shifted by half a hexagon against row j - 1, to and fro; the
     plan is centred at the origin.
+
+    >>> from geometry.mesh import shapes
+    >>> shapes.hexagonal_paraboloid(3, 2)
+    Mesh(22 vertices, 6 faces, 27 edges)
+    >>> bool(shapes.hexagonal_paraboloid(3, 2).planarity.max() < 1e-12)
+    True
     """
     j, i = np.divmod(np.arange(nx * ny), nx)
     angles = np.pi / 6 + np.pi / 3 * np.arange(6)
@@ -120,6 +161,12 @@ def regular_prism(n: int) -> Mesh:
     """A closed prism over a regular n-gon with vertices on the circle of radius 1, from z = -1 to z = 1.
 
     Simple (all vertices have valence 3), circular and conical; volume n sin(2 pi / n).
+
+    >>> from geometry.mesh import shapes
+    >>> shapes.regular_prism(6)
+    Mesh(12 vertices, 8 faces, 18 edges)
+    >>> [len(face) for face in shapes.regular_prism(6).faces]
+    [4, 4, 4, 4, 4, 4, 6, 6]
     """
     angles = 2 * np.pi / n * np.arange(n)
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -129,7 +176,14 @@ def regular_prism(n: int) -> Mesh:
 
 
 def box(length: float, width: float, height: float) -> Mesh:
-    """A closed box about the origin with edges along x, y, z: 8 vertices, 6 rectangles; circular and conical."""
+    """A closed box about the origin with edges along x, y, z: 8 vertices, 6 rectangles; circular and conical.
+
+    >>> from geometry.mesh import shapes
+    >>> shapes.box(3, 2, 1)
+    Mesh(8 vertices, 6 faces, 12 edges)
+    >>> shapes.box(3, 2, 1).vertices.max(axis=0).tolist()
+    [1.5, 1.0, 0.5]
+    """
     return cube().with_vertices(cube().vertices * (np.array([length, width, height]) / 2))
 
 
@@ -138,6 +192,12 @@ def double_ring() -> Mesh:
 
     A figure of eight of bars, each a roof of slope 1 above the plane z = 0 and its mirror image below; a bar is 1 wide
     at its foot and 1/2 high. As all faces are equally steep it is conical; no two that share an edge are coplanar.
+
+    >>> from geometry.mesh import shapes
+    >>> shapes.double_ring()
+    Mesh(26 vertices, 28 faces, 56 edges)
+    >>> shapes.double_ring().combinatorics.euler_characteristic
+    -2
     """
     outline = [(0.0, 2.0), (-3.0, 1.0), (-3.0, -1.0), (0.0, -2.0), (3.0, -1.0), (3.0, 1.0)]
     ridges = np.array(outline)
@@ -159,6 +219,10 @@ def cap(mesh: Mesh, height: float) -> Mesh:
 
     Of a convex solid: a disc; of `rhombicosidodecahedron` it has triangles, squares and pentagons.
     Raises MeshError where no face is so high.
+
+    >>> from geometry.mesh import shapes, solids
+    >>> shapes.cap(solids.rhombicosidodecahedron(), 2.5)
+    Mesh(16 vertices, 9 faces, 24 edges)
     """
     return mesh.part(np.flatnonzero(face_centroids(mesh.vertices, mesh.combinatorics)[:, 2] > height))
 

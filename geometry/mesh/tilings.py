@@ -14,13 +14,23 @@ __all__ = ["dual", "hexagon_patch", "pentagon_patch", "quad_patch", "rotational_
 
 
 def quad_patch(nx: int, ny: int) -> Combinatorics:
-    """A disc of nx by ny quads; vertex (i, j) has number i (ny + 1) + j."""
+    """A disc of nx by ny quads; vertex (i, j) has number i (ny + 1) + j.
+
+    >>> from geometry.mesh import tilings
+    >>> tilings.quad_patch(3, 2)
+    Combinatorics(12 vertices, 6 faces, 17 edges)
+    """
     _check_counts(columns=(nx, 1), rows=(ny, 1))
     return shapes.grid(nx, ny).combinatorics
 
 
 def hexagon_patch(nx: int, ny: int) -> Combinatorics:
-    """A disc of ny rows of nx hexagons, every other row shifted by half a hexagon."""
+    """A disc of ny rows of nx hexagons, every other row shifted by half a hexagon.
+
+    >>> from geometry.mesh import tilings
+    >>> tilings.hexagon_patch(3, 2)
+    Combinatorics(22 vertices, 6 faces, 27 edges)
+    """
     _check_counts(columns=(nx, 1), rows=(ny, 1))
     return shapes.hexagonal_paraboloid(nx, ny).combinatorics
 
@@ -33,6 +43,12 @@ def pentagon_patch(nx: int, ny: int, *, closed: bool = False) -> Combinatorics:
     squares follows the last one, around an axis: an annulus; nx must be even then, and at least 4.
 
     Raises MeshError for other numbers. A departure from the paper: it shows its pattern in a picture only.
+
+    >>> from geometry.mesh import tilings
+    >>> tilings.pentagon_patch(4, 3)
+    Combinatorics(40 vertices, 17 faces, 56 edges)
+    >>> tilings.pentagon_patch(4, 3, closed=True)
+    Combinatorics(40 vertices, 20 faces, 60 edges)
     """
     _check_counts(columns=(nx, 4 if closed else 1), rows=(ny, 1), squares=(nx * ny, 2))
     if closed and nx % 2:
@@ -53,7 +69,12 @@ def pentagon_patch(nx: int, ny: int, *, closed: bool = False) -> Combinatorics:
 
 
 def rotational_quads(n: int, rings: int) -> Combinatorics:
-    """An annulus of n quads around an axis in each of some rings; vertex (i, j) has number i (rings + 1) + j."""
+    """An annulus of n quads around an axis in each of some rings; vertex (i, j) has number i (rings + 1) + j.
+
+    >>> from geometry.mesh import tilings
+    >>> tilings.rotational_quads(12, 3)
+    Combinatorics(48 vertices, 36 faces, 84 edges)
+    """
     _check_counts(quads=(n, 3), rings=(rings, 1))
     ring = np.stack([np.ones(rings + 1), np.arange(rings + 1.0)], axis=1)
     return shapes.rotational_mesh(ring, n).combinatorics
@@ -64,6 +85,10 @@ def rotational_hexagons(n: int, rings: int) -> Combinatorics:
 
     Vertex (k, j), the k-th of 2 n around on the j-th of rings + 1 lines, has number 2 n j + k; those with k + j even
     have an edge to the next line.
+
+    >>> from geometry.mesh import tilings
+    >>> tilings.rotational_hexagons(12, 3)
+    Combinatorics(96 vertices, 36 faces, 132 edges)
     """
     _check_counts(hexagons=(n, 3), rings=(rings, 1))
     j, i = np.divmod(np.arange(n * rings), n)
@@ -78,6 +103,12 @@ def dual(combinatorics: CombinatoricsLike) -> Combinatorics:
 
     Both in their order. Of a closed polyhedron the dual of the dual is the same again. Raises MeshError where no vertex
     is inside.
+
+    >>> from geometry.mesh import tilings, solids
+    >>> tilings.dual(solids.cube())
+    Combinatorics(6 vertices, 8 faces, 12 edges)
+    >>> tilings.dual(tilings.quad_patch(4, 4))
+    Combinatorics(16 vertices, 9 faces, 24 edges)
     """
     combinatorics = as_combinatorics(combinatorics)
     c = combinatorics

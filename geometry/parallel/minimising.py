@@ -127,7 +127,8 @@ def _bounded(
     if solution.reason in (Reason.STALLED, Reason.STEP_LIMIT):
         raise ConvergenceError(
             f"the least value within the bounds was not reached: after {solution.steps} steps the solver stopped "
-            f"because {solution.reason.value}; P(M) may be determined by rounding only: look at `spectrum`, or widen bounds",
+            f"because {solution.reason.value}; P(M) may be determined by rounding only: look at `spectrum`, or widen "
+            "the bounds",
             solution=solution,
             value=solution.violation,
             bound=_accuracy(noise) * size,

@@ -14,7 +14,7 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, IntArray, floats, integers, short_repr
 from geometry.errors import MeshError
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 
 __all__ = ["Curvature", "Umbilics"]
 
@@ -34,6 +34,13 @@ class Umbilics:
 
     The index is 1/2 or -1/2; an umbilic of higher order shows as several of these. Areas of umbilics, as on a sphere
     or a plane, have none or very many.
+
+    >>> import trimesh
+    >>> from geometry import Curvature, as_mesh
+    >>> ball = as_mesh(trimesh.creation.icosphere(subdivisions=3))
+    >>> umbilics = Curvature.of(ball.with_vertices(ball.vertices * [1.0, 1.5, 2.2])).umbilics
+    >>> sorted(umbilics.indices.tolist())  # of an ellipsoid
+    [0.5, 0.5, 0.5, 0.5]
     """
 
     __repr__ = short_repr
@@ -44,7 +51,16 @@ class Umbilics:
 
 @dataclass(frozen=True, eq=False)
 class Curvature:
-    """Curvature at the vertices of triangles. normals (N, 3) unit; tensors (N, 3, 3) II, as bilinear form in space."""
+    """Curvature at the vertices of triangles. normals (N, 3) unit; tensors (N, 3, 3) II, as bilinear form in space.
+
+    >>> import trimesh
+    >>> from geometry import Curvature, as_mesh
+    >>> curvature = Curvature.of(as_mesh(trimesh.creation.icosphere(subdivisions=3, radius=2.0)))
+    >>> curvature
+    Curvature(642 vertices, 1280 faces, 1920 edges)
+    >>> curvature.principal_curvatures.mean(axis=0).round(1).tolist()  # of a ball of radius 2
+    [-0.5, -0.5]
+    """
 
     __repr__ = short_repr
 
@@ -53,12 +69,13 @@ class Curvature:
     tensors: FloatArray
 
     @classmethod
-    def of(cls, mesh: Mesh) -> Curvature:
+    def of(cls, mesh: MeshLike) -> Curvature:
         """Of a triangle mesh, by the quadric through each vertex that fits the vertices up to three edges away best.
 
         Quadrics are graphs over the tangent planes [CazalsPouget2003]. Raises MeshError where a vertex has fewer than
         five neighbours so near.
         """
+        mesh = as_mesh(mesh)
         rows, columns = _neighbours(mesh)
         normals = mesh.vertex_normals
         first, second = _tangents(normals)
@@ -117,8 +134,13 @@ class Curvature:
 
     @cached_property
     def umbilics(self) -> Umbilics:
-        """Zeros of the traceless part of II, which is taken as linear in each triangle."""
+        """Zeros of the traceless part of II, which is taken as linear in each triangle. MeshError for larger faces."""
         c = self.mesh.combinatorics
+        if c.face_sizes.max() > 3:
+            raise MeshError(
+                f"umbilics are found in triangles, but face {c.face_sizes.argmax()} has {c.face_sizes.max()} corners: "
+                "take Curvature.of(Surface(mesh).triangulated)"
+            )
         first, second = _tangents(self.mesh.face_normals)
         corners = self.tensors[c.corners.reshape(-1, 3)]
         xx, xy, yy = (

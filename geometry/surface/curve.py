@@ -24,7 +24,7 @@ SAMPLES = 16
 CANDIDATES = 4
 """Nearest samples looked at: where parts of the curve are equally far, the nearest sample may be on the wrong one."""
 
-ROUNDING = 1e-12
+TIED_DISTANCE_ROUNDING = 1e-12
 """Relative difference of distances that may be rounding."""
 
 MOST_STEPS = 60
@@ -37,6 +37,13 @@ class Curve:
 
     spans (S, 4, 3): coefficients of t^3, t^2, t, 1 for t from 0 to 1; span s begins at point s. corners: indices of the
     points where the curve turns sharply.
+
+    >>> import numpy as np
+    >>> from geometry.surface import Curve
+    >>> angles = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    >>> circle = Curve.through(np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1), closed=True)
+    >>> circle
+    Curve(spans (24, 4, 3), closed=True, corners (0,))
     """
 
     __repr__ = short_repr
@@ -76,7 +83,7 @@ class Curve:
         feet, tangents = (part.reshape(len(points), 2 * CANDIDATES, 3) for part in (feet, tangents))
         away = points[:, None] - feet
         distances = np.linalg.norm(away, axis=2)
-        ties = distances <= distances.min(axis=1, keepdims=True) * (1 + ROUNDING)
+        ties = distances <= distances.min(axis=1, keepdims=True) * (1 + TIED_DISTANCE_ROUNDING)
         along = np.abs(np.einsum("nki,nki->nk", away, tangents))
         best = np.where(ties, along, np.inf).argmin(axis=1)
         rows = np.arange(len(points))

@@ -16,6 +16,14 @@ def on_curved_triangles(mesh: Mesh, normals: FloatArray, triangles: IntArray, we
 
     The cubic triangles of [Vlachos2001]: continuous across edges, and within k h^4 of a smooth surface where a flat
     triangle is k h^2 / 8 off.
+
+    >>> import numpy as np
+    >>> from geometry.mesh import solids
+    >>> from geometry.surface import on_curved_triangles
+    >>> ball = solids.icosahedron() * (1 / np.linalg.norm(solids.icosahedron().vertices[0]))
+    >>> centre = on_curved_triangles(ball, ball.vertices, np.array([0]), np.full((1, 3), 1 / 3))
+    >>> np.linalg.norm(centre).round(3).item()  # on a sphere of radius 1; in the flat triangle it is at 0.795
+    0.941
     """
     corners = mesh.combinatorics.corners.reshape(-1, 3)[triangles]
     p, n = mesh.vertices[corners], normals[corners]
@@ -33,7 +41,13 @@ def on_curved_triangles(mesh: Mesh, normals: FloatArray, triangles: IntArray, we
 
 
 def refined(surface: Surface, pieces: int = 3) -> Surface:
-    """The surface of the curved triangles of a surface, each edge divided into so many pieces."""
+    """The surface of the curved triangles of a surface, each edge divided into so many pieces.
+
+    >>> from geometry import Surface, refined
+    >>> from geometry.mesh import solids
+    >>> refined(Surface(solids.icosahedron()), 3)
+    Surface(92 vertices, 180 faces, 270 edges)
+    """
     mesh = surface.triangulated
     c, k = mesh.combinatorics, pieces
     steps = np.array([(k - i - j, i, j) for i in range(k + 1) for j in range(k + 1 - i)])

@@ -14,7 +14,13 @@ CORNER = np.radians(35.0)
 
 
 def boundary_corners(mesh: Mesh) -> BoolArray:
-    """(N,) where the boundary turns by more than CORNER."""
+    """(N,) where the boundary turns by more than CORNER.
+
+    >>> from geometry.mesh import shapes
+    >>> from geometry.surface import boundary_corners
+    >>> boundary_corners(shapes.grid(3, 2)).nonzero()[0].tolist()
+    [0, 2, 9, 11]
+    """
     c = mesh.combinatorics
     rim = np.flatnonzero(c.twin < 0)
     tails, heads = c.corners[rim], c.corners[c.next_corner[rim]]

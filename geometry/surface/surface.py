@@ -20,7 +20,7 @@ __all__ = ["Surface", "check_points"]
 LEAST_AREA = 1e-9
 """Area of a triangle over the square of its longest edge, below which it has no direction: six digits say no more."""
 
-LARGEST = 1e100
+MAX_COORDINATE = 1e100
 """Largest coordinate of a point: the square of a distance must be a number."""
 
 ON_EDGE = 1e-9
@@ -33,12 +33,13 @@ def check_points(points: FloatArray) -> FloatArray:
     array = np.ascontiguousarray(points, dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3:
         raise GeometryError(f"points have shape {array.shape}, (n, 3) is needed")
-    broken = np.flatnonzero(~(np.abs(array) <= LARGEST).all(axis=1))
+    broken = np.flatnonzero(~(np.abs(array) <= MAX_COORDINATE).all(axis=1))
     if len(broken):
         raise GeometryError(
-            f"point {broken[0]} is {array[broken[0]].tolist()}: coordinates must be finite numbers up to {LARGEST:.0e}",
+            f"point {broken[0]} is {array[broken[0]].tolist()}: coordinates must be finite numbers up to "
+            f"{MAX_COORDINATE:.0e}",
             elements=broken.tolist(),
-            bound=LARGEST,
+            bound=MAX_COORDINATE,
         )
     return array
 
@@ -49,6 +50,14 @@ class Surface:
 
     Normals are interpolated from those at the vertices, so that they turn steadily along the surface. Raises
     MeshError for triangles without area, faces that cannot be cut that way, and vertices without a normal.
+
+    >>> import numpy as np
+    >>> from geometry import Surface
+    >>> from geometry.mesh import shapes
+    >>> surface = Surface(shapes.grid(4, 4))
+    >>> feet, normals = surface.closest(np.array([[1.3, 2.0, 5.0], [9.0, 2.0, 0.0]]))
+    >>> feet.round(9).tolist(), normals.round(9).tolist()
+    ([[1.3, 2.0, 0.0], [4.0, 2.0, 0.0]], [[0.0, 0.0, 1.0], [0.0, 0.0, 1.0]])
     """
 
     __repr__ = short_repr

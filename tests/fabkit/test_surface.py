@@ -66,7 +66,7 @@ def test_a_number_of_faces_needs_no_unit(roof: Path) -> None:
 
 def test_a_project_file_says_the_same(roof: Path) -> None:
     Path("lines").mkdir()
-    stroke = np.array([4.8e5, 5.6e6, 100.0]) + [[-5, -5, 0], [5, 5, 0]]
+    stroke = np.add([[-5, -5, 0], [5, 5, 0]], [4.8e5, 5.6e6, 100.0])
     write_polylines(Path("lines/strokes.obj"), [stroke])
     Path("roof.toml").write_text(
         "mesh = 'roof.obj'\nunit = 'm'\nskip_unbuildable = true\n[surface]\nfaces = 100\nboundary = ['aligned']\n"

@@ -45,7 +45,7 @@ def test_points_are_found_in_large_faces_as_in_small_ones(first: int, second: in
     mesh = prisms(first, second, seed)
     expected = intersecting_faces(mesh)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(intersections, "LARGE", 4)
+        patch.setattr(intersections, "MANY_CORNERS", 4)
         np.testing.assert_array_equal(intersecting_faces(mesh), expected)
 
 
@@ -114,10 +114,10 @@ def test_all_that_meet_are_found_without_comparing_all(seed: int, hubs: int, pla
     moved = mesh.vertices @ rotation(seed).T * 10.0 ** np.random.default_rng(seed).integers(-3, 4)
     moved = moved + 100 * np.ptp(moved, axis=0)
     with pytest.MonkeyPatch.context() as patch:
-        for module, name in ((face_neighbours, "MANY"), (flat_faces, "LARGE"), (intersections, "LARGE")):
+        for module, name in ((face_neighbours, "MANY"), (flat_faces, "MANY_CORNERS"), (intersections, "MANY_CORNERS")):
             patch.setattr(module, name, 3)
         for module in (box_trees, flat_faces):
-            patch.setattr(module, "AT_ONCE", 10)
+            patch.setattr(module, "PAIRS_AT_ONCE", 10)
         assert intersecting_faces(mesh).tolist() == expected
         assert intersecting_faces(mesh.with_vertices(moved)).tolist() == expected
         assert intersecting_faces(mesh.with_vertices(moved).reversed()).tolist() == expected
@@ -138,7 +138,7 @@ def test_faces_that_share_two_vertices_and_cross_between_them(many: int) -> None
 FLAT_FACE = "a triangle without height"
 
 
-def soup(polygons: FloatArray) -> Mesh:
+def separate_polygons(polygons: FloatArray) -> Mesh:
     """Polygons (n, k, 3) without common vertices."""
     n, k = polygons.shape[:2]
     return Mesh.from_faces(polygons.reshape(-1, 3), np.arange(n * k).reshape(n, k).tolist())
@@ -159,7 +159,7 @@ def test_triangles_meet_where_libigl_says_so(seed: int) -> None:
         for j in range(i + 1, 25)
         if igl.tri_tri_overlap_test_3d(*triangles[i][:, None], *triangles[j][:, None])
     ]
-    assert intersecting_faces(soup(triangles)).tolist() == expected
+    assert intersecting_faces(separate_polygons(triangles)).tolist() == expected
 
 
 @pytest.mark.parametrize("name", sorted(set(MESHES) - {FLAT_FACE}))
@@ -219,9 +219,9 @@ def test_faces_in_one_plane() -> None:
     apart, corner, inside, touching = [3.0, 0, 0], [1.5, 1.5, 0], [0.5, 0.5, 0], [0, 2.0, 0]
     squares = np.stack([square, square + apart, square + corner, square / 4 + inside, square + touching])
     expected = [[0, 2], [0, 3], [1, 2], [2, 4]]
-    assert intersecting_faces(soup(squares)).tolist() == expected
+    assert intersecting_faces(separate_polygons(squares)).tolist() == expected
     turned = squares @ rotation(3).T
-    assert intersecting_faces(soup(turned)).tolist() == expected
+    assert intersecting_faces(separate_polygons(turned)).tolist() == expected
 
 
 def test_a_face_folded_back_onto_its_neighbour_overlaps_it() -> None:

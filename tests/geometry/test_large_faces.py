@@ -57,7 +57,7 @@ def test_strips_find_what_comparing_all_edges_finds(kind: str, seed: int, k: int
     found = []
     with pytest.MonkeyPatch.context() as patch:
         for large in (10**9, 2):
-            patch.setattr(outlines, "LARGE", large)
+            patch.setattr(outlines, "STRIP_SEARCH_CORNERS", large)
             folds, crossings = outlines.meetings(points, FOLD_CLEARANCE)
             found.append((bool(folds), bool(folds or crossings)))
     assert found[0] == found[1]
@@ -81,7 +81,7 @@ def test_edges_that_cross_behind_what_lies_between_them_are_found(n: int, turn: 
     points = np.concatenate([between, [[0, 1], [10, -0.5], [10, 0.5], [0, -1]]])
     points = np.stack([points @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(outlines, "LARGE", 2)
+        patch.setattr(outlines, "STRIP_SEARCH_CORNERS", 2)
         folds, crossings = outlines.meetings(points, FOLD_CLEARANCE)
     assert (folds, len(crossings)) == ([], 1)
     assert (crossings[0].corner, crossings[0].edge) == (3 * n, 3 * n + 2)
@@ -96,7 +96,7 @@ def test_tips_that_only_just_reach_the_other_side_are_found(quarters: int, other
     points = np.array([[0, -3], [3, -3.5], *far, [3, 3.5], [-3, 3.5], [-1, -0.5], [1, 0], [0, -1]], dtype=float)
     points = np.linalg.matrix_power(np.array([[0, 1], [-1, 0]]), quarters) @ points.T
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(outlines, "LARGE", 2)
+        patch.setattr(outlines, "STRIP_SEARCH_CORNERS", 2)
         folds, _ = outlines.meetings(points.T[None], FOLD_CLEARANCE)
     assert folds[0].distance < FOLD_CLEARANCE
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
 from geometry.files import check_faces, mend
-from geometry.files.face_checks import COINCIDENCE
+from geometry.files.face_checks import COINCIDENCE_TOLERANCE
 from geometry.mesh import Mesh, shapes
 
 Faces = list[list[int]]
@@ -62,7 +62,7 @@ def test_a_clean_mesh_comes_back_as_it_is(mesh: Mesh) -> None:
 @given(meshes, st.integers(0, 2**32 - 1))
 def test_vertices_apart_by_less_than_the_tolerance_are_welded(mesh: Mesh, seed: int) -> None:
     vertices, faces = pulled_apart(mesh)
-    reach = COINCIDENCE * mesh.edge_lengths.min() / 4  # copies are then less than half the tolerance apart
+    reach = COINCIDENCE_TOLERANCE * mesh.edge_lengths.min() / 4  # copies are then less than half the tolerance apart
     shift = np.random.default_rng(seed).uniform(-1, 1, vertices.shape) * reach / 3**0.5
     mended, said = mend(vertices + shift, faces)
     assert (mended.n_vertices, mended.n_edges) == (mesh.n_vertices, mesh.n_edges)
@@ -81,12 +81,12 @@ def test_welding_keeps_the_first_of_equal_vertices(mesh: Mesh) -> None:
 
 
 def test_vertices_further_apart_than_the_tolerance_stay_apart() -> None:
-    gap = 2 * COINCIDENCE
+    gap = 2 * COINCIDENCE_TOLERANCE
     square = np.array(SQUARE, dtype=float)
     vertices = np.concatenate([square, square + np.array([1 + gap, 0, 0])])
     faces = [[0, 1, 2, 3], [4, 5, 6, 7]]
     assert mend(vertices, faces)[0].n_vertices == 8
-    assert mend(vertices, faces, coincidence=3 * COINCIDENCE)[0].n_vertices == 6
+    assert mend(vertices, faces, coincidence=3 * COINCIDENCE_TOLERANCE)[0].n_vertices == 6
 
 
 def test_closed_parts_that_touch_are_not_welded() -> None:
@@ -225,7 +225,7 @@ def test_faces_that_cannot_be(faces: Faces, sentence: str) -> None:
 
 
 def test_zero_length_edges_are_named_by_the_check() -> None:
-    vertices = [*SQUARE, [0, COINCIDENCE / 2, 0]]
+    vertices = [*SQUARE, [0, COINCIDENCE_TOLERANCE / 2, 0]]
     with pytest.raises(MeshError) as caught:
         check_faces(Mesh.from_faces(vertices, [[0, 1, 2, 3, 4]]))
     said = caught.value.message

@@ -14,8 +14,8 @@ from geometry.arrays import FloatArray
 from geometry.errors import MeshError
 from geometry.files import mend, read_mesh_pair
 from geometry.files.clusters import clusters_within
-from geometry.files.face_checks import COINCIDENCE, check_duplicates
-from geometry.files.polygon_soup import PolygonSoup
+from geometry.files.face_checks import COINCIDENCE_TOLERANCE, check_duplicates
+from geometry.files.raw_polygons import RawPolygons
 from geometry.mesh import Mesh, shapes
 
 Faces = list[list[int]]
@@ -62,7 +62,7 @@ def test_corners_named_several_times_in_a_row_count_once(mesh: Mesh, seed: int) 
 def test_corners_of_their_own_at_one_place_count_once(mesh: Mesh, seed: int, share: float) -> None:
     """An edge has a second vertex at one end, in one of its faces, or in both."""
     rng = np.random.default_rng(seed)
-    shortest = COINCIDENCE * float(mesh.edge_lengths.min())
+    shortest = COINCIDENCE_TOLERANCE * float(mesh.edge_lengths.min())
     edge = int(rng.integers(mesh.n_edges))
     tail, head = mesh.combinatorics.edges[edge].tolist()
     step = rng.normal(size=3)
@@ -160,7 +160,7 @@ def test_faces_written_again_are_dropped_whichever_way_they_run(mesh: Mesh, seed
 @given(meshes, seeds)
 def test_a_mesh_written_twice_with_vertices_of_its_own_counts_once(mesh: Mesh, seed: int) -> None:
     shift = np.random.default_rng(seed).uniform(-0.3, 0.3, mesh.vertices.shape)
-    shift *= COINCIDENCE * float(mesh.edge_lengths.min())
+    shift *= COINCIDENCE_TOLERANCE * float(mesh.edge_lengths.min())
     faces = [face.tolist() for face in mesh.combinatorics.faces]
     twice = [*faces, *[[v + mesh.n_vertices for v in face[::-1]] for face in faces]]
     said = assert_mended_to(mesh, np.concatenate([mesh.vertices, mesh.vertices + shift]), twice)
@@ -228,9 +228,9 @@ def test_a_triangle_in_the_notch_of_a_face_lies_beside_it() -> None:
 def test_all_pairs_of_other_rings_of_the_same_vertices_are_listed() -> None:
     grid = shapes.grid(4, 3)
     faces = [face.tolist() for face in grid.combinatorics.faces]
-    soup = PolygonSoup.from_faces(grid.vertices, faces + [[a, c, b, d] for a, b, c, d in faces])
+    raw = RawPolygons.from_faces(grid.vertices, faces + [[a, c, b, d] for a, b, c, d in faces])
     with pytest.raises(MeshError) as caught:
-        check_duplicates(soup)
+        check_duplicates(raw)
     assert caught.value.elements == tuple(range(24))
     assert "; likewise faces 1 and 13, 2 and 14, 3 and 15" in caught.value.message
 
@@ -320,7 +320,7 @@ def test_clusters_are_what_steps_within_reach_join(seed: int, n: int, reach: flo
     np.testing.assert_array_equal(found[:, None] == found[None], expected[:, None] == expected[None])
 
 
-@pytest.mark.parametrize("jitter", [0.0, 0.3 * COINCIDENCE])
+@pytest.mark.parametrize("jitter", [0.0, 0.3 * COINCIDENCE_TOLERANCE])
 def test_a_point_shared_by_very_many_triangles_is_welded(jitter: float) -> None:
     """Each triangle has a tip of its own: there are 50 million pairs of these."""
     n = 10_000
@@ -329,6 +329,6 @@ def test_a_point_shared_by_very_many_triangles_is_welded(jitter: float) -> None:
     tips = np.random.default_rng(1).normal(size=(n, 3)).clip(-1, 1) * jitter / 6
     number = np.arange(n)
     faces = np.stack([number, (number + 1) % n, n + number], axis=1)
-    found, _ = mend(np.concatenate([rim, tips]), faces.tolist(), coincidence=COINCIDENCE)
+    found, _ = mend(np.concatenate([rim, tips]), faces.tolist(), coincidence=COINCIDENCE_TOLERANCE)
     assert (found.n_vertices, found.n_faces) == (n + 1, n)
     assert found.combinatorics.vertex_degrees.max() == n

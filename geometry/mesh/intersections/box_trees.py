@@ -16,10 +16,10 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["BoxTree", "box_trees", "meeting_sets"]
 
-AT_ONCE = 2**15
-"""Pairs of boxes compared at once: memory is bounded by them."""
+PAIRS_AT_ONCE = 2**15
+"""Pairs of boxes or polygons that are compared at once: they bound the memory."""
 
-PARALLEL = 1e-10
+PARALLEL_AXES_MARGIN = 1e-10
 """Added to cosines: the cross product of nearly parallel axes separates nothing."""
 
 
@@ -107,8 +107,10 @@ def _meeting(one: BoxTree, other: BoxTree) -> Iterator[tuple[IntArray, IntArray]
         if left[1] >= left[0]:
             second, again = _within(other.levels[j].starts, second)
             first, j = first[again], j + 1
-        pieces = range(0, len(first), AT_ONCE)
-        parts += [(i, j, first[start : start + AT_ONCE], second[start : start + AT_ONCE]) for start in pieces]
+        pieces = range(0, len(first), PAIRS_AT_ONCE)
+        parts += [
+            (i, j, first[start : start + PAIRS_AT_ONCE], second[start : start + PAIRS_AT_ONCE]) for start in pieces
+        ]
 
 
 def _within(starts: IntArray, boxes: IntArray) -> tuple[IntArray, IntArray]:
@@ -184,7 +186,7 @@ def _meet(one: _Level, other: _Level, first: IntArray, second: IntArray) -> Bool
         a, b = first[left], second[left]
         cosines = one.axes[a] @ other.axes[b].swapaxes(1, 2)
         along = np.einsum("kai,ki->ka", one.axes[a], apart[left])
-        meet[left] = ~separate(cosines, np.abs(cosines) + PARALLEL, along, one.halves[a], other.halves[b])
+        meet[left] = ~separate(cosines, np.abs(cosines) + PARALLEL_AXES_MARGIN, along, one.halves[a], other.halves[b])
     return meet
 
 

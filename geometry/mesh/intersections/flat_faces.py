@@ -8,7 +8,7 @@ import shapely
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
-from geometry.mesh.intersections.box_trees import BoxTree, box_trees, meeting_sets
+from geometry.mesh.intersections.box_trees import PAIRS_AT_ONCE, BoxTree, box_trees, meeting_sets
 from geometry.mesh.polygons import perpendicular_pair
 
 __all__ = ["CLEARANCE", "are_simple", "coplanar", "extreme_corners", "heights_over", "outlines", "overlapping"]
@@ -20,15 +20,13 @@ their planes are known to about that over how thin they are."""
 OVERLAP = 1e-6
 """Area that two faces in one plane share, over that of the smaller one, below which they only touch."""
 
-LARGE = 64
-"""Corners of a face, above which it is cut into pieces before many others are laid over it."""
+MANY_CORNERS = 64
+"""Corners of a face, above which it is cut into pieces, or its edges are put into a tree, before many other faces or
+points are compared with it."""
 
 GRID = 2.0**-42
 """Places to which overlays round, over the largest coordinate. Without, where corners are off an edge by rounding, GEOS
 takes some per cent of polygons that touch for polygons that share area, and some that share area for apart."""
-
-AT_ONCE = 2**15
-"""Pairs of polygons held at once."""
 
 
 def outlines(mesh: Mesh, faces: IntArray, planes: IntArray) -> npt.NDArray[np.object_]:
@@ -104,10 +102,10 @@ def overlapping(mesh: Mesh, pairs: IntArray) -> IntArray:
     """(n, 2) those of the pairs (k, 2) of faces in one plane that are simple and share area."""
     pairs = pairs[are_simple(mesh)[pairs].all(axis=1)]
     small, large = _by_size(mesh, pairs)
-    is_large = mesh.combinatorics.face_sizes[large] > LARGE
+    is_large = mesh.combinatorics.face_sizes[large] > MANY_CORNERS
     found = np.zeros(len(pairs), dtype=bool)
     usual = np.flatnonzero(~is_large)
-    for part in (usual[start : start + AT_ONCE] for start in range(0, len(usual), AT_ONCE)):
+    for part in (usual[start : start + PAIRS_AT_ONCE] for start in range(0, len(usual), PAIRS_AT_ONCE)):
         found[part] = _share_area(mesh, small[part], large[part])
     order = np.flatnonzero(is_large)[np.argsort(large[is_large], kind="stable")]
     for part in np.split(order, np.flatnonzero(np.diff(large[order])) + 1) if len(order) else []:

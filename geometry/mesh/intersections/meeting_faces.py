@@ -14,6 +14,7 @@ from geometry.mesh import Mesh
 from geometry.mesh.intersections.box_trees import meeting_sets
 from geometry.mesh.intersections.face_neighbours import edge_trees, face_trees, neighbours
 from geometry.mesh.intersections.flat_faces import (
+    MANY_CORNERS,
     are_simple,
     coplanar,
     extreme_corners,
@@ -25,12 +26,16 @@ from geometry.mesh.polygons import perpendicular_pair
 
 __all__ = ["intersecting_faces", "is_embedded", "meeting_boxes", "self_crossing_faces"]
 
-LARGE = 64
-"""Corners of a face, above which points are sought in it by a tree over its edges."""
-
 
 def self_crossing_faces(mesh: Mesh) -> IntArray:
-    """The faces (n,) that are no simple polygons: two edges meet elsewhere than in a common corner."""
+    """The faces (n,) that are no simple polygons: two edges meet elsewhere than in a common corner.
+
+    >>> from geometry import Mesh
+    >>> from geometry.mesh.intersections import self_crossing_faces
+    >>> bow = Mesh.from_faces([[0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1.5, 0]], [[0, 1, 2, 3]])
+    >>> self_crossing_faces(bow).tolist()
+    [0]
+    """
     return np.flatnonzero(~are_simple(mesh))
 
 
@@ -39,6 +44,14 @@ def intersecting_faces(mesh: Mesh) -> IntArray:
 
     They cross each other, a vertex of one lies in the other, or they overlap in one plane. Where boundaries only just
     touch, rounding decides. A self-crossing face contains what its outline runs around an odd number of times.
+
+    >>> import numpy as np
+    >>> from geometry import Mesh
+    >>> from geometry.mesh.intersections import intersecting_faces
+    >>> upright = [[0.5, -1, -1], [0.5, 2, -1], [0.5, 2, 1], [0.5, -1, 1]]
+    >>> mesh = Mesh.from_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], *upright], [[0, 1, 2, 3], [4, 5, 6, 7]])
+    >>> intersecting_faces(mesh).tolist()
+    [[0, 1]]
     """
     c, extremes = mesh.combinatorics, extreme_corners(mesh)
     around = neighbours(mesh)
@@ -55,7 +68,13 @@ def intersecting_faces(mesh: Mesh) -> IntArray:
 
 
 def is_embedded(mesh: Mesh) -> bool:
-    """Whether all faces are simple polygons and no two of them intersect."""
+    """Whether all faces are simple polygons and no two of them intersect.
+
+    >>> from geometry.mesh import solids
+    >>> from geometry.mesh.intersections import is_embedded
+    >>> is_embedded(solids.snub_cube())
+    True
+    """
     return bool(are_simple(mesh).all()) and not len(intersecting_faces(mesh))
 
 
@@ -104,7 +123,7 @@ def _end_heights(mesh: Mesh, edges: IntArray, faces: IntArray) -> FloatArray:
 def _contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
     """(k,) whether faces (k,) contain points (k, 3) of their planes: a ray crosses an odd number of edges."""
     c = mesh.combinatorics
-    large = c.face_sizes[faces] > LARGE
+    large = c.face_sizes[faces] > MANY_CORNERS
     if large.any():
         found = np.zeros(len(faces), dtype=bool)
         found[~large] = _contain(mesh, faces[~large], points[~large])
@@ -136,7 +155,15 @@ def _large_contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray
 def meeting_boxes(
     lower: FloatArray, upper: FloatArray, lower_2: FloatArray, upper_2: FloatArray
 ) -> tuple[IntArray, IntArray]:
-    """Which boxes (n, 3) meet which others (m, 3)."""
+    """Which boxes (n, 3) meet which others (m, 3).
+
+    >>> import numpy as np
+    >>> from geometry.mesh.intersections import meeting_boxes
+    >>> low = np.array([[0.0, 0, 0], [3, 0, 0]])
+    >>> first, second = meeting_boxes(low, low + 1, low + [0.5, 0, 0], low + 2)
+    >>> first.tolist(), second.tolist()
+    ([0, 1], [0, 1])
+    """
     if not len(lower_2):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     z, x, y = np.argsort(np.ptp(lower_2, axis=0))  # the tree is flat: its plane is that of the two longest extents

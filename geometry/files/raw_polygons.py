@@ -15,11 +15,11 @@ from geometry.mesh import Mesh
 from geometry.mesh.combinatorics import corners_and_sizes
 from geometry.mesh.ragged_arrays import next_in_run, run_of_place
 
-__all__ = ["PolygonSoup"]
+__all__ = ["RawPolygons"]
 
 
 @dataclass(frozen=True, eq=False)
-class PolygonSoup:
+class RawPolygons:
     """Vertices and faces without any promise, and how sentences about them count.
 
     vertices (N, 3); corners (C,) and face_starts (F+1,) as in Combinatorics.
@@ -51,19 +51,19 @@ class PolygonSoup:
     @classmethod
     def from_arrays(
         cls, vertices: Any, corners: Any, sizes: Any, *, count_from: int = 0, mended: tuple[str, ...] = ()
-    ) -> PolygonSoup:
+    ) -> RawPolygons:
         """From positions (N, 3), the vertices of all corners (C,) and the number of corners of each face (F,)."""
         starts = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
         origins = np.arange(len(vertices)), np.arange(len(starts) - 1)
         return cls(vertices, corners, starts, *origins, count_from, mended)
 
     @classmethod
-    def from_faces(cls, vertices: Any, faces: Iterable[Sequence[int]]) -> PolygonSoup:
+    def from_faces(cls, vertices: Any, faces: Iterable[Sequence[int]]) -> RawPolygons:
         """From positions (N, 3) and one sequence of vertices, counted from 0, a face."""
         return cls.from_arrays(np.asarray(vertices, dtype=np.float64), *corners_and_sizes(faces))
 
     @classmethod
-    def from_mesh(cls, mesh: Mesh) -> PolygonSoup:
+    def from_mesh(cls, mesh: Mesh) -> RawPolygons:
         """The faces of a mesh, with its own numbers."""
         c = mesh.combinatorics
         return cls(mesh.vertices, c.corners, c.face_starts, np.arange(c.n_vertices), np.arange(c.n_faces))
@@ -151,23 +151,23 @@ class PolygonSoup:
         """How the numbers in a sentence are meant."""
         return f"(vertices and faces counted from {self.count_from})"
 
-    def with_faces(self, corners: Any, face_starts: Any, *mended: str) -> PolygonSoup:
+    def with_faces(self, corners: Any, face_starts: Any, *mended: str) -> RawPolygons:
         """The same vertices with other faces, and what was mended by that."""
         return replace(self, corners=corners, face_starts=face_starts, mended=self.mended + tuple(mended))
 
-    def without_corners(self, gone: BoolArray, *mended: str) -> PolygonSoup:
+    def without_corners(self, gone: BoolArray, *mended: str) -> RawPolygons:
         """The same faces without some of the corners (C,), and what was mended by that."""
         left = np.bincount(self.corner_face, ~gone, minlength=self.n_faces)
         starts = np.concatenate([[0], np.cumsum(left, dtype=np.int64)])
         return self.with_faces(self.corners[~gone], starts, *mended)
 
-    def without_faces(self, gone: BoolArray, *mended: str) -> PolygonSoup:
+    def without_faces(self, gone: BoolArray, *mended: str) -> RawPolygons:
         """The same vertices without some of the faces (F,), and what was mended by that."""
         starts = np.concatenate([[0], np.cumsum(self.face_sizes[~gone])])
         kept = self.corners[~gone[self.corner_face]]
         return replace(self.with_faces(kept, starts, *mended), face_origins=self.face_origins[~gone])
 
-    def without_unused(self, *mended: str) -> PolygonSoup:
+    def without_unused(self, *mended: str) -> RawPolygons:
         """Only the vertices that belong to a face, and what was mended by that."""
         used = self.is_used
         return replace(
