@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 
 __all__ = ["ColourScale", "ElementColours", "Elements", "element_colours"]
 
@@ -126,7 +126,7 @@ class ElementColours:
 
 
 def element_colours(
-    mesh: Mesh,
+    mesh: MeshLike,
     values: Any = None,
     colours: Any = None,
     *,
@@ -145,6 +145,7 @@ def element_colours(
     >>> element_colours(shapes.grid(2, 3), [1, 2, 3, 4, 5, 6]).on
     'faces'
     """
+    mesh = as_mesh(mesh)
     if values is None and colours is None:
         return None
     if values is not None and colours is not None:

@@ -253,6 +253,8 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.wording",
         "fabkit.errors",
         "geometry.files",
+        "geometry.pictures",
+        "geometry.colours",
         "geometry.curvature",
         "geometry.gauss",
         "geometry.parallel",
@@ -346,6 +348,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "fabkit.commands": (
         "terminal options facts",
         "inspection",
+        "inspection_picture",
         "printing",
         "mesh_output surface_output",
         "meshes surface_mesh design",

@@ -144,6 +144,13 @@ def inspect_command(
     nest: NestMode = None,
     accept: Accept = None,
     skip_unbuildable: SkipUnbuildable = False,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            help="PNG to draw: curvatures, planarity, beam heights and lean of the node axes.", rich_help_panel=RUN
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing picture.", rich_help_panel=RUN)] = False,
 ) -> None:
     """Print what a mesh is fit for, by the rules of a build.
 
@@ -175,7 +182,7 @@ def inspect_command(
             sheet=sheet,
             nest=nest,
         )
-        is_unfit = inspect_and_print(mesh, settings)
+        is_unfit = inspect_and_print(mesh, settings, picture, force=force)
     if is_unfit:
         raise typer.Exit(1)
 

@@ -15,12 +15,14 @@ from rich.table import Table
 from rich.text import Text
 
 from fabkit.commands.facts import findings_facts
-from fabkit.commands.inspection import UNSIZED, inspect_project
+from fabkit.commands.inspection import UNSIZED, Inspection, inspect_project
+from fabkit.commands.inspection_picture import check_picture, draw_inspection
 from fabkit.commands.options import project_of
 from fabkit.commands.terminal import ERR, OUT, facts_table, printable
 from fabkit.designs import EdgeOffsetDesign, with_span, write_design
 from fabkit.errors import ProjectError
 from fabkit.fitness import MAX_NAMED_ELEMENTS
+from fabkit.formats import whole_file
 from fabkit.pipeline import Built, build
 from fabkit.production import TERMINAL
 from fabkit.project import Project
@@ -42,16 +44,29 @@ def build_and_print(mesh: Path, settings: dict[str, Any], *, force: bool) -> Non
     _print_result(project, built)
 
 
-def inspect_and_print(mesh: Path, settings: dict[str, Any]) -> bool:
-    """Print the facts and the verdict; whether a build would be refused."""
-    if mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "accept", "gauss_image"}:
-        inspection = inspect_project(project_of(mesh, settings))
-    else:
-        inspection = inspect_project(project_of(mesh, settings | UNSIZED), is_sized=False)
-    table = facts_table()
+def inspect_and_print(
+    mesh: Path, settings: dict[str, Any], picture: Path | None = None, *, force: bool = False
+) -> bool:
+    """Print the facts and the verdict, and draw the picture, if any; whether a build would be refused."""
+    is_sized = mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "accept", "gauss_image"}
+    project = project_of(mesh, settings if is_sized else settings | UNSIZED)
+    if picture is None:
+        return _inspected(project, is_sized).is_unfit
+    check_picture(picture)
+    inputs = [path for path in (mesh, project.mesh, project.gauss_image.file) if path is not None]
+    with whole_file(picture, force=force, inputs=inputs) as draft:
+        inspection = _inspected(project, is_sized)
+        draw_inspection(inspection, draft)
+    OUT.print(Text.assemble("picture written to ", (printable(str(picture)), "bold")))
+    return inspection.is_unfit
+
+
+def _inspected(project: Project, is_sized: bool) -> Inspection:
+    """Inspect and print."""
+    inspection, table = inspect_project(project, is_sized=is_sized), facts_table()
     add_facts(table, inspection.facts())
     OUT.print(table)
-    return inspection.is_unfit
+    return inspection
 
 
 def write_and_print(

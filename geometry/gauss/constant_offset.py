@@ -21,12 +21,6 @@ OffsetKind: TypeAlias = Literal["edge", "face", "vertex"]
 
 EXACT_PAIRS = {"edge": edge_offset_pair, "face": face_offset_pair, "vertex": vertex_offset_pair}
 
-CURES = {
-    "edge": "find an exact one by `edge_offset_pair`, or lower the difference by `approximate_pair` with edges=1",
-    "face": "make the mesh conical by `make_conical` and take its `face_offset_pair`",
-    "vertex": "make the mesh circular by `make_circular` and take its `vertex_offset_pair`",
-}
-
 
 @dataclass(frozen=True, eq=False)
 class OffsetMesh:
@@ -118,7 +112,7 @@ def _kind_of(pair: Pair, kind: OffsetKind | None, tolerance: float) -> str | Non
         tolerance,
         lambda element, off: (
             f"the pair has no {kind} offset: {kind} {element} of its Gauss image is {off:.1e} off distance 1 from the "
-            f"origin, allowed {tolerance:.0e}; {CURES[kind]}, or leave the kind out"
+            f"origin, allowed {tolerance:.0e}; give the mesh without its pair, or leave the kind out"
         ),
     )
     return kind

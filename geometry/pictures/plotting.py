@@ -11,7 +11,7 @@ import numpy as np
 from geometry.arrays import FloatArray
 from geometry.colours import ColourScale, ElementColours, Elements, element_colours
 from geometry.errors import GeometryError
-from geometry.mesh import Mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.pictures.mesh_polygons import mesh_polygons
 from geometry.pictures.rendering import Polygons, View, fit, render
 
@@ -56,7 +56,7 @@ LONG_PLAN = 1.2
 
 
 def plot(
-    mesh: Mesh,
+    mesh: MeshLike,
     values: Any = None,
     *,
     colours: Any = None,
@@ -88,6 +88,7 @@ def plot(
     >>> [drawn.get_ylabel() for drawn in axes.figure.axes]  # the picture and its bar
     ['', 'height']
     """
+    mesh = as_mesh(mesh)
     painted = element_colours(
         mesh, values, colours, on=on, value_range=value_range, choices=("faces", "vertices", "edges")
     )
@@ -103,7 +104,7 @@ def plot(
     return axes
 
 
-def default_view(mesh: Mesh) -> tuple[float, float]:
+def default_view(mesh: MeshLike) -> tuple[float, float]:
     """Where `plot` looks from, if no view is given: degrees about z from the x axis, and degrees above the horizon.
 
     From above, towards the longer side in plan; from in front where a mesh stands upright as a facade does.
@@ -113,6 +114,7 @@ def default_view(mesh: Mesh) -> tuple[float, float]:
     >>> round(azimuth), elevation
     (-65, 35.0)
     """
+    mesh = as_mesh(mesh)
     normal = mesh.vector_areas.sum(axis=0) / np.linalg.norm(mesh.vector_areas, axis=1).sum()
     if np.linalg.norm(normal[:2]) > max(0.5, abs(normal[2])):
         return float(np.degrees(np.arctan2(normal[1], normal[0]))) + 25.0, 15.0
@@ -164,7 +166,8 @@ def _add_picture(axes: Axes, mesh: Mesh, painted: ElementColours | None, view: V
     box = axes.get_window_extent()
     width, height = max(int(box.width), 1), max(int(box.height), 1)
     camera = fit(view, mesh.vertices[mesh.combinatorics.is_used], width, height)
-    image = render(_polygons(mesh, painted, edges, mesh.mean_edge_length * camera.scale), camera, width, height)
+    polygons = _polygons(mesh, painted, edges, mesh.mean_edge_length * camera.scale)
+    image = render(polygons, camera, width, height, shadows=painted is None)  # which would pass for values
     opacity = image[:, :, 3:]
     image[:, :, :3] = np.divide(image[:, :, :3], opacity, out=np.ones_like(image[:, :, :3]), where=opacity > 0)
     rows, columns = (np.flatnonzero(opacity.any(axis=(other, 2))) for other in (1, 0))

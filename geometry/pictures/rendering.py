@@ -131,12 +131,13 @@ def fit(view: View, points: FloatArray, width: float, height: float, scale: floa
     return Camera(view.axes, centre, scale, middle, view.distance * size * scale)
 
 
-def render(shapes: Sequence[Polygons], camera: Camera, width: int, height: int) -> FloatArray:
-    """(height, width, 4) colours, premultiplied by their opacity."""
+def render(shapes: Sequence[Polygons], camera: Camera, width: int, height: int, *, shadows: bool = True) -> FloatArray:
+    """(height, width, 4) colours, premultiplied by their opacity; whether shapes cast shadows on each other."""
     fine = camera.finer()
     rows, columns = height * OVERSAMPLING, width * OVERSAMPLING
     triangles = fine.project(np.concatenate([shape.triangles for shape in shapes]))
-    shadow = _Shadow.of(shapes, fine, min(max(rows, columns), LARGEST_SHADOW * OVERSAMPLING))
+    shadow_size = min(max(rows, columns), LARGEST_SHADOW * OVERSAMPLING)
+    shadow = _Shadow.of(shapes, fine, shadow_size) if shadows else None
     image = np.zeros((rows * columns, 4))
     transparency, depth = np.ones(rows * columns), np.full(rows * columns, np.inf)
     for _ in range(TRANSLUCENT_LAYERS):
@@ -224,7 +225,7 @@ def _expand(counts: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _shade(
-    shape: Polygons, triangle: IntArray, samples: FloatArray, camera: Camera, shadow: _Shadow
+    shape: Polygons, triangle: IntArray, samples: FloatArray, camera: Camera, shadow: _Shadow | None
 ) -> tuple[FloatArray, FloatArray]:
     """Colours (n, 3) and opacities (n,) of a shape at samples (n, 3) that lie in the given of its triangles."""
     polygon = triangle // (shape.corners.shape[1] - 2)
@@ -238,7 +239,7 @@ def _shade(
     front = normal[:, 2] > 0
     normal *= np.where(front, 1, -1)[:, None]
     sun = np.maximum(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0)
-    if shape.opacity == 1:
+    if shadow is not None and shape.opacity == 1:
         sun *= 1 - SHADOW_STRENGTH * shadow.at(camera.unproject(samples))
     light = AMBIENT_LIGHT + SKY_LIGHT * normal[:, 1] + SUN_LIGHT * sun
     colour = np.where(front[:, None], interpolated(shape.colour), interpolated(shape.back))
