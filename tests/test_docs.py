@@ -74,7 +74,6 @@ def test_the_how_to_on_parallel_meshes_runs(monkeypatch: pytest.MonkeyPatch) -> 
     assert geometry.parallelity(names["mesh"], names["blend"]).max() < 1e-9
 
 
-<<<<<<< HEAD
 def test_the_how_to_on_pictures_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = (ROOT / "docs" / "howto" / "pictures.md").read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -84,7 +83,8 @@ def test_the_how_to_on_pictures_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     names["plt"].close("all")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["both.png", "lean.obj", "mean.ply", "mean.png"]
     assert geometry.read_mesh("mean.ply").mesh.n_faces == names["roof"].n_faces
-=======
+
+
 def test_the_how_to_on_shortcuts_runs() -> None:
     text = (ROOT / "docs" / "howto" / "shortcuts.md").read_text(encoding="utf-8")
     names: dict[str, Any] = {}
@@ -93,7 +93,6 @@ def test_the_how_to_on_shortcuts_runs() -> None:
     assert names["fine"].n_faces == 16 * names["coarse"].n_faces
     assert abs(names["glass"].face_distances - 0.2).max() < 1e-9
     assert abs(names["near"].vertices[[0, 19]] - names["wanted"]).max() < 0.3
->>>>>>> int11
 
 
 def test_the_how_to_on_designing_edge_offset_meshes_runs() -> None:
