@@ -20,14 +20,13 @@ from geometry.gauss.exact_or_approximate import exact_or_approximate_pair
 from geometry.gauss.lean import axis_lean
 from geometry.gauss.nearest_pair import nearest_parallel_pair, nearest_planar_mesh
 from geometry.gauss.offset_kinds import best_offset_pair, offset_deviations
-from geometry.gauss.pair import PARALLEL_TOLERANCE, HasPair, Pair, PairLike, as_pair, points_inwards
+from geometry.gauss.pair import PARALLEL_TOLERANCE, Pair, PairLike, as_pair, points_inwards
 from geometry.gauss.rounded_mesh import rounded_mesh_pair
 from geometry.gauss.support_structure import SupportStructure
 
 __all__ = [
     "DISTANCE_TOLERANCE",
     "PARALLEL_TOLERANCE",
-    "HasPair",
     "OffsetKind",
     "OffsetMesh",
     "Pair",

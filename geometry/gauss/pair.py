@@ -23,7 +23,7 @@ from geometry.parallel.blending import weight_ranges
 from geometry.parallel.edge_parallelity import check_parallel, edge_factors
 from geometry.spheres import LaguerreTransformation
 
-__all__ = ["PARALLEL_TOLERANCE", "HasPair", "Pair", "PairLike", "as_pair", "points_inwards"]
+__all__ = ["PARALLEL_TOLERANCE", "Pair", "PairLike", "as_pair", "points_inwards"]
 
 PARALLEL_TOLERANCE = 1e-9
 """Largest distance that an end of an edge of S may lie off the direction of its edge of M; S has unit size."""
@@ -201,13 +201,7 @@ class Pair:
 
 
 class HasPair(Protocol):
-    """What holds a pair: OptimisedPair, OffsetMesh, SupportStructure, Fins, or a class of one's own.
-
-    >>> from geometry import face_curvatures, offset
-    >>> from geometry.mesh.solids import cube
-    >>> face_curvatures(offset(cube() * 2.0, 1.0, "face")).mean.round(6).tolist()  # of the cube that was offset
-    [-0.5, -0.5, -0.5, -0.5, -0.5, -0.5]
-    """
+    """What holds a pair: OptimisedPair, OffsetMesh, SupportStructure, Fins, or a class of one's own."""
 
     @property
     def pair(self) -> Pair: ...
