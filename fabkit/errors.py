@@ -8,7 +8,15 @@ __all__ = ["DetailingError", "FabkitError", "NestingError", "OutputError", "Proj
 
 
 class FabkitError(ValueError):
-    """Base of all errors of this package; `str(error)` is meant for the person at the keyboard."""
+    """Base of all errors of this package; `str(error)` is meant for the person at the keyboard.
+
+    >>> from fabkit import FabkitError, Project, build
+    >>> try:
+    ...     build(Project(mesh="roof.obj", unit="m"))
+    ... except FabkitError as error:
+    ...     print(str(error).split(":")[0])
+    there is no output folder
+    """
 
 
 class ProjectError(FabkitError):

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import platform
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
-from importlib.metadata import version
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from fabkit.checking import FIT_MM, check_fit
+from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
@@ -19,14 +16,10 @@ from fabkit.fitness.parts import block_heights, mitres_of, sheets, underside
 from fabkit.formats import whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
-from fabkit.parts import Assembly, LeftOut, Parts
+from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
-    BuildFacts,
     Nest,
-    OnSurface,
     Sheet,
-    Summary,
-    build_facts,
     nest_panels,
     share_equal_parts,
     too_large,
@@ -36,15 +29,14 @@ from fabkit.stages import Listener, Stages
 from fabkit.structure import checked_structure, with_checked
 from fabkit.surface import LaidSurface, lay_on_surface
 from fabkit.units import MM_PER_UNIT
-from fabkit.wording import readable
-from geometry.files import MeshFile, read_mesh
-from geometry.gauss import SupportStructure
+from geometry.files import MeshFile, check_faces, read_mesh
 from geometry.mesh import Mesh
 
 __all__ = [
     "Built",
     "build",
     "design",
+    "mesh_file",
     "mesh_in_mm",
     "write_built",
 ]
@@ -54,41 +46,17 @@ COPY_ROUNDING = 4.0
 map coordinates of symmetric meshes, where each coordinate of two parts is off by half a spacing."""
 
 
-@dataclass(frozen=True, eq=False)
-class Built:
-    """What a build made, in memory: near zero, `assembly.origin_mm` from where the mesh file has it. seconds: by stage;
-    sha256: of the mesh file as it was read."""
-
-    project: Project
-    structure: SupportStructure
-    assembly: Assembly
-    nest: Nest | None
-    summary: Summary
-    seconds: dict[str, float]
-    sha256: str
-
-    @property
-    def facts(self) -> BuildFacts:
-        """What there is to say of it."""
-        return build_facts(self.summary, self.assembly, self.nest)
-
-    def with_parts(self, parts: Parts[Any]) -> Built:
-        """With parts of a kind of one's own, in the place of those of that kind: equal ones share a mark.
-
-        Raises DetailingError where they share volume with other parts, or two of them stand for one mesh element.
-        """
-        within = self.summary.equal_within_mm
-        (shared,) = share_equal_parts(Assembly(self.assembly.name, (parts,)), within_mm=within).groups
-        assembly = self.assembly.with_group(shared)
-        check_fit(assembly, fit_mm=max(FIT_MM, 2 * within))
-        return replace(self, assembly=assembly)
-
-
 def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
-    """Design the structure and write it to the folder `project.out`, which appears whole or not at all.
+    """Design the structure and write all documents to the folder `project.out`, which appears whole or not at all.
 
     An earlier result there is replaced only with `force`. Raises GeometryError or FabkitError, in one sentence,
     where something in the mesh, the project or the output folder is not as it must be.
+
+    >>> from fabkit import Project, build
+    >>> from geometry.mesh.shapes import dome
+    >>> built = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out="roof"))
+    >>> sorted(path.name for path in Path("roof").iterdir() if path.suffix in (".csv", ".html", ".step"))
+    ['beams.csv', 'model.step', 'nodes.csv', 'panels.csv', 'report.html']
     """
     stages = Stages(listener)
     with _output_folder(project, force) as folder:
@@ -101,10 +69,8 @@ def write_built(built: Built, *, force: bool = False, listener: Listener | None 
     """Write what was designed to the folder `built.project.out`, as `build` does.
 
     >>> from fabkit import Project, design, write_built
-    >>> from geometry import write_mesh
     >>> from geometry.mesh.shapes import dome
-    >>> write_mesh("dome.obj", dome(6, 2))
-    >>> built = design(Project(mesh="dome.obj", mean_edge_mm=1500, out="dome"))
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500, out="dome"))
     >>> write_built(built)
     >>> sorted(path.name for path in Path("dome/sheets").iterdir())
     ['sheet-001.dxf', 'sheet-002.dxf', 'sheet-003.dxf']
@@ -117,17 +83,26 @@ def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path
     if project.out is None:
         raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
     strokes = None if project.surface is None else project.surface.strokes
-    inputs = [path for path in (project.mesh, project.gauss_image.file, strokes) if path]
+    inputs = [path for path in (project.mesh, project.gauss_image.file, strokes) if isinstance(path, Path)]
     return whole_folder(project.out, force=force, inputs=inputs)
 
 
 def _write(folder: Path, built: Built, stages: Stages) -> None:
     write_documents(folder, built.structure.pair, built.assembly, built.nest, built.summary, stages)
-    write_manifest(folder, _manifest(built), built.facts.all)
+    write_manifest(folder, manifest_of(built), built.facts.all)
 
 
 def design(project: Project, stages: Stages | None = None) -> Built:
-    """Everything but the files: mesh, planar mesh, Gauss image, parts, marks and nest."""
+    """Design the structure without writing files: planar mesh, Gauss image, parts, marks and nest.
+
+    Raises GeometryError or FabkitError as `build` does.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> built.assembly["beams"].mark_names, round(built.assembly["beams"][0].details.long_point_mm)
+    (('B001', 'B002', 'B003', 'B004', 'B005'), 2332)
+    """
     stages = stages or Stages()
     with stages("Read"):
         file, given = _read(project)
@@ -148,7 +123,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
             assembly = _without_too_large(assembly, reasons)
         nest = _nest(project, assembly, stages)
     summary = replace(
-        _summary(project, file, laid, scale, structure, detailed),
+        summary_of(project, file, laid, scale, structure, detailed),
         gauss_image=image,
         equal_within_mm=within,
         fitness=found,
@@ -160,9 +135,18 @@ def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
     """The mesh near zero, and its Gauss image where that is given."""
     rules = project.gauss_image
     if rules.file is None:
-        return read_mesh(project.mesh, flip=project.flip).near_zero(), None
-    pair = read_given_pair(project.mesh, rules.file, flip=project.flip, tolerance=rules.tolerance)
+        return mesh_file(project), None
+    pair = read_given_pair(project.mesh_path, rules.file, flip=project.flip, tolerance=rules.tolerance)
     return pair.file, pair
+
+
+def mesh_file(project: Project) -> MeshFile:
+    """The mesh of a project without its Gauss image, near zero; one in memory is checked as a file is."""
+    if not isinstance(project.mesh, Mesh):
+        return read_mesh(project.mesh, flip=project.flip).near_zero()
+    check_faces(project.mesh)
+    mesh = project.mesh.reversed() if project.flip else project.mesh
+    return MeshFile(Path(project.source), mesh, ()).near_zero()
 
 
 def _laid(project: Project, file: MeshFile, stages: Stages) -> tuple[MeshFile, LaidSurface | None]:
@@ -243,72 +227,3 @@ def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest | None:
         seconds=project.nesting.seconds,
         progress=lambda share, _: stages.progress("Nest", share),
     )
-
-
-def _summary(
-    project: Project,
-    file: MeshFile,
-    laid: LaidSurface | None,
-    scale: float,
-    structure: SupportStructure,
-    detailed: Detailed,
-) -> Summary:
-    mesh = structure.mesh
-    moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
-    return Summary(
-        name=project.title,
-        source=readable(project.mesh.name),
-        scale_mm=scale,
-        origin=file.origin,
-        n_vertices=mesh.n_vertices,
-        n_edges=mesh.n_edges,
-        n_faces=mesh.n_faces,
-        n_boundaries=len(mesh.combinatorics.boundary_loops),
-        mended=file.mended,
-        planarity_before=float(file.mesh.planarity.max()),
-        planarity_after=float(mesh.planarity.max()),
-        largest_move_mm=float(moves.max()),
-        mean_move_mm=float(moves.mean()),
-        farthest_vertex=int(moves.argmax()),
-        edge_lengths_mm=mesh.edge_lengths,
-        heights=structure.heights,
-        leans_deg=np.degrees(structure.pair.leans),
-        twists_deg=np.degrees(structure.twists),
-        underside_mm=detailed.underside_mm,
-        underside_reason=detailed.underside_reason,
-        surface=None if laid is None else _on_surface(laid, mesh, scale),
-    )
-
-
-def _on_surface(laid: LaidSurface, mesh: Mesh, scale: float) -> OnSurface:
-    quality, angles = laid.laid.quality, np.degrees(laid.laid.network.crossing_angles)
-    return OnSurface(
-        n_triangles=laid.n_triangles,
-        lines=laid.lines,
-        affine=laid.affine,
-        crossing_deg=(float(angles[0]), float(angles[1])),
-        quad_share=quality.quad_share,
-        valences=quality.valences,
-        aligned_share=laid.aligned_share,
-        distances_mm=laid.distances(mesh * (1 / scale)) * scale,
-        smoothing_mm=laid.largest_smoothing * scale,
-    )
-
-
-def _manifest(built: Built) -> dict[str, Any]:
-    project, summary, assembly = built.project, built.summary, built.assembly
-    return {
-        "name": summary.name,
-        "input": {"file": summary.source, "sha256": built.sha256},
-        "gauss_image": None if summary.gauss_image is None else vars(summary.gauss_image),
-        "settings": project.model_dump(mode="json", exclude={"mesh": True, "out": True, "gauss_image": {"file"}}),
-        "versions": {
-            "fabkit": version("fabkit"),
-            "python": platform.python_version(),
-            **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely")},
-        },
-        "origin": {"unit": summary.origin.tolist(), "mm": assembly.origin_mm.tolist()},
-        "fitness": [vars(finding) for finding in summary.fitness],
-        "mended": list(summary.mended),
-        "left_out": [vars(part) for part in assembly.left_out],
-    }

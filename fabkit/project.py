@@ -9,7 +9,8 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, GetPydanticSchema, ValidationError, field_validator, model_validator
+from pydantic_core import core_schema
 
 from fabkit.errors import ProjectError
 from fabkit.fitness import CRITERIA, FitnessRules
@@ -19,6 +20,7 @@ from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Posit
 from fabkit.surface import SurfaceRules
 from fabkit.units import MM_PER_UNIT, Unit
 from fabkit.wording import echo, readable
+from geometry.mesh import Mesh
 
 __all__ = [
     "GaussImageRules",
@@ -46,6 +48,16 @@ MAX_PROBLEM_LETTERS = 400
 
 BACKSLASHES = r"write backslashes in single quotes, as in 'C:\models\roof.obj', or forward slashes"
 
+MeshSource = Annotated[
+    Path | Mesh,
+    GetPydanticSchema(
+        lambda _, handler: core_schema.no_info_wrap_validator_function(
+            lambda given, path: given if isinstance(given, Mesh) else path(given), handler(Path)
+        )
+    ),
+]
+"""The path of a mesh file, or a mesh in memory."""
+
 
 class GaussImageRules(BaseModel):
     """The Gauss image: given as a file, or computed by weights.
@@ -60,7 +72,6 @@ class GaussImageRules(BaseModel):
 
     file: Path | None = None
     tolerance: Positive = GIVEN_PAIR_TOLERANCE
-
     faces: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     edges: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
     vertices: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
@@ -78,7 +89,7 @@ class GaussImageRules(BaseModel):
 
     @property
     def weights(self) -> dict[str, Any]:
-        """Those that are said."""
+        """The weights that are given."""
         return self.model_dump(exclude={"file", "tolerance"}, exclude_none=True)
 
 
@@ -104,19 +115,25 @@ class Nesting(BaseModel):
 
 
 class Project(BaseModel):
-    """A mesh, or a surface to lay one on, and everything that decides what becomes of it.
+    """A mesh, or a surface to lay one on, and all settings of a build.
 
-    mesh: the file. Either unit, the unit of its coordinates, or mean_edge_mm, the length to which its mean edge is
-    scaled, is required. flip turns the outside round. name: of the structure, by default that of the mesh file.
-    surface: that the file is a design surface, and what is laid on it; a mean_edge_mm is that of the mesh then.
-    gauss_image: weights, or a file, which may also stand in the place of the whole table. equal_within_mm: how far
-    coordinates of parts may differ for these to share a mark; parts then stand off their places by as much. fitness:
-    bounds from which a finding is noted or refused; accept: names of findings to accept instead of refusing them.
+    mesh: the path of a file, or a `Mesh` (then the manifest names no input file). Either unit, the unit of its
+    coordinates, or mean_edge_mm, the length to which its mean edge is scaled, is required. flip reverses all faces, and
+    so the outside. name: of the structure, by default that of the mesh file. surface: the file is a design surface, and
+    a mesh is laid on it; mean_edge_mm is then that of this mesh. gauss_image: weights, or a file, which may also stand
+    in the place of the whole table. equal_within_mm: largest difference between coordinates of parts that share a mark;
+    parts may be misplaced by up to this tolerance. fitness: bounds from which a finding is noted or refused; accept:
+    names of findings to accept instead of refusing them.
+
+    >>> from geometry.mesh.shapes import dome
+    >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})
+    >>> project.rules.beams.height_mm, project.title, Project(mesh="roof.obj", unit="m").title
+    (150.0, 'structure', 'roof')
     """
 
     model_config = _STRICT
 
-    mesh: Path
+    mesh: MeshSource
     out: Path | None = None
     name: str = ""
     unit: Unit | None = None
@@ -163,6 +180,8 @@ class Project(BaseModel):
                 f"either the unit of the mesh or the length of its mean edge is needed, and {found}: say unit "
                 f"(--unit) as one of {units}, or mean_edge_mm (--mean-edge) in mm for a model without unit"
             )
+        if self.gauss_image.file is not None and isinstance(self.mesh, Mesh):
+            raise ValueError("gauss_image.file needs a mesh file beside it: write the mesh, or leave gauss_image out")
         if self.surface is not None and self.gauss_image.file is not None:
             raise ValueError(
                 "a mesh is laid on a surface by [surface], so that no Gauss image can be given for it: take out "
@@ -187,7 +206,20 @@ class Project(BaseModel):
 
     @property
     def title(self) -> str:
-        return readable(self.name or self.mesh.stem)
+        """The name of the structure; without one that of the mesh file."""
+        return readable(self.name or ("structure" if isinstance(self.mesh, Mesh) else self.mesh.stem))
+
+    @property
+    def mesh_path(self) -> Path:
+        """The mesh file. Raises ProjectError for a mesh in memory."""
+        if isinstance(self.mesh, Mesh):
+            raise ProjectError("the mesh of this project is in memory: write it to a file, and give its path")
+        return self.mesh
+
+    @property
+    def source(self) -> str:
+        """The name of the mesh file, or that the mesh was in memory."""
+        return "a mesh in memory" if isinstance(self.mesh, Mesh) else readable(self.mesh.name)
 
 
 def _rules_of(project: Project) -> DetailingRules:
@@ -204,6 +236,11 @@ def load_project(path: Path, overrides: dict[str, Any]) -> Project:
     """The project in a TOML file; relative paths in it start from its folder. Overrides win, nested as in the file.
 
     Raises ProjectError with one sentence that names the key, what was found and what would do.
+
+    >>> _ = Path("roof.toml").write_text('mesh = "roof.obj"\\nunit = "m"\\n[panels]\\nthickness_mm = 12')
+    >>> project = load_project(Path("roof.toml"), {"panels": {"joint_mm": 8}})
+    >>> project.panels.thickness_mm, project.panels.joint_mm
+    (12.0, 8.0)
     """
     found = _toml(path)
     _start_paths_from(path, found)

@@ -25,6 +25,16 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
     The depth is the shortest way to move the two apart; where a part is not convex, the largest such depth over
     its convex pieces. The solids must be sound (`check.violations` says which are not). In the order of
     `assembly.parts()`. Raises DetailingError where a solid is neither convex nor a prism over a simple polygon.
+
+    >>> import numpy as np
+    >>> from dataclasses import replace
+    >>> from fabkit import Project, design
+    >>> from fabkit.checking import clashes
+    >>> from geometry.mesh.shapes import dome
+    >>> roof = design(Project(mesh=dome(6, 2), mean_edge_mm=1500)).assembly
+    >>> lowered = replace(roof["panels"], origins=roof["panels"].origins - np.array([0, 0, 8]))
+    >>> len(clashes(roof)), len(clashes(roof.with_group(lowered))) > 0
+    (0, True)
     """
     positions = Positions(assembly)
     batches = positions.placed()
@@ -41,7 +51,17 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
 
 def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_MM) -> tuple[IntArray, FloatArray]:
     """(K, 2) positions of every two parts, the lower first, that reach into each other by more than `depth_mm`;
-    (K,) by how much. All solids must be splittable; sorted."""
+    (K,) by how much. All solids must be splittable; sorted.
+
+    >>> import numpy as np
+    >>> from fabkit.checking import clashing_pairs
+    >>> from fabkit.parts import SolidArray, prism_topology, prism_vertices
+    >>> square = np.array([[0, 0], [10, 0], [10, 10], [0, 10]])
+    >>> boxes = prism_vertices(np.stack([square, square + 8, square + 20]), 0.0, 5.0)
+    >>> pairs, depths = clashing_pairs([SolidArray(prism_topology(4), np.arange(3), boxes)])
+    >>> pairs.tolist(), depths.round(6).tolist()
+    ([[0, 1]], [2.0])
+    """
     shapes = [pieces for batch in batches for pieces in convex_pieces(batch)]
     if not shapes:
         return np.empty((0, 2), dtype=np.int64), np.empty(0)

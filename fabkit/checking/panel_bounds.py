@@ -19,6 +19,13 @@ def panels_crossing_support_planes(structure: SupportStructure, panels: Parts[Pa
     """Positions of the panels that leave their cells by more than FIT_MM.
 
     At each level the cell is the polygon in which the node axes at the corners of the face meet the plane of the panel.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.checking import panels_crossing_support_planes
+    >>> panels_crossing_support_planes(built.structure, built.assembly["panels"]).tolist()
+    []
     """
     outside = np.zeros(len(panels), dtype=bool)
     if not len(panels):

@@ -39,6 +39,15 @@ class Violation:
     """One thing that does not hold. finding: parts, value and bound; cure: what to do.
 
     parts: kind and mesh element of each part concerned, which may be missing from the assembly.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.checking import violations
+    >>> [violation.sentence for violation in violations(built.assembly)]
+    []
+    >>> violations(built.assembly, shortest_edge_mm=60)[0].parts
+    (('beam', 0),)
     """
 
     finding: str
@@ -57,7 +66,18 @@ def check_fit(
     shortest_edge_mm: float = SHORTEST_EDGE_MM,
     twist_deg: float = LARGEST_TWIST_DEG,
 ) -> None:
-    """Raise DetailingError, with the text of `violations_sentence`, if `violations` finds any."""
+    """Raise DetailingError, with the text of `violations_sentence`, if `violations` finds any.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.checking import check_fit
+    >>> check_fit(built.assembly)
+    >>> check_fit(built.assembly, shortest_edge_mm=60)  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+        ...
+    fabkit.errors.DetailingError: beam B001 (edge 0) has an edge of 50 mm, allowed 60 mm and more...
+    """
     found = violations(assembly, fit_mm=fit_mm, shortest_edge_mm=shortest_edge_mm, twist_deg=twist_deg)
     if found:
         raise DetailingError(violations_sentence(found))
@@ -65,7 +85,16 @@ def check_fit(
 
 def violations_sentence(found: Sequence[Violation]) -> str:
     """The first findings that have the cure of the very first, how many more there are, the cure, and how many others
-    there are besides. At least one violation is needed."""
+    there are besides. At least one violation is needed.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.checking import violations, violations_sentence
+    >>> sentence = violations_sentence(violations(built.assembly, shortest_edge_mm=60)[:1])
+    >>> sentence.split(" (elements")[0]
+    'beam B001 (edge 0) has an edge of 50 mm, allowed 60 mm and more'
+    """
     cure = found[0].cure
     alike = [violation.finding for violation in found if violation.cure == cure]
     told = alike[:3]
@@ -94,6 +123,15 @@ def violations(
     - Each beam has a node at both ends, and each node has the beams it names.
     - Each end face of a beam lies on a facet of its node that looks towards it, and inside it, to `fit_mm`.
     - No two parts reach into each other by more than `fit_mm`.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.checking import violations
+    >>> violations(built.assembly)
+    ()
+    >>> len(violations(built.assembly, shortest_edge_mm=11)) > 0
+    True
     """
     name = _by_mark if have_marks else _by_element
     positions = Positions(assembly)

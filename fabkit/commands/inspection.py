@@ -14,12 +14,12 @@ from fabkit.errors import FabkitError, error_sentence
 from fabkit.fitness import CRITERIA, Finding, FitnessError, with_accepted
 from fabkit.fitness.parts import mitres
 from fabkit.fitness.shape import self_intersection
-from fabkit.pipeline import design, mesh_in_mm
+from fabkit.pipeline import design, mesh_file, mesh_in_mm
 from fabkit.project import GaussImageRules, Project
 from fabkit.stages import Stages
 from fabkit.structure import checked_image, checked_pair, checked_planar
 from geometry.errors import GeometryError
-from geometry.files import MeshFile, read_mesh, read_mesh_pair
+from geometry.files import MeshFile, read_mesh_pair
 from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh
 
@@ -100,10 +100,10 @@ def inspect_project(project: Project, *, is_sized: bool = True) -> Inspection:
     """
     gauss_image = None
     if project.gauss_image.file is None:
-        file = read_mesh(project.mesh, flip=project.flip)
+        file = mesh_file(project)
     else:
-        file, gauss_image = read_mesh_pair(project.mesh, project.gauss_image.file)
-    file = file.near_zero()
+        file, gauss_image = read_mesh_pair(project.mesh_path, project.gauss_image.file)
+        file = file.near_zero()
     everything = tuple(name for name, reason in CRITERIA.items() if not reason)
     tried = _tried(project.model_copy(update={"accept": everything}), is_sized=is_sized)
     return Inspection(

@@ -53,7 +53,7 @@ def inspect_and_print(
     if picture is None:
         return _inspected(project, is_sized).is_unfit
     check_picture(picture)
-    inputs = [path for path in (mesh, project.mesh, project.gauss_image.file) if path is not None]
+    inputs = [path for path in (mesh, project.mesh_path, project.gauss_image.file) if path is not None]
     with whole_file(picture, force=force, inputs=inputs) as draft:
         inspection = _inspected(project, is_sized)
         draw_inspection(inspection, draft)

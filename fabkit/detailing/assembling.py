@@ -31,7 +31,16 @@ MAX_FULL_REASONS = 3
 @dataclass(frozen=True, eq=False)
 class Detailed:
     """The assembly, and what decided the level of its panels. underside_mm: of the panels' lower sides above the mesh.
-    needed_mm (N,): how far the block at each vertex stands above the highest face it reaches under, 0 without one."""
+    needed_mm (N,): how far the block at each vertex stands above the highest face it reaches under, 0 without one.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.detailing import detail
+    >>> detailed = detail(built.structure, built.project.rules, name="roof")
+    >>> round(detailed.underside_mm, 1), detailed.underside_reason.split(";")[0].split(" stands")[0]
+    (24.3, 'the node block at vertex 1')
+    """
 
     assembly: Assembly
     underside_mm: float
@@ -46,6 +55,14 @@ def detail(
 
     structure: in millimetres. Raises DetailingError naming all parts that cannot be built or do not fit; with
     skip_unbuildable they are left out instead, the rest is made without them, and the assembly says so.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.detailing import detail
+    >>> detailed = detail(built.structure, built.project.rules, name="roof")
+    >>> {parts.kind.group: len(parts) for parts in detailed.assembly.groups}
+    {'beams': 30, 'nodes': 18, 'panels': 12}
     """
     plan = _Plan(structure, rules, skip_unbuildable)
     while True:

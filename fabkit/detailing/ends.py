@@ -35,6 +35,14 @@ class Ends:
     ring[ring_starts[i]:ring_starts[i+1]]. following (2E,): the next end of the ring, -1 for ends in no ring.
     gap (2E,): angle to the next end of the ring, 2 pi where the ring has one end only; NaN for ends in no ring.
     setback (2E,): distance in mm of the facet from the node axis.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.detailing import beam_ends
+    >>> ends = beam_ends(built.structure, np.ones(30, dtype=bool), built.project.rules)
+    >>> ends.vertex[:4].tolist(), np.diff(ends.ring_starts)[:4].tolist()
+    ([0, 3, 3, 4], [3, 4, 3, 3])
     """
 
     vertex: IntArray
@@ -56,6 +64,14 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
     apart; each beam has its own, the larger of what its two neighbours ask. Where a node's beams lie on one cone of
     revolution about its axis, as all do in edge offset meshes [Pottmann2007, Prop. 3], the rules make them one
     setback: then the end faces of all beams that fall from the node are at one level, and of all that rise.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.detailing import beam_ends
+    >>> ends = beam_ends(built.structure, np.ones(30, dtype=bool), built.project.rules)
+    >>> ends.setback[:6].round(1).tolist()
+    [32.8, 32.8, 32.8, 22.7, 40.3, 40.3]
     """
     edges = structure.mesh.combinatorics.edges
     vertex = edges.ravel()

@@ -59,7 +59,16 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> No
 
 def axis_misalignments(ends: Ends, levels: tuple[float, float], n_vertices: int) -> FloatArray:
     """(N,) how far the inner or the outer sides of a node's beams, which lie at these levels above the edges, are from
-    meeting the axis in one point, the larger of the two; NaN where there are no beams."""
+    meeting the axis in one point, the larger of the two; NaN where there are no beams.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.detailing import axis_misalignments, beam_ends
+    >>> ends = beam_ends(built.structure, np.ones(30, dtype=bool), built.project.rules)
+    >>> axis_misalignments(ends, (-120.0, 0.0), 18).max().round(1).item()
+    12.3
+    """
     on_axis = [_extremes(level / np.cos(ends.inclination), ends, n_vertices) for level in levels]
     spreads: FloatArray = np.maximum(*(most - least for least, most in on_axis))
     return spreads

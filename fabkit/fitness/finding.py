@@ -48,6 +48,13 @@ class Finding:
     (it would be refused, but the user accepts it). value, bound: the value found, and the value from which it is noted
     or refused, both in `unit`. sentence: value and place in words; cure: what to do about it. noun, elements: the
     vertices, edges or faces concerned, the worst first, counted from 0.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> finding = built.summary.fitness[0]
+    >>> finding.name, finding.level, finding.bound, finding.may_be_accepted
+    ('heights', 'note', 0.1, False)
     """
 
     name: str
@@ -73,7 +80,17 @@ class Finding:
 
 
 class FitnessError(FabkitError):
-    """A mesh cannot be built from. findings: all findings so far, the refused ones among them."""
+    """A mesh cannot be built from. findings: all findings so far, the refused ones among them.
+
+    >>> from fabkit import Project, design
+    >>> from fabkit.fitness import FitnessError
+    >>> from geometry.mesh.shapes import dome
+    >>> try:
+    ...     design(Project(mesh=dome(6, 2), mean_edge_mm=1500, fitness={"lean_noted_deg": 1, "lean_refused_deg": 2}))
+    ... except FitnessError as error:
+    ...     print([finding.name for finding in error.findings if finding.level == "refused"])
+    ['lean']
+    """
 
     def __init__(self, findings: Sequence[Finding]) -> None:
         refused = [finding for finding in findings if finding.level == "refused"]
@@ -82,7 +99,13 @@ class FitnessError(FabkitError):
 
 
 def with_accepted(findings: Iterable[Finding], names: Collection[str]) -> tuple[Finding, ...]:
-    """The findings; those with these names are accepted instead of refused, where that is possible."""
+    """The findings; those with these names are accepted instead of refused, where that is possible.
+
+    >>> from fabkit.fitness import Finding, with_accepted
+    >>> lean = Finding("lean", "refused", 34.0, 30.0, "degrees", "node axes lean by 34 degrees", "lay other lines")
+    >>> [finding.level for finding in with_accepted([lean], {"lean"})]
+    ['accepted']
+    """
     return tuple(_levelled(finding, names) for finding in findings)
 
 
@@ -93,7 +116,15 @@ def _levelled(finding: Finding, names: Collection[str]) -> Finding:
 
 
 def check_fit_to_build(findings: Sequence[Finding]) -> None:
-    """Raise FitnessError if any finding is refused, with one sentence for each refused one."""
+    """Raise FitnessError if any finding is refused, with one sentence for each refused one.
+
+    >>> from fabkit.fitness import Finding, check_fit_to_build
+    >>> lean = Finding("lean", "refused", 34.0, 30.0, "degrees", "node axes lean by 34 degrees", "lay other lines")
+    >>> check_fit_to_build([lean])  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+        ...
+    fabkit.fitness.finding.FitnessError: unfit (lean): node axes lean by 34 degrees...
+    """
     if any(finding.level == "refused" for finding in findings):
         raise FitnessError(findings)
 

@@ -31,6 +31,12 @@ class FitnessRules:
     Most saws for profiles turn to 45 degrees one way; the few that go further end at 60.
     block_heights_noted: height of a node block over that of its beams; at 2, half of it carries no beam.
     underside_noted: by how many beam heights the highest node raises all panels above what 95 % of the nodes need.
+
+    >>> from fabkit import Project
+    >>> from fabkit.fitness import FitnessRules
+    >>> strict = FitnessRules(lean_noted_deg=5, lean_refused_deg=10)
+    >>> Project(mesh="roof.obj", unit="m", fitness=strict).fitness.lean_refused_deg
+    10.0
     """
 
     moves_noted: Bound = 0.1

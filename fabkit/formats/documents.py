@@ -31,6 +31,15 @@ def write_documents(
 
     pair: in millimetres near zero; the parts' elements are edges, vertices and faces of its mesh. M.obj is in the unit
     and at the place of the mesh file, S.obj near the unit sphere about zero.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats import write_documents
+    >>> from fabkit.stages import Stages
+    >>> write_documents(Path(), built.structure.pair, built.assembly, built.nest, built.summary, Stages())
+    >>> sorted(path.name for path in Path().glob("*.csv")), len(list(Path("sheets").iterdir()))
+    (['beams.csv', 'nodes.csv', 'panels.csv'], 3)
     """
     with stages("Meshes"):
         write_mesh(folder / "M.obj", pair.mesh * (1 / summary.scale_mm), origin=summary.origin)

@@ -36,6 +36,15 @@ def check_replaceable(out: Path, *, force: bool, inputs: Iterable[Path] = ()) ->
 
     An existing folder is replaced only with `force`, and only where all files in it are as an earlier result of fabkit
     wrote them, none of which is among the `inputs`.
+
+    >>> from fabkit.formats import check_replaceable
+    >>> check_replaceable(Path("new"), force=False)
+    >>> Path("old").mkdir()
+    >>> _ = Path("old/notes.txt").write_text("mine")
+    >>> check_replaceable(Path("old"), force=True)  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+        ...
+    fabkit.errors.OutputError: ...old holds files that fabkit did not write...
     """
     with _said_of(out):
         out = _absolute(out)
@@ -55,6 +64,13 @@ def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iter
     Its manifest has to be written last. Until the end no other process can write to `out`. What is there then is
     replaced as `check_replaceable` allows it, or stays. Raises OutputError as that does, where another process is
     writing, and where the disk does not let us write.
+
+    >>> from fabkit.formats import whole_folder, write_manifest
+    >>> with whole_folder(Path("out"), force=False) as folder:
+    ...     _ = (folder / "list.csv").write_text("B001,6")
+    ...     write_manifest(folder, {"name": "roof"})
+    >>> sorted(path.name for path in Path("out").iterdir())
+    ['list.csv', 'manifest.json']
     """
     inputs = tuple(inputs)
     with _said_of(out):

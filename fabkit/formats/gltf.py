@@ -49,6 +49,13 @@ def glb_bytes(assembly: Assembly, left_out_lines: FloatArray | None = None) -> b
 
     Raises `OutputError` where the lines are not one for each beam left out, and where a face of a part is no
     polygon that can be triangulated.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats import glb_bytes
+    >>> glb_bytes(built.assembly)[:4]
+    b'glTF'
     """
     missing = [left for left in assembly.left_out if left.kind == BEAM.name]
     lines = np.zeros((0, 2, 3)) if left_out_lines is None else np.asarray(left_out_lines, dtype=np.float64)

@@ -29,6 +29,14 @@ def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
     The structure's location is the origin of the assembly, so that parts stand where the mesh file has them.
     The label of a part is its mark, within an assembly its instance name, as in STEP files; the colour that of its
     kind; parts that share a mark share their shape. Raises FabkitError where build123d is not installed.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats import to_build123d
+    >>> block = to_build123d(built.assembly["nodes"][0])
+    >>> block.label, len(block.faces())
+    ('N001', 9)
     """
     try:
         import build123d
@@ -64,6 +72,13 @@ def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly
     The structure's location is the origin of the assembly, so that parts stand where the mesh file has them.
     The name of a part within an assembly is its instance name, as in STEP files; its colour that of its kind; parts
     that share a mark share their shape. Raises FabkitError where CadQuery is not installed.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats import to_cadquery
+    >>> to_cadquery(built.assembly["nodes"][0]).faces().size()
+    9
     """
     try:
         import cadquery

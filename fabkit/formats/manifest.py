@@ -28,6 +28,13 @@ def write_manifest(folder: Path, entries: dict[str, Any], facts: Iterable[Fact] 
 
     `folders` are those within it; `files` gives the sha256 of every file by its path, parts of which are joined by /.
     `sha256` is that of the manifest itself, written with 64 zeros in its place.
+
+    >>> from fabkit.formats import write_manifest
+    >>> _ = Path("list.csv").write_text("B001,6")
+    >>> write_manifest(Path(), {"name": "roof"})
+    >>> manifest = json.loads(Path("manifest.json").read_text())
+    >>> manifest["name"], list(manifest["files"])
+    ('roof', ['list.csv'])
     """
     files: dict[str, str] = {}
     folders: list[str] = []

@@ -34,6 +34,15 @@ def write_csv(target: Path | TextIO, table: Table) -> None:
 
     UTF-8 without a mark (everything but names is ASCII), commas, decimal points, lines end in \\n. Numbers are as they
     are; a text that a spreadsheet would take for a formula has an apostrophe before it, as `spreadsheet_safe` says.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats import write_csv
+    >>> from fabkit.production import cut_list
+    >>> write_csv(Path("beams.csv"), cut_list(built.assembly, built.nest)["beams"])
+    >>> Path("beams.csv").read_text().splitlines()[1][:27]
+    'B001,6,flat 50x120,steel,23'
     """
     rows: list[Sequence[str]] = [table.columns, *table.texts, table.total_texts]
     rows += [[sentence] + [""] * (len(table.columns) - 1) for sentence in table.left_out]
@@ -59,7 +68,17 @@ def spreadsheet_safe(cell: str) -> str:
 
 def write_xlsx(path: Path, lists: CutList, summary: Summary, facts: BuildFacts) -> None:
     """A sheet Summary and one sheet for each table: header frozen and filtered, numbers as numbers, the totals below,
-    then in red what was left out."""
+    then in red what was left out.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats import write_xlsx
+    >>> from fabkit.production import cut_list
+    >>> write_xlsx(Path("list.xlsx"), cut_list(built.assembly, built.nest), built.summary, built.facts)
+    >>> Path("list.xlsx").read_bytes()[:2]
+    b'PK'
+    """
     with xlsxwriter.Workbook(path, {"in_memory": True}) as workbook:
         workbook.set_properties({"title": summary.name, "created": CREATED})
         _write_summary(workbook, lists, summary, facts)

@@ -42,6 +42,13 @@ class BeamDetails(Details):
     turns over the edge, positive where convex, NaN at the boundary. height_deviation_mm (n,): how much more (or less)
     than the section's height the two parallel meshes are apart at this edge. twist_deg (n,): angle between the central
     plane at its two ends.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> beams = built.assembly["beams"].details
+    >>> beams.nodes[0].tolist(), beams.cut_angles_deg[0].round(2).tolist(), round(beams.long_point_mm[0])
+    ([0, 3], [29.45, 29.45], 2332)
     """
 
     nodes: IntArray

@@ -95,7 +95,15 @@ def marks_in(around: Surroundings, group: str, elements: IntArray) -> list[str]:
 
 
 def marks_at(parts: Parts[Any], elements: IntArray) -> list[str]:
-    """The mark of the part on each mesh element (k,): NO_NEIGHBOUR if that is negative, LEFT_OUT without a part."""
+    """The mark of the part on each mesh element (k,): NO_NEIGHBOUR if that is negative, LEFT_OUT without a part.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.kinds import marks_at
+    >>> marks_at(built.assembly["panels"], np.array([0, 11, -1, 99]))
+    ['P001', 'P002', '-', 'left out']
+    """
     names = [*parts.mark_names, LEFT_OUT, NO_NEIGHBOUR]
     which = np.append(parts.mark, len(names) - 2)[parts.find(elements)]
     return [names[k] for k in np.where(elements < 0, len(names) - 1, which).tolist()]

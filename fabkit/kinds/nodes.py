@@ -39,6 +39,13 @@ class NodeDetails(Details):
     beams at their ends. axis_misalignment_mm (n,): the same of the points in which the centre lines of the beams' outer
     sides, or of their inner sides, meet the axis: zero in edge offset meshes, also where some beams fall from the node
     and others rise, so that their ends differ in level.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> nodes = built.assembly["nodes"].details
+    >>> nodes.beams[0].tolist(), nodes.azimuths_deg[0].round(1).tolist(), round(nodes.height_mm[0])
+    ([0, 3, 27], [0.0, 84.0, 168.0], 146)
     """
 
     beams: Ragged

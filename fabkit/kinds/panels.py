@@ -39,6 +39,13 @@ class PanelDetails(Details):
     thickness_mm, area_mm2 (n,). underside_mm (n,): height of the lower side above the mesh face. edge_lengths_mm.
     corner_angles_deg: inner angle at each corner. dihedrals_deg: as for beams. beams: the mesh edges. neighbours: the
     faces across, -1 where none.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> panels = built.assembly["panels"].details
+    >>> panels.edge_lengths_mm[0].round().tolist(), panels.corner_angles_deg[0].round(1).tolist()
+    ([2421.0, 1473.0, 1741.0, 1473.0], [76.7, 76.7, 103.3, 103.3])
     """
 
     thickness_mm: FloatArray
@@ -52,7 +59,15 @@ class PanelDetails(Details):
 
 
 def panel_outlines(panels: Parts[PanelDetails]) -> Ragged:
-    """Corners (k, 2) in mm of each panel in its own frame, counter-clockwise: the lower side of its solid."""
+    """Corners (k, 2) in mm of each panel in its own frame, counter-clockwise: the lower side of its solid.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.kinds import panel_outlines
+    >>> panel_outlines(built.assembly["panels"])[0].round().tolist()
+    [[0.0, 0.0], [2421.0, 0.0], [2081.0, 1433.0], [340.0, 1433.0]]
+    """
     vertices = panels.solids.vertices
     starts = np.concatenate([[0], np.cumsum(vertices.sizes // 2)])
     below = vertices.place < vertices.sizes[vertices.row] // 2

@@ -24,7 +24,15 @@ D = TypeVar("D", bound=Details)
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A part that was not made. kind: its name; element: mesh edge, vertex or face; reason: a sentence that says so."""
+    """A part that was not made. kind: its name; element: mesh edge, vertex or face; reason: a sentence that says so.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> sizes = {"beams": {"least_length_mm": 1400}, "skip_unbuildable": True}
+    >>> roof = design(Project(mesh=dome(6, 2), mean_edge_mm=1500, **sizes)).assembly
+    >>> len(roof.left_out) > 0, roof.left_out[0].kind
+    (True, 'beam')
+    """
 
     kind: str
     element: int
@@ -39,6 +47,13 @@ class Assembly:
     coordinates of the mesh file, in mm: a point of a part stands at `part.placement.to_world(point) + origin_mm`.
 
     Raises DetailingError where two kinds share the letter of their marks, their name or that of their group.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> roof = built.assembly
+    >>> len(roof["beams"]), roof["nodes"].mark_names, sum(1 for part in roof.parts())
+    (30, ('N001', 'N002', 'N003'), 60)
     """
 
     name: str
@@ -85,7 +100,16 @@ class Assembly:
 @dataclass(frozen=True, eq=False)
 class Surroundings:
     """What is told of parts that is not their own: the assembly, whose other parts they touch, and for groups that are
-    nested the number of each part's sheet (n,), from one, by the name of the group."""
+    nested the number of each part's sheet (n,), from one, by the name of the group.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.kinds import NODE
+    >>> from fabkit.parts import Surroundings
+    >>> NODE.labels(built.assembly["nodes"], Surroundings(built.assembly))[0]
+    'steel; vertex 0, 3 beams'
+    """
 
     assembly: Assembly
     sheets: Mapping[str, IntArray] = field(default_factory=dict)

@@ -16,6 +16,11 @@ class Frame:
     """A right-handed orthonormal frame.
 
     origin (3,) in mm; axes (3, 3): its rows are the unit vectors x, y, z of the frame, in world coordinates.
+
+    >>> from fabkit.parts import Frame
+    >>> frame = Frame(np.array([10.0, 0, 0]), np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]]))
+    >>> frame.to_world(np.array([2.0, 0, 0])).tolist(), frame.to_local(np.array([10.0, 2, 0])).tolist()
+    ([10.0, 2.0, 0.0], [2.0, 0.0, 0.0])
     """
 
     origin: FloatArray

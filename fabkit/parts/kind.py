@@ -26,6 +26,15 @@ class Details:
 
     Fields are arrays (n, ...) or Ragged. details[k] is the same record of one part, its fields without the first axis;
     details[chosen], by indices or a mask (n,), that of some.
+
+    >>> from dataclasses import dataclass
+    >>> from fabkit.parts import Details
+    >>> @dataclass(frozen=True, eq=False)
+    ... class CableDetails(Details):
+    ...     force_kn: np.ndarray
+    >>> cables = CableDetails(np.array([12.0, 15.0, 9.0]))
+    >>> cables[cables.force_kn > 10].force_kn.tolist()
+    [12.0, 15.0]
     """
 
     def __post_init__(self) -> None:
@@ -48,6 +57,15 @@ class Column:
     """A column of a cut list: a cell for each mark.
 
     decimals: of its numbers, None for text. total: what stands below it, None for nothing.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.parts import Surroundings
+    >>> beams = built.assembly["beams"]
+    >>> column = beams.kind.columns(beams, Surroundings(built.assembly))[1]
+    >>> column.title, column.cells, column.total
+    ('Count', [6, 6, 6, 6, 6], 30)
     """
 
     title: str
@@ -62,6 +80,14 @@ class Measure:
 
     values (n,), NaN where there is none; decimals: how many are worth showing; signed: whether zero is the aim and
     both signs occur.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> beams = built.assembly["beams"]
+    >>> measure = beams.kind.measures(beams)[0]
+    >>> measure.title, measure.unit, round(measure.values.max())
+    ('Long-point length', 'mm', 2332)
     """
 
     group: str
@@ -86,6 +112,10 @@ class Kind(Generic[P]):
 
     columns: of its cut list, with a cell for each mark. measures: numbers of parts for colours and histograms. labels:
     a line about each part. Columns and labels are told the `Surroundings` of the parts.
+
+    >>> from fabkit.kinds import BEAM
+    >>> BEAM.name, BEAM.group, BEAM.element, BEAM.letter
+    ('beam', 'beams', 'edge', 'B')
     """
 
     name: str

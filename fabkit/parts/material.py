@@ -9,7 +9,12 @@ __all__ = ["Material"]
 
 @dataclass(frozen=True)
 class Material:
-    """name, ASCII; density in kg/m3."""
+    """name, ASCII; density in kg/m3.
+
+    >>> from fabkit.parts import Material
+    >>> round(Material("steel", 7850.0).mass_kg(volume_mm3=1e6), 2)
+    7.85
+    """
 
     name: str
     density_kg_m3: float

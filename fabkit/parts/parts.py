@@ -26,6 +26,13 @@ class Part:
 
     mark: the name that equal parts share; ASCII. element: index of the mesh edge, vertex or face it stands for.
     details: what is known beside, the record of the kind: `part.details.long_point_mm` of a beam.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> beam = built.assembly["beams"][0]
+    >>> beam.mark, beam.element, beam.solid.topology.n_faces, round(beam.mass_kg)
+    ('B001', 0, 6, 107)
     """
 
     kind: Kind[Any]
@@ -52,6 +59,15 @@ class Parts(Sequence[Part], Generic[D]):
     (n,): which one each has, since equal parts share it. origins (n, 3) in mm, axes (n, 3, 3): their placements, as in
     `Frame`. materials: those that occur; material (n,): which. mark_names: those that occur, in the order of the parts;
     mark (n,): which.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> beams = built.assembly["beams"]
+    >>> len(beams), beams.mark_names, beams.counts.tolist(), round(beams.masses_kg.sum())
+    (30, ('B001', 'B002', 'B003', 'B004', 'B005'), [6, 6, 6, 6, 6], 1969)
+    >>> beams.take(beams.details.long_point_mm > 2000).marks
+    ['B001', 'B001', 'B001', 'B001', 'B001', 'B001']
     """
 
     kind: Kind[Any]

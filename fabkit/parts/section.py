@@ -9,7 +9,12 @@ __all__ = ["Section"]
 
 @dataclass(frozen=True)
 class Section:
-    """A solid rectangle: width across the central plane, height along it, both in mm."""
+    """A solid rectangle: width across the central plane, height along it, both in mm.
+
+    >>> from fabkit.parts import Section
+    >>> Section(50, 120).name
+    'flat 50x120'
+    """
 
     width_mm: float
     height_mm: float

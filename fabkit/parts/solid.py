@@ -26,6 +26,11 @@ class Topology:
         the solid, inner loops clockwise.
     loop_starts (L+1,): loop l has the corners loop_starts[l] .. loop_starts[l+1] - 1.
     face_starts (F+1,): face f has the loops face_starts[f] .. face_starts[f+1] - 1, the outer one first.
+
+    >>> from fabkit.parts import prism_topology
+    >>> triangle = prism_topology(3)
+    >>> triangle.n_faces, len(triangle.edges), triangle.loops(0)[0].tolist()
+    (5, 9, [2, 1, 0])
     """
 
     n_vertices: int
@@ -76,7 +81,12 @@ class Topology:
 @lru_cache(maxsize=256)
 def prism_topology(n: int) -> Topology:
     """A prism over a polygon with n corners: vertices 0 .. n-1 below, n .. 2n-1 above, each counter-clockwise seen
-    from above. Faces: below, above, then the side from corner k to corner k+1 for each k."""
+    from above. Faces: below, above, then the side from corner k to corner k+1 for each k.
+
+    >>> from fabkit.parts import prism_topology
+    >>> prism_topology(4).n_vertices, prism_topology(4) is prism_topology(4)
+    (8, True)
+    """
     below, above = np.arange(n), np.arange(n, 2 * n)
     following = np.roll(below, -1)
     sides = np.stack([below, following, following + n, above], axis=1)
@@ -86,7 +96,12 @@ def prism_topology(n: int) -> Topology:
 
 
 def prism_vertices(outlines: FloatArray, bottom: FloatArray | float, top: FloatArray | float) -> FloatArray:
-    """(..., 2n, 3) vertices of prisms over polygons (..., n, 2) in the xy-plane, from z = bottom to z = top (...)."""
+    """(..., 2n, 3) vertices of prisms over polygons (..., n, 2) in the xy-plane, from z = bottom to z = top (...).
+
+    >>> from fabkit.parts import prism_vertices
+    >>> prism_vertices(np.array([[0, 0], [4, 0], [0, 3]]), 0.0, 2.0)[-1].tolist()
+    [0.0, 3.0, 2.0]
+    """
 
     def at(height: FloatArray | float) -> FloatArray:
         level = np.broadcast_to(np.asarray(height, dtype=np.float64)[..., None], outlines.shape[:-1])
@@ -105,6 +120,12 @@ class SolidArray:
     """Solids of one topology.
 
     parts (P,): their positions in what they were taken from. vertices (P, n, 3) in mm.
+
+    >>> from fabkit.parts import SolidArray, prism_topology, prism_vertices
+    >>> triangle = np.array([[0, 0], [4, 0], [0, 3]])
+    >>> wedges = prism_vertices(np.stack([triangle, 2 * triangle]), 0.0, 1.0)
+    >>> SolidArray(prism_topology(3), np.arange(2), wedges).volumes.round(9).tolist()
+    [6.0, 24.0]
     """
 
     topology: Topology
@@ -139,7 +160,13 @@ class SolidArray:
 @dataclass(frozen=True, eq=False)
 class Measures:
     """What is measured on solids with vertices (P, n, 3) and one topology: worked out once, from corners about the
-    middle of each solid and with coordinates in the first axis, which is fastest."""
+    middle of each solid and with coordinates in the first axis, which is fastest.
+
+    >>> from fabkit.parts import Measures, prism_topology, prism_vertices
+    >>> wedge = prism_vertices(np.array([[[0, 0], [4, 0], [0, 3]]]), 0.0, 2.0)
+    >>> Measures(prism_topology(3), wedge).areas.round(9).tolist()
+    [[6.0, 6.0, 8.0, 10.0, 6.0]]
+    """
 
     topology: Topology
     vertices: FloatArray
@@ -214,7 +241,13 @@ class Measures:
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """One solid: vertices (n, 3) in mm, read-only, in the part's own frame; its topology is shared."""
+    """One solid: vertices (n, 3) in mm, read-only, in the part's own frame; its topology is shared.
+
+    >>> from fabkit.parts import Solid, prism_topology, prism_vertices
+    >>> wedge = Solid(prism_vertices(np.array([[0, 0], [4, 0], [0, 3]]), 0.0, 2.0), prism_topology(3))
+    >>> round(wedge.volume_mm3, 9), wedge.centroid.round(9).tolist()
+    (12.0, [1.333333333, 1.0, 1.0])
+    """
 
     vertices: FloatArray
     topology: Topology

@@ -20,6 +20,12 @@ class Solids:
     """Solids in their own frames.
 
     topologies: those that occur. topology (S,): which of them each solid has. vertices: (n, 3) of each solid, in mm.
+
+    >>> from fabkit.parts import Ragged, Solids
+    >>> outlines = Ragged.of([[[0, 0], [4, 0], [0, 3]], [[0, 0], [2, 0], [2, 2], [0, 2]]], shape=(2,))
+    >>> solids = Solids.prisms(outlines, np.zeros(2), np.ones(2))
+    >>> solids.volumes.round(9).tolist(), len(solids.by_topology())
+    ([6.0, 4.0], 2)
     """
 
     topologies: tuple[Topology, ...]

@@ -16,7 +16,13 @@ __all__ = ["Curves"]
 
 @dataclass(frozen=True, eq=False)
 class Curves(Ragged):
-    """Rows of points in mm, values (n, 2); a closed curve ends where it begins."""
+    """Rows of points in mm, values (n, 2); a closed curve ends where it begins.
+
+    >>> from fabkit.production import Curves
+    >>> curves = Curves.of([[[0, 0], [5, 0], [5, 5], [0, 0]], [[1, 1], [2, 2]]])
+    >>> len(curves), curves.is_closed.tolist()
+    (2, [True, False])
+    """
 
     SHAPE = (2,)
 

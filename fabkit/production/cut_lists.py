@@ -23,6 +23,14 @@ class Table:
     columns: names with their units. decimals: to which the numbers of each column are to be shown; None for columns
     of text. totals: one cell a column, None where there is nothing to add up. left_out: sentences about the parts
     that are missing.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import cut_list
+    >>> table = cut_list(built.assembly, built.nest)["nodes"]
+    >>> table.columns[:3], [row[:3] for row in table.texts]
+    (('Mark', 'Count', 'Valence'), [('N001', '6', '3'), ('N002', '6', '4'), ('N003', '6', '3')])
     """
 
     title: str
@@ -46,7 +54,15 @@ class Table:
 
 @dataclass(frozen=True)
 class CutList:
-    """One table for each kind of part; together their counts are the number of parts."""
+    """One table for each kind of part; together their counts are the number of parts.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import cut_list
+    >>> [table.title for table in cut_list(built.assembly, built.nest).tables]
+    ['beams', 'nodes', 'panels']
+    """
 
     tables: tuple[Table, ...]
 
@@ -61,6 +77,14 @@ def cut_list(assembly: Assembly, nest: Nest | None) -> CutList:
     Equal parts share a row. What depends on where a part stands (its neighbours, its dihedral angles) is then given
     for all of them: a range of numbers, or one text for each place. The files named are those of the mark: its STEP,
     for panels its DXF.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import cut_list
+    >>> beams = cut_list(built.assembly, built.nest)["beams"]
+    >>> beams.columns[:4], beams.texts[0][:4]
+    (('Mark', 'Count', 'Section', 'Material'), ('B001', '6', 'flat 50x120', 'steel'))
     """
     sheets = {PANEL.group: np.array([at.sheet + 1 for at in nest.placements], dtype=np.int64)} if nest else {}
     around = Surroundings(assembly, sheets)

@@ -44,6 +44,14 @@ class Drawing:
     """Curves by layer.
 
     name: becomes that of the file. notes: sentences for the head of the file.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import CUT, panel_drawings
+    >>> drawing = panel_drawings(built.assembly)[0]
+    >>> drawing.name, list(drawing.layers), len(drawing.layers[CUT])
+    ('P001', ['CUT', 'MARK'], 1)
     """
 
     name: str
@@ -80,7 +88,16 @@ class _Labels:
 
 
 def sheet_drawings(nest: Nest, panels: Parts[PanelDetails]) -> tuple[Drawing, ...]:
-    """One drawing for each sheet of the nest, named sheet-001 and so on."""
+    """One drawing for each sheet of the nest, named sheet-001 and so on.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import CUT, sheet_drawings
+    >>> drawings = sheet_drawings(built.nest, built.assembly["panels"])
+    >>> [(drawing.name, len(drawing.layers[CUT])) for drawing in drawings]
+    [('sheet-001', 5), ('sheet-002', 5), ('sheet-003', 2)]
+    """
     sheet, sheets = nest.sheet, np.array([place.sheet for place in nest.placements], dtype=np.int64)
     stock = np.array([[0, 0], [sheet.length_mm, 0], [sheet.length_mm, sheet.width_mm], [0, sheet.width_mm]])
     own = panel_outlines(panels)
@@ -104,6 +121,13 @@ def panel_drawings(assembly: Assembly) -> tuple[Drawing, ...]:
     """One drawing for each mark of a panel, named like it, in the panel's own frame, in the order of the panels.
 
     A neighbour's mark stands along an edge if all panels of this mark have that neighbour, and where there is room.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import panel_drawings
+    >>> [drawing.name for drawing in panel_drawings(built.assembly)]
+    ['P001', 'P002']
     """
     every = assembly.of(PANEL)
     outlines = panel_outlines(every)[every.firsts]

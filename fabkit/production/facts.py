@@ -25,6 +25,10 @@ class Fact:
     of the numbers. note: a few words more.
 
     keys: of each value in the manifest, with dots where it is nested. shown: where people are shown it.
+
+    >>> from fabkit.production import Fact
+    >>> Fact("Edge lengths", (1455.31, 1602.88), ".1f", "mm").text
+    '1455.3 to 1602.9 mm'
     """
 
     name: str
@@ -49,7 +53,14 @@ class Fact:
 
 @dataclass(frozen=True)
 class BuildFacts:
-    """Facts about the mesh and its Gauss image, about the parts, and about the sheets."""
+    """Facts about the mesh and its Gauss image, about the parts, and about the sheets.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> [fact.name for fact in built.facts.sheets if fact.keys]
+    ['Sheets used']
+    """
 
     mesh: tuple[Fact, ...]
     parts: tuple[Fact, ...]
@@ -61,7 +72,16 @@ class BuildFacts:
 
 
 def build_facts(summary: Summary, assembly: Assembly, nest: Nest | None) -> BuildFacts:
-    """The facts about the mesh, the parts and the sheets of a build."""
+    """The facts about the mesh, the parts and the sheets of a build.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import build_facts
+    >>> facts = build_facts(built.summary, built.assembly, built.nest)
+    >>> [(fact.name, fact.text) for fact in facts.parts if fact.keys][:1]
+    [('Beams', '30')]
+    """
     return BuildFacts(tuple(_mesh(summary)), tuple(_parts(assembly)), tuple(_sheets(nest)))
 
 

@@ -29,6 +29,15 @@ def share_equal_parts(assembly: Assembly, *, within_mm: float = EQUAL_WITHIN_MM)
     A part seen in one of the turns of its kind's symmetry is the same piece: a beam turned end for end, a node or panel
     turned about its normal; a mirrored one is not. The first of equal parts keeps its own frame, the frames of the
     others are turned to match it. Marks are numbered in the order of the mesh elements: B001, N001, P001.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.detailing import detail
+    >>> from fabkit.production import share_equal_parts
+    >>> each = detail(built.structure, built.project.rules, name="roof").assembly
+    >>> len(each["beams"].mark_names), len(share_equal_parts(each)["beams"].mark_names)
+    (30, 5)
     """
     return replace(assembly, groups=tuple(_share(group, within_mm) for group in assembly.groups))
 

@@ -38,7 +38,12 @@ mm."""
 
 @dataclass(frozen=True)
 class Sheet:
-    """A stock sheet: length_mm along x, width_mm along y."""
+    """A stock sheet: length_mm along x, width_mm along y.
+
+    >>> from fabkit.production import Sheet
+    >>> Sheet(length_mm=6000, width_mm=3210).area_mm2
+    19260000
+    """
 
     length_mm: float
     width_mm: float
@@ -80,6 +85,13 @@ class Nest:
 
     gap_mm: least distance between two panels; border_mm: least distance of a panel from the sheet's edges.
     placements: placements[i] is that of panel i. engine: what found it. panel_area_mm2: of all the panels.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> nest = built.nest
+    >>> nest.n_sheets, round(nest.utilisation, 2), nest.placements[0].sheet
+    (3, 0.46, 0)
     """
 
     sheet: Sheet

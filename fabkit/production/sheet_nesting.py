@@ -43,6 +43,14 @@ def nest_panels(
 
     Raises NestingError where a panel fits on no sheet, panels differ in thickness or material, an outline crosses
     itself, a measure makes no sense, or no engine is installed for best.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import Sheet, nest_panels
+    >>> nest = nest_panels(built.assembly["panels"], Sheet(3210, 2250), gap_mm=10, border_mm=15)
+    >>> nest.n_sheets, nest.engine
+    (9, 'guillotine')
     """
     stock = Stock(sheet, gap_mm, border_mm)
     _check_stock(stock)
@@ -149,7 +157,15 @@ def _check_panels(panels: Parts[PanelDetails], outlines: Ragged) -> None:
 
 
 def too_large(panels: Parts[PanelDetails], sheet: Sheet, *, border_mm: float) -> dict[int, str]:
-    """Panels whose smallest rectangle fits on no sheet: a sentence for each, by index."""
+    """Panels whose smallest rectangle fits on no sheet: a sentence for each, by index.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import Sheet, too_large
+    >>> sorted(too_large(built.assembly["panels"], Sheet(3210, 1400), border_mm=15))
+    [0, 2, 4, 6, 8, 10]
+    """
     return _too_large(panels, Guillotine.of(panel_outlines(panels), Stock(sheet, 0.0, border_mm)))
 
 

@@ -16,7 +16,12 @@ __all__ = ["ExactGaussImage", "GivenGaussImage", "OnSurface", "Summary"]
 @dataclass(frozen=True)
 class ExactGaussImage:
     """The Gauss image where it was computed and is exact: offset says what is at constant distance, "vertex", "edge" or
-    "face"."""
+    "face".
+
+    >>> from fabkit.production import ExactGaussImage
+    >>> ExactGaussImage("edge").origin.split(":")[0]
+    'computed, an exact edge offset'
+    """
 
     offset: str
 
@@ -34,7 +39,12 @@ class ExactGaussImage:
 @dataclass(frozen=True)
 class GivenGaussImage:
     """The Gauss image where it was given: name and sha256 of its file; how far its vertices moved to become parallel to
-    the planar mesh, in radii of the unit sphere, so that 1 is the nominal height."""
+    the planar mesh, in radii of the unit sphere, so that 1 is the nominal height.
+
+    >>> from fabkit.production import GivenGaussImage
+    >>> GivenGaussImage("S.obj", "", largest_move=0.0, mean_move=0.0).origin
+    'given by S.obj, exact as it is'
+    """
 
     file: str
     sha256: str
@@ -51,13 +61,18 @@ class GivenGaussImage:
 
 @dataclass(frozen=True, eq=False)
 class OnSurface:
-    """How the mesh was laid on a design surface.
+    """Figures of a mesh that was laid on a design surface.
 
-    lines: "principal" or "conjugate"; affine (3, 3): the map whose principal lines these are; crossing_deg: their
-    crossing angles, the one that 5 % of the area is below and the median. quad_share: of the faces; valences: of inner
-    vertices other than 4, how many of each; aligned_share: of the edges, within 10 degrees of the lines.
-    distances_mm (N,): of the vertices of the planar mesh from the surface. smoothing_mm: largest move of a vertex of
-    the surface where noise was taken out.
+    lines: "principal" or "conjugate"; affine (3, 3): the map whose principal lines these are; crossing_deg: the 5 %
+    percentile (by area) and the median of their crossing angles. quad_share: share of quads among the faces; valences:
+    number of inner vertices of each valence other than 4; aligned_share: share of edges within 10 degrees of the lines.
+    distances_mm (N,): of the vertices of the planar mesh from the surface. smoothing_mm: largest displacement of a
+    vertex of the surface by smoothing.
+
+    >>> from fabkit.production import OnSurface
+    >>> laid = OnSurface(800, "principal", np.eye(3), (82.0, 90.0), 0.98, {3: 4, 5: 2}, 0.95, np.zeros(9), 0.0)
+    >>> laid.irregular
+    '4 of valence 3, 2 of valence 5'
     """
 
     n_triangles: int
@@ -72,7 +87,7 @@ class OnSurface:
 
     @property
     def irregular(self) -> str:
-        """Inner vertices where other than four edges meet, in words."""
+        """Numbers of inner vertices with a valence other than four, in words."""
         return ", ".join(f"{count} of valence {valence}" for valence, count in self.valences.items()) or "none"
 
 
@@ -95,6 +110,12 @@ class Summary:
     underside_mm: height of the panels' underside above the mesh faces; underside_reason: what determines it.
     surface: None where the file held the mesh itself.
     fitness: the findings, noted or accepted. gauss_image: None where it was computed and is not exact.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> built.summary.n_faces, built.summary.source, round(built.summary.height_shares["median"], 2)
+    (12, 'a mesh in memory', 1.03)
     """
 
     name: str

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from fabkit import build, design
 from fabkit.errors import ProjectError
 from fabkit.production.marks import EQUAL_WITHIN_MM
 from fabkit.project import load_project, project_from
+from geometry.errors import MeshError
+from geometry.files import write_mesh
+from geometry.mesh import Mesh
+from geometry.mesh.shapes import dome
 
 GOOD = """
 mesh = "roof.obj"
@@ -162,3 +169,28 @@ def test_of_many_mistakes_the_first_are_named_and_the_others_counted() -> None:
     assert len(str(caught.value)) < 590  # three lines of a terminal
     with pytest.raises(ProjectError, match=r"^name is 4: .*; flip is 3: [^;]*$"):
         project_from({"mesh": "roof.obj", "unit": "m", "flip": 3, "name": 4})
+
+
+def test_a_mesh_in_memory_is_built_like_its_file(tmp_path: Path) -> None:
+    mesh = dome(6, 2)
+    write_mesh(tmp_path / "dome.obj", mesh)
+    of_mesh, of_file = (
+        build(project_from({"mesh": given, "unit": "m", "flip": True, "name": "dome", "out": tmp_path / out}))
+        for given, out in ((mesh, "memory"), (tmp_path / "dome.obj", "file"))
+    )
+    assert of_mesh.assembly["nodes"].mark_names == of_file.assembly["nodes"].mark_names
+    np.testing.assert_array_equal(of_mesh.assembly["beams"].origins, of_file.assembly["beams"].origins)
+    manifest, by_file = (json.loads((tmp_path / out / "manifest.json").read_text()) for out in ("memory", "file"))
+    assert manifest["input"] is None
+    assert by_file["input"]["file"] == "dome.obj"
+    assert "from a mesh in memory" in (tmp_path / "memory" / "report.html").read_text()
+
+
+def test_what_no_mesh_in_memory_may_be() -> None:
+    folded = Mesh.from_faces([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [1, -1, 0]], [[0, 1, 2, 3]])
+    with pytest.raises(MeshError, match="face 0"):
+        design(project_from({"mesh": folded, "unit": "m"}))
+    with pytest.raises(ProjectError, match="needs a mesh file beside it"):
+        project_from({"mesh": dome(6, 2), "unit": "m", "gauss_image": "S.obj"})
+    with pytest.raises(ProjectError, match="is in memory"):
+        _ = project_from({"mesh": dome(6, 2), "unit": "m"}).mesh_path

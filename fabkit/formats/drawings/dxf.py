@@ -41,6 +41,16 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
 
     R2010: LWPOLYLINE, $INSUNITS 4 (millimetres). R12: POLYLINE; that version knows no unit, so it belongs into the
     name of the file. The notes stand as comments at the head, for R2010 also among the drawing's properties.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats.drawings import write_dxf
+    >>> from fabkit.production import panel_drawings
+    >>> drawing = panel_drawings(built.assembly)[0]
+    >>> write_dxf(Path("panel.dxf"), drawing)
+    >>> drawing.name, Path("panel.dxf").read_text().count("LWPOLYLINE") > 10
+    ('P001', True)
     """
     template = _template(version, drawing.notes)
     handles = iter(range(template.first_handle, 2**62))

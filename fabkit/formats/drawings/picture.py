@@ -31,6 +31,15 @@ def pair_picture(mesh: Mesh, gauss_image: Mesh, reversed_edges: BoolArray, capti
 
     reversed_edges (E,): drawn in red in both. The outside is grey, the inside sand; of S, which may run over itself
     with its faces turned, the side away from the centre is the outside. Seen from above at an angle, z upwards.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats.drawings import pair_picture
+    >>> pair = built.structure.pair
+    >>> svg = pair_picture(pair.mesh, pair.gauss_image, pair.reversed_edges, "A dome")
+    >>> svg.startswith("<svg"), svg.count('class="f"')
+    (True, 24)
     """
     width, height = 2 * _PICTURE_SIDE, _PICTURE_SIDE + _CAPTION_HEIGHT
     radius = float(np.linalg.norm(gauss_image.vertices, axis=1).max())

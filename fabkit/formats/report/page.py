@@ -49,6 +49,20 @@ def report_html(
     """The text of the file. glb: what `glb_bytes` wrote for this assembly; the viewer shows it.
 
     Names and notes from files are escaped wherever they stand.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats import glb_bytes
+    >>> from fabkit.formats.report import report_html
+    >>> from fabkit.production import cut_list
+    >>> tables = cut_list(built.assembly, built.nest).tables
+    >>> glb = glb_bytes(built.assembly)
+    >>> page = report_html(
+    ...     summary=built.summary, facts=built.facts, assembly=built.assembly, tables=tables, sheets=(), glb=glb
+    ... )
+    >>> "<h1>structure</h1>" in page
+    True
     """
     measured = [each for group in assembly.groups if len(group) for each in group.kind.measures(group)]
     room = files("fabkit.formats.report")

@@ -50,6 +50,15 @@ def write_step(
     Raises OutputError where the file cannot be written (a file that was there stays as it was), there are no parts,
     one mark stands for different parts, a mark is not ASCII or is the name of the structure or a group, a placement
     is not a rigid motion, or a solid has an edge too short or a face not plane to 1e-7 mm.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats.step import write_step
+    >>> write_step("roof.step", built.assembly)
+    >>> text = Path("roof.step").read_text()
+    >>> text.count("=MANIFOLD_SOLID_BREP("), text.count("=NEXT_ASSEMBLY_USAGE_OCCURRENCE(")
+    (10, 63)
     """
     stream_step(
         target,
@@ -75,7 +84,17 @@ def stream_step(
     time_stamp: str = _NO_TIME,
 ) -> None:
     """Write parts as they come, some of a group at a time, as the structure `name`, its zero at origin_mm (3,);
-    otherwise as `write_step`, which holds them all at once."""
+    otherwise as `write_step`, which holds them all at once.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats.step import stream_step
+    >>> halves = (parts[k : k + 9] for parts in built.assembly.groups for k in range(0, len(parts), 9))
+    >>> stream_step("roof.step", "roof", halves)
+    >>> Path("roof.step").read_text().count("=MANIFOLD_SOLID_BREP(")
+    10
+    """
     with _opened(target) as stream:
         writer = StepWriter(stream, name, schema, author, organisation, time_stamp)
         writer.begin_structure(np.zeros(3) if origin_mm is None else origin_mm)
@@ -93,7 +112,16 @@ def write_part_step(
     organisation: str = "",
     time_stamp: str = _NO_TIME,
 ) -> None:
-    """Write one part in its own frame, as one product without any assembly; otherwise as `write_step`."""
+    """Write one part in its own frame, as one product without any assembly; otherwise as `write_step`.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats.step import write_part_step
+    >>> write_part_step("node.step", built.assembly["nodes"][0])
+    >>> Path("node.step").read_text().count("=MANIFOLD_SOLID_BREP(")
+    1
+    """
     with _opened(target) as stream:
         writer = StepWriter(stream, part.mark, schema, author, organisation, time_stamp)
         writer.write_shapes(Parts.of(part.kind, [part]), np.zeros(1, dtype=np.int64))
@@ -101,7 +129,16 @@ def write_part_step(
 
 
 def write_part_steps(folder: Path, groups: Iterable[Parts[Any]]) -> None:
-    """Write a file for each mark, called like it, into an empty folder; otherwise as `write_part_step`."""
+    """Write a file for each mark, called like it, into an empty folder; otherwise as `write_part_step`.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats.step import write_part_steps
+    >>> write_part_steps(Path(), built.assembly.groups)
+    >>> len(list(Path().glob("*.step")))
+    10
+    """
     for parts in groups:
         materials = parts.material[parts.firsts]
         for number, material in enumerate(parts.materials):

@@ -50,7 +50,15 @@ STEP_ACCURACY_MM."""
 
 def instance_name(part: Part) -> str:
     """The name of one instance of a mark: the mark, and the mesh edge (e), vertex (v) or face (f) it stands for:
-    `B12 e37`."""
+    `B12 e37`.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats.step import instance_name
+    >>> instance_name(built.assembly["beams"][7])
+    'B001 e7'
+    """
     return _instance_name(part.kind, part.mark, part.element)
 
 

@@ -1,0 +1,135 @@
+"""The result of a build: its parts, its figures, and what the manifest says of it."""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from fabkit.checking import FIT_MM, check_fit
+from fabkit.detailing import Detailed
+from fabkit.parts import Assembly, Parts
+from fabkit.production import BuildFacts, Nest, OnSurface, Summary, build_facts, share_equal_parts
+from fabkit.project import Project
+from fabkit.surface import LaidSurface
+from geometry.files import MeshFile
+from geometry.gauss import SupportStructure
+from geometry.mesh import Mesh
+
+__all__ = ["Built", "manifest_of", "summary_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """The result of `design` or `build`, in memory.
+
+    structure: the pair M and S and the beam height, in mm. assembly: the parts, near zero; add `assembly.origin_mm` to
+    get the coordinates of the mesh file. nest: None without nesting. summary: figures of the mesh. seconds: by stage.
+    sha256: of the mesh file as read, empty for a mesh in memory.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> [len(parts) for parts in built.assembly.groups], built.nest.n_sheets
+    ([30, 18, 12], 3)
+    >>> [(fact.name, fact.text) for fact in built.facts.sheets][0]
+    ('Sheets used', '3')
+    """
+
+    project: Project
+    structure: SupportStructure
+    assembly: Assembly
+    nest: Nest | None
+    summary: Summary
+    seconds: dict[str, float]
+    sha256: str
+
+    @property
+    def facts(self) -> BuildFacts:
+        """The facts that report, workbook, terminal and manifest show."""
+        return build_facts(self.summary, self.assembly, self.nest)
+
+    def with_parts(self, parts: Parts[Any]) -> Built:
+        """With parts of a kind of one's own, in the place of those of that kind: equal ones share a mark.
+
+        Raises DetailingError where they share volume with other parts, or two of them stand for one mesh element.
+        """
+        within = self.summary.equal_within_mm
+        (shared,) = share_equal_parts(Assembly(self.assembly.name, (parts,)), within_mm=within).groups
+        assembly = self.assembly.with_group(shared)
+        check_fit(assembly, fit_mm=max(FIT_MM, 2 * within))
+        return replace(self, assembly=assembly)
+
+
+def summary_of(
+    project: Project,
+    file: MeshFile,
+    laid: LaidSurface | None,
+    scale: float,
+    structure: SupportStructure,
+    detailed: Detailed,
+) -> Summary:
+    """The figures of a build before its parts got marks; scale: millimetres for a unit of the file."""
+    mesh = structure.mesh
+    moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
+    return Summary(
+        name=project.title,
+        source=project.source,
+        scale_mm=scale,
+        origin=file.origin,
+        n_vertices=mesh.n_vertices,
+        n_edges=mesh.n_edges,
+        n_faces=mesh.n_faces,
+        n_boundaries=len(mesh.combinatorics.boundary_loops),
+        mended=file.mended,
+        planarity_before=float(file.mesh.planarity.max()),
+        planarity_after=float(mesh.planarity.max()),
+        largest_move_mm=float(moves.max()),
+        mean_move_mm=float(moves.mean()),
+        farthest_vertex=int(moves.argmax()),
+        edge_lengths_mm=mesh.edge_lengths,
+        heights=structure.heights,
+        leans_deg=np.degrees(structure.pair.leans),
+        twists_deg=np.degrees(structure.twists),
+        underside_mm=detailed.underside_mm,
+        underside_reason=detailed.underside_reason,
+        surface=None if laid is None else _on_surface(laid, mesh, scale),
+    )
+
+
+def _on_surface(laid: LaidSurface, mesh: Mesh, scale: float) -> OnSurface:
+    quality, angles = laid.laid.quality, np.degrees(laid.laid.network.crossing_angles)
+    return OnSurface(
+        n_triangles=laid.n_triangles,
+        lines=laid.lines,
+        affine=laid.affine,
+        crossing_deg=(float(angles[0]), float(angles[1])),
+        quad_share=quality.quad_share,
+        valences=quality.valences,
+        aligned_share=laid.aligned_share,
+        distances_mm=laid.distances(mesh * (1 / scale)) * scale,
+        smoothing_mm=laid.largest_smoothing * scale,
+    )
+
+
+def manifest_of(built: Built) -> dict[str, Any]:
+    """What manifest.json says beside the facts and the list of files."""
+    project, summary, assembly = built.project, built.summary, built.assembly
+    return {
+        "name": summary.name,
+        "input": {"file": summary.source, "sha256": built.sha256} if built.sha256 else None,
+        "gauss_image": None if summary.gauss_image is None else vars(summary.gauss_image),
+        "settings": project.model_dump(mode="json", exclude={"mesh": True, "out": True, "gauss_image": {"file"}}),
+        "versions": {
+            "fabkit": version("fabkit"),
+            "python": platform.python_version(),
+            **{name: version(name) for name in ("numpy", "scipy", "ezdxf", "shapely")},
+        },
+        "origin": {"unit": summary.origin.tolist(), "mm": assembly.origin_mm.tolist()},
+        "fitness": [vars(finding) for finding in summary.fitness],
+        "mended": list(summary.mended),
+        "left_out": [vars(part) for part in assembly.left_out],
+    }
