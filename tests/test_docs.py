@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import re
 import runpy
+import shlex
+import shutil
+import subprocess
+import sys
 import tomllib
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
-import geometry
 from fabkit.commands.command_line import app
 from fabkit.project import project_from
 
@@ -53,89 +56,6 @@ def test_shipped_text_holds_no_machine_paths() -> None:
             assert not re.search(r"/(home|root|Users)/\w", path.read_text(encoding="utf-8")), path
 
 
-def test_meshes_of_other_libraries_go_in_and_out_as_the_how_to_says() -> None:
-    pytest.importorskip("compas")
-    text = (ROOT / "docs" / "howto" / "mesh-files.md").read_text(encoding="utf-8")
-    block = re.search(r"<!-- other libraries -->\n```python\n(.*?)```", text, re.DOTALL)
-    assert block
-    names: dict[str, Any] = {}
-    exec(block[1], names)
-    assert len(names["triangles"].faces) == 2 * names["same"].number_of_faces() == 96
-    assert names["ball"].n_faces == 80
-
-
-def test_the_how_to_on_parallel_meshes_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
-    text = (ROOT / "docs" / "howto" / "parallel-meshes.md").read_text(encoding="utf-8")
-    names: dict[str, Any] = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(block, names)
-    assert names["structure"].twists.max() < 1e-9
-    assert geometry.parallelity(names["mesh"], names["blend"]).max() < 1e-9
-
-
-def test_the_how_to_on_pictures_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = (ROOT / "docs" / "howto" / "pictures.md").read_text(encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    names: dict[str, Any] = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(block, names)
-    names["plt"].close("all")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["both.png", "lean.obj", "mean.ply", "mean.png"]
-    assert geometry.read_mesh("mean.ply").mesh.n_faces == names["roof"].n_faces
-
-
-def test_the_how_to_on_shortcuts_runs() -> None:
-    text = (ROOT / "docs" / "howto" / "shortcuts.md").read_text(encoding="utf-8")
-    names: dict[str, Any] = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(block, names)
-    assert names["fine"].n_faces == 16 * names["coarse"].n_faces
-    assert abs(names["glass"].face_distances - 0.2).max() < 1e-9
-    assert abs(names["near"].vertices[[0, 19]] - names["wanted"]).max() < 0.3
-
-
-def test_the_how_to_on_designing_edge_offset_meshes_runs() -> None:
-    text = (ROOT / "docs" / "howto" / "designing-edge-offset-meshes.md").read_text(encoding="utf-8")
-    names: dict[str, Any] = {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
-        exec(block, names)
-    assert abs(names["leaning"].edge_distances - 1).max() < 1e-12
-    assert (geometry.edge_factors(names["square"], names["saddle"]) < 0).any()
-
-
-def test_the_commands_of_the_how_to_on_edge_offset_meshes_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    text = (ROOT / "docs" / "howto" / "edge-offset-meshes.md").read_text(encoding="utf-8")
-    commands = [line for block in re.findall(r"```sh\n(.*?)```", text, re.DOTALL) for line in block.splitlines()]
-    (project,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
-    Path("project.toml").write_text(project, encoding="utf-8")
-    dome = geometry.mesh.shapes.dome(60, 20)  # of which a cap is left
-    cap = [face for face in dome.combinatorics.faces if dome.vertices[face, 2].min() > 0.5]
-    Path("surface.obj").write_text(_obj(dome.vertices.tolist(), cap), encoding="utf-8")
-    for command in [*commands, "fabkit build project.toml --nest off"]:
-        program, *arguments = command.split()
-        assert program == "fabkit"
-        done = CliRunner().invoke(app, arguments)
-        assert done.exit_code == 0, f"{command}: {done.output}"
-    for command in re.findall(r"^\| `(\w+)`", text, re.MULTILINE):
-        assert any(line.startswith(f"fabkit design {command} ") for line in commands), command
-    assert (tmp_path / "shell-built" / "model.step").is_file()
-    assert (tmp_path / "shell-from-file" / "model.step").is_file()
-
-
-def _obj(vertices: list[list[float]], faces: list[list[int]]) -> str:
-    rows = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices]
-    return "\n".join(rows + ["f " + " ".join(str(vertex + 1) for vertex in face) for face in faces])
-
-
-def test_the_python_of_the_readme_on_geometry_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    (block,) = [block for block in blocks if block.startswith("import geometry")]
-    exec(block, {})
-
-
 def test_the_command_line_reference_is_made_from_the_program() -> None:
     script = runpy.run_path(str(ROOT / "docs" / "tools" / "command_line.py"))
     text = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
@@ -145,3 +65,119 @@ def test_the_command_line_reference_is_made_from_the_program() -> None:
     help_text = " ".join(CliRunner().invoke(app, ["build", "--help"], env={"COLUMNS": "200"}).stdout.split())
     for option in re.findall(r"--[a-z][a-z-]+", text.split("## fabkit build")[1].split("## ")[0]):
         assert option in help_text
+
+
+# --- code of the pages
+
+
+PAGES = {path.name: path for path in (ROOT / "README.md", *sorted((ROOT / "docs" / "howto").glob("*.md")))}
+CODE = re.compile(r"^```(python|sh|toml)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+KERNELS = {"to_build123d": "build123d", "to_cadquery": "cadquery"}
+"""Blocks that call these need a kernel; they run with `-m kernel`."""
+
+LIBRARIES = {"to_compas": "compas", "suns_at": "sunposition"}
+"""Pages that call these need a library, which the extra `[test]` installs."""
+
+MOST_LINES = 15
+"""Of the code of a task in ten-tasks.md."""
+
+CHECKS = {
+    "parallel-meshes.md": """
+assert structure.twists.max() < 1e-9
+assert geometry.parallelity(mesh, blend).max() < 1e-9
+""",
+    "designing-edge-offset-meshes.md": """
+assert abs(leaning.edge_distances - 1).max() < 1e-12
+assert (geometry.edge_factors(square, saddle) < 0).any()
+""",
+    "edge-offset-meshes.md": """
+for folder in ("shell-built", "shell-from-file"):
+    assert (Path(folder) / "model.step").is_file()
+""",
+    "mesh-files.md": """
+assert len(triangles.faces) == 2 * same.number_of_faces() == 96
+assert ball.n_faces == 80
+""",
+    "pictures.md": """
+assert sorted(path.name for path in Path().iterdir()) == ["both.png", "lean.obj", "mean.ply", "mean.png"]
+assert geometry.read_mesh("mean.ply").mesh.n_faces == roof.n_faces
+""",
+    "shortcuts.md": """
+assert fine.n_faces == 16 * coarse.n_faces
+assert abs(glass.face_distances - 0.2).max() < 1e-9
+assert abs(near.vertices[[0, 19]] - wanted).max() < 0.3
+""",
+    "shading.md": """
+assert found.after.share > found.before.share
+""",
+}
+"""What holds when the code of a page has run."""
+
+
+def skip_without_libraries(text: str) -> None:
+    for call, library in LIBRARIES.items():
+        if call in text:
+            pytest.importorskip(library)
+
+
+def needs_kernel(block: str) -> bool:
+    return any(call in block for call in KERNELS)
+
+
+def script_of(language: str, block: str) -> str:
+    """Python that does what a block says: `fabkit` in lines of the shell is run, a file of TOML is written."""
+    if language == "python":
+        return block
+    if language == "toml":
+        name = re.match(r"# (\S+\.toml)\n", block)  # how to call it, where there is something to run it with
+        return f"Path({name[1]!r}).write_text({block!r}, encoding='utf-8')\n" if name else ""
+    commands = [line.removeprefix(".venv/bin/") for line in block.splitlines()]
+    words = [shlex.split(line)[1:] for line in commands if line.startswith("fabkit ")]
+    return "".join(f"subprocess.run([sys.executable, '-m', 'fabkit', *{each!r}], check=True)\n" for each in words)
+
+
+def run(script: str, folder: Path) -> None:
+    """In a folder without the project, as whoever has installed it would."""
+    head = "import subprocess, sys\nfrom pathlib import Path\n"
+    done = subprocess.run(
+        [sys.executable, "-c", head + script], cwd=folder, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, f"{script}\n{done.stdout[-2000:]}\n{done.stderr[-4000:]}"
+
+
+@pytest.mark.parametrize("name", sorted(set(PAGES) - {"ten-tasks.md"}))
+def test_the_code_of_a_page_runs_from_top_to_bottom(name: str, tmp_path: Path) -> None:
+    text = PAGES[name].read_text(encoding="utf-8")
+    skip_without_libraries(text)
+    if name == "README.md":  # which stands beside the examples
+        shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    script = "".join(script_of(*block) for block in CODE.findall(text) if not needs_kernel(block[1]))
+    run(script + CHECKS.get(name, ""), tmp_path)
+
+
+@pytest.mark.kernel
+@pytest.mark.parametrize("kernel", ["build123d", "cadquery"])
+def test_the_code_of_the_readme_for_kernels_runs(kernel: str, tmp_path: Path) -> None:
+    if find_spec(kernel) is None:
+        pytest.skip(f"{kernel} is not installed")
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    (block,) = [text for _, text in CODE.findall(PAGES["README.md"].read_text(encoding="utf-8")) if needs_kernel(text)]
+    run(block.replace("build123d", kernel), tmp_path)
+
+
+TASKS = [text for _, text in CODE.findall(PAGES["ten-tasks.md"].read_text(encoding="utf-8"))]
+
+
+@pytest.mark.parametrize("number", range(len(TASKS)))
+def test_each_of_ten_tasks_is_done_in_few_lines(number: int, tmp_path: Path) -> None:
+    assert len(TASKS) == 10
+    assert sum(bool(line.strip()) for line in TASKS[number].splitlines()) <= MOST_LINES
+    skip_without_libraries(TASKS[number])
+    run(TASKS[number], tmp_path)
+
+
+def test_each_design_has_a_command_that_is_run() -> None:
+    text = PAGES["edge-offset-meshes.md"].read_text(encoding="utf-8")
+    commands = [line for language, block in CODE.findall(text) if language == "sh" for line in block.splitlines()]
+    for command in re.findall(r"^\| `(\w+)`", text, re.MULTILINE):
+        assert any(line.startswith(f"fabkit design {command} ") for line in commands), command

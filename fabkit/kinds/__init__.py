@@ -5,6 +5,7 @@ from fabkit.kinds.beams import BEAM, BeamDetails
 from fabkit.kinds.columns import LEFT_OUT, NO_NEIGHBOUR, marks_at
 from fabkit.kinds.nodes import NODE, NodeDetails
 from fabkit.kinds.panels import PANEL, PanelDetails, panel_outlines
+from fabkit.kinds.plain import plain_kind
 
 __all__ = [
     "BEAM",
@@ -17,4 +18,5 @@ __all__ = [
     "PanelDetails",
     "marks_at",
     "panel_outlines",
+    "plain_kind",
 ]

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -321,14 +319,3 @@ def test_meshes_that_bear_no_fins() -> None:
     inside_out = dome.with_vertices(-dome.vertices).reversed()
     with pytest.raises(MeshError, match=r"crosses itself: at distance 1\.2 its edge is -0\.2 .* within 1 of 0"):
         Fins(Pair(dome.reversed(), inside_out.with_vertices(-dome.vertices)), 0, 1.2)
-
-
-# --- what the documents show
-
-
-def test_the_how_to_on_shading_runs() -> None:
-    pytest.importorskip("sunposition")
-    names: dict[str, Any] = {}
-    for block in re.findall(r"```python\n(.*?)```", HOW_TO.read_text(encoding="utf-8"), re.DOTALL):
-        exec(block, names)
-    assert names["found"].after.share > names["before"].share
