@@ -63,6 +63,12 @@ def minimal_design(
     fairest Christoffel dual is taken.
 
     Raises GeometryError for numbers out of range, and for a Gauss image that has no dual.
+
+    >>> catenoid = minimal_design(count=12)
+    >>> catenoid.mesh.n_faces
+    48
+    >>> bool(abs(catenoid.measures()["mean_curvature"]["largest"]) < 1e-9)
+    True
     """
     if gauss_image is not None:
         file = read_mesh(gauss_image)
@@ -121,8 +127,13 @@ def cmc_design(
     sphere has 1 and a cylinder 0.5; left out: such that S folds at the inflections, or without folds, half way from a
     mesh with inflections at its rim to a sphere.
 
-    Raises GeometryError for numbers out of range; ProjectError where rows would reach beyond the inflections, saying
+    Raises GeometryError for numbers out of range; ProjectError where rows would reach beyond the inflections, with
     the bulges that there are.
+
+    >>> bulges = cmc_design(count=12, rows=3)
+    >>> curvatures = bulges.measures()["mean_curvature"]
+    >>> round(float(curvatures["least"]), 9), round(float(curvatures["largest"]), 9)
+    (-1.0, -1.0)
     """
     if folds is None:
         folds = 0 if faces is Faces.HEXAGONS else 2
@@ -157,6 +168,13 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
     It lies where M does; the origin of the design is that of M.
 
     Raises GeometryError where the pair does not fit together, and either error where there is no such mesh near.
+
+    >>> from fabkit.designs import koebe_design, write_design
+    >>> _ = write_design(koebe_design(count=4), Path("dome"))
+    >>> even = cmc_near_design(Path("dome/M.obj"), Path("dome/S.obj"))
+    >>> curvatures = even.measures()["mean_curvature"]
+    >>> round(float(curvatures["largest"] / curvatures["least"]), 6)
+    1.0
     """
     file, S = read_mesh_pair(start, gauss_image)
     file = file.near_zero()

@@ -54,7 +54,13 @@ class EdgeOffsetDesign:
     notes: what is to be known of it, a sentence each; has_unit: whether M has the size of something given; is_in_mm:
     whether its unit is the millimetre. origin (3,):
     what was taken out of a file that M lies near to, and is put back into its coordinates when it is written. inputs:
-    the files it was made from, with the sha256 of what was read."""
+    the files it was made from, with the sha256 of what was read.
+
+    >>> from fabkit.designs import koebe_design
+    >>> leaning = koebe_design(count=4).boosted([(0.3, 0.0, 0.0)])
+    >>> leaning.kind, leaning.settings["boosts"], set(leaning.pair.edge_distances.round(9).tolist())
+    ('koebe', [[0.3, 0.0, 0.0]], {1.0})
+    """
 
     kind: str
     pair: Pair
@@ -158,6 +164,11 @@ def write_design(design: EdgeOffsetDesign, out: Path, *, force: bool = False) ->
     """Write M.obj, S.obj, picture.svg and manifest.json into a folder that appears whole or not at all.
 
     Returns the measures. Raises OutputError where the folder may not be written.
+
+    >>> from fabkit.designs import minimal_design
+    >>> measures = write_design(minimal_design(count=12), Path("shell"))
+    >>> measures["faces"], sorted(path.name for path in Path("shell").iterdir())
+    (48, ['M.obj', 'S.obj', 'manifest.json', 'picture.svg'])
     """
     measures, pair = design.measures(), design.pair
     with whole_folder(out, force=force, inputs=design.inputs) as folder:

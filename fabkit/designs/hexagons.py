@@ -52,6 +52,16 @@ def hexagons_design(
 
     Raises GeometryError where nothing can touch, for surfaces that are not usable and numbers out of range;
     ProjectError where less than `LEAST_KEPT_SHARE` of the faces is left.
+
+    >>> import numpy as np
+    >>> from geometry import write_mesh
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(12, 12)
+    >>> x, y = grid.vertices[:, 0] - 6, grid.vertices[:, 1] - 6
+    >>> write_mesh("roof.obj", grid.with_vertices(np.column_stack((x, y, -(x**2 + y**2) / 30))))
+    >>> touching = hexagons_design(Path("roof.obj"), count=4, turn_deg=0)
+    >>> touching.has_unit, set(touching.pair.edge_distances.round(9).tolist())
+    (True, {1.0})
     """
     _check_numbers(count, turn_deg)
     file = read_mesh(surface, flip=flip).near_zero()

@@ -64,6 +64,13 @@ def koebe_design(
 
     Raises GeometryError where no polyhedron has these combinatorics, where no mesh has these orientations, naming
     edges, and for numbers out of range.
+
+    >>> from fabkit.families import Tiles
+    >>> dome = koebe_design(tiles=Tiles.HEXAGONS, count=4)
+    >>> dome.mesh.n_faces, dome.measures()["edges_reversed"]
+    (20, 0)
+    >>> set(dome.pair.edge_distances.round(9).tolist())
+    {1.0}
     """
     if not np.isfinite(direction_deg):
         raise ProjectError(f"the direction is {direction_deg} degrees: a finite number is needed")

@@ -51,9 +51,12 @@ def with_rise(
     designed: the design of a parameter, whose rise grows with it. Raises ProjectError for lengths that are not
     positive, and for a rise that is not reached between the bounds, with the rises that are.
 
-    >>> from fabkit.designs import koebe_design
-    >>> dome = with_rise(lambda share: koebe_design(count=5, coverage=share), (1e-4, 0.95), span_mm=9000, rise_mm=2000)
-    >>> (dome.mesh.vertices.max(axis=0) - dome.mesh.vertices.min(axis=0)).round(3).tolist()
+    >>> from fabkit.designs import minimal_design
+    >>> from fabkit.families import MinimalShape
+    >>> def designed(turn_deg):
+    ...     return minimal_design(shape=MinimalShape.ENNEPER, count=4, turn_deg=turn_deg)
+    >>> shell = with_rise(designed, TURN_RANGE_DEG, span_mm=9000, rise_mm=2000)
+    >>> (shell.mesh.vertices.max(axis=0) - shell.mesh.vertices.min(axis=0)).round(3).tolist()
     [9000.0, 9000.0, 2000.0]
     """
     _check_length("span", span_mm)

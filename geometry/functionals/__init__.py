@@ -1,4 +1,4 @@
-"""What may be asked of a mesh, one objective a file."""
+"""Functionals of a mesh or a pair of meshes, one condition a file."""
 
 from geometry.functionals.boundary_normals import extrapolated_normals
 from geometry.functionals.circular_faces import CircularFaces

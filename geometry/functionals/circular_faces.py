@@ -1,14 +1,14 @@
-"""Circularity of faces with any number of corners [Pottmann2007, Prop. 2].
+"""Circular faces with any number of corners [Pottmann2007, Prop. 2].
 
-The corners p_i of a planar face lie on a circle if and only if |p_i|^2 = a + b u_i + c v_i with in-plane coordinates
-u, v. So with Q as in `face_frames` and q_i = |p_i|^2, both from the centroid, the residuals are Q^T q / 2R, where R is
-the root mean square of the |p_i|. A corner that is off a circle of radius r by d has q off by 2 r d, and r = R
-for regular faces: residuals are distances there, and more where the corners stand on a short arc, r > R. Dividing by
-R, not by r, leaves no zero where corners approach a line, as a circle would do that grows without bound.
+The corners p_i of a planar face lie on a circle if and only if |p_i|^2 = a + b u_i + c v_i with in-plane coordinates u,
+v. So with Q as in `face_frames` and q_i = |p_i|^2, both from the centroid, the residuals are Q^T q / 2R, where R is the
+root mean square of the |p_i|. A corner at the distance d from a circle of radius r changes q by 2 r d, and r = R for
+regular faces, so that residuals are distances there; they are larger where the corners lie on a short arc, r > R.
+Division by R instead of r avoids a false zero where corners approach a line and r grows without bound.
 
-Derivative: let m be the centre of the best circle. What turning and moving the plane and its axes changes,
-Q^T removes, so that of Q^T q it is Q^T [2 (p_i - m) . dp_i], up to terms of the order of the residuals and of the
-distances from the plane.
+Derivative: let m be the centre of the best circle. Q^T removes the effect of moving the plane and its axes, so the
+derivative of Q^T q is Q^T [2 (p_i - m) . dp_i], up to terms of the order of the residuals and of the distances from the
+plane.
 """
 
 from __future__ import annotations
@@ -28,10 +28,17 @@ __all__ = ["CircularFaces"]
 
 @dataclass(frozen=True, eq=False)
 class CircularFaces:
-    """k - 3 residuals for each face with k corners, in the unit of the coordinates; the unknown is all of them.
+    """k - 3 residuals for each face with k corners, in the unit of the coordinates; the unknown is all of them (3N,).
 
-    To be asked together with planarity: of a face that is not planar, it says little. Where faces are planar,
-    jacobian^T residual is the gradient of |residual|^2 / 2. Faces all of whose corners are on a line are not meant.
+    To be used together with `PlanarFaces`, since it means little for a face that is not planar. Where faces are planar,
+    jacobian^T residual is the gradient of |residual|^2 / 2. The corners of a face must not all be collinear.
+
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(1, 1)
+    >>> r = CircularFaces(grid.combinatorics)
+    >>> kite = grid.vertices + [(0, 0, 0), (0, 0, 0), (0, 0, 0), (0.1, 0.1, 0)]
+    >>> abs(r.residual(grid.vertices.ravel())).max().round(12).item(), abs(r.residual(kite.ravel())).round(1).tolist()
+    (0.0, [0.1])
     """
 
     combinatorics: Combinatorics
@@ -59,7 +66,7 @@ def _radii(frames: FaceFrames) -> FloatArray:
 
 def _residuals(frames: FaceFrames) -> FloatArray:
     """(n, k-3)"""
-    return frames.beyond(_squares(frames)) / (2 * _radii(frames)[:, None])
+    return frames.project_out(_squares(frames)) / (2 * _radii(frames)[:, None])
 
 
 def _derivatives(frames: FaceFrames) -> FloatArray:

@@ -73,11 +73,16 @@ def close_to(
 class OnSurface:
     """f_close of chosen vertices and a design surface Phi [Pottmann2007, 4.4]; x (3 n_vertices,) is all coordinates.
 
-    One residual each: the distance along the normal of Phi at the closest point, positive on its side. The vertices
-    glide freely along Phi, and beyond its boundary. The Jacobian is exact on the triangles of Phi, up to terms of the
-    order of the distance; it jumps from triangle to triangle, by about the angle between them. So demand r = 0 only
-    on a Phi much finer than the mesh; on a coarse one, as on the triangles of the mesh itself, make |r|^2 small.
+    One residual for each: the distance along the normal of Phi at the closest point, positive on its side. The vertices
+    glide freely along Phi and beyond its boundary. The Jacobian is exact on the triangles of Phi, up to terms of the
+    order of the distance; between triangles it changes by about the angle between them. So use it as a constraint only
+    where Phi is much finer than the mesh; on a coarse one, such as the triangles of the mesh itself, minimise |r|^2.
     Raises MeshError for a vertex that does not exist.
+
+    >>> from geometry.mesh import shapes
+    >>> r = OnSurface(Surface(shapes.grid(4, 4)), np.array([0, 1]), n_vertices=2)
+    >>> r.residual(np.array([1.0, 1.0, 0.5, 2.0, 2.0, -0.25])).tolist()
+    [0.5, -0.25]
     """
 
     surface: Surface
@@ -97,10 +102,16 @@ class OnSurface:
 
 @dataclass(frozen=True, eq=False)
 class OnSmoothSurface:
-    """The same distances as `OnSurface`, for all vertices in use, as if Phi were as smooth as its normals.
+    """The same distances as `OnSurface`, for all vertices that belong to faces, as if Phi were smooth.
 
-    The Jacobian holds the normals at the feet, as Gauss-Newton does with feet that are frozen in a step. It turns
-    steadily along Phi, and says the same at the corners of its triangles, where vertices begin that are those of Phi.
+    The Jacobian consists of the normals at the closest points, which Gauss-Newton takes as constant in a step. It is
+    continuous along Phi, also at the corners of its triangles, where the vertices start if they are those of Phi.
+
+    >>> from geometry.mesh import shapes
+    >>> mesh = shapes.grid(2, 2)
+    >>> r = OnSmoothSurface(Surface(shapes.grid(4, 4)), mesh.combinatorics)
+    >>> set(r.residual((mesh.vertices + [0, 0, 0.5]).ravel()).tolist())
+    {0.5}
     """
 
     surface: Surface
@@ -124,10 +135,15 @@ class OnSmoothSurface:
 class OnCurve:
     """Chosen vertices on a curve; x (3 n_vertices,) is all coordinates.
 
-    Two residuals each: the distances along two directions across the tangent at the closest point. The vertices
-    glide freely along the curve, and straight on beyond its ends; corners they do not turn by themselves, so hold
-    the vertices there. The Jacobian is exact up to terms of the order of the distance.
+    Two residuals for each: the distances along two directions perpendicular to the tangent at the closest point. The
+    vertices glide freely along the curve and straight on beyond its ends. They do not pass corners, so fix the vertices
+    there. The Jacobian is exact up to terms of the order of the distance.
     Raises MeshError for a vertex that does not exist.
+
+    >>> line = Curve.through(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), closed=False)
+    >>> r = OnCurve(line, np.array([0]), n_vertices=1)
+    >>> np.linalg.norm(r.residual(np.array([0.7, 0.3, 0.4]))).round(6).item()
+    0.5
     """
 
     curve: Curve

@@ -1,4 +1,4 @@
-"""Conicality: the faces at a vertex are tangent to a cone of revolution [Pottmann2007, Prop. 2].
+"""Conical vertices, whose faces are tangent to a cone of revolution [Pottmann2007, Prop. 2].
 
 That is: their normals lie on a circle of the unit sphere, k - 3 conditions on k faces. But normals nearly coincide
 where a mesh is nearly flat, and nearly coincide in pairs where it is nearly a cylinder; there the
@@ -33,15 +33,20 @@ from geometry.optimise import SparseMatrix
 __all__ = ["ConicalVertices", "closed_fans"]
 
 FLAT_VERTEX_ANGLE = 1e-3
-"""Angle of the normals with the axis, in radians, below which a vertex with five faces and more counts as flat.
-Rounding of the normals (1e-16) over this stays below tolerances of 1e-12."""
+"""Angle of the normals with the axis, in radians, below which a vertex with five or more faces counts as flat. The
+rounding of normals (1e-16) over this angle stays below tolerances of 1e-12."""
 
 ALTERNATING = np.array([0.5, -0.5, 0.5, -0.5])
 """Of unit length, as the bases in `face_frames` are."""
 
 
 def closed_fans(combinatorics: Combinatorics) -> list[IntArray]:
-    """For each k: the faces all around an interior vertex, as corners (n, k) at it, counter-clockwise."""
+    """For each k: the interior vertices with k faces, each as its corners (n, k) in these faces, counter-clockwise.
+
+    >>> from geometry.mesh import shapes
+    >>> [fan.shape for fan in closed_fans(shapes.grid(3, 3).combinatorics)]  # four interior vertices with four faces
+    [(4, 4)]
+    """
     c = combinatorics
     onwards = c.twin[c.previous_corner]  # the corner at the same vertex in the next face, -1 at the boundary
     here = np.flatnonzero(onwards >= 0)
@@ -65,6 +70,13 @@ class ConicalVertices:
 
     First those with 4 faces, then the others by k. Faces must have an area. The Jacobian is exact where faces are
     planar and, for five faces and more, up to terms of the order of the residual.
+
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(2, 2)
+    >>> r = ConicalVertices(grid.combinatorics)
+    >>> bent = grid.vertices + [(0.1, 0.2, 0.0) if k == 4 else (0, 0, 0) for k in range(9)]
+    >>> r.residual(grid.vertices.ravel()).round(12).tolist() == [0.0], abs(r.residual(bent.ravel())).max().item() > 0.01
+    (True, True)
     """
 
     combinatorics: Combinatorics
@@ -108,7 +120,7 @@ class ConicalVertices:
         return np.asarray(np.arctan2(across, np.einsum("ci,ci->c", ahead, back)) % (2 * np.pi))
 
     def _angle_rows(self, positions: FloatArray, areas: FloatArray) -> SparseMatrix:
-        """The normals may be held: when they turn, angles in their planes do not change."""
+        """Normals count as constant: rotating them does not change angles in their planes."""
         c, corners = self.combinatorics, self._crossings
         ahead, back, normals = (part[corners] for part in self._spokes(positions, areas))
         by_next = -np.cross(normals, ahead) / np.einsum("nki,nki->nk", ahead, ahead)[..., None]
@@ -166,4 +178,4 @@ class _Cones:
         opening = np.sqrt((np.cross(axes, normals) ** 2).sum(axis=2).mean(axis=1) + FLAT_VERTEX_ANGLE**2)[:, None]
         across = axes - np.einsum("nki,nki->nk", np.broadcast_to(axes, normals.shape), normals)[..., None] * normals
         by_area = np.einsum("nkq,nki->nkqi", frames.basis, across / sizes) / opening[:, :, None, None]
-        return cls(frames.beyond(frames.heights) / opening, by_area)
+        return cls(frames.project_out(frames.heights) / opening, by_area)

@@ -1,4 +1,4 @@
-"""Constant mean or Gaussian curvature of a pair M, S of which both move [Pottmann2007, 5]."""
+"""Constant mean or Gaussian curvature of a pair M, S, where both are unknown [Pottmann2007, 5]."""
 
 from __future__ import annotations
 
@@ -17,10 +17,16 @@ __all__ = ["ConstantCurvature"]
 
 @dataclass(frozen=True, eq=False)
 class ConstantCurvature:
-    """One residual a face: mixed area(F, sigma F) or area(sigma F), plus `value` area(F), over given sizes (F,).
+    """One residual for each face: mixed area(F, sigma F) or area(sigma F), plus `value` area(F), over sizes (F,).
 
     x (6N,): the vertices of M, then those of S. mixed, and value H: zero where the mean curvature is H; not mixed, and
     value -K: zero where the Gaussian curvature is K. Areas are along the normals of M.
+
+    >>> from geometry.mesh import shapes
+    >>> M = shapes.box(2, 2, 2)
+    >>> x = np.concatenate([M.vertices.ravel(), M.vertices.ravel() / 2])  # M is a sphere of radius 2 to its Gauss image
+    >>> ConstantCurvature(M.combinatorics, -0.5, np.ones(6)).residual(x).round(12).tolist()
+    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
 
     combinatorics: Combinatorics

@@ -1,4 +1,4 @@
-"""Convexity of faces: an inequality for each corner."""
+"""Convex faces: an inequality for each corner."""
 
 from __future__ import annotations
 
@@ -24,10 +24,17 @@ class ConvexFaces:
 
     With a the edge to the corner, b the edge from it and n the unit normal of the face, the residual is
     n . (a x b) over the mean length of a and b: in the unit of the coordinates, and zero where the corner is straight.
-    Residuals stand face after face, as chosen. The normal is that of the vector area, which must not vanish. It is
-    held in the Jacobian, which makes no difference where faces are planar.
+    Residuals are in the order of the chosen faces. The normal is that of the vector area, which must not vanish. The
+    Jacobian takes it as constant, which is exact where faces are planar.
 
     Raises MeshError for a face that does not exist.
+
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(1, 1)
+    >>> r = ConvexFaces(grid.combinatorics, np.array([0]))
+    >>> dart = grid.vertices - [(0, 0, 0), (0, 0, 0), (0, 0, 0), (0.7, 0.7, 0)]
+    >>> r.residual(grid.vertices.ravel()).tolist(), (r.residual(dart.ravel()) < 0).sum().item()
+    ([1.0, 1.0, 1.0, 1.0], 1)
     """
 
     combinatorics: Combinatorics

@@ -1,9 +1,9 @@
-"""Best planes of the faces with a given number of corners, and functionals that ask k - 3 things of each face.
+"""Best planes of the faces with a given number of corners, and functionals with k - 3 residuals for each face.
 
-Four corners and more over-determine a plane, or a circle in it: of any values at the k corners of a face, the part
-that is not a + b u + c v (u, v: in-plane coordinates) has k - 3 components. An orthonormal basis Q (k, k-3) of what is
-perpendicular to 1, u and v picks it out, whatever corners are collinear. It is one choice out of many, and may jump
-from one x to another, which norms of residuals do not see.
+Four or more corners over-determine a plane, or a circle in it: of values at the k corners of a face, the part that is
+not a + b u + c v (u, v: in-plane coordinates) has k - 3 components. The columns of Q (k, k-3) are an orthonormal basis
+of the vectors perpendicular to 1, u and v, for any position of the corners. The basis is not unique and may change
+discontinuously with x, which does not affect norms of residuals.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ __all__ = ["FaceFrames", "NonTriangularFaces"]
 
 @dataclass(frozen=True, eq=False)
 class FaceFrames:
-    """n faces with k corners each, seen from their centroids.
+    """n faces with k corners each, relative to their centroids.
 
     here (n, k, 3): the corners; axes (n, 3, 3): orthonormal columns, the normal of the best plane and then the
-    in-plane axes, along which the corners spread more and most; basis (n, k, k-3): Q.
+    in-plane axes in the order of the spread of the corners; basis (n, k, k-3): Q.
     """
 
     here: FloatArray
@@ -45,7 +45,7 @@ class FaceFrames:
 
     @property
     def normals(self) -> FloatArray:
-        """(n, 3), to either side."""
+        """(n, 3) normals of the best planes, with an arbitrary sign."""
         return self.axes[:, :, 0]
 
     @property
@@ -53,16 +53,16 @@ class FaceFrames:
         """(n, k) distances of the corners from the best plane, along the normal."""
         return np.asarray(np.einsum("fki,fi->fk", self.here, self.normals))
 
-    def beyond(self, values: FloatArray) -> FloatArray:
-        """(n, k-3, ...) what is left of values (n, k, ...) at the corners beyond a + b u + c v."""
+    def project_out(self, values: FloatArray) -> FloatArray:
+        """(n, k-3, ...) components of values (n, k, ...) at the corners without their part a + b u + c v."""
         return np.asarray(np.einsum("fkq,fk...->fq...", self.basis, values))
 
 
 @dataclass(frozen=True, eq=False)
 class NonTriangularFaces:
-    """The faces with more than three corners, by their number of corners k; k - 3 residuals are asked of each.
+    """The faces with more than three corners, by their number of corners k, with k - 3 residuals each.
 
-    Residuals stand group after group, in each face after face. A bound on k leaves out faces with more corners.
+    Residuals are in the order of k, then in the order of faces. Faces with more corners than `bound` are left out.
     """
 
     combinatorics: Combinatorics

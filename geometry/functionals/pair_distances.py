@@ -1,8 +1,8 @@
-"""Distances of the vertices, edges and faces of S from the origin where M moves with S [Pottmann2007, 4.4].
+"""Vertices, edges and faces of S at unit distance from the origin, where M and S are unknown [Pottmann2007, 4.4].
 
-x (6N,): the vertices of M, then those of S. While S is not quite parallel to M, an edge has the direction that it has
-in M and goes through the middle of its two ends in S, and a face has the normal that it has in M and goes through the
-mean of its corners in S.
+x (6N,): the vertices of M, then those of S. Where S is not exactly parallel to M, an edge line has the direction of the
+edge in M and contains the midpoint of the edge in S; a face plane has the normal of the face in M and contains the mean
+of the corners in S.
 """
 
 from __future__ import annotations
@@ -30,7 +30,14 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False)
 class EdgesAtUnitDistance:
-    """Distance - 1 for each edge line of S: what beam heights over d lack. Edges of M must have a length."""
+    """Distance - 1 for each edge line of S, the error of beam heights over d. Edges of M must have a length.
+
+    >>> from geometry.mesh import shapes
+    >>> M, cube = shapes.box(1, 2, 3), shapes.box(2, 2, 2)
+    >>> x = np.concatenate([M.vertices.ravel(), (cube.vertices - cube.vertices.mean(axis=0)).ravel()])
+    >>> set(EdgesAtUnitDistance(M.combinatorics).residual(x).round(3).tolist())
+    {0.414}
+    """
 
     combinatorics: Combinatorics
 
@@ -48,7 +55,7 @@ class EdgesAtUnitDistance:
         return csr_array((values.ravel(), columns.ravel(), starts), shape=(c.n_edges, 6 * c.n_vertices))
 
     def _feet(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Of the origin on the edge lines (E, 3); places of the middles along them (E,); edge lengths of M (E,)."""
+        """Feet of the origin on edge lines (E, 3); positions of midpoints along them (E,); edge lengths of M (E,)."""
         mesh, image = x.reshape(2, -1, 3)
         i, j = self.combinatorics.edges.T
         vectors, middles = mesh[j] - mesh[i], (image[i] + image[j]) / 2
@@ -59,7 +66,14 @@ class EdgesAtUnitDistance:
 
 @dataclass(frozen=True, eq=False)
 class VerticesAtUnitDistance:
-    """|s_i| - 1 for each vertex in use; x (3N,) is S alone."""
+    """|s_i| - 1 for each vertex that belongs to a face; x (3N,) is S alone.
+
+    >>> from geometry.mesh import shapes
+    >>> cube = shapes.box(2, 2, 2)
+    >>> x = (cube.vertices - cube.vertices.mean(axis=0)).ravel()
+    >>> set(VerticesAtUnitDistance(cube.combinatorics).residual(x).round(3).tolist())
+    {0.732}
+    """
 
     combinatorics: Combinatorics
 
@@ -80,7 +94,14 @@ class VerticesAtUnitDistance:
 
 @dataclass(frozen=True, eq=False)
 class FacesAtUnitDistance:
-    """Distance - 1 for each face plane of S, along the normals of M."""
+    """Distance - 1 for each face plane of S, along the normals of M.
+
+    >>> from geometry.mesh import shapes
+    >>> M, cube = shapes.box(1, 2, 3), shapes.box(3, 3, 3)
+    >>> x = np.concatenate([M.vertices.ravel(), (cube.vertices - cube.vertices.mean(axis=0)).ravel()])
+    >>> set(FacesAtUnitDistance(M.combinatorics).residual(x).round(3).tolist())
+    {0.5}
+    """
 
     combinatorics: Combinatorics
 
@@ -98,7 +119,14 @@ class FacesAtUnitDistance:
 
 @dataclass(frozen=True, eq=False)
 class UprightFaces:
-    """The mean of the corners in S minus the normal in M, three residuals for each face: how its axis leans."""
+    """The mean of the corners in S minus the normal in M, three residuals for each face: its axis is upright.
+
+    >>> from geometry.mesh import shapes
+    >>> M, cube = shapes.box(1, 2, 3), shapes.box(2, 2, 2)
+    >>> x = np.concatenate([M.vertices.ravel(), (cube.vertices - cube.vertices.mean(axis=0)).ravel()])
+    >>> abs(UprightFaces(M.combinatorics).residual(x)).max().round(12).item()
+    0.0
+    """
 
     combinatorics: Combinatorics
 

@@ -1,4 +1,4 @@
-"""Parallelity of two meshes: linear in the other mesh where one is given, or of both together."""
+"""Parallel edges of two meshes: linear in S where M is given, or of M and S together."""
 
 from __future__ import annotations
 
@@ -21,6 +21,12 @@ def parallel_to(mesh: Mesh) -> LinearFunctional:
 
     The paper takes the cross product with m_j - m_i: three equations of rank two, weighted by the length of the
     edge. Here the two rows are orthonormal, so that residuals are lengths in S.
+
+    >>> from geometry.mesh import shapes
+    >>> box = shapes.box(1, 2, 3)
+    >>> r = parallel_to(box)
+    >>> abs(r.residual(shapes.box(5, 2, 4).vertices.ravel())).max().round(12).item()
+    0.0
     """
     across = perpendicular_pair(mesh.edge_directions)
     values = np.stack([-across, across], axis=2)  # edge, row, end, coordinate
@@ -37,6 +43,12 @@ class ParallelEdges:
 
     Three residuals an edge, e x (s_j - s_i) with e the unit vector along m_j - m_i [Pottmann2007, 4.4]: lengths in S,
     of rank two. Edges of M must have a length; those of S need not. The Jacobian is exact everywhere.
+
+    >>> from geometry.mesh import shapes
+    >>> M, S = shapes.box(1, 2, 3), shapes.box(5, 2, 4)
+    >>> x = np.concatenate([M.vertices.ravel(), S.vertices.ravel()])
+    >>> abs(ParallelEdges(M.combinatorics).residual(x)).max().round(12).item()
+    0.0
     """
 
     combinatorics: Combinatorics

@@ -1,4 +1,4 @@
-"""Planarity of faces with any number of corners.
+"""Planar faces with any number of corners.
 
 For a face with k corners let h (k,) be the distances of its corners from its best plane. As that plane is best, h is
 perpendicular to 1 and to the in-plane coordinates of the corners, so the residuals Q^T h, with Q as in `face_frames`,
@@ -26,30 +26,44 @@ from geometry.optimise import SparseMatrix
 __all__ = ["PlanarFaces", "relative_plane_deviations"]
 
 MAX_FRAMED_CORNERS = 12
-"""Corners of a face up to which its Q has hardly more numbers than three corners and the others."""
+"""Number of corners of a face up to which Q is used; above it, three reference corners need fewer numbers."""
 
 
 def relative_plane_deviations(mesh: Mesh) -> FloatArray:
     """(F,) largest distance of a corner from the best plane of its face, over the mean edge length of the mesh.
 
     Zero for a mesh that is a point.
+
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(1, 1)
+    >>> bent = grid.with_vertices(grid.vertices + [(0, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0.4)])
+    >>> relative_plane_deviations(bent).round(1).tolist()
+    [0.1]
     """
     return mesh.plane_deviations / (mesh.mean_edge_length or 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class PlanarFaces:
-    """k - 3 residuals for each face with k corners, in the unit of the coordinates; the unknown is all of them.
+    """k - 3 residuals for each face with k corners, in the unit of the coordinates; the unknown is all of them (3N,).
 
-    jacobian^T residual is the gradient of |residual|^2 / 2 everywhere. shape (3N,): positions from which the three
-    corners of large faces are chosen once and for all, which keeps the pattern of the Jacobian; without, at each x.
+    jacobian^T residual is the gradient of |residual|^2 / 2 everywhere. shape (3N,): positions by which the three
+    reference corners of large faces are chosen once, so that the sparsity pattern of the Jacobian is constant; without
+    it, they are chosen at each x.
+
+    >>> from geometry.mesh import shapes
+    >>> grid = shapes.grid(2, 2)
+    >>> r = PlanarFaces(grid.combinatorics)
+    >>> raised = grid.vertices + [(0, 0, 0.1) if k == 0 else (0, 0, 0) for k in range(9)]
+    >>> r.residual(grid.vertices.ravel()).tolist(), (abs(r.residual(raised.ravel())) > 0.01).sum().item()
+    ([0.0, 0.0, 0.0, 0.0], 1)
     """
 
     combinatorics: Combinatorics
     shape: FloatArray | None = None
 
     def residual(self, x: FloatArray) -> FloatArray:
-        small = self._faces.stacked([frames.beyond(frames.heights) for frames in self._faces.frames(x)])
+        small = self._faces.stacked([frames.project_out(frames.heights) for frames in self._faces.frames(x)])
         return np.concatenate([small, *(planes.heights.ravel() for planes in self._planes(x))])
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:

@@ -1,9 +1,9 @@
-"""Planarity of faces with many corners, in as many numbers as they have.
+"""Distances from a plane for faces with many corners, with numbers in proportion to the corners.
 
-Three corners of a face span a plane; each other corner is asked to lie in it. The derivative of its distance by the
-four of them is exact and sparse: the normal, and minus the normal times the shares of the three where it stands.
-The three are far apart, so that these shares are small: the first is furthest from the mean, the second from
-the first, the third from the line through both.
+Three corners of a face span a plane; a residual is the distance of another corner from it. Its derivative by these four
+corners is exact and sparse: the normal, and minus the normal times the barycentric shares of the three corners. The
+three are far apart, so that these shares are small: the first is furthest from the mean, the second from the first, the
+third from the line through both.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ __all__ = ["ReferencePlanes", "far_apart"]
 class ReferencePlanes:
     """n faces with k corners each.
 
-    three (n, 3) and others (n, k-3): the corners of the plane, and those asked to lie in it. normals (n, 3); heights
-    (n, k-3) over the plane; shares (n, k-3, 3): of the three, the point of the plane under each corner.
+    three (n, 3) and others (n, k-3): the corners that span the plane, and the other corners. normals (n, 3); heights
+    (n, k-3): distances of the others from the plane; shares (n, k-3, 3): barycentric coordinates of their feet.
     """
 
     three: IntArray
@@ -36,7 +36,7 @@ class ReferencePlanes:
 
     @classmethod
     def of(cls, corners: FloatArray, three: IntArray) -> ReferencePlanes:
-        """corners (n, k, 3), k > 3; three (n, 3) as `far_apart` finds them here or in a shape that is much alike."""
+        """corners (n, k, 3), k > 3; three (n, 3) from `far_apart` for these corners or a similar shape."""
         rows = np.arange(len(corners))
         first, second, third = three.T
         here = corners - corners[rows, first][:, None]
@@ -44,7 +44,7 @@ class ReferencePlanes:
         b, c = here[rows, second], here[rows, third]
         areas = np.cross(b, c)
         squares = np.einsum("ni,ni->n", areas, areas)[:, None]
-        squares = np.where(squares > 0, squares, 1.0)  # all corners are on a line: they leave no plane
+        squares = np.where(squares > 0, squares, 1.0)  # collinear corners span no plane
         rest = np.take_along_axis(here, others[:, :, None], axis=1)
         normals = areas / np.sqrt(squares)
         share_b = np.einsum("nki,ni->nk", np.cross(rest, c[:, None]), areas) / squares

@@ -1,4 +1,4 @@
-"""How node axes lean, and how edges and faces change, while M and S move: residuals of x (6N,), M before S, or of M."""
+"""Upright node axes, edge lengths and face normals where M and S are unknown: x (6N,), M before S, or M alone."""
 
 from __future__ import annotations
 
@@ -20,9 +20,15 @@ __all__ = ["CloseToNormals", "EdgeStretch", "FaceNormalCosines", "InsideCones"]
 
 @dataclass(frozen=True, eq=False)
 class CloseToNormals:
-    """s_i - n_i, three residuals a vertex, with unit normals n_i (N, 3) = normals(M (N, 3)).
+    """s_i - n_i, three residuals for each vertex, with unit normals n_i (N, 3) = normals(M (N, 3)).
 
-    The Jacobian holds the normals. Vertices without a normal, (0, 0, 0), are to be at the origin.
+    The Jacobian takes the normals as constant. The target of a vertex without a normal, (0, 0, 0), is the origin.
+
+    >>> from geometry.mesh import shapes
+    >>> M = shapes.grid(1, 1)
+    >>> r = CloseToNormals(M.combinatorics, lambda vertices: np.tile([0.0, 0.0, 1.0], (4, 1)))
+    >>> r.residual(np.concatenate([M.vertices.ravel(), np.tile([0.1, 0.0, 1.0], 4)]))[:3].tolist()
+    [0.1, 0.0, 0.0]
     """
 
     combinatorics: Combinatorics
@@ -41,7 +47,13 @@ class CloseToNormals:
 class InsideCones:
     """Signed distance of s_i from the cone of revolution about n_i with an opening angle, for each vertex.
 
-    |s_i| sin(angle - lean): positive inside. Normals and Jacobian as of `CloseToNormals`.
+    |s_i| sin(angle - lean): positive inside. Normals and Jacobian as in `CloseToNormals`.
+
+    >>> from geometry.mesh import shapes
+    >>> M = shapes.grid(1, 1)
+    >>> r = InsideCones(M.combinatorics, lambda vertices: np.tile([0.0, 0.0, 1.0], (4, 1)), np.radians(30))
+    >>> r.residual(np.concatenate([M.vertices.ravel(), np.tile([0.0, 0.0, 1.0], 4)])).round(3).tolist()
+    [0.5, 0.5, 0.5, 0.5]
     """
 
     combinatorics: Combinatorics
@@ -58,7 +70,7 @@ class InsideCones:
         return csr_array((values.ravel(), columns, np.arange(0, 3 * n + 1, 3)), shape=(n, 6 * n))
 
     def _distances(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(N,) and their gradients by s_i (N, 3)."""
+        """The distances (N,) and their gradients by s_i (N, 3)."""
         mesh, image = x.reshape(2, -1, 3)
         normals = self.normals(mesh)
         up = np.einsum("ni,ni->n", image, normals)
@@ -71,7 +83,13 @@ class InsideCones:
 
 @dataclass(frozen=True, eq=False)
 class EdgeStretch:
-    """log(|m_j - m_i| / length) for each edge, with given lengths (E,); x (3N,) is M alone."""
+    """log(|m_j - m_i| / length) for each edge, with given lengths (E,); x (3N,) is M alone.
+
+    >>> from geometry.mesh import shapes
+    >>> M = shapes.grid(1, 1)
+    >>> set(EdgeStretch(M.combinatorics, M.edge_lengths).residual(2 * M.vertices.ravel()).round(3).tolist())
+    {0.693}
+    """
 
     combinatorics: Combinatorics
     lengths: FloatArray
@@ -97,7 +115,14 @@ class EdgeStretch:
 
 @dataclass(frozen=True, eq=False)
 class FaceNormalCosines:
-    """The cosine of the angle of each face normal of M with a given unit vector, normals (F, 3); x (6N,)."""
+    """The cosine of the angle between each face normal of M and a given unit vector, normals (F, 3); x (6N,).
+
+    >>> from geometry.mesh import shapes
+    >>> M = shapes.grid(1, 1)
+    >>> r = FaceNormalCosines(M.combinatorics, np.array([[0.0, 0.6, 0.8]]))
+    >>> r.residual(np.concatenate([M.vertices.ravel(), M.vertices.ravel()])).round(12).tolist()
+    [0.8]
+    """
 
     combinatorics: Combinatorics
     normals: FloatArray

@@ -16,11 +16,16 @@ from geometry.optimise import factorise
 __all__ = ["cross_field", "followed_closer"]
 
 DIFFUSION_STEPS = 20
+"""Steps of diffusion, each followed by making all directions of unit length."""
 
 DIFFUSION_TIME = 4.0
-"""Of a step, in mean areas of triangles."""
+"""Time of a step of diffusion, in mean areas of triangles."""
 
-ANGLE_STEPS, LARGEST_TURN = 5, 0.3
+ANGLE_STEPS = 5
+"""Newton steps on the angles of the field."""
+
+LARGEST_ANGLE_STEP = 0.3
+"""Largest turn of a direction in one of these steps, in radians."""
 
 PREFERENCE = 1e-6
 """Weight of the longest direction of a piece, over its area: it decides where nothing else does."""
@@ -88,5 +93,5 @@ def followed_closer(
         residual = np.angle(first[right] * carried.conj())
         off = np.angle(wanted * first.conj() ** 4)
         step = factor.solve(-(difference.T @ (stiffness * residual)) + pull * np.sin(off) / 4)
-        first = first * np.exp(1j * step.clip(-LARGEST_TURN, LARGEST_TURN))
+        first = first * np.exp(1j * step.clip(-LARGEST_ANGLE_STEP, LARGEST_ANGLE_STEP))
     return first

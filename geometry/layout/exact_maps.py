@@ -21,7 +21,8 @@ ONE = 1 << 20
 LARGEST_TRIANGLE = 512
 """Isolines of one family through a triangle, so that products of differences are below 2^63."""
 
-LARGEST_VALUE = 1 << 38
+LARGEST_ISOLINE = 1 << 38
+"""Largest value of an isoline, in the unit of ONE: sums of products of these stay below 2^63."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,10 +40,10 @@ class ExactMap:
     @classmethod
     def of(cls, c: Combinatorics, maps: SeamlessMaps, edge_turns: IntArray, x: FloatArray, t: IntArray) -> ExactMap:
         """Raises GeometryError where a triangle has very many isolines."""
-        if np.abs(x).max(initial=0.0) > LARGEST_VALUE / ONE or np.abs(t).max(initial=0) > LARGEST_VALUE / ONE:
+        if np.abs(x).max(initial=0.0) > LARGEST_ISOLINE / ONE or np.abs(t).max(initial=0) > LARGEST_ISOLINE / ONE:
             raise GeometryError(
-                f"a line has the number {max(np.abs(x).max(), np.abs(t).max()):.0e}, {LARGEST_VALUE / ONE:.0e} is the "
-                "largest one: give a longer edge length"
+                f"a line has the number {max(np.abs(x).max(), np.abs(t).max()):.0e}, {LARGEST_ISOLINE / ONE:.0e} is "
+                "the largest one: give a longer edge length"
             )
         odd = 2 * np.floor(x * (ONE // 2)).astype(np.int64) + 1
         values = np.asarray(maps.reals.astype(np.int64) @ odd + maps.integers.astype(np.int64) @ (t * ONE))

@@ -14,7 +14,8 @@ REGULARISATION = 1e-9
 FEW = 60
 """Integers up to which pairs of them are moved."""
 
-MAX_MOVES = 1000
+MAX_LATTICE_MOVES = 1000
+"""Moves of integers to a better neighbour, at most."""
 
 ROUNDING = 1e-9
 """Relative gain that may be rounding."""
@@ -55,7 +56,7 @@ def nearest_integers(gram: FloatArray, wanted: FloatArray, apart: IntArray) -> I
     own = np.einsum("ki,ij,kj->k", steps, gram, steps)
     moved = np.einsum("pcm,km->kpc", apart, steps)
     penalty = 1 + 4 * float(np.abs(gram).sum())
-    for _ in range(MAX_MOVES):
+    for _ in range(MAX_LATTICE_MOVES):
         gains = own + 2 * steps @ (gram @ (t - wanted))
         now = apart @ t
         equal = (now + moved == 0).all(axis=2).sum(axis=1) - (now == 0).all(axis=1).sum()

@@ -33,11 +33,19 @@ FREE = 1e-10
 """Energy of integers, over the largest one, below which they may be any numbers."""
 
 CONJUGACY_STEPS = 2
+"""Gauss-Newton steps with the term of conjugacy, after the first one."""
 
 LEAST_DETERMINANT, WANTED_DETERMINANT = 0.15, 0.3
 """Of triangles, below which they are opened, and what is asked of them then."""
 
-OPENING_ROUNDS, OPENING_WEIGHT, DAMPING = 16, 1.0, 0.7
+OPENING_ROUNDS = 16
+"""Rounds in which folded triangles are opened, at most."""
+
+OPENING_WEIGHT = 1.0
+"""Weight of the determinant of a folded triangle in the first round; it doubles while the triangle stays folded."""
+
+OPENING_STEP = 0.7
+"""Part of each step that is taken while triangles are opened."""
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 1.0])
 
@@ -151,7 +159,7 @@ class Integration:
             if not folded.any():
                 return x
             opening = np.where(folded, np.maximum(OPENING_WEIGHT, 2 * opening), opening)
-            x = x + DAMPING * (self._step(at, opening, whole, h) - x)
+            x = x + OPENING_STEP * (self._step(at, opening, whole, h) - x)
             at = self.at(x, whole, h)
             least = determinants(at).min()
             best, most = (x, least) if least > most else (best, most)

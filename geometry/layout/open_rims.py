@@ -16,11 +16,13 @@ SHORT = 0.42
 """Length of edges at the rim that are contracted, over the edge length wanted."""
 
 SHARPEST = np.radians(22.0)
-"""Corner of a face at the rim below which its shortest edge there is contracted, unless it is LONGEST or longer."""
+"""Corner of a face at the rim below which its shortest edge there is contracted, unless it is longer."""
 
-LONGEST = 0.9
+LONGEST_CONTRACTED_EDGE = 0.9
+"""Length of an edge at a sharp corner up to which it is contracted, over the edge length wanted."""
 
-MAX_ROUNDS = 60
+MAX_CONTRACTION_ROUNDS = 60
+"""Rounds of contractions at the rim, at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +72,7 @@ def tidied_rim(polygons: Polygons, edge_length: float) -> Polygons:
     """
     polygons = _dropped(polygons)
     forbidden = np.zeros(0, dtype=np.int64)
-    for _ in range(MAX_ROUNDS):
+    for _ in range(MAX_CONTRACTION_ROUNDS):
         c = polygons.combinatorics
         costs = _costs(polygons, c, edge_length)
         keys = _keys(polygons, c.edges)
@@ -123,7 +125,7 @@ def _costs(polygons: Polygons, c: Combinatorics, edge_length: float) -> FloatArr
     np.minimum.at(shortest, c.corner_face, costs[c.corner_edge])
     of_sharp = (sharpest[c.corner_face] < SHARPEST) & (costs[c.corner_edge] <= shortest[c.corner_face])
     is_wanted = lengths < SHORT
-    is_wanted[c.corner_edge[of_sharp]] |= lengths[c.corner_edge[of_sharp]] < LONGEST
+    is_wanted[c.corner_edge[of_sharp]] |= lengths[c.corner_edge[of_sharp]] < LONGEST_CONTRACTED_EDGE
     return np.asarray(np.where(is_wanted, costs, np.inf))
 
 

@@ -13,7 +13,8 @@ from geometry.mesh import Combinatorics, Mesh
 
 __all__ = ["TangentFrames"]
 
-PAIRS = ((0, 0), (0, 1), (1, 1))
+AXIS_PAIRS = ((0, 0), (0, 1), (1, 1))
+"""Pairs of axes of a frame, of which the entries xx, xy and yy of a tensor are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +104,7 @@ class TangentFrames:
         """(F,) of symmetric bilinear forms (F, 3, 3): |q| is half the difference of their two values, and q has twice
         the angle of the direction of the larger one.
         """
-        xx, xy, yy = (np.einsum("fi,fij,fj->f", self.axes[:, a], tensors, self.axes[:, b]) for a, b in PAIRS)
+        xx, xy, yy = (np.einsum("fi,fij,fj->f", self.axes[:, a], tensors, self.axes[:, b]) for a, b in AXIS_PAIRS)
         return np.asarray((xx - yy) / 2 + 1j * xy)
 
     @cached_property

@@ -128,7 +128,7 @@ def _bounded(
         raise ConvergenceError(
             f"the least value within the bounds was not reached: after {solution.steps} steps the solver stopped "
             f"because {solution.reason.value}; P(M) may be determined by rounding only: look at `spectrum`, or widen "
-            "the bounds",
+            "bounds",
             solution=solution,
             value=solution.violation,
             bound=_accuracy(noise) * size,
