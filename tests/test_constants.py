@@ -10,8 +10,6 @@ from types import ModuleType
 import pytest
 
 ROOT = Path(__file__).parents[1]
-TO_RENAME = ROOT / "tests" / "constants_to_rename.txt"
-"""Constants that offend still, each with its file: the list may only shrink. `docs/tools/constants.py` prunes it."""
 
 
 def script() -> ModuleType:
@@ -28,7 +26,7 @@ constants = script()
 
 
 def test_constants_are_documented_and_their_names_stand_for_one_value() -> None:
-    assert sorted(constants.offenders()) == TO_RENAME.read_text(encoding="utf-8").split("\n")[:-1]
+    assert constants.offenders() == set()
 
 
 def test_the_tables_of_the_conventions_are_those_of_the_code() -> None:

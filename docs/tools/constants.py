@@ -131,7 +131,4 @@ def with_tables(page: str) -> str:
 
 
 if __name__ == "__main__":
-    to_rename = ROOT / "tests" / "constants_to_rename.txt"
-    allowed = set(to_rename.read_text(encoding="utf-8").split("\n")[:-1])
-    to_rename.write_text("".join(f"{name}\n" for name in sorted(allowed & offenders())), encoding="utf-8")
     PAGE.write_text(with_tables(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
