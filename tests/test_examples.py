@@ -192,6 +192,21 @@ def test_figure_13_shows_that_conical_is_far_and_planar_is_near() -> None:
     assert found["largest twist in degrees"] < 1e-9
 
 
+def test_figure_14_goes_from_a_surface_to_beams() -> None:
+    found = numbers(14)
+    assert [found[f"singular points of ({letter})"] for letter in "abc"] == [2, 4, 0]
+    assert found["crossing angle in degrees that 5 % of (a) are below"] == pytest.approx(90)
+    assert 75 < found["crossing angle in degrees that 5 % of (c) are below"] < 85
+    assert found["share of quads"] > 0.95
+    assert found["largest planarity as laid"] < 0.01
+    assert found["largest planarity of M"] < 1e-12
+    assert found["95 % of the moves in edge lengths"] < 0.08
+    assert found["95 % of the distances from the surface in edge lengths"] < 0.03
+    assert 0.95 < found["5 % of the beam heights over d"] < found["95 % of the beam heights over d"] < 1.05
+    assert found["95 % of the leans of node axes in degrees"] < 20
+    assert found["largest twist in degrees"] < 1e-9
+
+
 def test_figure_17_shows_parallel_diagonals_and_a_minimal_mesh() -> None:
     found = numbers(17)
     assert found["largest mean curvature, over one over the waist"] < 1e-9
