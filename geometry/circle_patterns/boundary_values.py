@@ -1,8 +1,8 @@
 """Circle patterns of open polyhedra: one value is free at each vertex of the boundary, its radius or its angle.
 
-The *angle* of a vertex is what the kites of its faces fill about the centre of its circle. Where both are left free,
+The *angle* of a vertex is the sum of the angles of its kites at the centre of its circle. Where neither is given,
 radii are equal all along the boundary. Of all patterns, the logarithms of the radii then vary least, in the mean square
-of their differences between neighbours: exactly so in the limit of fine meshes, where it is Chebyshev's principle of
+of the differences between neighbours: exactly so in the limit of fine meshes, where it is Chebyshev's principle of
 least distortion [SpringbornSchroederPinkall2008].
 """
 
@@ -61,7 +61,8 @@ class _Boundary:
         return replace(self, radii=given)
 
     def angle_sum(self, loop: int) -> float:
-        """What the angles along a loop sum to: outside, the boundary turns once to the left, at a hole to the right."""
+        """The sum of the angles along a loop: the outer boundary turns once to the left, that of a hole to the
+        right."""
         return (len(self.loops[loop]) + (2 if loop else -2)) * np.pi
 
 
@@ -71,19 +72,20 @@ def open_circle_pattern(
     """The circle pattern of an open polyhedron, a disc or a disc with holes.
 
     radii (N,): of the circles of boundary vertices, NaN elsewhere and where free. angles (N,): in the same way. Along
-    a boundary loop every vertex has one of the two, or none has. outer: a vertex of the boundary loop that is the
-    outer one; else the longest is.
+    a boundary loop every vertex has one of the two, or none has. outer: a vertex of the outer boundary loop, by
+    default the longest one.
 
-    Radii are met in the plane, up to a common factor along each further loop: it is determined, since the pattern
-    closes around the hole. To close, it needs two more free numbers for each hole. So where radii are given around
-    holes and the outer boundary is free, its radii are not equal but nearly so, see `outer_radii`.
+    The pattern has the given radii in the plane; along each further loop up to a common factor, which is determined
+    since the pattern closes around the hole. Closing takes two more free numbers for each hole. So where radii are
+    given around holes and the outer boundary is free, the radii of the outer boundary are not equal but nearly so, see
+    `outer_radii`.
 
-    A free hole is filled with a face for the time being, if all vertices around it have three edges or more, which
-    makes the pattern close. Else its radii are equal; where the pattern does not close like that, as few do without
-    rotational symmetry, the hole is filled with triangles around a vertex for the time being.
+    A hole without values is temporarily filled with a face, if all vertices around it have three edges or more, which
+    makes the pattern close. Otherwise its radii are equal; where the pattern does not close in this way, as few do
+    without rotational symmetry, the hole is temporarily filled with triangles around a vertex.
 
     Raises GeometryError for values at inner vertices, missing or doubly given values, radii that are not positive,
-    angles that are out of range or sum to what they cannot, values for which no pattern exists, and patterns that do
+    angles that are out of range or have an impossible sum, values for which no pattern exists, and patterns that do
     not close around a hole whose values are given.
 
     >>> import numpy as np
@@ -220,7 +222,8 @@ def _check_loop(boundary: _Boundary, loop: int) -> None:
     if wrong:
         raise GeometryError(
             f"the angles along the {'hole' if loop else 'outer boundary'} through vertex {vertices[0]} sum to "
-            f"{total:.10g}; for its {len(vertices)} vertices it must be {relation} {wanted:.10g}: it turns round once",
+            f"{total:.10g}; for its {len(vertices)} vertices it must be {relation} {wanted:.10g}, as the loop "
+            "makes one full turn",
             elements=vertices.tolist(),
             value=total,
             bound=wanted,

@@ -1,6 +1,6 @@
 """Centres of the circles of a pattern whose radii are known.
 
-Kite by kite along short paths; then all at once by least squares, so that what rounds along a path is spread.
+Kite by kite along short paths; then all together by least squares, which distributes the rounding of a path.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ CENTRES_ACCURACY = 1e-3
 def circle_centres(
     combinatorics: Combinatorics, corners: IntArray, kites: IntArray, radii: FloatArray
 ) -> tuple[ComplexArray, float]:
-    """Centres (n,) as complex numbers, and by how much the worst kite is off, over the distance of its centres.
+    """Centres (n,) as complex numbers, and the largest gap of a kite over the distance of its centres.
 
     corners (K,): those of the combinatorics that have a kite; kites (K, 2): the circles of its vertex and its face;
     radii (n,). Faces run counter-clockwise. A circle without kite lies at 0.
@@ -73,11 +73,11 @@ def _along_paths(n: int, kites: IntArray, steps: ComplexArray, root: int) -> Com
 def _correction(
     laplacian: GroundedLaplacian, kites: IntArray, lengths: FloatArray, missing: ComplexArray
 ) -> ComplexArray:
-    """(n,) moves of the centres, so that as little as possible is missing along the kites, over their lengths."""
-    pulls = missing / lengths**2
+    """(n,) moves of the centres, which minimise the gaps of the kites over their lengths."""
+    weighted = missing / lengths**2
     right = np.zeros(laplacian.n_nodes, dtype=np.complex128)
-    np.add.at(right, kites[:, 1], pulls)
-    np.add.at(right, kites[:, 0], -pulls)
+    np.add.at(right, kites[:, 1], weighted)
+    np.add.at(right, kites[:, 0], -weighted)
     moves = laplacian.solve(np.stack([right.real, right.imag], axis=1), accuracy=CENTRES_ACCURACY)
     moved: ComplexArray = moves[:, 0] + 1j * moves[:, 1]
     return moved

@@ -114,9 +114,9 @@ def closed_circle_pattern(combinatorics: Combinatorics) -> CirclePattern:
 def laid_out(
     combinatorics: Combinatorics, pattern: RadiusProblem, *, edge_at_infinity: int | None = None
 ) -> tuple[CirclePattern, float]:
-    """The pattern with its centres, and by how much its worst kite is off, over the distance of the kite's centres.
+    """The pattern with its centres, and the largest gap of a kite over the distance of its centres.
 
-    Where there is no hole, that is what rounds; around a hole a pattern need not close.
+    Without holes the gap is rounding; around a hole a pattern need not close.
     """
     radii = pattern.radii()
     finite = np.isfinite(radii)

@@ -21,11 +21,11 @@ def refuse_other_than_polyhedra(combinatorics: Combinatorics) -> None:
     c = combinatorics
     _refuse_loose_parts(c)
     _refuse_handles(c)
-    lean = np.flatnonzero((c.vertex_degrees < 3) & ~c.is_boundary_vertex)
-    if len(lean):
-        vertex, degree = int(lean[0]), int(c.vertex_degrees[lean[0]])
+    few = np.flatnonzero((c.vertex_degrees < 3) & ~c.is_boundary_vertex)
+    if len(few):
+        vertex, degree = int(few[0]), int(c.vertex_degrees[few[0]])
         raise MeshError(
-            f"vertex {vertex} has {degree} edges, at least 3 are needed inside: make its edges one",
+            f"vertex {vertex} has {degree} edges, at least 3 are needed inside: merge its edges into one",
             elements=[vertex],
             value=degree,
             bound=3,
@@ -34,7 +34,7 @@ def refuse_other_than_polyhedra(combinatorics: Combinatorics) -> None:
         (f, g), (v, w) = contact[0].tolist(), contact[1].tolist()
         raise MeshError(
             f"faces {f} and {g} share vertices {v} and {w}, which are not the ends of an edge between them: "
-            "without these two vertices the graph falls apart, so it is not 3-connected",
+            "removing these two vertices disconnects the graph, so it is not 3-connected",
             elements=[f, g],
         )
 
@@ -46,7 +46,7 @@ def _refuse_loose_parts(c: Combinatorics) -> None:
     apart = np.flatnonzero(c.face_components != c.face_components[0])
     if len(apart):
         raise MeshError(
-            f"faces 0 and {apart[0]} are not connected through edges: a polyhedron is one piece",
+            f"faces 0 and {apart[0]} are not connected through edges: a polyhedron is connected",
             elements=[0, int(apart[0])],
         )
     starts = c.corners[c.twin < 0]

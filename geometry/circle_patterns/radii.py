@@ -3,7 +3,7 @@
 Circles of vertices touch each other, circles of faces touch each other, and a circle of a vertex meets that of
 a face at right angles. A *kite* is a pair of them that meet: its corners are the two centres and the two points where
 the circles meet. With r_v, r_f its radii, the kite fills the angle 2 atan(r_f / r_v) at the centre of v. The unknowns
-are the logarithms of radii; the gradient of the convex function is the angle missing about each centre.
+are the logarithms of the radii; the gradient of the convex function is the missing angle about each centre.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class KiteAngles:
 
 @dataclass(frozen=True, eq=False)
 class RadiusProblem:
-    """Which circles meet, and what is given of them.
+    """The problem of finding the radii of a circle pattern: which circles meet, and which radii and angles are given.
 
     n_vertices: the n circles are those of the vertices, then those of the faces.
     kites (K, 2): a vertex circle and a face circle.
@@ -98,8 +98,8 @@ class RadiusProblem:
     def radii(self) -> FloatArray:
         """(n,) radii for which the kites fill the angles: the only ones, up to a scale where none is given.
 
-        Raises GeometryError where there are none: the message names circles that would need more angle than there
-        is. Raises ConvergenceError where Newton's method ends above `ANGLE_TOLERANCE`.
+        Raises GeometryError where there are none: the message names circles whose angles have too large a
+        sum. Raises ConvergenceError where Newton's method ends above `ANGLE_TOLERANCE`.
         """
         multipliers, best, steps = self._start(), np.inf, 0
         found = multipliers
@@ -130,15 +130,15 @@ class RadiusProblem:
         """Raises GeometryError where some circles cannot have their angles, whatever the radii are.
 
         A kite has less than pi at its two centres together. So the angles of any set of unknowns are less than pi for
-        each kite at them. Where they are not, Newton's method lets the circles of such a set shrink without end: if
-        there is one, it is found among those of the smallest radii.
+        each kite at them. Otherwise, Newton's method shrinks the circles of such a set without bound, so that the
+        set consists of the smallest radii.
         """
         order = np.argsort(multipliers, kind="stable")
         rank = np.append(np.empty(len(order), dtype=np.int64), len(order))
         rank[order] = np.arange(len(order))
         room = np.pi * np.cumsum(np.bincount(rank[self.links].min(axis=1), minlength=len(order) + 1)[: len(order)])
         asked = np.cumsum(self.angles[order])
-        if not self._scaled:  # all together have what they need
+        if not self._scaled:  # the sum over all is right
             room, asked = room[:-1], asked[:-1]
         lacking = asked - room
         if lacking.max(initial=-np.inf) < -ANGLE_TOLERANCE:
@@ -161,7 +161,7 @@ class RadiusProblem:
         return self.factors * np.where(self.unknowns >= 0, multipliers[self.unknowns], 1.0)
 
     def _start(self) -> FloatArray:
-        """(U,) the radii that would do if all neighbours were alike, at the scale of those given."""
+        """(U,) the radii for which all neighbours would have the same radius, at the scale of the given ones."""
         n_kites = np.bincount(self.links[self.links >= 0], minlength=self.n_unknowns)
         halves = np.clip(self.angles / (2 * n_kites), 0.02, np.pi / 2 - 0.02)
         given = self.factors[np.unique(self.kites[self.links < 0])]
@@ -169,13 +169,13 @@ class RadiusProblem:
         return np.asarray(scale / np.sqrt(np.tan(halves)))
 
     def _excess(self, multipliers: FloatArray) -> FloatArray:
-        """(U,) the angle about each centre beyond what is asked: minus the gradient."""
+        """(U,) the angle about each centre minus the required one: minus the gradient."""
         kites = KiteAngles(self.kites, self._all_radii(multipliers))
         total = np.zeros(self.n_unknowns)
         for end, halves in zip(self.links.T, (kites.at_first, kites.at_second), strict=True):
             total += np.bincount(end[end >= 0], 2 * halves[end >= 0], minlength=self.n_unknowns)
         excess = total - self.angles
-        # without a given radius the sum is 0: what it rounds to would pile up in the equation that is left out
+        # without a given radius the sum is 0: its rounding would accumulate in the equation that is left out
         return excess if self._scaled else excess - excess.mean()
 
     @property

@@ -89,7 +89,7 @@ class ChristoffelDuals:
 
     @cached_property
     def spectrum(self) -> Spectrum:
-        """The number of independent duals, and the singular values on either side of the gap that shows it.
+        """The number of independent duals, and the singular values on either side of the gap that separates them.
 
         They are those of the equations of `equations`, pure numbers, the largest about 2. Raises RankError
         where no gap tells duals from what only nearly is one.
@@ -141,7 +141,7 @@ class ChristoffelDuals:
                 vertices[parts == part] = ChristoffelDuals(piece).fairest().vertices
             return self.gauss_image.with_vertices(vertices)
         self._check_existence()
-        lengths = self._sound_lengths()
+        lengths = self._lengths_without_vanishing()
         lengths *= self.gauss_image.mean_edge_length / np.abs(lengths).mean() * (1 if lengths[0] >= 0 else -1)
         return with_edges(self.gauss_image, self._members.positions(lengths[:, None])[0])
 
@@ -167,7 +167,7 @@ class ChristoffelDuals:
         values, vectors = self._least
         return ElementSampler(self.equations, vectors[:, values <= zero_threshold(self.equations.deviation)])
 
-    def _sound_lengths(self) -> FloatArray:
+    def _lengths_without_vanishing(self) -> FloatArray:
         """(E,) the signed lengths of the fairest dual without edges that vanish, up to size."""
         fairest = apply(self.equations.lengths, self._fairest(1)[:, 0])
         if self.dimension == 1 or self._relative(fairest[:, None]).min() >= SHORT_DUAL_EDGE:
@@ -241,8 +241,9 @@ class ChristoffelDuals:
         following = "".join(f" (the next is {value:.1e})" for value in values[1:2])  # triangles alone have one in all
         raise GeometryError(
             f"the mesh has no Christoffel dual, so nothing is minimal with respect to it: the least singular value of "
-            f"the equations is {values[0]:.1e}, at most {zero:.0e} passes for zero{following}; what comes nearest "
-            f"fails most in face {face}; quads must form a Koenigs net, as Koebe polyhedra do, and their dual must "
+            f"the equations is {values[0]:.1e}, at most {zero:.0e} passes for zero{following}; the nearest mesh "
+            f"violates the equation most in face {face}; quads must form a Koenigs net, as Koebe polyhedra do, and "
+            f"their dual must "
             "close around holes",
             elements=[face],
             value=float(values[0]),

@@ -63,17 +63,18 @@ def constant_mean(
     """S with the M in P(S) that has H_F = mean in every face with respect to it, near to a mesh with the same faces.
 
     mean: H, one over the unit of M; negative where M bulges to the side to which S points, as a sphere does. start: of
-    its edges, only the components along those of S count. Near: the changes of edge lengths are small, and `fairness`
-    times what they do to the deviations of vertices from the mean of their neighbours' neighbours; this chooses one of
-    the solutions. Meshes of hexagons have many. Quads have as many equations more as there are faces inside: they have
-    solutions beside -S / H, which is a sphere if S is, only where S is special, as in rotational meshes.
+    its edges, only the components along those of S count. Near: the sum of the squared changes of edge lengths, and
+    `fairness` times the squared changes of the deviations of vertices from the mean of their neighbours' neighbours, is
+    small; this chooses one of the solutions. Meshes of hexagons have many. Quads have as many equations more as there
+    are faces inside: they have solutions beside -S / H, which is a sphere if S is, only where S is special, as in
+    rotational meshes.
 
     M has the mean of its vertices at the origin, in each piece. `tolerance`: how far edges may be from closure, and
     H area(F) + area(F, sigma(F)) over the mean edge length of sigma(F) from 0, in mean edge lengths of the start.
 
     Raises MeshError where the faces differ, an edge of S has no length or the start is a point; GeometryError where a
     face of S is not planar, for numbers out of range, and where M or an edge of it shrank to a point; ConvergenceError,
-    with the worst face, where the method does not arrive: there may be no such M near the start.
+    with the worst face, where the method does not converge: there may be no such M near the start.
 
     >>> import numpy as np
     >>> from geometry.curvature import face_curvatures
@@ -189,7 +190,7 @@ def _not_reached(functional: ConstantMean, solution: Solution, tolerance: float)
     return ConvergenceError(
         f"no mesh of this mean curvature is found near the start: {solution.reason.value}, after {solution.steps} "
         f"steps; edges or curvatures are off by {solution.violation:.1e}, allowed {tolerance:.0e}; curvature is off "
-        f"most in face {face}, by {residuals[face]:.1e}; begin nearer to such a mesh, or take a Gauss image with more "
+        f"most in face {face}, by {residuals[face]:.1e}; start nearer to such a mesh, or take a Gauss image with more "
         "freedom: hexagons, or a rotational mesh of quads",
         solution=solution,
         elements=[face],

@@ -66,7 +66,7 @@ class FaceCurvatures:
 def face_curvatures(pair: PairLike, *, negative: float = LEAST_DISCRIMINANT) -> FaceCurvatures:
     """The curvatures of the faces of M with respect to S [Pottmann2007, (7)].
 
-    S may be any Gauss image, exact or not; it is understood to have unit size. They do not change when M or
+    S may be any Gauss image, exact or not; it has unit size. They do not change when M or
     S is moved, nor when both are turned; M twice as large has half the H and a quarter of the K.
 
     `negative`: how far below zero rounding may take H^2 - K where both principal curvatures are equal; see

@@ -67,7 +67,7 @@ def constant_mean_of_revolution(gauss_image: MeshLike, mean: float, *, radius: f
     mean: H, not zero; negative where M bulges as a sphere does. radius: distance from the axis of the vertices of M
     whose images are the furthest from it. With H < 0 and a = -r / (2 H), r the distance of those images (about 1),
     cylinders have a, spheres 2 a, bulges of unduloids something between; their necks are below a, nodoids beyond 2 a.
-    None: such that the inflections of M are where S folds. At a fold of S (see `Rings.folds`) M goes over from bulge to
+    None: such that the inflections of M are where S folds. At a fold of S (see `Rings.folds`) M changes from bulge to
     neck or back.
 
     The correspondence of edges keeps orientations in bulges and reverses meridians in necks. M is centred in height.
@@ -112,7 +112,7 @@ def _integral_at_folds(rings: Rings, relative: FloatArray, mean: float) -> float
     """G of the first ring, for which the two solutions nu meet at the fold where S has come furthest."""
     if not len(rings.folds):
         raise GeometryError(
-            "the Gauss image has no fold where inflections could be: say the radius of the mesh, or take a folded band"
+            "the Gauss image has no fold where inflections could be: give the radius of the mesh, or take a folded band"
         )
     return float(-1 / (4 * mean * relative[rings.folds].max()))
 
@@ -173,7 +173,8 @@ def _constant_mean_of_flat_top_hexagons(gauss_image: Mesh, mean: float, radius: 
     rings = Rings(_smooth_band(gauss_image))
     if radius is not None and len(rings.folds):
         raise GeometryError(
-            f"the radius is {radius}, but where flat-top hexagons fold over, the folds say the radius: leave it out",
+            f"the radius is {radius}, but where flat-top hexagons fold over, the folds determine the radius: leave "
+            "it out",
             value=radius,
         )
     start = _lifted(gauss_image, _constant_mean(rings, mean, radius))

@@ -1,9 +1,9 @@
 """Rings: meshes of generalised rotational symmetry about the z axis, quads and hexagons alike [Pottmann2007, 5].
 
-A ring is what hangs together by edges that are not in planes through the axis; the edges between rings are, and are
-called meridian. Quads as in [Pottmann2007, Fig. 17] are of this kind, with a horizontal polyline for a ring, and so are
-hexagons with rotational symmetry whose zigzags go around the axis. A mesh parallel to such a mesh S has the rings
-nu_j s + tau_j e_z of S.
+A ring is a connected set of edges that are not in planes through the axis; the edges between rings are in such planes,
+and are called meridian. Quads as in [Pottmann2007, Fig. 17] are of this kind, with a horizontal polyline for a ring,
+and so are hexagons with rotational symmetry whose zigzags go around the axis. A mesh parallel to such a mesh S has the
+rings nu_j s + tau_j e_z of S.
 
 The plane of a face meets the axis in its apex, and all meridian edge lines of the face pass through it. So the face is
 the difference of two fans from the apex, one over its edges in either ring, and the parallel face is the
@@ -95,7 +95,7 @@ class Rings:
             )
         order = breadth_first_order(graph, raw[np.isin(raw, ends)][0], directed=False, return_predecessors=False)
         if len(order) != n:
-            raise MeshError(f"the rings of the mesh hang together in more than one piece ({len(order)} of {n} in one)")
+            raise MeshError(f"the rings of the mesh are not connected: only {len(order)} of {n} are in one piece")
         return integers(np.argsort(order)[raw])
 
     @property

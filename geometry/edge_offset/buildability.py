@@ -23,7 +23,7 @@ side, less what mitres take. Joints cut narrower panels of pentagon saddles in t
 
 
 def largest_connected_patch(mesh: Mesh, faces: IntArray) -> IntArray:
-    """Those of the faces (k,) that hang together over edges with most others."""
+    """The largest set of the faces (k,) that is connected by edges."""
     if not len(faces):
         return faces
     components = mesh.part(faces).combinatorics.face_components
@@ -33,7 +33,7 @@ def largest_connected_patch(mesh: Mesh, faces: IntArray) -> IntArray:
 def least_face_widths(mesh: Mesh) -> FloatArray:
     """(F,) least distance of a corner of each face from an edge of it that does not end there."""
     c = mesh.combinatorics
-    necks = np.empty(c.n_faces)
+    widths = np.empty(c.n_faces)
     for faces, corners in c.faces_by_size():
         tails = mesh.vertices[c.corners[corners]]
         along = np.roll(tails, -1, axis=1) - tails
@@ -43,8 +43,8 @@ def least_face_widths(mesh: Mesh) -> FloatArray:
         distances = np.linalg.norm(from_tails - place[..., None] * along[:, None], axis=3)
         own = np.eye(tails.shape[1], dtype=bool)
         distances[:, own | np.roll(own, -1, axis=1)] = np.inf
-        necks[faces] = distances.min(axis=(1, 2))
-    return necks
+        widths[faces] = distances.min(axis=(1, 2))
+    return widths
 
 
 def face_extents(mesh: Mesh) -> FloatArray:
@@ -62,8 +62,8 @@ def face_extents(mesh: Mesh) -> FloatArray:
 
 
 def without_unbuildable_rim(mesh: Mesh) -> IntArray:
-    """The faces that are left when the rim is taken off until none crosses itself or another, nor is narrower than
-    `LEAST_FACE_WIDTH`; all if none are left."""
+    """The faces that remain when rows at the rim are removed until no face crosses itself or another, or is narrower
+    than `LEAST_FACE_WIDTH`; all faces if none remain."""
     kept = np.arange(mesh.n_faces)
     while len(kept):
         part = mesh.part(kept)
@@ -74,8 +74,8 @@ def without_unbuildable_rim(mesh: Mesh) -> IntArray:
 
 
 def largest_buildable_patch(mesh: Mesh, faces: IntArray) -> IntArray:
-    """Those of the faces (k,) that hang together when all are taken out that cross themselves or are narrower than
-    `LEAST_FACE_WIDTH`, and then those that meet most others, until none meet; all if none are left."""
+    """The largest connected set of the faces (k,) without faces that cross themselves or are narrower than
+    `LEAST_FACE_WIDTH`; then faces that meet most others are removed until none meet. All faces if none remain."""
     kept = largest_connected_patch(mesh, _not_narrow(mesh, faces))
     while len(kept):
         met, counts = np.unique(intersecting_faces(mesh.part(kept)), return_counts=True)

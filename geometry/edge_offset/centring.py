@@ -1,7 +1,7 @@
-"""The place, among all its Moebius images, where points of the unit sphere have their centre at the origin.
+"""The Moebius image of points of the unit sphere whose centre is at the origin.
 
 It is unique up to rotations [Springborn2005]: the sum of the distances of a point x of hyperbolic space from the points
-at infinity is convex, and its minimum is the place that has to be moved to the middle. Along a line through
+at infinity is convex, and its minimum is the point that has to be moved to the origin. Along a line through
 x, the second derivative of each distance changes at most by the factor exp(2 s) over a length s; so Newton's step v may
 be taken up to log(1 + 2 |v|) / 2, and the sum falls all along it.
 """
@@ -68,14 +68,15 @@ def centring_transformation(points: FloatArray) -> MoebiusTransformation:
 
 @dataclass
 class _Descent:
-    """Newton's method for n points, and how far it is: the distance of the centre from where it should be, over n."""
+    """Newton's method for n points, and its residual `off`: the distance of the centre from where it should be, over
+    n."""
 
     n: int
     steps: int = 0
     off: float = np.inf
 
     def step(self, points: FloatArray, weight: float) -> FloatArray | None:
-        """The next step (3,) in hyperbolic space from the middle; None where there is nothing to gain.
+        """The next step (3,) in hyperbolic space from the origin; None where the centre is as accurate as possible.
 
         points (k, 3) of the sphere, and one of this weight at the north pole. Raises GeometryError after
         `MAX_CENTRING_STEPS`.

@@ -1,4 +1,4 @@
-"""Signs of edges that no mesh parallel to S can have: which faces, or which edges, are in the way."""
+"""Signs of edges that no mesh parallel to S can have: which faces, or which edges, contradict the others."""
 
 from __future__ import annotations
 
@@ -43,7 +43,8 @@ def checked_signs(gauss_image: Mesh, signs: Any) -> IntArray:
 
 
 def check_faces_can_close(gauss_image: Mesh, signs: IntArray) -> None:
-    """Raise GeometryError for faces whose edges, run as the signs say, all go to one side: they never come back."""
+    """Raise GeometryError for faces whose edges, directed by the signs, all point to one side, so that the face cannot
+    close."""
     c, normals = gauss_image.combinatorics, gauss_image.face_normals
     steps = signs[c.corner_edge, None] * gauss_image.corner_directions
     x_axes = gauss_image.edge_directions[c.corner_edge[c.face_starts[:-1]]]
@@ -59,7 +60,7 @@ def check_faces_can_close(gauss_image: Mesh, signs: IntArray) -> None:
         face = int(open_faces[0])
         names = ", ".join(f"{'+' if s > 0 else '-'}{e}" for e, s in _edges_of(c, face, signs))
         raise GeometryError(
-            f"the signs have no solution: face {face} cannot close, as its edges {names} then all run to one side"
+            f"the signs have no solution: face {face} cannot close, as its edges {names} then all point to one side"
             f"{_and_others(len(open_faces))}; reverse some of them, or give them the sign 0",
             elements=open_faces.tolist(),
         )
@@ -80,8 +81,8 @@ def check_signs_fit_together(gauss_image: Mesh, signs: IntArray, error: Geometry
     if len(edges):
         names = ", ".join(map(str, edges[:10].tolist())) + (" and others" if len(edges) > 10 else "")
         raise GeometryError(
-            f"the signs have no solution: each face could close, but no mesh parallel to S has all of them. Those of "
-            f"edges {names} stand in the way: reverse these edges, or give them the sign 0",
+            f"the signs have no solution: each face could close, but no mesh parallel to S has all of them. The signs "
+            f"of edges {names} contradict the others: reverse these edges, or give them the sign 0",
             elements=edges.tolist(),
         ) from error
 
@@ -89,8 +90,8 @@ def check_signs_fit_together(gauss_image: Mesh, signs: IntArray, error: Geometry
 def conflicting_edges(gauss_image: Mesh, signs: Any) -> IntArray:
     """Edges (k,) that cannot have the signs (E,) together with the others: none where a mesh with these signs exists.
 
-    Those few at which a linear programme gives way, if all signed edges want to be at least 1 long and what they lack
-    is least in sum. Other choices may be as good. Raises ConvergenceError where that is not found out.
+    A linear programme asks all signed edges to be at least 1 long and minimises the sum of the missing lengths; the
+    edges are those with a missing length. Other choices may be as good. Raises ConvergenceError where it is not solved.
 
     >>> import numpy as np
     >>> from geometry.mesh.shapes import cube
@@ -101,10 +102,10 @@ def conflicting_edges(gauss_image: Mesh, signs: Any) -> IntArray:
     >>> conflicting_edges(cube(), signs).tolist()
     [0]
     """
-    wanted = checked_signs(gauss_image, signs)
-    signed = np.flatnonzero(wanted)
+    values = checked_signs(gauss_image, signs)
+    signed = np.flatnonzero(values)
     A = ParallelSpace(gauss_image).matrix
-    rows = csr_array(wanted[signed, None] * FactorBounds.of(gauss_image, (0.0, 0.0)).rows(gauss_image)[signed])
+    rows = csr_array(values[signed, None] * FactorBounds.of(gauss_image, (0.0, 0.0)).rows(gauss_image)[signed])
     m, n, k = *A.shape, len(signed)
     if not k:
         return integers([])

@@ -1,4 +1,4 @@
-"""A surface covered by hexagons: S turned towards its normals, what touches, and the piece of it that can be built.
+"""A surface covered by hexagons: S turned towards its normals, what touches, and the patch of it that can be built.
 
 [Pottmann2007, end of 3.3].
 """
@@ -22,9 +22,9 @@ __all__ = ["SurfaceCover", "mean_normal", "surface_cover"]
 class SurfaceCover:
     """S as it was turned, the mesh parallel to it that touches the surface, and which faces of both are kept.
 
-    kept (k,): those that hang together and can be built.
-    times: how often the normals of the surface cover the faces of S that touch it, where its curvature is as wanted: 1
-    where each normal occurs once.
+    kept (k,): those that are connected and can be built.
+    times: how often the normals of the surface, where its curvature has the required sign, cover the faces of S that
+    touch it: 1 where each normal occurs once.
 
     >>> import numpy as np
     >>> from geometry.edge_offset import koebe
@@ -52,10 +52,11 @@ class SurfaceCover:
 
 
 def surface_cover(surface: Surface, gauss_image: MeshLike, angle: float = 0.0, *, curvature: int = 0) -> SurfaceCover:
-    """What touches the surface of S, about the z axis, turned by an angle in radians about it and then by the shortest
-    way to the mean normal of the surface.
+    """The mesh parallel to S that touches the surface, with S, about the z axis, turned by an angle in radians about it
+    and then by the shortest way to the mean normal of the surface.
 
-    S ends where the surface has no more normals. curvature: as in `tangent_mesh`. Raises as that does.
+    Faces of S whose normals the surface does not have are left out. curvature: as in `tangent_mesh`. Raises as that
+    does.
 
     >>> import numpy as np
     >>> from geometry.edge_offset import koebe
@@ -74,7 +75,7 @@ def surface_cover(surface: Surface, gauss_image: MeshLike, angle: float = 0.0, *
     times = _times_over(surface.mesh, curvature, turned, found)
     turned = turned.part(largest_connected_patch(turned, np.setdiff1d(np.arange(turned.n_faces), found.missing)))
     found = tangent_mesh(turned, surface, curvature=curvature)
-    kept = largest_buildable_patch(found.mesh, largest_connected_patch(turned, _running(found)))
+    kept = largest_buildable_patch(found.mesh, largest_connected_patch(turned, _of_main_orientation(found)))
     return SurfaceCover(turned, found, kept, times)
 
 
@@ -95,9 +96,9 @@ def mean_normal(mesh: Mesh) -> tuple[FloatArray, float]:
 def _times_over(surface: Mesh, curvature: int, gauss_image: Mesh, found: TangentMesh) -> float:
     normals = surface.with_vertices(surface.vertex_normals)
     covered = np.einsum("fk,fk->f", normals.vector_areas, surface.face_normals)
-    wanted = np.abs(covered[np.sign(covered) == curvature] if curvature else covered).sum()
+    required = np.abs(covered[np.sign(covered) == curvature] if curvature else covered).sum()
     touching = np.setdiff1d(np.arange(gauss_image.n_faces), found.missing)
-    return float(wanted / np.linalg.norm(gauss_image.vector_areas[touching], axis=1).sum())
+    return float(required / np.linalg.norm(gauss_image.vector_areas[touching], axis=1).sum())
 
 
 def _turned_to(axis: FloatArray, angle: float) -> FloatArray:
@@ -111,7 +112,7 @@ def _turned_to(axis: FloatArray, angle: float) -> FloatArray:
     return np.asarray((np.eye(3) + cross + cross @ cross / (1 + z)) @ about)
 
 
-def _running(found: TangentMesh) -> IntArray:
-    """The faces that run as most of them do."""
+def _of_main_orientation(found: TangentMesh) -> IntArray:
+    """The faces with the orientation that most faces have."""
     other = np.setdiff1d(np.arange(found.mesh.n_faces), found.reversed_faces)
     return max(found.reversed_faces, other, key=len)

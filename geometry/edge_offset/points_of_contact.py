@@ -57,7 +57,7 @@ class _Candidates:
 
 
 def _candidates(surface: Surface, normals: FloatArray, curvature: int) -> _Candidates:
-    """Where normals interpolated over the triangles are as wanted: sum w_i N_i = n with weights w >= 0."""
+    """Where the normals interpolated over the triangles are those of the faces: sum w_i N_i = n with weights w >= 0."""
     triangles = _triangles(surface.mesh)
     p, N = surface.mesh.vertices[triangles], surface.mesh.vertex_normals[triangles]
     turning = np.einsum("ti,ti->t", N[:, 0], np.cross(N[:, 1], N[:, 2]))  # as the curvature: the sign of the Gauss map
@@ -114,13 +114,13 @@ def _continuous(combinatorics: Combinatorics, found: _Candidates) -> IntArray:
     alone = preferred[eligible] & (np.bincount(faces, minlength=n)[faces] == 1)
     start = np.flatnonzero(alone) if alone.any() else np.flatnonzero(preferred[eligible])[:1]
     choice[faces[start]] = start
-    while (left_over := choice[faces] < 0).any():
+    while (undecided := choice[faces] < 0).any():
         decided = choice >= 0
         around = adjacency @ decided.astype(np.float64)
         sums = adjacency @ np.where(decided[:, None], points[choice], 0.0)
-        reached = np.flatnonzero(left_over & (around[faces] > 0))
+        reached = np.flatnonzero(undecided & (around[faces] > 0))
         if not len(reached):  # a part of S for itself
-            reached = np.flatnonzero(left_over & (faces == faces[left_over][0]))
+            reached = np.flatnonzero(undecided & (faces == faces[undecided][0]))
         middles = sums[faces[reached]] / np.maximum(around[faces[reached]], 1)[:, None]
         order = np.argsort(-np.linalg.norm(points[reached] - middles, axis=1))
         choice[faces[reached[order]]] = reached[order]  # the nearest one is written last

@@ -1,9 +1,10 @@
 """Koebe polyhedra with rotational symmetry about the z axis, in closed form.
 
 On the sphere, a boost along the axis moves Mercator latitudes u = artanh z by a constant, and takes circles to circles.
-A rotational Koebe polyhedron consists of the images of one row of faces under powers of such a boost, half a turn of a
-face in between or not: the number of faces around determines the boost, since neighbouring face circles must touch. So
-the faces around say how tall rows are, the number of rows how near the band comes to the poles, which it never reaches.
+A rotational Koebe polyhedron consists of the images of one row of faces under powers of such a boost, with or without
+half a turn of a face in between: the number of faces around determines the boost, since neighbouring face circles must
+touch. So the number of faces around determines the height of the rows, and the number of rows how near the band comes
+to the poles, which it never reaches.
 
 Vertices are poles of vertex circles: as vectors (s, 1) of Lorentz space, those of two vertices whose edge touches the
 sphere have <a, b>^2 = <a, a> <b, b>.
@@ -20,7 +21,6 @@ from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
 
 __all__ = ["BandTiling", "rotational_koebe", "rows_within"]
-
 
 LARGEST_MERCATOR_LATITUDE = 12.0
 """Largest Mercator latitude: 1e-5 from the pole, where faces are as small and lose five digits."""
@@ -58,7 +58,7 @@ def rotational_koebe(
     Counter-clockwise seen from outside, except where a fold turned the band over. Rows run from south to north, each
     counter-clockwise about the z axis. An annulus, or a sphere when capped.
 
-    Raises GeometryError for numbers out of range, and for what is not there for a tiling.
+    Raises GeometryError for numbers out of range, and for what does not exist for a tiling.
 
     >>> import numpy as np
     >>> from geometry.gauss import edge_distances
@@ -94,7 +94,7 @@ def rows_within(tiling: BandTiling, around: int, latitude: float) -> int:
     _check(tiling, around, 2, latitude, 0, False)
     latitude = min(abs(latitude), float(np.arcsin(np.tanh(LARGEST_MERCATOR_LATITUDE))))  # beyond, no band is made
     step = _seed(tiling, around)[0]
-    reach = np.arctanh(np.sin(latitude)) / step * (1 + 1e-12)  # so that the latitude of an edge counts as within
+    reach = np.arctanh(np.sin(latitude)) / step * (1 + 1e-12)  # so that an edge at the latitude itself counts as within
     rows = int(2 * reach) - (tiling is BandTiling.FLAT_TOP_HEXAGONS)
     if rows < (2 if tiling is BandTiling.FLAT_TOP_HEXAGONS else 1):
         raise GeometryError(

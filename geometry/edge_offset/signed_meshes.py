@@ -1,8 +1,8 @@
 """Edge offset meshes from a Koebe polyhedron S: the fairest mesh in P(S) whose edges keep or reverse their orientation.
 
 All meshes M in P(S) have the edge offsets M + d S [Pottmann2007, Prop. 2]. What makes one of them a design is which of
-its edges run against those of S (Fig. 11), how long they are, and where it is held. A *sign* is 1 for an edge of M that
-runs as in S, -1 for one that runs the other way, 0 for one that may do either.
+its edges run against those of S (Fig. 11), how long they are, and which vertices are fixed. A *sign* is 1 for an edge
+of M that runs as in S, -1 for one that runs the other way, 0 for one that may do either.
 """
 
 from __future__ import annotations
@@ -51,19 +51,20 @@ def edge_offset_mesh(
     """The mesh M parallel to the Koebe polyhedron S for which the sum of the squared Laplacians (3) is least.
 
     signs (E,) or a number: which edges run as in S, see above. lengths: the least and the largest length of an edge of
-    M, numbers or arrays (E,); edges whose sign is 0 may be shorter. length: a number or (E,), how long the edges with a
-    sign should be; what they are off is squared and added, `evenness` times. fixed: positions that vertices must have;
+    M, numbers or arrays (E,); edges whose sign is 0 may be shorter. length: a number or (E,), the target lengths of the
+    edges with a sign; the squared deviations are added, `evenness` times. fixed: positions that vertices must have;
     near: positions that vertices should have, whose squared distances are added, `closeness` times.
 
     Fairness alone is least for a point. So ask for a least length, which says how large M is to be: among all M of
     these signs with no edge shorter than that, the fairest one is found. Or say how long edges should be: then they
     are more even. Both are unique up to translation, with the mean of the vertices at the origin, and twice as large
-    for twice the lengths. Or hold some vertices.
+    for twice the lengths. Or fix some vertices.
 
-    Edges that may be short may come to nothing; where none did, M and S are a `Pair`.
+    Edges without a least length may vanish; where none did, M and S are a `Pair`.
     M is parallel to S, and fixed vertices and lengths are kept, as `ParallelSpace.minimise` promises.
     Raises GeometryError where S is no Koebe polyhedron, where the signs have no solution, naming the faces that cannot
-    close or a few edges that stand in the way, where M has shrunk to a point, and as `ParallelSpace.minimise` does.
+    close or a few edges that contradict the others, where M has shrunk to a point, and as `ParallelSpace.minimise`
+    does.
 
     >>> import numpy as np
     >>> from geometry.edge_offset import koebe
@@ -75,53 +76,53 @@ def edge_offset_mesh(
     """
     gauss_image = as_gauss_image(gauss_image)
     KoebePolyhedron(gauss_image)  # checks it
-    wanted = checked_signs(gauss_image, signs)
-    check_faces_can_close(gauss_image, wanted)
-    bounds = _bounds(gauss_image, wanted, lengths)
-    wished = FixedVertices.of(gauss_image, near)
-    asked = [wished.positions, FixedVertices.of(gauss_image, fixed).positions]
+    checked = checked_signs(gauss_image, signs)
+    check_faces_can_close(gauss_image, checked)
+    bounds = _bounds(gauss_image, checked, lengths)
+    target = FixedVertices.of(gauss_image, near)
+    asked = [target.positions, FixedVertices.of(gauss_image, fixed).positions]
     asked.append(distances_from_zero(*bounds) * gauss_image.edge_lengths)
     terms = [(1.0, laplacian(gauss_image.combinatorics))]
-    if len(wished.vertices):
-        terms.append((closeness, LinearFunctional(wished.rows(gauss_image.n_vertices), wished.positions.ravel())))
+    if len(target.vertices):
+        terms.append((closeness, LinearFunctional(target.rows(gauss_image.n_vertices), target.positions.ravel())))
     if length is not None and evenness != 0:
-        terms.append((evenness, _close_to_lengths(gauss_image, wanted, length)))
+        terms.append((evenness, _close_to_lengths(gauss_image, checked, length)))
         asked.append(terms[-1][1].target)
     size = max(map(max_norm, asked))
     if size == 0:
         raise _shrunk(0.0)
-    is_held = bool(fixed or near)
-    anchor = int(gauss_image.combinatorics.corners[0])  # it may lie anywhere if nothing is held
-    held = fixed if is_held else {anchor: np.zeros(3)}
+    is_placed = bool(fixed or near)
+    anchor = int(gauss_image.combinatorics.corners[0])  # any place will do if none is given
+    fixed_or_anchor = fixed if is_placed else {anchor: np.zeros(3)}
     try:
-        found = ParallelSpace(gauss_image).minimise(terms, fixed=held, factor_bounds=bounds)
+        found = ParallelSpace(gauss_image).minimise(terms, fixed=fixed_or_anchor, factor_bounds=bounds)
     except GeometryError as error:
-        check_signs_fit_together(gauss_image, wanted, error)
+        check_signs_fit_together(gauss_image, checked, error)
         raise
     if found.mean_edge_length <= LEAST_MESH_SIZE * max(size, max_norm(found.vertices)):
         raise _shrunk(found.mean_edge_length)
-    return found if is_held else found.translated(-found.vertices.mean(axis=0))
+    return found if is_placed else found.translated(-found.vertices.mean(axis=0))
 
 
 def _close_to_lengths(gauss_image: Mesh, signs: IntArray, length: Any) -> LinearFunctional:
-    """The lengths of the signed edges minus those that are wished."""
+    """The lengths of the signed edges minus their target lengths."""
     signed = np.flatnonzero(signs)
     rows = csr_array(FactorBounds.of(gauss_image, (0.0, 0.0)).rows(gauss_image)[signed])
-    wished = floats(length)
-    if wished.shape not in ((), (gauss_image.n_edges,)):
-        raise GeometryError(f"the lengths have shape {wished.shape}, there are {gauss_image.n_edges} edges")
-    wished = np.broadcast_to(wished, gauss_image.n_edges)[signed]
-    wrong = np.flatnonzero(~((wished > 0) & np.isfinite(wished)))
+    target = floats(length)
+    if target.shape not in ((), (gauss_image.n_edges,)):
+        raise GeometryError(f"the lengths have shape {target.shape}, there are {gauss_image.n_edges} edges")
+    target = np.broadcast_to(target, gauss_image.n_edges)[signed]
+    wrong = np.flatnonzero(~((target > 0) & np.isfinite(target)))
     if len(wrong):
         name = gauss_image.combinatorics.edge_name(int(signed[wrong[0]]))
         raise GeometryError(
-            f"{name} is wished to be {wished[wrong[0]]} long: a finite number above 0 is needed; which way edges run "
-            "is what signs say",
+            f"{name} has the target length {target[wrong[0]]}: a finite number above 0 is needed; signs "
+            "determine the direction of edges",
             elements=signed[wrong].tolist(),
-            value=float(wished[wrong[0]]),
+            value=float(target[wrong[0]]),
             bound=0.0,
         )
-    return LinearFunctional(rows, wished * signs[signed])
+    return LinearFunctional(rows, target * signs[signed])
 
 
 def _bounds(gauss_image: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tuple[FloatArray, FloatArray]:
@@ -143,7 +144,8 @@ def _bounds(gauss_image: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tup
 def _shrunk(mean_edge_length: float) -> GeometryError:
     return GeometryError(
         f"the mesh has shrunk to a point: nothing keeps its mean edge length, {mean_edge_length:.1e}, from that; ask "
-        "for lengths of edges that keep or reverse their orientation, fix two vertices or more, or want more closeness",
+        "for lengths of edges that keep or reverse their orientation, fix two vertices or more, or increase the "
+        "closeness",
         value=mean_edge_length,
     )
 
@@ -152,9 +154,10 @@ def _shrunk(mean_edge_length: float) -> GeometryError:
 
 
 def guided_signs(gauss_image: MeshLike, guide: MeshLike) -> IntArray:
-    """(E,) 1 where an edge of the guide runs rather as that of S, -1 where rather against it; 0 right across or empty.
+    """(E,) 1 where an edge of the guide makes an acute angle with that of S, -1 for an obtuse one; 0 for a right angle
+    or no length.
 
-    The guide has the faces of S and the rough shape that is wanted; it need not be parallel to S, but only for a mesh
+    The guide has the faces of S and roughly the intended shape; it need not be parallel to S, but only for a mesh
     in P(S), such as `ParallelSpace.project(guide)`, the signs surely have a solution: they are those of its edge
     factors (1). Raises MeshError where it has other faces.
 
@@ -225,8 +228,8 @@ def alternating_signs(combinatorics: CombinatoricsLike, *, first: int = 1) -> In
     """(E,) the signs of negative curvature in a mesh of quads: opposite edges alike, neighbouring ones not.
 
     first: 1 or -1, the sign of edge 0, and of the first edge of each part that no quads connect with it. Faces of
-    other sizes have no say, and edges that belong to no quad get 0. Raises GeometryError, naming an edge, where that is
-    contradictory, as around interior vertices of odd valence.
+    other sizes have no effect, and edges that belong to no quad get 0. Raises GeometryError, naming an edge, where that
+    is contradictory, as around interior vertices of odd valence.
 
     >>> from geometry.mesh.tilings import quad_patch
     >>> alternating_signs(quad_patch(1, 1)).tolist()  # opposite edges alike

@@ -1,8 +1,8 @@
 """Hexagonal meshes that touch a surface: the face planes of S, moved until they touch it [Pottmann2007, end of 3.3].
 
 Hexagonal means: three faces at each vertex, whatever their sizes. Then each face plane moves freely, and what the
-planes enclose is parallel to S; if S is a Koebe polyhedron, it has edge offsets. The paper says how to do it and that
-the result may intersect itself; here it is said where.
+planes enclose is parallel to S; if S is a Koebe polyhedron, it has edge offsets. As in the paper, the
+result may intersect itself; it is reported where.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ PARALLEL_EDGE_POWER = 8
 
 @dataclass(frozen=True, eq=False)
 class TangentMesh:
-    """M in P(S) whose face planes touch a surface, and what is to be known of it.
+    """M in P(S) whose face planes touch a surface, and its defects.
 
     touching (F, 3): the points where the face planes touch; they lie in the planes, and off the triangles of the
     surface by as much as these are off the smooth one. NaN for missing (k,): the faces whose normal the surface has
-    not; their planes are where they suit the others. reversed_edges (k,) run the other way than in S, as some have to
+    not; their planes are those that fit the others. reversed_edges (k,) run the other way than in S, as some have to
     where the surface is curved negatively. reversed_faces (k,) are clockwise seen along the normals of S: all or
     none are, unless M folds over. self_crossing_faces (k,) and intersecting_faces (k, 2) are those of
     `geometry.mesh.intersections.meeting_faces`.
@@ -83,7 +83,7 @@ class TangentMesh:
 
     @property
     def report(self) -> str:
-        """What is to be known, in one sentence."""
+        """The defects in one sentence."""
         n = self.mesh.n_faces
         found = [f"{n - len(self.missing)} of {n} faces touch the surface"]
         if len(self.missing):
@@ -112,16 +112,16 @@ def tangent_mesh(gauss_image: MeshLike, surface: Surface, *, curvature: int = 0)
 
     Normals are those on the outside of S and of Phi. Where Phi has several points with one normal, the one on the part
     of Phi is taken that has most of the normals of S; a part is connected and curved positively or negatively
-    throughout. Normals that it has not are taken from elsewhere on Phi, next to the points of neighbouring faces.
-    curvature: 1 or -1 for positively or for negatively curved points only. What the planes leave open is as
-    in `mesh_with_planes`.
+    throughout. Normals that this part does not have are taken from elsewhere on Phi, next to the points of neighbouring
+    faces. curvature: 1 or -1 for positively or for negatively curved points only. What the planes do not
+    determine is as in `mesh_with_planes`.
 
     Planes and points follow the normals at the vertices of Phi. On a smooth surface in even triangles they are off
     those of the smooth one by the third and the second power of the edge length, in uneven ones by the second and the
     first. Larger faces are cut into triangles from their first corners.
 
     Raises GeometryError where a vertex of S has more than 3 faces, where a face of S is not planar, and where no face
-    can touch. Self-intersections are no error: the result says them.
+    can touch. Self-intersections are no error; the result reports them.
 
     >>> import numpy as np
     >>> from geometry.edge_offset import koebe
@@ -154,7 +154,7 @@ def mesh_with_planes(gauss_image: Mesh, heights: FloatArray) -> Mesh:
 
     They touch a surface with the support function h for the heights h(n_F). NaN leaves a plane free. What the planes do
     not determine, at the boundary above all, is such that nearby edges that are about parallel have about the same
-    factors (1): so the mesh goes on as it does inside. Edges are parallel, and planes where they are wanted, within
+    factors (1): so the mesh continues as it does inside. Edges are parallel, and planes at the given heights, within
     `ELEMENT_TOLERANCE` times the largest coordinate.
 
     Raises GeometryError where a vertex has more than 3 faces, where a face is not planar, for heights of another shape
@@ -168,18 +168,18 @@ def mesh_with_planes(gauss_image: Mesh, heights: FloatArray) -> Mesh:
     """
     _check_valence(gauss_image)
     check_planar(gauss_image)
-    wanted = _checked_heights(gauss_image, heights)
-    faces = np.flatnonzero(~np.isnan(wanted))
+    given = _checked_heights(gauss_image, heights)
+    faces = np.flatnonzero(~np.isnan(given))
     planes = _heights_of(gauss_image, faces)
     unknowns = FaceUnknowns(gauss_image)
     A: SparseMatrix = csr_array(vstack([unknowns.constraints, planes @ unknowns.matrix]))
-    b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), wanted[faces]])
+    b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), given[faces]])
     H, g = unknowns.objective(*normal_equations([(1.0, _like_factors(gauss_image))]))
     solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=SOLVER_TARGET_RATIO * ELEMENT_TOLERANCE)
     if solution.reason is not Reason.INFEASIBLE:
         solution = restore_parallelity(solution.x, A, b)
     found = gauss_image.with_vertices(apply(unknowns.matrix, solution.x).reshape(-1, 3))
-    off = np.abs(apply(planes, found.vertices.ravel()) - wanted[faces])
+    off = np.abs(apply(planes, found.vertices.ravel()) - given[faces])
     bound = ELEMENT_TOLERANCE * max_norm(found.vertices)
     if off.max() > bound or solution.reason is Reason.INFEASIBLE:
         raise _planes_missed(int(faces[off.argmax()]), float(off.max()), bound, solution)
@@ -195,21 +195,21 @@ def _heights_of(mesh: Mesh, faces: IntArray) -> SparseMatrix:
 
 
 def _checked_heights(mesh: Mesh, heights: FloatArray) -> FloatArray:
-    wanted = floats(heights)
-    if wanted.shape != (mesh.n_faces,):
-        raise GeometryError(f"the heights of the face planes have shape {wanted.shape}, there are {mesh.n_faces} faces")
-    infinite = np.flatnonzero(np.isinf(wanted))
+    given = floats(heights)
+    if given.shape != (mesh.n_faces,):
+        raise GeometryError(f"the heights of the face planes have shape {given.shape}, there are {mesh.n_faces} faces")
+    infinite = np.flatnonzero(np.isinf(given))
     if len(infinite):
         raise GeometryError(f"the height of face {infinite[0]} is infinite", elements=infinite.tolist())
-    if np.isnan(wanted).all():
+    if np.isnan(given).all():
         raise GeometryError("no face plane has a height: give one at least, and NaN only where a plane is free")
-    return wanted
+    return given
 
 
 def _planes_missed(face: int, value: float, bound: float, solution: Solution) -> GeometryError:
     if solution.reason is Reason.INFEASIBLE:
         return GeometryError(
-            f"the heights contradict each other: at best, face {face} is {value:.1e} off its plane, allowed "
+            f"the heights contradict each other: face {face} is {value:.1e} off its plane, allowed "
             f"{bound:.1e}; where a boundary edge joins two vertices with 3 faces, leave one of these planes free (NaN)",
             elements=[face],
             value=value,

@@ -14,7 +14,6 @@ from geometry.mesh import Mesh
 
 __all__ = ["circumscribed_candidate"]
 
-
 LEAST_PLANE_SINE = 1e-4
 """Sine of the angles between the planes at a vertex, from which on they determine its position: planes known to 1e-12
 then determine it to 1e-8 along them, and far better across."""

@@ -44,7 +44,6 @@ LEAST_FACE_DISTANCE = 0.1
 """Least distance of a face of S over the least beam height: beams are within 84 degrees of the outer normals of their
 faces."""
 
-
 ONE_POINT_SIZE = 1e-6
 """Mean edge length of S, below which S counts as a single point, which is exact for every flat mesh and every mesh of
 triangles but gives nothing that the approximate S does not."""

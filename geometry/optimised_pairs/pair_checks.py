@@ -1,4 +1,4 @@
-"""What a pair must be before it is optimised, and after; if not, what is said."""
+"""Checks of a pair before and after it is optimised, with errors that name value, bound and cure."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ UNCHECKED_RIM_ROWS = 2
 
 def _advice(targets: PairTargets) -> str:
     """What to do where a pair cannot be as it is asked."""
-    less = (
+    cure = (
         "ask for a larger height_error"
         if targets.heights
         else "ask for edges, vertices or faces, which need not be exact"
     )
-    less = "begin nearer to such a mesh, or free the boundary by keep_boundary=False" if targets.curved else less
-    return f"{less}, or lay the mesh along principal directions"
+    cure = "start nearer to such a mesh, or free the boundary by keep_boundary=False" if targets.curved else cure
+    return f"{cure}, or lay the mesh along principal directions"
 
 
 def check_given(pair: Pair, surface: Surface | None) -> None:
@@ -53,20 +53,21 @@ def check_given(pair: Pair, surface: Surface | None) -> None:
     if surface is not None:
         points = mesh.vertices[used]
         feet, normals = surface.closest(points)
-        away = float(np.quantile(np.linalg.norm(points - feet, axis=1), 0.95)) / mesh.mean_edge_length
-        if away > LARGEST_SURFACE_DISTANCE:
+        distance = float(np.quantile(np.linalg.norm(points - feet, axis=1), 0.95)) / mesh.mean_edge_length
+        if distance > LARGEST_SURFACE_DISTANCE:
             raise GeometryError(
-                f"the surface is not that of the mesh: 5 % of the vertices are {away:.2g} mean edge lengths off it or "
+                f"the surface is not that of the mesh: 5 % of the vertices are {distance:.2g} mean edge lengths off "
+                f"it or "
                 f"more, allowed {LARGEST_SURFACE_DISTANCE:g}; give both in the same unit and place, or leave the "
                 "surface out",
-                value=away,
+                value=distance,
                 bound=LARGEST_SURFACE_DISTANCE,
             )
-        _check_side(normals, mesh.vertex_normals[used], "the surface looks to the other side than the mesh: reverse it")
+        _check_side(normals, mesh.vertex_normals[used], "the surface is oriented opposite to the mesh: reverse it")
     _check_side(
         image.vertices[used],
         normals,
-        "the Gauss image looks to the other side than the mesh: take the pair of M and -S",
+        "the Gauss image is oriented opposite to the mesh: take the pair of M and -S",
     )
 
 
@@ -106,7 +107,7 @@ def check_solution(objective: Objective, solution: Solution, tolerance: float) -
         )
     if solution.reason is not Reason.CONVERGED:
         raise ConvergenceError(
-            "no pair near the given one is as asked: parallelity, planarity and what is to hold exactly are off by "
+            "no pair near the given one meets the targets: parallelity, planarity and other constraints are off by "
             f"up to {solution.violation:.1e} after {solution.steps} Newton steps, allowed {tolerance:.0e}; "
             f"{_advice(objective.targets)}",
             solution=solution,
@@ -121,7 +122,7 @@ def check_outcome(after: Mesh, targets: PairTargets, was: PairMeasures, now: Pai
     most = LARGEST_CURVED_LEAN if targets.curved else max(LARGEST_UPRIGHT_LEAN, was.lean[1])
     if not now.lean[1] <= most:
         raise GeometryError(
-            f"the axes came to lean: 5 % of them by {np.degrees(now.lean[1]):.1f} degrees or more, allowed "
+            f"the axes lean too far: 5 % of them by {np.degrees(now.lean[1]):.1f} degrees or more, allowed "
             f"{np.degrees(most):.1f}; {_advice(targets)}",
             value=now.lean[1],
             bound=most,
@@ -154,7 +155,7 @@ def _check_curvature(after: Mesh, targets: PairTargets) -> None:
         "<=",
         INDEPENDENT_CURVATURE_TOLERANCE,
         lambda face, off: (
-            f"no mesh near the given one has {name} = {asked:g}: S was tilted until it has, but with respect to a "
+            f"no mesh near the given one has {name} = {asked:g}: only a tilted S has it; with respect to a "
             f"Gauss image of M alone face {face} has {found[face]:.3g}, off by {off:.2g} of the curvature, allowed "
             f"{INDEPENDENT_CURVATURE_TOLERANCE}; ask for a curvature nearer to that of the mesh, or free the boundary "
             f"by keep_boundary=False"

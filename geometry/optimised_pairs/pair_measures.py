@@ -1,4 +1,4 @@
-"""How good a pair M, S is: distances, lean, exactness."""
+"""Measures of a pair M, S: spread of distances, lean, exactness."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ INDEPENDENT_VERTEX_WEIGHT, INDEPENDENT_PARALLELITY = 0.1, 1e-7
 
 @dataclass(frozen=True)
 class PairMeasures:
-    """edge_spread, vertex_spread, face_spread: what lies between 2.5 % and 97.5 % of the distances from the origin,
-    over their median; of edges, that is of beam heights. lean: of node axes from the normals of Phi, of M without one,
-    in radians: the median, 95 % and the largest. surface_distance: of vertices from Phi, in mean edge lengths of M as
-    given, 95 % and the largest; zero without Phi. planarity, parallelity: the largest, in mean edge lengths and in S.
+    """edge_spread, vertex_spread, face_spread: the range from the 2.5 % to the 97.5 % quantile of the distances from
+    the origin, over their median; of edges, that is of beam heights. lean: of node axes from the normals of Phi, of M
+    without one, in radians: the median, 95 % and the largest. surface_distance: of vertices from Phi, in mean edge
+    lengths of M as given, 95 % and the largest; zero without Phi. planarity, parallelity: the largest, in mean edge
+    lengths and in S.
 
     >>> from geometry.gauss import Pair
     >>> from geometry.mesh.shapes import dome
@@ -44,7 +45,7 @@ class PairMeasures:
     face_spread: float
     lean: tuple[float, float, float]
     surface_distance: tuple[float, float]
-    planarity: float
+    plane_deviation: float
     parallelity: float
 
     @classmethod
@@ -64,7 +65,7 @@ class PairMeasures:
             face_spread=_spread(pair.face_distances),
             lean=(median, most, largest),
             surface_distance=(float(np.quantile(away, 0.95)), float(away.max())),
-            planarity=float(relative_plane_deviations(mesh).max()),
+            plane_deviation=float(relative_plane_deviations(mesh).max()),
             parallelity=float(parallelity(mesh, image).max()),
         )
 

@@ -32,7 +32,7 @@ TRADE_OFF_HEIGHT_ERRORS = (0.1, 0.03, 0.01, 0.003)
 
 @dataclass(frozen=True, eq=False)
 class OptimisedPair:
-    """A pair M, S as it came out, and what it took.
+    """An optimised pair M, S, with measures before and after.
 
     moves (N,): how far each vertex of M moved, in mean edge lengths of M as given. boundary_distance: of boundary
     vertices from where the boundary was, in the same unit, the median and the largest; zero of closed meshes.
@@ -74,21 +74,21 @@ class OptimisedPair:
 def optimise_pair(
     pair: PairLike, targets: PairTargets, *, surface: Surface | None = None, keep_boundary: bool = True
 ) -> OptimisedPair:
-    """Move M on Phi and S with it, so that they are parallel, M is planar and they are as the targets ask.
+    """Move M on Phi and S with it, so that they are parallel, M is planar and they meet the targets.
 
-    surface: Phi, on which the vertices of M glide; left out, the surface of M itself, but for a curvature, with which M
-    may leave where it is. A mesh that is laid along the right lines glides by a fifth of an edge or so. keep_boundary:
-    boundaries glide along themselves, nearly; without, they are free.
+    surface: Phi, on which the vertices of M glide; left out, the surface of M itself, except where a curvature
+    is required: then M is free. A mesh that follows suitable lines glides by about a fifth of an edge. keep_boundary:
+    boundary vertices nearly glide along the boundary; otherwise they are free.
     Edges keep most of their lengths, faces that are convex stay so, and strains are small. S is to be near the normals,
     and M near zero, see `Mesh.near_zero`.
 
     The result is parallel and planar to 1e-12. It is a local minimum of a sum of terms, found by a penalty method, see
     `optimise.penalty`; the constraints are met to rounding at its end, without regard to the terms, from 1e-3 before.
 
-    Raises GeometryError where all faces are triangles, for a surface that is not that of M, and for axes that look to
-    the other side; ConvergenceError where M and S do not become parallel and planar, or as the targets ask; FoldedError
-    where an edge collapsed or a face turned over; and GeometryError where axes came to lean, distances gained nothing,
-    or a curvature is one of S but not of M.
+    Raises GeometryError where all faces are triangles, for a surface that is not that of M, and for a Gauss image of
+    opposite orientation; ConvergenceError where M and S do not become parallel and planar, or do not meet the
+    constraints; FoldedError where an edge collapsed or a face turned over; and GeometryError where axes lean too far,
+    distances did not improve, or a curvature is one of S but not of M.
 
     >>> import numpy as np
     >>> from geometry.gauss import approximate_pair
@@ -145,10 +145,9 @@ def height_trade_off(
     surface: Surface | None = None,
     keep_boundary: bool = True,
 ) -> list[OptimisedPair]:
-    """The pairs for several height errors, from the largest down: what less spread costs in moves.
+    """The pairs for several height errors, from the largest down: smaller spreads cost larger moves.
 
-    Ends before the first that `optimise_pair` refuses because something folds over or is not reached; raises that where
-    it is the largest.
+    Ends before the first one for which `optimise_pair` raises an error; raises the error where that is the largest.
 
     >>> import numpy as np
     >>> from geometry.gauss import approximate_pair

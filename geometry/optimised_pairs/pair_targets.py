@@ -1,4 +1,4 @@
-"""What may be asked of a mesh M and its Gauss image S that are optimised together."""
+"""The targets of a mesh M and its Gauss image S that are optimised together."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ LEAST_HEIGHT_ERROR = 0.002
 
 @dataclass(frozen=True)
 class PairTargets:
-    """What is asked of a pair M, S; any mix.
+    """The targets of a pair M, S, in any combination.
 
     edges, vertices, faces: edge lines, vertices and face planes of S at distance 1 from the origin, as nearly as the
       rest allows: beams, nodes or panels of constant height, over d.
-    height_error: by how much such a distance may be off, over what the other terms tolerate; what it is off by in the
-      end follows it as its power 0.6 or so. From `LEAST_HEIGHT_ERROR` up.
+    height_error: the deviation of such a distance that is tolerated, relative to the other terms; the deviation that
+    results
+      is about proportional to its power 0.6. From `LEAST_HEIGHT_ERROR` up.
     upright: no node axis leans from the normal by more than `pair_objective.LARGEST_UPRIGHT_LEAN`, as nearly as the
       rest allows.
     circular, conical: faces, or vertices, are exactly so.
     mean, gaussian: H or K with respect to S, exactly constant, one over a length of M or its square; signs as in
       `curvature.face_curvatures`.
 
-    Raises GeometryError for numbers out of range, targets that exclude each other, and where nothing is asked.
+    Raises GeometryError for numbers out of range, targets that exclude each other, and where there is no target.
 
     >>> targets = PairTargets(edges=True, upright=True)  # beams of constant height, axes near the normals
     >>> targets.heights, targets.curved

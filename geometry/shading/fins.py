@@ -104,7 +104,7 @@ class Fins:
         if not value > 0:
             raise MeshError(
                 f"at vertex {c.corners[corner]} the Gauss image rises {value:.2e} above the plane of face "
-                f"{c.corner_face[corner]}, it must be above 0, or fins stand behind their panel: take a Gauss image "
+                f"{c.corner_face[corner]}, it must be above 0, or fins lie behind their panel: take a Gauss image "
                 "that points outwards there, or one translated less",
                 elements=[int(c.corner_face[corner])],
                 value=value,

@@ -1,8 +1,8 @@
 """Shadows of fins on panels, as exact polygons.
 
-Everything is seen along the light, sun by sun: there a shadow and what casts it look the same, whatever
-plane it falls on. Of each fin the part above the plane of a panel shades it; where the shadows of several fins overlap
-they count once. Panels are glass: they let light through, and cast no shadow.
+Everything is projected along the light, sun by sun: the projections of a shadow and of the fin that casts it
+are the same, on any plane. Of each fin the part above the plane of a panel shades it; where the shadows of several fins
+overlap they count once. Panels are glass: they let light through, and cast no shadow.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Shading:
 
     @property
     def shadow_per_fin_area(self) -> float:
-        """`total` over the area of all fins, one side: what the material brings."""
+        """`total` over the area of all fins, one side: the shadow per material."""
         return self.total / float(self.fins.areas.sum())
 
 

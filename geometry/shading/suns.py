@@ -1,4 +1,4 @@
-"""Where the sun stands: given as vectors, or from a place and times."""
+"""Positions of the sun: given as vectors, or from a place and times."""
 
 from __future__ import annotations
 
@@ -76,8 +76,8 @@ class Suns:
         low = np.flatnonzero(heights <= 0)
         if len(low):
             raise GeometryError(
-                f"sun {low[0]} stands {np.degrees(-heights[low[0]]):.1f} degrees below the horizon and does not shine: "
-                "leave it out" + (f"; so do {len(low) - 1} more" if len(low) > 1 else ""),
+                f"sun {low[0]} is {np.degrees(-heights[low[0]]):.1f} degrees below the horizon: leave it out"
+                + (f"; so are {len(low) - 1} more" if len(low) > 1 else ""),
                 elements=low.tolist(),
                 value=float(heights[low[0]]),
                 bound=0.0,
@@ -94,10 +94,10 @@ def suns_at(
     up: Any = (0.0, 0.0, 1.0),
     refraction: bool = False,
 ) -> Suns:
-    """The suns seen from a place at some times, which must bear their time zone.
+    """The suns seen from a place at some times, which must have a time zone.
 
-    latitude and longitude in radians, north and east positive; north and up (3,): how the mesh lies. Positions by
-    [Reda2004], good to 5e-6 radians; refraction of the air lifts a sun at the horizon by .01 radians.
+    latitude and longitude in radians, north and east positive; north and up (3,): the orientation of the mesh.
+    Positions by [Reda2004], good to 5e-6 radians; refraction of the air lifts a sun at the horizon by .01 radians.
 
     Needs the extra `sun`: `pip install fabkit[sun]`. Raises GeometryError without it, for a place that is none, no
     times or a time without zone, north and up that are not at right angles, and a sun below the horizon.
@@ -150,13 +150,13 @@ def _check_place(latitude: float, longitude: float) -> None:
 
 
 def _check_times(times: Sequence[datetime]) -> None:
-    """Raise GeometryError for no times, and for one that does not bear its zone."""
+    """Raise GeometryError for no times, and for one without a time zone."""
     if not len(times):
         raise GeometryError("no times are given, so there are no suns: give at least one")
     for number, time in enumerate(times):
         if time.utcoffset() is None:
             raise GeometryError(
-                f"time {number}, {time.isoformat()}, bears no time zone: add one, as in tzinfo=timezone.utc",
+                f"time {number}, {time.isoformat()}, has no time zone: add one, as in tzinfo=timezone.utc",
                 elements=[number],
             )
 

@@ -69,8 +69,8 @@ def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
     """The x, |x| <= bound, with the largest area of shadow of fins over S + x, by the weights of the suns.
 
     Where all panels can be wholly in the shade (a share of .999), a shortest x that does it. S + x stays above all
-    panels. The maximum is sought without derivatives from the best of many translations; it is the largest one seen,
-    with no proof that there is no larger one.
+    panels. The maximum is sought without derivatives from the best of many translations; there may be a
+    larger one elsewhere.
 
     Raises GeometryError where the bound is not above 0 and below 1 or no panel faces any sun.
 

@@ -88,7 +88,8 @@ class LaguerreTransformation:
 
     @classmethod
     def reversal(cls) -> LaguerreTransformation:
-        """Every sphere and plane from its other side: (m, r) to (m, -r). M, S become M, -S with faces turned over."""
+        """Reverses the orientation of every sphere and plane: (m, r) becomes (m, -r), and M, S become M, -S with
+        reversed faces."""
         return cls(FORM, np.zeros(4))
 
     # --- the group

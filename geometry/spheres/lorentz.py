@@ -62,7 +62,7 @@ def boost(velocity: Any) -> FloatArray:
 
 
 def _boost(celerity: FloatArray) -> FloatArray:
-    """The boost with last column (u, gamma), u = gamma v: no velocity of it is too great."""
+    """The boost with last column (u, gamma), u = gamma v, for any u."""
     gamma = np.sqrt(1 + celerity @ celerity)
     matrix = np.empty((4, 4))
     matrix[:3, :3] = np.eye(3) + np.outer(celerity, celerity) / (1 + gamma)
@@ -97,10 +97,10 @@ def deviation(matrix: FloatArray) -> float:
 
 
 def orthonormalised(matrix: Any, *, tolerance: float = LORENTZ_TOLERANCE) -> FloatArray:
-    """(4, 4) the Lorentz matrix that A is but for rounding: products of many do not drift from the group.
+    """(4, 4) the Lorentz matrix nearest to A, so that products of many matrices stay in the group.
 
-    Its last column has the direction of that of A; what remains without the boost to there is made orthogonal. A is
-    returned as it is where it deviates by rounding only.
+    Its last column has the direction of that of A; the factor that remains without this boost is made orthogonal. A is
+    returned unchanged where it deviates by rounding only.
     Raises GeometryError where `deviation` exceeds `tolerance`, or the shape or an entry is wrong.
     """
     given = array_of(matrix, (4, 4), "a Lorentz matrix")

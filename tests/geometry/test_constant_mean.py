@@ -146,7 +146,7 @@ def test_a_folded_band_of_flat_top_hexagons() -> None:
     assert (rows[:5] > 0).all()
     np.testing.assert_allclose(rows[5], 0, atol=1e-12)
     assert (rows[6:] < 0).all()
-    with pytest.raises(GeometryError, match="the folds say the radius"):
+    with pytest.raises(GeometryError, match="the folds determine the radius"):
         constant_mean_of_revolution(image, -0.5, radius=1.5)
 
 

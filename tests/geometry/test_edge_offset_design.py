@@ -138,7 +138,7 @@ def test_a_symmetric_patch_gets_a_symmetric_mesh() -> None:
 
 
 @pytest.mark.parametrize("koebe", [QUADS, PENTAGONS], ids=["quads", "pentagons"])
-def test_wished_lengths_make_edges_even(koebe: Mesh) -> None:
+def test_target_lengths_make_edges_even(koebe: Mesh) -> None:
     signs = plan_signs(koebe)
     fair = edge_offset_mesh(koebe, signs=signs, lengths=AT_LEAST_1)
     misses = []
@@ -157,7 +157,7 @@ def test_wished_lengths_make_edges_even(koebe: Mesh) -> None:
     np.testing.assert_allclose(doubled.vertices, 2 * mesh.vertices, atol=1e-6)
 
 
-def test_fixed_and_wished_positions() -> None:
+def test_fixed_and_target_positions() -> None:
     member = edge_offset_mesh(QUADS, signs=plan_signs(QUADS), lengths=AT_LEAST_1).translated([5, 6, 7])
     lifted = member.translated([0, 0, 1])
     targets = dict(enumerate(lifted.vertices))

@@ -249,7 +249,7 @@ def test_without_the_package_for_suns_the_extra_is_named(monkeypatch: pytest.Mon
     [
         ((48.2, 16.4, [datetime(2026, 6, 21, 12, tzinfo=UTC)]), r"latitude is 48\.2.*radians"),
         ((0.8, -3.2, [datetime(2026, 6, 21, 12, tzinfo=UTC)]), r"longitude is -3\.2.*radians"),
-        ((0.8, 0.3, [datetime(2026, 6, 21, 12)]), "time 0, 2026-06-21T12:00:00, bears no time zone"),
+        ((0.8, 0.3, [datetime(2026, 6, 21, 12)]), "time 0, 2026-06-21T12:00:00, has no time zone"),
         ((0.8, 0.3, []), "no times"),
         ((0.8, 0.3, [datetime(2026, 6, 21, h, tzinfo=UTC) for h in (12, 0)]), r"sun 1 stands 19\.\d degrees below"),
     ],
@@ -269,7 +269,7 @@ def test_north_must_be_level() -> None:
 @pytest.mark.parametrize(
     ("directions", "weights", "said"),
     [
-        ([[0, 0, 1], [1, 0, -1], [0, 1, 0]], 1.0, r"sun 1 stands 45\.0 degrees below the horizon.*1 more"),
+        ([[0, 0, 1], [1, 0, -1], [0, 1, 0]], 1.0, r"sun 1 is 45\.0 degrees below the horizon.*1 more"),
         ([[0, 0, 1], [0, 0, 0]], 1.0, "direction of sun 1 is .* not zero"),
         ([[0, 0, np.nan]], 1.0, "direction of sun 0 is .* finite"),
         ([0, 0, 1], 1.0, r"shape \(3,\)"),
