@@ -187,12 +187,14 @@ def _data() -> dict[str, Any]:
 
 
 def _described(parameter: Parameter) -> dict[str, Any]:
+    is_choice = isinstance(parameter.values[0], str)
+    shown = [parameter.shown.format(value) for value in parameter.values]
     return {
         "name": parameter.name,
         "sentence": parameter.sentence,
-        "values": [parameter.shown.format(value).replace("-", "\u2212") for value in parameter.values],
+        "values": shown if is_choice else [text.replace("-", "\u2212") for text in shown],
         "start": parameter.start,
-        "isChoice": isinstance(parameter.values[0], str),
+        "isChoice": is_choice,
     }
 
 

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from geometry.curvature import face_curvatures, steiner_area
 from geometry.errors import FoldedError, GeometryError
+from geometry.exact_offsets import circularity, conicality
 from geometry.functionals import relative_plane_deviations
-from geometry.gauss import Pair, approximate_pair, circularity, conicality
+from geometry.gauss import Pair, approximate_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.meshing import planarise
 from geometry.optimise import ConvergenceError
