@@ -61,9 +61,7 @@ def main() -> dict[str, float]:
         "largest deviation of edges of M and M + d S from distance d, over d": apart(pair),
         "largest deviation of edges of M' and M' + d S' from distance d, over d": apart(moved),
         "largest sine between edges of M' and S'": float((parallelity(m1, s1) / s1.edge_lengths).max()),
-        "faces of M' that cross themselves or others": float(
-            len(self_crossing_faces(m1)) + len(intersecting_faces(m1))
-        ),
+        "faces of M' that cross themselves or others": len(self_crossing_faces(m1)) + len(intersecting_faces(m1)),
     }
 
 

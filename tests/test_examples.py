@@ -195,7 +195,7 @@ def test_figure_13_shows_that_conical_is_far_and_planar_is_near() -> None:
 def test_figure_17_shows_parallel_diagonals_and_a_minimal_mesh() -> None:
     found = numbers(17)
     assert found["largest mean curvature, times the waist radius"] < 1e-9
-    assert found["largest Gaussian curvature, over its square"] < -0.01
+    assert found["largest Gaussian curvature, times its square"] < -0.01
     assert found["largest sine between 13 and 2*4*"] < 1e-9
     assert found["largest sine between 24 and 1*3*"] < 1e-9
     assert found["largest sine between corresponding edges"] < 1e-9
@@ -207,7 +207,7 @@ def test_figure_17_shows_parallel_diagonals_and_a_minimal_mesh() -> None:
 def test_figure_18_shows_a_minimal_mesh_with_edge_offsets() -> None:
     found = numbers(18)
     assert found["largest mean curvature, times the waist radius"] < 1e-9
-    assert found["largest Gaussian curvature, over its square"] < -0.1
+    assert found["largest Gaussian curvature, times its square"] < -0.1
     assert found["largest deviation of an edge of S from distance 1"] < 1e-9
     assert found["largest sine between corresponding edges"] < 1e-9
     assert found["reversed edges"] == found["faces"]  # one side of each hexagon, as rows are closed
