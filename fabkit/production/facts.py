@@ -97,7 +97,8 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     yield Fact("Edge lengths", (float(lengths.min()), float(lengths.max())), ".1f", "mm", shown=on_paper)
     yield from _surface(summary.surface) if summary.surface is not None else ()
     of_edge = ".1e", "of the mean edge"
-    yield Fact("Largest planarity, as read", (summary.planarity_before,), *of_edge, keys=("planarity.before",))
+    before = "Largest planarity, as read" if summary.surface is None else "Largest planarity, as laid"
+    yield Fact(before, (summary.planarity_before,), *of_edge, keys=("planarity.before",))
     yield Fact("Largest planarity, as built", (summary.planarity_after,), *of_edge, keys=("planarity.after",))
     moved = EVERYWHERE if summary.largest_move_mm > 0 else NOWHERE
     yield Fact("Mean displacement of vertices", (summary.mean_move_mm,), ".3f", "mm", keys=("moved_mm.mean",))
@@ -120,17 +121,16 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
 
 def _surface(laid: OnSurface) -> Iterator[Fact]:
     on_paper = frozenset({REPORT, WORKBOOK})
-    yield Fact("Laid on a surface of", (laid.n_triangles,), "d", "triangles", keys=("surface.triangles",))
+    yield Fact("Design surface", (laid.n_triangles,), "d", "triangles", keys=("surface.triangles",))
     low, median = laid.crossing_deg
-    crossing = f"lines cross at {median:.0f} degrees in the median, 95 % at more than {low:.0f}"
-    yield Fact("Along lines", (laid.lines,), note=crossing, keys=("surface.lines",))
+    crossing = f"crossing at {median:.0f} degrees in the median, 95 % at more than {low:.0f}"
+    note = "lines of curvature" if laid.lines == "principal" else crossing
+    yield Fact("Network of lines", (laid.lines,), note=note, keys=("surface.lines",))
     yield Fact("Edges along the lines", (100 * laid.aligned_share,), ".1f", "%", "within 10 degrees", shown=on_paper)
     yield Fact("Quads", (100 * laid.quad_share,), ".1f", "% of the faces", keys=("surface.quad_percent",))
     yield Fact("Irregular inner vertices", (laid.irregular,), keys=("surface.irregular_vertices",))
-    most, largest = np.quantile(laid.distances_mm, [0.95, 1.0]).tolist()
-    within, key = "95 % of the vertices from the surface within", "surface.distance_mm.p95"
-    yield Fact(within, (most,), ".1f", "mm", keys=(key,))
-    yield Fact("Largest distance from the surface", (largest,), ".1f", "mm", keys=("surface.distance_mm.largest",))
+    name, key = "Distance of the vertices from the surface", "surface.distance_mm"
+    yield _shares(name, laid.distance_shares_mm, ".1f", "mm", "median, 95 %, largest", key)
     if laid.smoothing_mm > 0:
         moved = (laid.smoothing_mm,)
         yield Fact("Largest smoothing of the surface", moved, ".1f", "mm", keys=("surface.smoothing_mm",))

@@ -90,6 +90,11 @@ class OnSurface:
         """Numbers of inner vertices with a valence other than four, in words."""
         return ", ".join(f"{count} of valence {valence}" for valence, count in self.valences.items()) or "none"
 
+    @property
+    def distance_shares_mm(self) -> dict[str, float]:
+        """Distances from the surface: the median, what 95 % do not exceed, and the largest."""
+        return _upper_shares(self.distances_mm)
+
 
 @dataclass(frozen=True, eq=False)
 class Summary:
@@ -158,11 +163,15 @@ class Summary:
     @property
     def lean_shares_deg(self) -> dict[str, float]:
         """How far node axes lean: the median, what 95 % do not exceed, and the largest."""
-        names = {"median": 50, "p95": 95, "largest": 100}
-        found = np.nanpercentile(self.leans_deg, list(names.values())).tolist()
-        return dict(zip(names, found, strict=True))
+        return _upper_shares(self.leans_deg)
 
     @property
     def gauss_image_origin(self) -> str:
         """Where the Gauss image is from, in words."""
         return "computed" if self.gauss_image is None else self.gauss_image.origin
+
+
+def _upper_shares(values: FloatArray) -> dict[str, float]:
+    """The median, what 95 % do not exceed, and the largest; NaN is left out."""
+    median, most, largest = np.nanpercentile(values, [50, 95, 100]).tolist()
+    return {"median": median, "p95": most, "largest": largest}

@@ -1,7 +1,8 @@
 """Laying quads beside the remeshers that pip installs, in one run: `python tests/benchmarks/remeshers.py [faces]`.
 
 `pip install pynanoinstantmeshes pyquadriflow` for the others, which print much of their own before the table; what is
-missing is left out, saying so. Neither takes a field of directions. On three roofs, where they are at hand, and six surfaces with known principal lines.
+missing is left out, saying so. Neither takes a field of directions. On three roofs, where they are at hand, and six
+surfaces with known principal lines.
 
 faces, quads: number, and share of quads. irregular: inner vertices of a valence other than 4. chi: whether the Euler
 characteristic is that of the surface. on: share of edges within 10 degrees of the lines of curvature. planarity: of

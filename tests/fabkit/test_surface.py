@@ -51,7 +51,10 @@ def test_a_build_begins_from_a_surface(roof: Path) -> None:
     lengths = read_mesh("built/M.obj").mesh.edge_lengths
     assert np.median(lengths) == pytest.approx(2.0, rel=0.1)
     report = Path("built/report.html").read_text()
-    assert "Largest distance from the surface" in report
+    assert "Distance of the vertices from the surface" in report
+    assert "Distance from the design surface" in report  # a histogram
+    assert "as laid" in report
+    assert "as read" not in report
     assert manifest["settings"]["surface"]["edge_length_mm"] == 2000
     feet = np.linalg.norm(read_mesh("built/M.obj").mesh.vertices.mean(axis=0) - [4.8e5, 5.6e6, 100.0])
     assert feet < 5

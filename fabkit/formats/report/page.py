@@ -80,7 +80,7 @@ def report_html(
         mesh_facts=_mesh_facts(facts.mesh),
         mended=_mended(summary),
         deviations=_deviations(summary, assembly),
-        histograms=_histograms(measured),
+        histograms=_histograms([*measured, *_of_surface(summary)]),
         sheets_link='<a href="#sheets">Sheets</a>' if sheets else "",
         sheets=_sheets(sheets),
         tables="\n".join(table_html(table) for table in tables),
@@ -193,6 +193,12 @@ def _deviation(title: str, values: FloatArray, form: str, parts: Parts[Any]) -> 
     cells = "".join(f"<td>{figure:{form}}</td>" for figure in figures)
     worst = escape(parts.mark_names[parts.mark[values.argmax()]])
     return f'<tr><th scope="row">{title}</th>{cells}<td><button type="button" class="mark">{worst}</button></td></tr>'
+
+
+def _of_surface(summary: Summary) -> Sequence[Measure]:
+    """What is measured of the vertices of a mesh that was laid on a surface."""
+    laid = summary.surface
+    return () if laid is None else (Measure("surface", "Distance from the design surface", "mm", 1, laid.distances_mm),)
 
 
 def _histograms(measured: Sequence[Measure]) -> str:
