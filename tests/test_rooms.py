@@ -151,6 +151,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.arrays",
     },
     "fabkit.gauss_image": {
+        "fabkit.rules",
         "fabkit.wording",
         "geometry.files",
         "geometry.gauss",
@@ -161,6 +162,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.project": {
         "fabkit.surface",
         "fabkit.gauss_image",
+        "fabkit.optimisation",
         "fabkit.production",
         "fabkit.fitness",
         "fabkit.rules",
@@ -168,6 +170,15 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.wording",
         "fabkit.errors",
         "geometry.mesh",
+    },
+    "fabkit.optimisation": {
+        "fabkit.production",
+        "fabkit.rules",
+        "fabkit.errors",
+        "geometry.optimised_pairs",
+        "geometry.gauss",
+        "geometry.surface",
+        "geometry.errors",
     },
     "fabkit.built": {
         "fabkit.checking",
@@ -193,7 +204,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.structure": {
-        "fabkit.surface",
+        "fabkit.optimisation",
         "fabkit.production",
         "fabkit.fitness",
         "fabkit.project",
@@ -221,6 +232,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.units",
         "fabkit.errors",
         "geometry.files",
+        "geometry.surface",
         "geometry.mesh",
     },
     "fabkit.designs": {
