@@ -144,6 +144,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.formats.drawings": {"geometry.remeshing", "fabkit.production", "geometry.mesh", "geometry.arrays"},
     "fabkit.formats.report": {"fabkit.production", "fabkit.fitness", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
     "fabkit.formats": {
+        "geometry.surface",
         "fabkit.formats.step",
         "fabkit.formats.drawings",
         "fabkit.formats.report",
@@ -222,7 +223,6 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.meshing",
         "geometry.exact_offsets",
         "geometry.gauss",
-        "geometry.surface",
         "geometry.mesh",
         "geometry.errors",
     },
@@ -383,7 +383,12 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "sheet_nesting summary",
         "facts",
     ),
-    "fabkit.formats": ("manifest polylines renaming tables triangles single_files", "folder gltf kernels", "documents"),
+    "fabkit.formats": (
+        "shape_triangles",
+        "exact_surfaces manifest polylines renaming tables triangles single_files",
+        "folder gltf kernels",
+        "documents",
+    ),
     "fabkit.commands": (
         "terminal options facts",
         "inspection",
