@@ -18,6 +18,7 @@ from geometry.exact_offsets import exact_or_approximate_pair
 from geometry.gauss import SupportStructure, nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
+from geometry.surface import Surface
 
 __all__ = ["checked_image", "checked_pair", "checked_planar", "checked_structure", "made_planar", "with_checked"]
 

@@ -223,6 +223,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.meshing",
         "geometry.exact_offsets",
         "geometry.gauss",
+        "geometry.surface",
         "geometry.mesh",
         "geometry.errors",
     },
