@@ -109,6 +109,10 @@ class LaidSurface:
         """Share of the edges inside the mesh within `ALIGNED_DEG` of a line of the network."""
         return float((np.degrees(self.laid.quality.off_network) < ALIGNED_DEG).mean())
 
+    def scaled_surface(self, scale: float) -> Surface:
+        """The surface, scaled as the mesh is."""
+        return self.surface.moved(scale, np.zeros(3))
+
     def distances(self, mesh: Mesh) -> FloatArray:
         """(N,) of the vertices of a mesh from the surface."""
         feet, _ = self.surface.closest(mesh.vertices)
