@@ -94,6 +94,11 @@ assert (geometry.edge_factors(square, saddle) < 0).any()
 for folder in ("shell-built", "shell-from-file"):
     assert (Path(folder) / "model.step").is_file()
 """,
+    "from-a-surface.md": """
+assert planar.mesh.planarity.max() < 1e-12
+assert (geometry.read_mesh("planar.obj").mesh.planarity < 1e-9).all()
+assert Path("shell-built", "model.step").is_file() and Path("lines.dxf").is_file()
+""",
     "mesh-files.md": """
 assert len(triangles.faces) == 2 * same.number_of_faces() == 96
 assert ball.n_faces == 80

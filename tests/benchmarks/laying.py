@@ -5,7 +5,8 @@ are in mean edge lengths, angles in degrees. lay, plan, Gauss: seconds. quads: s
 vertices of valence 3, 5 and so on. on: share of edges within 10 degrees of the network. moves and off: by planarising,
 and from the surface afterwards, 95 % and largest. corners: smallest and largest, afterwards. planar: largest deviation.
 axes: 95 % of node axes from the normals; heights: of beams, 5 - 95 %, where there is a Gauss image. ! marks what misses
-its bound, which is meant for 1 000 faces. Last come seconds as powers of the number of faces. Set
+its bound, which is meant for 1 000 faces. Then seconds as powers of the number of faces, and how the families of an
+ellipsoid become conjugate: |II(u, v)| over the root of II(u, u) II(v, v), where surface and quads are refined. Set
 OPENBLAS_NUM_THREADS=1 where cores are shared.
 """
 
@@ -18,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from numerics import table
 from rich.console import Console
+from rich.table import Table
 
 from geometry.errors import GeometryError
 from geometry.gauss import approximate_pair
@@ -28,7 +30,7 @@ from geometry.surface import Surface, refined
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from tests.geometry.design_surfaces import KNOWN, ROOFS, roof
+from tests.geometry.design_surfaces import KNOWN, ROOFS, ball, off_conjugate, roof
 
 NAMES = ("train-station", "botanic-garden-bubble", "dome")
 SIZES = (1000, 3000, 10_000)
@@ -131,6 +133,21 @@ def main(sizes: tuple[int, ...]) -> None:
             ratio = np.log(sizes[-1] / sizes[0])
             made.add_row(name, *(f"{np.log(last / first) / ratio:.2f}" for first, last in ends))
         console.print(made)
+    console.print(conjugacy())
+
+
+def conjugacy() -> Table:
+    made = table("Conjugate on an ellipsoid", "map", "faces", "median", "mean", "order of median", "of mean")
+    axes = (3.0, 2.0, 1.2)
+    for name, affine in (("identity", np.eye(3)), ("shear", np.array([[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]))):
+        before = np.full(2, np.nan)
+        for halvings, n_faces in ((2, 100), (3, 400), (4, 1600), (5, 6400)):
+            off = off_conjugate(lay_quads(ball(halvings, axes), n_faces=n_faces, affine=affine).mesh, axes)
+            now = np.array([np.median(off), off.mean()])
+            orders = [f"{order:.2f}" for order in np.log2(before / now).tolist()]
+            made.add_row(name, str(n_faces), *(f"{value:.4f}" for value in now.tolist()), *orders)
+            before = now
+    return made
 
 
 if __name__ == "__main__":

@@ -70,6 +70,17 @@ def ball(halvings: int, axes: tuple[float, float, float]) -> Surface:
     return Surface(mesh.with_vertices(mesh.vertices / np.linalg.norm(mesh.vertices[0]) * axes))
 
 
+def off_conjugate(mesh: Mesh, axes: tuple[float, float, float]) -> FloatArray:
+    """|II(u, v)| over the root of II(u, u) II(v, v), 0 for conjugate u and v: the middle lines of quads near an
+    ellipsoid whose vertices all have valence 4, inside. II is a multiple of diag(axes)^-2."""
+    c = mesh.combinatorics
+    regular = ~c.is_boundary_vertex & (c.vertex_degrees == 4)
+    quads = c.corners[np.flatnonzero(c.face_sizes[c.corner_face] == 4)].reshape(-1, 4)
+    first, second, third, fourth = np.moveaxis(mesh.vertices[quads[regular[quads].all(axis=1)]] / axes, 1, 0)
+    u, v = second + third - first - fourth, third + fourth - first - second
+    return np.asarray(np.abs((u * v).sum(axis=1)) / np.linalg.norm(u, axis=1) / np.linalg.norm(v, axis=1))
+
+
 def torus(n: int = 90, m: int = 36) -> Surface:
     def point(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
         u, v = 2 * np.pi * u, 2 * np.pi * v

@@ -14,7 +14,7 @@ from geometry.errors import GeometryError
 from geometry.layout import LaidMesh, lay_quads
 from geometry.mesh import Mesh, shapes
 from geometry.surface import Surface
-from tests.geometry.design_surfaces import KNOWN, ball, chart, cylinder, sphere_cap, torus, triangle_mesh
+from tests.geometry.design_surfaces import KNOWN, ball, chart, cylinder, off_conjugate, sphere_cap, torus, triangle_mesh
 
 
 def saddle() -> Surface:
@@ -133,6 +133,33 @@ def test_planarity_falls_with_the_square_of_the_edge_length() -> None:
     order = np.log(twists[0] / twists[1]) / np.log(2)
     print(f"planarity {twists}, order {order:.2f}")
     assert order > 1.3
+
+
+@pytest.mark.parametrize("affine", [np.eye(3), np.array([[1, 0.5, 0], [0, 1, 0], [0, 0, 1]])])
+def test_the_families_become_conjugate_with_refinement(affine: FloatArray) -> None:
+    """Of mesh and surface, by a half; near the umbilics the quads stay as skew as the singular vertex makes them."""
+    axes = (3.0, 2.0, 1.2)
+    found = [
+        off_conjugate(lay_quads(ball(k, axes), n_faces=n, affine=affine).mesh, axes) for k, n in ((3, 400), (4, 1600))
+    ]
+    orders = [float(np.log2(mean(found[0]) / mean(found[1]))) for mean in (np.median, np.mean)]
+    print(f"median {np.median(found[1]):.4f}, orders of median and mean {orders}")
+    assert orders[0] > 0.8
+    assert orders[1] > 0.4
+    assert np.median(found[1]) < 0.005
+
+
+def test_the_identity_gives_lines_of_curvature() -> None:
+    """Of a torus: its parallels and meridians."""
+
+    def off(affine: FloatArray) -> FloatArray:
+        mesh = lay_quads(torus(), n_faces=600, affine=affine).mesh
+        x, y, _ = mesh.vertices[mesh.combinatorics.edges].mean(axis=1).T
+        along = np.abs((-y * mesh.edge_directions[:, 0] + x * mesh.edge_directions[:, 1]) / np.hypot(x, y))
+        return np.degrees(np.minimum(np.arcsin(along.clip(max=1)), np.arccos(along.clip(max=1))))
+
+    assert off(np.eye(3)).max() < 2
+    assert np.quantile(off(np.diag([1.0, 2.0, 1.0])), 0.9) > 5
 
 
 def test_a_plane_has_lines_along_its_longest_direction() -> None:
