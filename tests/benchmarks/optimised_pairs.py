@@ -1,8 +1,9 @@
 """M and S optimised together, on real meshes: `python -m tests.benchmarks.optimised_pairs [quick]`.
 
 Height spread (2.5 to 97.5 %) and lean before and after, what it costs in moves, and processor seconds; the same of a
-design surface on which a mesh was laid. Then the curve of height errors against spread and moves; how seconds grow, on a mesh that is refined and made planar again; and meshes
-of constant mean curvature. `quick` leaves out what takes minutes. Set OPENBLAS_NUM_THREADS=1 where cores are shared.
+design surface on which a mesh was laid. Then the curve of height errors against spread and moves; how seconds grow, on
+a mesh that is refined and made planar again; and meshes of constant mean curvature. `quick` leaves out what takes
+minutes. Set OPENBLAS_NUM_THREADS=1 where cores are shared.
 """
 
 from __future__ import annotations
