@@ -113,6 +113,9 @@ assert (Path("shell-built") / "model.step").is_file()
 """,
     "shading.md": """
 assert found.after.share > found.before.share
+assert Path("shade.png").stat().st_size > 20_000
+rows = np.genfromtxt("shade.csv", delimiter=",", names=True)
+assert len(rows) == before.facing.sum()
 """,
 }
 """What holds when the code of a page has run."""
