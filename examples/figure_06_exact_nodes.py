@@ -67,8 +67,8 @@ def nearest_points(first: FloatArray, second: FloatArray) -> FloatArray:
 
 @cache
 def meetings() -> tuple[FloatArray, FloatArray]:
-    """(E, 2, 2, 2, 3) long edges as in `long_edges`, prolonged to where those of neighbours are nearest; and by how
-    much they miss each other, (k, 2) for each two neighbours, at the inner and the outer level."""
+    """(E, 2, 2, 2, 3) long edges as in `long_edges`, prolonged to where those of neighbours are nearest; and the
+    gaps there, (k, 2) for each two neighbours, at the inner and the outer level."""
     beams = {beam.element: beam for beam in assembly()["beams"]}
     edges = np.array([long_edges(beam) for beam in assembly()["beams"]])
     place = {edge: n for n, edge in enumerate(beams)}
@@ -100,8 +100,8 @@ def main() -> dict[str, float]:
         "nodes": len(nodes),
         "panels": len(assembly()["panels"]),
         "neighbouring beams": len(meetings()[1]),
-        "by how much their outer edges miss each other, over the height": float(meetings()[1][:, 1].max() / HEIGHT),
-        "by how much their inner edges miss each other, over the height": float(meetings()[1][:, 0].max() / HEIGHT),
+        "gap between their outer edges, over the height": float(meetings()[1][:, 1].max() / HEIGHT),
+        "gap between their inner edges, over the height": float(meetings()[1][:, 0].max() / HEIGHT),
         "misalignment of beams on node axes, over the height": float(nodes.details.axis_misalignment_mm.max() / HEIGHT),
         "largest twist in degrees": float(beams.details.twist_deg.max()),
         "least angle over an edge in degrees": float(np.nanmin(beams.details.dihedral_deg)),

@@ -90,7 +90,7 @@ def test_figure_5_shows_blends_that_are_parallel() -> None:
 
 def test_figure_6_shows_beams_that_meet_exactly_and_takes_them_to_step(tmp_path: Path) -> None:
     found = numbers(6)
-    for which in ("by how much their outer edges miss each other", "by how much their inner edges miss each other"):
+    for which in ("gap between their outer edges", "gap between their inner edges"):
         assert found[f"{which}, over the height"] < 1e-9
     assert found["misalignment of beams on node axes, over the height"] < 1e-9
     assert found["largest twist in degrees"] < 1e-9

@@ -251,6 +251,6 @@ def alternating_signs(combinatorics: CombinatoricsLike, *, first: int = 1) -> In
             "go round a vertex of odd valence, or close with a twist, signs cannot alternate; give signs edge by edge",
             elements=contradictory.tolist(),
         )
-    is_first = parts[:n] < parts[n:]  # parts are numbered as their first members come
+    is_first = parts[:n] < parts[n:]  # parts are numbered in the order of their first edges
     connected = np.isin(np.arange(n), here)
     return integers(np.where(connected, np.where(is_first, first, -first), 0))

@@ -47,7 +47,7 @@ class _Words:
 def read_obj(text: str) -> RawPolygons:
     """Vertices and faces of all objects and groups of a file together; every other keyword is passed over.
 
-    Keywords may be in capitals. Lines, points and free-form shapes, and lines that begin with no keyword, are told.
+    Keywords may be in capitals. Lines, points and free-form shapes, and lines that begin with no keyword, are reported.
     Sentences count vertices and faces from 1, in the order of their lines.
     Raises MeshFileError where a coordinate or an index cannot be read.
     """
@@ -128,7 +128,7 @@ def _sorted(text: str) -> _Words:
 
 
 def _statements(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Line number and words of each statement; a line that ends in a backslash goes on in the next."""
+    """Line number and words of each statement; a line that ends in a backslash continues in the next."""
     begun = ""
     for number, line in enumerate(text.split("\n"), 1):
         statement = begun + line.partition("#")[0].rstrip()
