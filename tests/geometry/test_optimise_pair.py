@@ -245,7 +245,7 @@ def test_pairs_that_cannot_be() -> None:
     pair, triangles = start(), solids.octahedron()
     with pytest.raises(GeometryError, match="triangles"):
         optimise_pair(Pair(triangles, triangles), HEIGHTS)
-    with pytest.raises(GeometryError, match="is not that of the mesh: 5 % of the vertices"):
+    with pytest.raises(GeometryError, match="the mesh is not on the surface: 5 % of its vertices"):
         optimise_pair(pair, HEIGHTS, surface=Surface(pair.mesh * 1000.0))
     with pytest.raises(GeometryError, match="surface is oriented opposite"):
         optimise_pair(pair, HEIGHTS, surface=Surface(pair.mesh.reversed()))
