@@ -145,6 +145,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.formats.drawings": {"geometry.remeshing", "fabkit.production", "geometry.mesh", "geometry.arrays"},
     "fabkit.formats.report": {"fabkit.production", "fabkit.fitness", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
     "fabkit.formats": {
+        "geometry.surface",
         "fabkit.formats.step",
         "fabkit.formats.drawings",
         "fabkit.formats.report",
@@ -161,6 +162,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.arrays",
     },
     "fabkit.gauss_image": {
+        "fabkit.rules",
         "fabkit.wording",
         "geometry.files",
         "geometry.gauss",
@@ -171,6 +173,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.project": {
         "fabkit.surface",
         "fabkit.gauss_image",
+        "fabkit.optimisation",
         "fabkit.production",
         "fabkit.fitness",
         "fabkit.rules",
@@ -179,6 +182,15 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.wording",
         "fabkit.errors",
         "geometry.mesh",
+    },
+    "fabkit.optimisation": {
+        "fabkit.production",
+        "fabkit.rules",
+        "fabkit.errors",
+        "geometry.optimised_pairs",
+        "geometry.gauss",
+        "geometry.surface",
+        "geometry.errors",
     },
     "fabkit.built": {
         "fabkit.checking",
@@ -204,7 +216,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.structure": {
-        "fabkit.surface",
+        "fabkit.optimisation",
         "fabkit.production",
         "fabkit.fitness",
         "fabkit.project",
@@ -234,6 +246,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.errors",
         "geometry.errors",
         "geometry.files",
+        "geometry.surface",
         "geometry.mesh",
     },
     "fabkit.designs": {
@@ -374,7 +387,12 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "sheet_nesting summary",
         "facts",
     ),
-    "fabkit.formats": ("manifest polylines renaming tables triangles single_files", "folder gltf kernels", "documents"),
+    "fabkit.formats": (
+        "shape_triangles",
+        "exact_surfaces manifest polylines renaming tables triangles single_files",
+        "folder gltf kernels",
+        "documents",
+    ),
     "fabkit.commands": (
         "terminal options facts",
         "inspection",
