@@ -293,7 +293,7 @@ def test_a_minimum_that_is_none_is_seen(monkeypatch: pytest.MonkeyPatch) -> None
     for module, name in ((semidefinite_quadratic, "GRADIENT_TOLERANCE"), (semidefinite_quadratic, "CYCLE_REDUCTION")):
         monkeypatch.setattr(module, name, 1e-2)
     monkeypatch.setattr(semidefinite_quadratic, "SEMIDEFINITE_REGULARISATION", 10.0)
-    with pytest.raises(GeometryError, match=r"is not at its least value: .* of the gradient is left"):
+    with pytest.raises(GeometryError, match=r"is not at its least value: .* of the gradient remains"):
         ParallelSpace(mesh).minimise(terms)
 
 
