@@ -293,7 +293,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "combinatorics",
         "polygons",
         "mesh independent_faces",
-        "place solids triangulation mesh_arguments",
+        "coordinate_rounding solids triangulation mesh_arguments",
         "shapes other_libraries",
         "tilings",
     ),

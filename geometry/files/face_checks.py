@@ -12,7 +12,7 @@ from geometry.files.meeting_outlines import Meeting, flattened, meetings
 from geometry.files.overlaid_faces import overlaid_faces, same_vertices
 from geometry.files.raw_polygons import RawPolygons
 from geometry.mesh import MeshLike, as_mesh
-from geometry.mesh.ragged_arrays import runs_by_size
+from geometry.mesh.ragged_arrays import rows_by_size
 
 __all__ = [
     "COINCIDENCE_TOLERANCE",
@@ -222,7 +222,7 @@ def _ends(raw: RawPolygons, corner: int, to: str = "to") -> str:
 def check_folds(raw: RawPolygons, clearance: float = FOLD_CLEARANCE) -> None:
     """No face crosses itself or folds back on itself; see `check_faces`."""
     folded, crossed = list[_Found](), list[_Found]()
-    for faces, places in runs_by_size(raw.face_starts):
+    for faces, places in rows_by_size(raw.face_starts):
         polygons = raw.corners[places]
         for found, of_size in zip(
             (folded, crossed), meetings(flattened(raw.vertices[polygons]), clearance), strict=True

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from geometry.arrays import IntArray
-from geometry.mesh.ragged_arrays import runs_by_size
+from geometry.mesh.ragged_arrays import rows_by_size
 
 __all__ = ["first_with_same", "rings_by_size", "turned"]
 
@@ -24,7 +24,7 @@ def turned(rings: IntArray) -> IntArray:
 
 def rings_by_size(corners: IntArray, face_starts: IntArray) -> Iterator[tuple[IntArray, IntArray]]:
     """For each number k of corners, two or more: the faces (n,) with so many, and their turned rings (n, k)."""
-    for faces, places in runs_by_size(face_starts):
+    for faces, places in rows_by_size(face_starts):
         if places.shape[1] > 1:
             yield faces, turned(corners[places])
 

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from geometry.arrays import BoolArray, IntArray
 from geometry.errors import MeshError
 from geometry.files.raw_polygons import RawPolygons
-from geometry.mesh.ragged_arrays import next_in_run
+from geometry.mesh.ragged_arrays import next_in_row
 
 __all__ = ["oriented"]
 
@@ -104,7 +104,7 @@ def _outwards(raw: RawPolygons, component: IntArray, turned: BoolArray) -> IntAr
     first = positions[np.unique(of_corner, return_index=True)[1]][of_corner]  # sums of large numbers would round
     sums = [np.bincount(of_corner, along) for along in (positions - first).T]
     here = positions - first - np.stack(sums, axis=1)[of_corner] / counts[of_corner, None]
-    ahead = here[next_in_run(raw.face_starts)]
+    ahead = here[next_in_row(raw.face_starts)]
     starts = raw.face_starts[:-1]
     areas = np.add.reduceat(np.cross(here, ahead), starts, axis=0)
     centroids = np.add.reduceat(here, starts, axis=0) / raw.face_sizes[:, None]

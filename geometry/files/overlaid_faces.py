@@ -10,7 +10,7 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.files.face_rings import first_with_same
 from geometry.files.raw_polygons import RawPolygons
 from geometry.mesh.polygons import perpendicular_pair
-from geometry.mesh.ragged_arrays import next_in_run
+from geometry.mesh.ragged_arrays import next_in_row
 
 __all__ = ["overlaid_faces", "same_vertices"]
 
@@ -94,7 +94,7 @@ def _areas(raw: RawPolygons, faces: IntArray) -> FloatArray:
     """(k, 3) vector areas."""
     corners, owner = _corners_of(raw, faces)
     here = raw.vertices[raw.corners[corners]] - raw.vertices[raw.corners[raw.face_starts[faces]]][owner]
-    ahead = here[next_in_run(np.concatenate([[0], np.cumsum(raw.face_sizes[faces])]))]
+    ahead = here[next_in_row(np.concatenate([[0], np.cumsum(raw.face_sizes[faces])]))]
     return np.asarray(np.stack([np.bincount(owner, along) for along in np.cross(here, ahead).T], axis=1) / 2)
 
 

@@ -13,7 +13,7 @@ from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.errors import MAX_NAMED_FINDINGS, MeshError, listed
 from geometry.mesh import Mesh
 from geometry.mesh.combinatorics import corners_and_sizes
-from geometry.mesh.ragged_arrays import next_in_run, run_of_place
+from geometry.mesh.ragged_arrays import next_in_row, row_of_entry
 
 __all__ = ["RawPolygons"]
 
@@ -84,12 +84,12 @@ class RawPolygons:
     @cached_property
     def corner_face(self) -> IntArray:
         """(C,) face of each corner."""
-        return run_of_place(self.face_starts)
+        return row_of_entry(self.face_starts)
 
     @cached_property
     def heads(self) -> IntArray:
         """(C,) the vertex after each corner's own in its face; no face may be empty."""
-        return integers(self.corners[next_in_run(self.face_starts)])
+        return integers(self.corners[next_in_row(self.face_starts)])
 
     @cached_property
     def corner_edge(self) -> IntArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
 from geometry.mesh import Combinatorics, Mesh
-from geometry.mesh.ragged_arrays import next_in_run, run_of_place
+from geometry.mesh.ragged_arrays import next_in_row, row_of_entry
 
 __all__ = ["Polygons", "simplified_rim"]
 
@@ -45,7 +45,7 @@ class Polygons:
         """The faces with each vertex replaced by target (N,), or removed where that is -1. Faces with fewer than three
         corners are removed."""
         vertex = target[self.corners]
-        face = run_of_place(self.starts)
+        face = row_of_entry(self.starts)
         vertex, face = vertex[vertex >= 0], face[vertex >= 0]
         sizes = np.bincount(face, minlength=len(self.starts) - 1)
         starts = np.cumsum(sizes) - sizes
@@ -182,7 +182,7 @@ def _faults(polygons: Polygons) -> IntArray:
     """Original vertices of defects: vertices that occur twice in a face, ends of directed edges of two faces, and
     vertices where two fans of faces meet."""
     corners, starts = polygons.corners, polygons.starts
-    face, following = run_of_place(starts), next_in_run(starts)
+    face, following = row_of_entry(starts), next_in_row(starts)
     n = len(polygons.positions)
     wrong = []
     for keys, vertex in ((face * n + corners, corners), (corners * n + corners[following], corners)):

@@ -10,7 +10,7 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.errors import FoldedError, raise_worst
 from geometry.functionals import ConvexFaces, OnCurve, relative_plane_deviations
 from geometry.mesh import Mesh
-from geometry.mesh.place import cure_of_place
+from geometry.mesh.coordinate_rounding import far_from_zero_cure
 from geometry.meshing.vertex_guides import MeshGuides, in_edge_lengths
 from geometry.optimise import ConvergenceError, Functional, Reason, Solution, max_norm
 
@@ -104,7 +104,7 @@ def _ending(after: Mesh, requirement: Requirement, solution: Solution, value: fl
     """The end of a message: why a residual of this value remains, and what to do."""
     rounding = float(np.spacing(np.abs(after.vertices).max())) / after.mean_edge_length
     if solution.reason is Reason.CONVERGED or solution.violation <= ROUNDING_LIMITED_RATIO * rounding:
-        cure = cure_of_place(after, value)
+        cure = far_from_zero_cure(after, value)
         coarse = f"because coordinates are rounded to {rounding:.0e} mean edge lengths; allow more"
         return f"because {cure}, or allow more" if cure else coarse
     return f"after {solution.steps} steps: {solution.reason.value}; {requirement.advice}"

@@ -153,7 +153,7 @@ def test_meshes_are_added_up_negated_and_divided() -> None:
 # --- refused in a sentence
 
 ARRAY = r"not an array of shape \(16, 3\): positions become one by Mesh.from_faces\(vertices, faces\)"
-TO_ADD = "to a mesh one adds a mesh with the same faces, not "
+TO_ADD = "only a mesh with the same faces can be added to a mesh, not "
 TO_SCALE = "a mesh is multiplied by or divided by a number, not "
 
 MISTAKES: list[tuple[str, Callable[[], Any], str]] = [

@@ -8,7 +8,7 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.mesh import Mesh
 from geometry.mesh.intersections.box_trees import BoxTree, box_trees, meeting_sets
 from geometry.mesh.intersections.flat_faces import CLEARANCE, heights_over
-from geometry.mesh.ragged_arrays import runs_by_size
+from geometry.mesh.ragged_arrays import rows_by_size
 
 __all__ = ["edge_trees", "face_trees", "neighbours"]
 
@@ -44,7 +44,7 @@ def neighbours(mesh: Mesh) -> IntArray:
     order = np.argsort(c.corners, kind="stable")
     starts = np.concatenate([[0], np.cumsum(_faces_at_vertices(mesh))])
     found = [_overlapping_angles(mesh, np.flatnonzero(of_corner > MANY)), _crossing_edges(mesh)]
-    for _, places in runs_by_size(starts):
+    for _, places in rows_by_size(starts):
         if 2 <= places.shape[1] <= MANY:
             first, second = np.triu_indices(places.shape[1], 1)
             faces = c.corner_face[order[places]]
