@@ -165,7 +165,7 @@ def test_closed_curves_have_no_ends() -> None:
     [
         ([[0, 99]], "curve 0 names 99, but vertices have the numbers 0 to 47"),
         ([[0, 1], [-1, 0]], "curve 1 names -1"),
-        ([[0, 1, 2, 7]], "curve 0 goes from vertex 2 to vertex 7, where there is no edge"),
+        ([[0, 1, 2, 7]], "curve 0 runs from vertex 2 to vertex 7, which no edge joins"),
         ([[0, 1, 2, 1]], "curve 0 meets vertex 1 twice"),
         ([[0]], "curve 0 has 1 vertices"),
         ([[]], "curve 0 has 0 vertices"),

@@ -171,7 +171,7 @@ MISTAKES: list[tuple[str, Callable[[], Any], str]] = [
     ("planarise((M, S))", lambda: planarise((GRID, GRID)), "coordinates are numbers in an array"),  # type: ignore[arg-type]
     ("face_curvatures(M)", lambda: face_curvatures(GRID), "a Pair is needed, not a value of type Mesh: make one"),  # type: ignore[arg-type]
     ("SupportStructure(M)", lambda: SupportStructure(GRID, 1.0), "a Pair is needed, not a value of type Mesh"),  # type: ignore[arg-type]
-    ("Mesh(V, F)", lambda: Mesh(GRID.vertices, GRID.faces), r"made by Mesh.from_faces\(vertices, faces\)"),  # type: ignore[arg-type]
+    ("Mesh(V, F)", lambda: Mesh(GRID.vertices, GRID.faces), r"from faces by Mesh.from_faces\(vertices, faces\)"),  # type: ignore[arg-type]
     ("from_faces(F, V)", lambda: Mesh.from_faces(GRID.faces, GRID.vertices), "vertices and faces are exchanged"),  # type: ignore[arg-type]
     ("from_faces(V, 5)", lambda: Mesh.from_faces(GRID.vertices, 5), "faces are sequences of the numbers"),  # type: ignore[arg-type]
     ("from_faces(V, flat)", lambda: Mesh.from_faces(GRID.vertices, [0, 1, 2]), "faces are sequences"),  # type: ignore[list-item]
