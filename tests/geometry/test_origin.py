@@ -71,7 +71,7 @@ def test_what_is_about_zero_stays() -> None:
 
 @given(st.integers(0, 99), WHOLE, st.booleans())
 def test_mending_does_not_depend_on_the_place(seed: int, move: FloatArray, closed: bool) -> None:
-    """Faces that do not share their vertices, some turned round."""
+    """Faces that do not share their vertices, some reversed."""
     mesh = dyadic(shapes.dodecahedron()) if closed else rough_dome(seed)
     rng = np.random.default_rng(seed)
     corners = mesh.combinatorics.corners
