@@ -13,7 +13,7 @@ from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
 from fabkit.fitness.parts import block_heights, mitres_of, sheets, underside
-from fabkit.formats import whole_folder, write_documents, write_manifest
+from fabkit.formats import EXACT_SUFFIXES, whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, LeftOut
@@ -27,7 +27,7 @@ from fabkit.production import (
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.structure import checked_structure, with_checked
-from fabkit.surface import LaidSurface, lay_on_surface
+from fabkit.surface import LaidSurface, lay_on_surface, read_exact_file
 from fabkit.units import MM_PER_UNIT
 from geometry.files import MeshFile, check_faces, read_mesh
 from geometry.mesh import Mesh
@@ -142,6 +142,8 @@ def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
 
 def mesh_file(project: Project) -> MeshFile:
     """The mesh of a project without its Gauss image, near zero; one in memory is checked as a file is."""
+    if isinstance(project.mesh, Path) and project.mesh.suffix.lower() in EXACT_SUFFIXES:
+        return read_exact_file(project.mesh, project.surface, flip=project.flip).near_zero()
     if not isinstance(project.mesh, Mesh):
         return read_mesh(project.mesh, flip=project.flip).near_zero()
     check_faces(project.mesh)

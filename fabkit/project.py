@@ -17,7 +17,7 @@ from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE
 from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
-from fabkit.surface import SurfaceRules
+from fabkit.surface import SurfaceRules, check_surface
 from fabkit.units import MM_PER_UNIT, Unit
 from fabkit.wording import echo, readable
 from geometry.mesh import Mesh
@@ -182,16 +182,7 @@ class Project(BaseModel):
             )
         if self.gauss_image.file is not None and isinstance(self.mesh, Mesh):
             raise ValueError("gauss_image.file needs a mesh file beside it: write the mesh, or leave gauss_image out")
-        if self.surface is not None and self.gauss_image.file is not None:
-            raise ValueError(
-                "a mesh is laid on a surface by [surface], so that no Gauss image can be given for it: take out "
-                "gauss_image.file (--gauss-image), or [surface]"
-            )
-        if self.surface is not None and self.unit is None and self.surface.faces is None:
-            raise ValueError(
-                "surface.edge_length_mm (--edge-length) is in mm, but the surface has no unit: give unit (--unit), or "
-                "the number of faces (--faces) with mean_edge_mm (--mean-edge)"
-            )
+        check_surface(self.surface, self.mesh, self.unit, has_image=self.gauss_image.file is not None)
         if self.gauss_image.file is not None and self.planarise.model_dump(exclude_none=True):
             raise ValueError(
                 "the Gauss image is given by gauss_image.file, so the mesh is made planar together with it and "

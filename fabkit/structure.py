@@ -18,7 +18,6 @@ from geometry.exact_offsets import exact_or_approximate_pair
 from geometry.gauss import SupportStructure, nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
-from geometry.surface import Surface
 
 __all__ = ["checked_image", "checked_pair", "checked_planar", "checked_structure", "made_planar", "with_checked"]
 
@@ -46,7 +45,7 @@ def checked_planar(
         weights = project.planarise.model_dump(exclude_none=True)
         if laid is not None:
             scale = mesh.mean_edge_length / laid.laid.mesh.mean_edge_length
-            weights = {"surface": Surface(laid.surface.mesh * scale), "keep_boundary": True, **weights}
+            weights = {"surface": laid.surface.moved(scale, np.zeros(3)), "keep_boundary": True, **weights}
         planar = made_planar(mesh, weights)
         return planar, with_checked(project, (), of_planar_mesh(mesh, planar, project.fitness))
 

@@ -144,6 +144,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.formats.drawings": {"geometry.remeshing", "fabkit.production", "geometry.mesh", "geometry.arrays"},
     "fabkit.formats.report": {"fabkit.production", "fabkit.fitness", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
     "fabkit.formats": {
+        "geometry.surface",
         "fabkit.formats.step",
         "fabkit.formats.drawings",
         "fabkit.formats.report",
@@ -211,7 +212,6 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.meshing",
         "geometry.exact_offsets",
         "geometry.gauss",
-        "geometry.surface",
         "geometry.mesh",
         "geometry.errors",
     },
@@ -292,7 +292,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "ragged_arrays origin spanning_forests",
         "combinatorics",
         "polygons",
-        "mesh independent_faces",
+        "mesh independent_faces mesh_polylines",
         "coordinate_rounding solids triangulation mesh_arguments",
         "shapes other_libraries",
         "tilings",
@@ -319,7 +319,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "constant_curvature upright_axes",
     ),
     "geometry.layout": (
-        "quarter_turns integer_lattices mesh_polylines",
+        "quarter_turns integer_lattices",
         "tangent_frames",
         "combed_fields cross_fields networks",
         "conjugate_networks seams twists quality",
@@ -371,7 +371,12 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "sheet_nesting summary",
         "facts",
     ),
-    "fabkit.formats": ("manifest polylines renaming tables triangles single_files", "folder gltf kernels", "documents"),
+    "fabkit.formats": (
+        "shape_triangles",
+        "exact_surfaces manifest polylines renaming tables triangles single_files",
+        "folder gltf kernels",
+        "documents",
+    ),
     "fabkit.commands": (
         "terminal options facts",
         "inspection",

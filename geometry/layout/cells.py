@@ -1,5 +1,4 @@
-"""The polygons between isolines: the faces of the graph of isolines and boundary edges, found from the order of the
-edges about each node."""
+"""The polygons between isolines: faces of the graph of isolines and boundary, from the order of edges about nodes."""
 
 from __future__ import annotations
 
@@ -11,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import GeometryError
-from geometry.layout.exact_maps import ISOLINE_SPACING, ExactMap
+from geometry.layout.exact_maps import CELL_SIZE, ExactMap
 from geometry.layout.grid_points import GridPoints
 from geometry.layout.rays import rays_between
 
@@ -76,7 +75,7 @@ def _rim(points: GridPoints) -> tuple[IntArray, IntArray, IntArray]:
     at = points.exact_map.values.reshape(-1, 2)
     halves = np.flatnonzero(c.twin < 0)
     tail, head = at[x.halves, x.components], at[c.next_corner[x.halves], x.components]
-    share = (x.values * ISOLINE_SPACING - tail) / (head - tail)
+    share = (x.values * CELL_SIZE - tail) / (head - tail)
     half = np.concatenate([halves, x.halves, halves])
     place = np.concatenate([np.full(len(halves), -1.0), share, np.full(len(halves), 2.0)])
     heads = c.corners[c.next_corner[halves]]

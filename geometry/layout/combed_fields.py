@@ -1,5 +1,4 @@
-"""The singularities of a cross field, and one of its four directions in each triangle, chosen consistently except
-across cuts."""
+"""The singularities of a cross field, and one direction of each cross, chosen consistently except across cuts."""
 
 from __future__ import annotations
 

@@ -13,10 +13,10 @@ from geometry.layout.quarter_turns import quarter_turned
 from geometry.layout.seams import SeamlessMaps
 from geometry.mesh import Combinatorics
 
-__all__ = ["ISOLINE_SPACING", "ExactMap", "cross"]
+__all__ = ["CELL_SIZE", "ExactMap", "cross"]
 
-ISOLINE_SPACING = 1 << 20
-"""Difference of u, or v, between neighbouring isolines, in the whole numbers of an exact map."""
+CELL_SIZE = 1 << 20
+"""Side of a cell between isolines, in the whole numbers of an exact map."""
 
 MAX_ISOLINES_PER_TRIANGLE = 512
 """Largest number of isolines of one family through a triangle, so that products of differences are below 2^63."""
@@ -27,7 +27,7 @@ LARGEST_ISOLINE = 1 << 38
 
 @dataclass(frozen=True, eq=False)
 class ExactMap:
-    """values (F, 3, 2) of u and v, times ISOLINE_SPACING, at the corners of triangles.
+    """values (F, 3, 2) of u and v, times CELL_SIZE, at the corners of triangles.
 
     Values that need not be integers are rounded to odd numbers, so that no isoline passes through a regular vertex
     inside the surface. turns (C,): quarters by which (u, v) is turned across the half-edge of a corner.
@@ -41,17 +41,17 @@ class ExactMap:
     def of(cls, c: Combinatorics, maps: SeamlessMaps, edge_turns: IntArray, x: FloatArray, t: IntArray) -> ExactMap:
         """Raises GeometryError where a triangle has very many isolines."""
         if (
-            np.abs(x).max(initial=0.0) > LARGEST_ISOLINE / ISOLINE_SPACING
-            or np.abs(t).max(initial=0) > LARGEST_ISOLINE / ISOLINE_SPACING
+            np.abs(x).max(initial=0.0) > LARGEST_ISOLINE / CELL_SIZE
+            or np.abs(t).max(initial=0) > LARGEST_ISOLINE / CELL_SIZE
         ):
             raise GeometryError(
                 f"the lines are numbered up to {max(np.abs(x).max(), np.abs(t).max()):.0e}, allowed "
-                f"{LARGEST_ISOLINE / ISOLINE_SPACING:.0e}: give a longer edge length"
+                f"{LARGEST_ISOLINE / CELL_SIZE:.0e}: give a longer edge length"
             )
-        odd = 2 * np.floor(x * (ISOLINE_SPACING // 2)).astype(np.int64) + 1
-        values = np.asarray(maps.reals.astype(np.int64) @ odd + maps.integers.astype(np.int64) @ (t * ISOLINE_SPACING))
+        odd = 2 * np.floor(x * (CELL_SIZE // 2)).astype(np.int64) + 1
+        values = np.asarray(maps.reals.astype(np.int64) @ odd + maps.integers.astype(np.int64) @ (t * CELL_SIZE))
         values = values.reshape(-1, 3, 2)
-        extents = (values.max(axis=1) - values.min(axis=1)).max(axis=1) // ISOLINE_SPACING
+        extents = (values.max(axis=1) - values.min(axis=1)).max(axis=1) // CELL_SIZE
         if extents.max() >= MAX_ISOLINES_PER_TRIANGLE:
             face = int(extents.argmax())
             raise GeometryError(
@@ -79,7 +79,7 @@ class ExactMap:
         inner = c.twin >= 0
         shifts = np.zeros((c.n_corners, 2), dtype=np.int64)
         other = at[c.next_corner[c.twin[inner]]]
-        shifts[inner] = (other - quarter_turned(at[inner], self.turns[inner])) // ISOLINE_SPACING
+        shifts[inner] = (other - quarter_turned(at[inner], self.turns[inner])) // CELL_SIZE
         return integers(shifts)
 
 

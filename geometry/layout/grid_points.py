@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
-from geometry.layout.exact_maps import ISOLINE_SPACING, ExactMap, cross
+from geometry.layout.exact_maps import CELL_SIZE, ExactMap, cross
 from geometry.layout.quarter_turns import quarter_turned
 
 __all__ = ["Crossings", "GridPoints"]
@@ -41,8 +41,8 @@ class GridPoints:
         """The integer points in the bounding box of each triangle, row after row: the least (u, v) (F, 2), their
         numbers in u and v (F, 2), where the rows of a triangle start (F,), and the rows (n, 3): triangle, u, v."""
         values = self.exact_map.values
-        low = -(-values.min(axis=1) // ISOLINE_SPACING)
-        counts = np.maximum(values.max(axis=1) // ISOLINE_SPACING - low + 1, 0)
+        low = -(-values.min(axis=1) // CELL_SIZE)
+        counts = np.maximum(values.max(axis=1) // CELL_SIZE - low + 1, 0)
         sizes = counts.prod(axis=1)
         starts = np.cumsum(sizes) - sizes
         triangle = np.repeat(np.arange(len(sizes)), sizes)
@@ -57,7 +57,7 @@ class GridPoints:
         points = self._table[3]
         corners = self.exact_map.values[points[:, 0]]
         along = np.roll(corners, -1, axis=1) - corners
-        left = cross(along, points[:, None, 1:] * ISOLINE_SPACING - corners)
+        left = cross(along, points[:, None, 1:] * CELL_SIZE - corners)
         inside = np.flatnonzero((left >= 0).all(axis=1))
         return integers(inside), np.asarray(left[inside] == 0)
 
@@ -66,7 +66,7 @@ class GridPoints:
         """(N,) node of each vertex, -1 where it is none."""
         c = self.exact_map.combinatorics
         is_node = c.is_boundary_vertex.copy()
-        whole = (self.exact_map.values.reshape(-1, 2) % ISOLINE_SPACING == 0).all(axis=1)
+        whole = (self.exact_map.values.reshape(-1, 2) % CELL_SIZE == 0).all(axis=1)
         is_node[c.corners[whole]] = True
         nodes = np.full(c.n_vertices, -1)
         nodes[is_node] = np.arange(is_node.sum())
@@ -132,8 +132,8 @@ class GridPoints:
         halves = np.flatnonzero(c.twin < 0)
         at = self.exact_map.values.reshape(-1, 2)
         ends = np.stack([at[halves], at[c.next_corner[halves]]])
-        low = ends.min(axis=0) // ISOLINE_SPACING + 1  # strictly between
-        counts = np.maximum(-(-ends.max(axis=0) // ISOLINE_SPACING) - low, 0).ravel()
+        low = ends.min(axis=0) // CELL_SIZE + 1  # strictly between
+        counts = np.maximum(-(-ends.max(axis=0) // CELL_SIZE) - low, 0).ravel()
         starts = np.cumsum(counts) - counts
         owner = np.repeat(np.arange(len(counts)), counts)
         values = low.ravel()[owner] + np.arange(counts.sum()) - starts[owner]
@@ -142,16 +142,16 @@ class GridPoints:
         tail, head = at[half], at[c.next_corner[half]]
         rows = np.arange(len(half))
         du = head[rows, component] - tail[rows, component]
-        base = tail[rows, other] // ISOLINE_SPACING
-        numerator = (tail[rows, other] - base * ISOLINE_SPACING) * du + (head - tail)[rows, other] * (
-            values * ISOLINE_SPACING - tail[rows, component]
+        base = tail[rows, other] // CELL_SIZE
+        numerator = (tail[rows, other] - base * CELL_SIZE) * du + (head - tail)[rows, other] * (
+            values * CELL_SIZE - tail[rows, component]
         )
-        at_integer_point = numerator % (du * ISOLINE_SPACING) == 0
+        at_integer_point = numerator % (du * CELL_SIZE) == 0
         nodes = np.empty(len(half), dtype=np.int64)
         count = self._row_nodes[1]
         nodes[~at_integer_point] = count + np.arange((~at_integer_point).sum())
         point = np.empty((len(half), 2), dtype=np.int64)
-        point[rows, component], point[rows, other] = values, base + numerator // (du * ISOLINE_SPACING)
+        point[rows, component], point[rows, other] = values, base + numerator // (du * CELL_SIZE)
         nodes[at_integer_point] = self.nodes(half[at_integer_point] // 3, point[at_integer_point])
         return integers(low.ravel()), integers(starts), Crossings(half, component, values, integers(nodes))
 
@@ -193,13 +193,13 @@ class GridPoints:
         points = self._table[3][free]
         values = self.exact_map.values[points[:, 0]]
         node = self._row_nodes[0][free]
-        offsets = values - points[:, None, 1:] * ISOLINE_SPACING
+        offsets = values - points[:, None, 1:] * CELL_SIZE
         parts = cross(np.roll(offsets, -1, axis=1), np.roll(offsets, -2, axis=1)).astype(np.float64)
         triangles[node], weights[node] = points[:, 0], parts / parts.sum(axis=1, keepdims=True)
         x = self.crossings
         tail = self.exact_map.values.reshape(-1, 2)[x.halves, x.components]
         head = self.exact_map.values.reshape(-1, 2)[c.next_corner[x.halves], x.components]
-        share = (x.values * ISOLINE_SPACING - tail) / (head - tail)
+        share = (x.values * CELL_SIZE - tail) / (head - tail)
         triangles[x.nodes] = x.halves // 3
         k = x.halves % 3
         weights[x.nodes] = (1 - share)[:, None] * np.eye(3)[k] + share[:, None] * np.eye(3)[(k + 1) % 3]

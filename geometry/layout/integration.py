@@ -1,5 +1,4 @@
-"""Functions (u, v) whose isolines follow a network and are conjugate: by least squares, for real numbers, then
-integers.
+"""Functions (u, v) whose isolines follow a network and are conjugate: least squares for reals, then for integers.
 
 The derivatives of (u, v) in a triangle along the directions X, Y of the network, times the target edge length h, are
 the matrix [[p, q], [r, s]] = h [[du(X), du(Y)], [dv(X), dv(Y)]]. All triangles are weighted by their areas.
@@ -29,12 +28,10 @@ CONJUGACY_WEIGHT = 30.0
 that smoothing has made not conjugate."""
 
 ANCHOR_WEIGHT = 1e-9
-"""Weight of (u, v) = 0 in one triangle of each connected part, over that of a triangle: it makes the solution
-unique."""
+"""Weight of (u, v) = 0 in one triangle of each connected part, which makes the solution unique."""
 
 FREE_INTEGER_RATIO = 1e-10
-"""Singular value of the energy of the integers, over the largest one, below which the energy does not determine
-them."""
+"""Singular value of the energy of the integers, over the largest one, below which it does not determine them."""
 
 CONJUGACY_NEWTON_STEPS = 2
 """Number of Gauss-Newton steps with the term of conjugacy, after the first one."""
@@ -76,8 +73,7 @@ class Integration:
 
     @cached_property
     def _derivatives(self) -> tuple[SparseMatrix, SparseMatrix]:
-        """(4F, n), (4F, m): p of all triangles, then q, r, s, for h = 1, from the real unknowns and from the
-        integers."""
+        """(4F, n), (4F, m): p of all triangles, then q, r, s, for h = 1, from the reals and from the integers."""
         frames, n = self.network.frames, self.network.frames.n_triangles
         along = (frames.gradients.conj() * self.network.first[:, None]).real
         across = (frames.gradients.conj() * self.network.second[:, None]).real

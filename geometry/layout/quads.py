@@ -12,13 +12,13 @@ from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, float
 from geometry.errors import GeometryError
 from geometry.layout.conjugate_networks import conjugate_network
 from geometry.layout.drafts import draft
-from geometry.layout.mesh_polylines import mesh_polylines
 from geometry.layout.networks import Network
 from geometry.layout.quality import LayoutQuality, along_network, layout_quality
 from geometry.layout.seams import seamless_maps
 from geometry.layout.tangent_frames import TangentFrames
 from geometry.layout.twists import twist_corrections
 from geometry.mesh import Mesh
+from geometry.mesh.mesh_polylines import mesh_polylines
 from geometry.surface import Surface
 from geometry.surface.surface import check_points
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.arrays import BoolArray, IntArray, integers
 from geometry.errors import GeometryError
-from geometry.layout.exact_maps import ISOLINE_SPACING, ExactMap, cross
+from geometry.layout.exact_maps import CELL_SIZE, ExactMap, cross
 from geometry.layout.grid_points import GridPoints
 from geometry.layout.quarter_turns import quarter_turned
 from geometry.mesh import Combinatorics
@@ -103,15 +103,12 @@ def _from_vertices(points: GridPoints) -> Starts:
     first, last = vectors[corners], -vectors[c.previous_corner[corners]]
     inside = (_is_left(first) | (_is_along(first) & (c.twin[corners] >= 0)[:, None])) & _is_right(last)
     at = points.exact_map.values.reshape(-1, 2)[corners]
-    whole = at % ISOLINE_SPACING == 0
+    whole = at % CELL_SIZE == 0
     inside &= whole[:, [1, 0, 1, 0]]  # rays in +v and -v run on lines u = integer
     row, direction = np.nonzero(inside)
     ahead = DIRECTIONS[direction]
-    targets = np.where(
-        ahead > 0,
-        at[row] // ISOLINE_SPACING + 1,
-        np.where(ahead < 0, -(-at[row] // ISOLINE_SPACING) - 1, at[row] // ISOLINE_SPACING),
-    )
+    cells = at[row] // CELL_SIZE
+    targets = np.where(ahead > 0, cells + 1, np.where(ahead < 0, -(-at[row] // CELL_SIZE) - 1, cells))
     return Starts(
         node[corners[row]],
         corners[row] // 3,
@@ -132,12 +129,12 @@ def _from_crossings(points: GridPoints) -> Starts:
     inward = np.where(component == 0, along[:, 0] > 0, along[:, 1] < 0)  # +v is left of +u, +u of -v
     direction = np.where(component == 0, np.where(inward, 1, 3), np.where(inward, 0, 2))
     tail = at[half]
-    base = tail[rows, other] // ISOLINE_SPACING
+    base = tail[rows, other] // CELL_SIZE
     du = along[rows, component]
-    numerator = (tail[rows, other] - base * ISOLINE_SPACING) * du + along[rows, other] * (
-        value * ISOLINE_SPACING - tail[rows, component]
+    numerator = (tail[rows, other] - base * CELL_SIZE) * du + along[rows, other] * (
+        value * CELL_SIZE - tail[rows, component]
     )
-    below = base + numerator // (du * ISOLINE_SPACING)
+    below = base + numerator // (du * CELL_SIZE)
     targets = np.empty((len(other_crossings), 2), dtype=np.int64)
     targets[rows, component], targets[rows, other] = value, np.where(inward, below + 1, below)
     zeros = np.zeros_like(other_crossings)
@@ -153,7 +150,7 @@ def _followed(points: GridPoints, starts: Starts) -> tuple[IntArray, IntArray]:
     for _ in range(MAX_RAY_TRIANGLES):
         if not len(ray):
             break
-        offsets = exact_map.values[triangle] - target[:, None] * ISOLINE_SPACING
+        offsets = exact_map.values[triangle] - target[:, None] * CELL_SIZE
         left = cross(offsets, np.roll(offsets, -1, axis=1))  # positive where the target is left of a side
         side = np.sign(cross(DIRECTIONS[direction][:, None], offsets))
         following = np.roll(side, -1, axis=1)

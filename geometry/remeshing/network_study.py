@@ -21,7 +21,7 @@ STRETCH_FACTORS = (0.5, 2.0)
 """Factors of the affine maps that are compared: on most surfaces the crossing angles are at least 2 atan(1/2), which
 is 53 degrees."""
 
-SPREAD_QUANTILES = (0.05, 0.95)
+HEIGHT_SPREAD_QUANTILES = (0.05, 0.95)
 """Quantiles of the edge distances; the height spread is their difference."""
 
 
@@ -56,12 +56,12 @@ class NetworkTrial:
     def height_spread(self) -> float:
         if self.pair is None:
             return float("inf")
-        low, high = np.quantile(self.pair.edge_distances, SPREAD_QUANTILES)
+        low, high = np.quantile(self.pair.edge_distances, HEIGHT_SPREAD_QUANTILES)
         return float(high - low)
 
     @property
     def lean(self) -> float:
-        return float("inf") if self.pair is None else float(np.quantile(self.pair.leans, SPREAD_QUANTILES[1]))
+        return float("inf") if self.pair is None else float(np.quantile(self.pair.leans, HEIGHT_SPREAD_QUANTILES[1]))
 
 
 def affine_stretches(surface: Surface) -> tuple[FloatArray, ...]:

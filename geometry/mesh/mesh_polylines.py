@@ -7,7 +7,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import IntArray, integers
-from geometry.mesh import Combinatorics
+from geometry.mesh.combinatorics import Combinatorics
 
 __all__ = ["mesh_polylines"]
 
