@@ -21,8 +21,7 @@ MAX_EDGE_PAIRS = 2**20
 def covered_areas(polygons: FloatArray, covers: FloatArray, covered: IntArray) -> FloatArray:
     """(f,) covered area of simple polygons (f, k, 2) by convex polygons (c, q, 2), each of which covers one, (c,).
 
-    Corners may be repeated: so do polygons with fewer corners fill their place. Where both meet is looked up for all
-    pairs of a polygon with the covers of its own.
+    Polygons with fewer than k corners repeat a corner. The pairs that may meet are found first.
     """
     areas = np.zeros(len(polygons))
     polygons, covers = polygons - polygons[:, :1], covers - polygons[covered, :1]  # products of large numbers round
