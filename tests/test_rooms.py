@@ -161,6 +161,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.arrays",
     },
     "fabkit.gauss_image": {
+        "fabkit.rules",
         "fabkit.wording",
         "geometry.files",
         "geometry.gauss",
@@ -171,6 +172,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.project": {
         "fabkit.surface",
         "fabkit.gauss_image",
+        "fabkit.optimisation",
         "fabkit.production",
         "fabkit.fitness",
         "fabkit.rules",
@@ -178,6 +180,15 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.wording",
         "fabkit.errors",
         "geometry.mesh",
+    },
+    "fabkit.optimisation": {
+        "fabkit.production",
+        "fabkit.rules",
+        "fabkit.errors",
+        "geometry.optimised_pairs",
+        "geometry.gauss",
+        "geometry.surface",
+        "geometry.errors",
     },
     "fabkit.built": {
         "fabkit.checking",
@@ -203,7 +214,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.structure": {
-        "fabkit.surface",
+        "fabkit.optimisation",
         "fabkit.production",
         "fabkit.fitness",
         "fabkit.project",
@@ -212,6 +223,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.meshing",
         "geometry.exact_offsets",
         "geometry.gauss",
+        "geometry.surface",
         "geometry.mesh",
         "geometry.errors",
     },
@@ -231,6 +243,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.units",
         "fabkit.errors",
         "geometry.files",
+        "geometry.surface",
         "geometry.mesh",
     },
     "fabkit.designs": {
