@@ -75,6 +75,10 @@ class Assembly:
                         "told apart; give each kind its own"
                     )
 
+    def __repr__(self) -> str:
+        groups = ", ".join(f"{len(parts)} {parts.kind.group}" for parts in self.groups)
+        return f"Assembly({self.name}: {groups or 'no parts'})"
+
     def __getitem__(self, group: str) -> Parts[Any]:
         """The parts of a group by its name: beams, nodes, panels. Raises KeyError where there is none."""
         return {each.kind.group: each for each in self.groups}[group]
@@ -99,8 +103,8 @@ class Assembly:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What is told of parts that is not their own: the assembly, whose other parts they touch, and for groups that are
-    nested the number of each part's sheet (n,), from one, by the name of the group.
+    """What is known of parts that is not stored with them: the assembly, whose other parts they touch, and for groups
+    that are nested the number of each part's sheet (n,), from one, by the name of the group.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome

@@ -1,7 +1,7 @@
 """Which combinatorics are those of Koebe polyhedra: polygons that make a sphere, or a part of one, and meet properly.
 
 The graph of a closed polyhedron is planar, simple and 3-connected (Steinitz): a map on the sphere with at least
-three edges at each vertex, where two faces share a vertex, an edge with its ends, or nothing. The same is asked of
+three edges at each vertex, where two faces share a vertex, an edge with its ends, or nothing. The same is required of
 open ones inside; at the boundary a vertex may have two edges.
 """
 
@@ -90,7 +90,7 @@ def _cycles_of_four(edges: IntArray) -> IntArray:
     """(2, 2, k) two opposite nodes and the two others of cycles of four edges (m, 2) of a graph.
 
     All where two nodes have two common neighbours; where they have more, not every pair of these. A cycle is found at
-    its member with most neighbours, so that paths are few whatever the degrees are [ChibaNishizeki1985].
+    its end with most neighbours, so that paths are few whatever the degrees are [ChibaNishizeki1985].
     """
     ends = np.concatenate([edges, edges[:, ::-1]]).T
     degrees = np.bincount(ends[0])

@@ -10,7 +10,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.colours import ColourScale, ElementColours, Elements, element_colours
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, described, finite_number
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.pictures.mesh_polygons import mesh_polygons
 from geometry.pictures.rendering import Polygons, View, fit, render
@@ -48,7 +48,7 @@ EDGE_WIDTHS = (0.3, 0.7)
 BEAM_WIDTHS = (1.0, 4.0)
 """The same of edges that show values."""
 
-CLEAR_EDGE = 12.0
+LEAST_CLEAR_EDGE_PIXELS = 12.0
 """Mean length in pixels from which on edges are drawn in their full colour; shorter ones would hide the faces."""
 
 LONG_PLAN = 1.2
@@ -98,10 +98,19 @@ def plot(
     axes.set_title(title)
     if painted and painted.scale and painted.values is not None:
         _add_bar(axes, painted.values, painted.scale, label)
-    _add_picture(axes, mesh, painted, View(*(view or default_view(mesh))), edges)
+    _add_picture(axes, mesh, painted, _view(mesh, view), edges)
     if path is not None:
         _save(axes.figure, Path(path))
     return axes
+
+
+def _view(mesh: Mesh, given: tuple[float, float] | None) -> View:
+    if given is None:
+        return View(*default_view(mesh))
+    if np.shape(given) != (2,):
+        raise GeometryError(f"the view is {described(given)}: two angles in degrees are needed, such as (-60, 35)")
+    azimuth, elevation = given
+    return View(finite_number("the azimuth of the view", azimuth), finite_number("its elevation", elevation))
 
 
 def default_view(mesh: MeshLike) -> tuple[float, float]:
@@ -181,7 +190,7 @@ def _polygons(mesh: Mesh, painted: ElementColours | None, edges: bool, edge_pixe
     everywhere = np.ones((c.n_corners, 1))
     front, back = everywhere * GLASS, everywhere * LINEN
     least, largest = EDGE_WIDTHS
-    strength = float(np.clip(edge_pixels / CLEAR_EDGE, 0, 1)) if edges else 0.0
+    strength = float(np.clip(edge_pixels / LEAST_CLEAR_EDGE_PIXELS, 0, 1)) if edges else 0.0
     if painted and painted.on == "edges":
         front = back = everywhere * PAPER
         ink, strength, (least, largest) = painted.rgb[c.corner_edge], 1.0, BEAM_WIDTHS
