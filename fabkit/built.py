@@ -12,7 +12,7 @@ import numpy as np
 from fabkit.checking import FIT_MM, check_fit
 from fabkit.detailing import Detailed
 from fabkit.parts import Assembly, Parts
-from fabkit.production import BuildFacts, Nest, OnSurface, Summary, build_facts, share_equal_parts
+from fabkit.production import BuildFacts, Nest, Summary, SurfaceSummary, build_facts, share_equal_parts
 from fabkit.project import Project
 from fabkit.surface import LaidSurface
 from geometry.files import MeshFile
@@ -96,13 +96,13 @@ def summary_of(
         twists_deg=np.degrees(structure.twists),
         underside_mm=detailed.underside_mm,
         underside_reason=detailed.underside_reason,
-        surface=None if laid is None else _on_surface(laid, mesh, scale),
+        surface=None if laid is None else _surface_summary(laid, mesh, scale),
     )
 
 
-def _on_surface(laid: LaidSurface, mesh: Mesh, scale: float) -> OnSurface:
+def _surface_summary(laid: LaidSurface, mesh: Mesh, scale: float) -> SurfaceSummary:
     quality, angles = laid.laid.quality, np.degrees(laid.laid.network.crossing_angles)
-    return OnSurface(
+    return SurfaceSummary(
         n_triangles=laid.n_triangles,
         lines=laid.lines,
         affine=laid.affine,

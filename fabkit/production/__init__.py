@@ -8,7 +8,7 @@ from fabkit.production.loose_panels import panels_from_outlines
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
 from fabkit.production.nests import Nest, Sheet
 from fabkit.production.sheet_nesting import nest_panels, too_large
-from fabkit.production.summary import ExactGaussImage, GivenGaussImage, OnSurface, Summary
+from fabkit.production.summary import ExactGaussImage, GivenGaussImage, Summary, SurfaceSummary
 
 __all__ = [
     "CUT",
@@ -26,9 +26,9 @@ __all__ = [
     "Fact",
     "GivenGaussImage",
     "Nest",
-    "OnSurface",
     "Sheet",
     "Summary",
+    "SurfaceSummary",
     "Table",
     "build_facts",
     "cut_list",

@@ -1,4 +1,4 @@
-"""Panels from outlines alone, without a mesh: to be nested and drawn like those of a structure."""
+"""Panels from outlines alone, without a mesh, which are nested and drawn like those of a structure."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ __all__ = ["panels_from_outlines"]
 def panels_from_outlines(
     outlines: Mapping[str, npt.ArrayLike], *, thickness_mm: float, material: Material
 ) -> Parts[PanelDetails]:
-    """A panel for each name, which becomes its mark, with the corners (k, 2) in mm of its outline, outer side up.
+    """One panel for each outline, with the key as its mark; corners (k, 2) in mm, seen with the outer side up.
 
-    Outlines are turned counter-clockwise where they are not, so that they keep their side; a corner that repeats the
-    first one at the end is left out. Raises NestingError where an outline has other than k >= 3 corners of two
-    finite numbers.
+    Clockwise outlines are reversed, so that the outer side stays up; a last corner that repeats the first one is
+    removed. Raises NestingError unless an outline has k >= 3 corners of two finite numbers.
 
     >>> import numpy as np
     >>> from fabkit.parts import Material
@@ -39,7 +38,7 @@ def panels_from_outlines(
     cross, dot = sides[:, 0] * back[:, 1] - sides[:, 1] * back[:, 0], (sides * back).sum(axis=1)
     n = len(rows)
     thickness = np.full(n, float(thickness_mm))
-    nobody = np.full(len(rows.values), -1)
+    none = np.full(len(rows.values), -1)
     return Parts(
         kind=PANEL,
         elements=np.arange(n),
@@ -57,15 +56,15 @@ def panels_from_outlines(
             area_mm2=outline_areas(rows),
             edge_lengths_mm=rows.with_values(np.linalg.norm(sides, axis=1)),
             corner_angles_deg=rows.with_values(np.degrees(np.arctan2(cross, dot)) % 360),
-            dihedrals_deg=rows.with_values(np.full(len(nobody), np.nan)),
-            beams=rows.with_values(nobody),
-            neighbours=rows.with_values(nobody),
+            dihedrals_deg=rows.with_values(np.full(len(none), np.nan)),
+            beams=rows.with_values(none),
+            neighbours=rows.with_values(none),
         ),
     )
 
 
 def _corners(name: str, outline: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """(k, 2) counter-clockwise, from the first one given on."""
+    """(k, 2) corners in mm, counter-clockwise, beginning with the first one given."""
     corners = np.asarray(outline, dtype=np.float64)
     if corners.ndim == 2 and len(corners) and np.array_equal(corners[0], corners[-1]):
         corners = corners[:-1]

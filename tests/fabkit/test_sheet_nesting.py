@@ -144,11 +144,11 @@ class Idle:
 
     name = "idle"
 
-    def __init__(self, found: list[Placement], least_seconds: float = 0.0) -> None:
-        self.found, self.least_seconds = found, least_seconds
+    def __init__(self, found: list[Placement], min_seconds: float = 0.0) -> None:
+        self.found, self.min_seconds = found, min_seconds
 
     def fill(self, outlines: Ragged, stock: Stock, seconds: float) -> list[Placement]:
-        time.sleep(self.least_seconds)
+        time.sleep(self.min_seconds)
         return self.found
 
 
@@ -169,7 +169,7 @@ def test_an_engine_that_finds_nothing_makes_nothing_worse(seed: int, monkeypatch
 
 
 def test_the_budget_holds(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sheet_nesting, "installed_engine", lambda: Idle([], least_seconds=0.2))
+    monkeypatch.setattr(sheet_nesting, "installed_engine", lambda: Idle([], min_seconds=0.2))
     panels = random_plates(0, 200)
     start = time.monotonic()
     nest_panels(panels, SHEET, gap_mm=5, border_mm=10, mode="best", seconds=0.5)
@@ -226,7 +226,7 @@ def test_panels_that_fit_exactly_fit() -> None:
 def test_too_large_panels_are_named() -> None:
     small, large = np.array([[0, 0], [500, 0], [0, 500.0]]), np.array([[0, 0], [3100, 0], [3100, 200.0], [0, 200]])
     panels = Parts.of(PANEL, [plate("P001", small), plate("P002", large), plate("P003", large)])
-    message = r"panel P002 .* 3100\.0 x 200\.0 mm, and 2970 x 1970 mm are at hand; panel P003 .* Use larger sheets"
+    message = r"panel P002 .* 3100\.0 x 200\.0 mm, and the sheet offers 2970 x 1970 mm; panel P003 .* Use larger sheets"
     with pytest.raises(NestingError, match=message):
         nest_panels(panels, SHEET, gap_mm=10, border_mm=15)
 
