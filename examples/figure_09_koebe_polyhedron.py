@@ -1,9 +1,9 @@
 """A Koebe polyhedron, its circles and a vertex cone [Pottmann2007, 3.2, Fig. 9].
 
-The edges of S touch the unit sphere. Faces cut it in circles (red), and the cones from the vertices touch it along
-circles (blue); one cone is shown. Where an edge touches the sphere, the circles of its two faces touch each other, so
-do those of its two vertices, and the one kind meets the other at right angles. S has the combinatorics of the dual of a
-snub cube, 24 pentagons; a Moebius transformation made them large on one side.
+The edges of S touch the unit sphere. Faces intersect it in circles (red), and the cones from the vertices touch it
+along circles (blue); one cone is shown. Where an edge touches the sphere, the circles of its two faces touch each
+other, the circles of its two vertices touch each other, and the two pairs are orthogonal. S has the combinatorics of
+the dual of a snub cube, 24 pentagons; a Moebius transformation enlarged those on one side.
 """
 
 from __future__ import annotations

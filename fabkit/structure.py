@@ -14,7 +14,8 @@ from fabkit.project import Project
 from fabkit.stages import Stages
 from fabkit.surface import LaidSurface
 from geometry.errors import FoldedError, GeometryError
-from geometry.gauss import SupportStructure, exact_or_approximate_pair, nearest_parallel_pair
+from geometry.exact_offsets import exact_or_approximate_pair
+from geometry.gauss import SupportStructure, nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
 from geometry.surface import Surface

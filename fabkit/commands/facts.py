@@ -12,16 +12,10 @@ from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError
+from geometry.exact_offsets import circularity, conicality, offset_deviations
+from geometry.exact_offsets.exact_or_approximate import EXACT_OFFSET_TOLERANCE
 from geometry.files import MeshFile
-from geometry.gauss import (
-    Pair,
-    SupportStructure,
-    circularity,
-    conicality,
-    nearest_parallel_pair,
-    offset_deviations,
-)
-from geometry.gauss.exact_or_approximate import EXACT_OFFSET_TOLERANCE
+from geometry.gauss import Pair, SupportStructure, nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.parallel import parallelity
 
