@@ -53,9 +53,9 @@ class Built:
         return build_facts(self.summary, self.assembly, self.nest)
 
     def with_parts(self, parts: Parts[Any]) -> Built:
-        """With parts of a kind of one's own, in the place of those of that kind: equal ones share a mark.
+        """The build with the parts of one kind replaced by these; equal ones share a mark. For kinds of one's own.
 
-        Raises DetailingError where they share volume with other parts, or two of them stand for one mesh element.
+        Raises DetailingError where they share volume with other parts, or two of them belong to one mesh element.
         """
         within = self.summary.equal_within_mm
         (shared,) = share_equal_parts(Assembly(self.assembly.name, (parts,)), within_mm=within).groups
@@ -72,7 +72,7 @@ def summary_of(
     structure: SupportStructure,
     detailed: Detailed,
 ) -> Summary:
-    """The figures of a build before its parts got marks; scale: millimetres for a unit of the file."""
+    """The figures of a build that are known before its parts have marks. scale: millimetres in a unit of the file."""
     mesh = structure.mesh
     moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
     return Summary(
@@ -116,7 +116,7 @@ def _surface_summary(laid: LaidSurface, mesh: Mesh, scale: float) -> SurfaceSumm
 
 
 def manifest_of(built: Built) -> dict[str, Any]:
-    """What manifest.json says beside the facts and the list of files."""
+    """The contents of manifest.json, without the facts and the list of files."""
     project, summary, assembly = built.project, built.summary, built.assembly
     return {
         "name": summary.name,

@@ -1,4 +1,4 @@
-"""From a mesh to a support structure that is fit to be built: made planar, with a Gauss image, and judged."""
+"""From a mesh to a support structure that can be built: the faces made planar, a Gauss image, and the findings."""
 
 from __future__ import annotations
 
@@ -31,7 +31,8 @@ def checked_structure(
     laid: LaidSurface | None,
     stages: Stages,
 ) -> tuple[SupportStructure, GivenGaussImage | ExactGaussImage | None, tuple[Finding, ...]]:
-    """The structure between the planar mesh and its Gauss image; where that image is from; the findings so far."""
+    """The support structure of the planar mesh and its Gauss image; the record of an exact or given Gauss image, None
+    for an approximate one; the findings so far."""
     if given is not None:
         return checked_pair(project, mesh, given, stages)
     planar, found = checked_planar(project, mesh, laid, stages)
@@ -56,7 +57,8 @@ def checked_image(
 ) -> tuple[SupportStructure, ExactGaussImage | None, tuple[Finding, ...]]:
     """The structure with a computed Gauss image, and the findings so far.
 
-    mesh: before it was made planar; rounding_mm: of its coordinates as read; before: the findings about `planar`.
+    mesh: before it was made planar; rounding_mm: of its coordinates as read; before: the findings about `planar`, so
+    far.
     Raises FitnessError if a finding is refused.
     """
     with stages("Gauss image"):
@@ -88,7 +90,7 @@ def checked_pair(
 
 
 def made_planar(mesh: Mesh, weights: dict[str, Any]) -> Mesh:
-    """The mesh with planar faces, by these weights of `Guides`. Raises FitnessError where it folds over."""
+    """The mesh with planar faces. weights: fields of `Guides`. Raises FitnessError where it folds over."""
     try:
         return planarise(mesh, Guides(**weights)).mesh
     except FoldedError as error:

@@ -126,7 +126,7 @@ def test_inspect_takes_a_project_file_and_the_sizes_in_it(tmp_path: Path) -> Non
     inspected = run("inspect", project)
     assert inspected.exit_code == 1
     assert "sheets: panel P001" in inspected.stdout
-    assert f"so are {vault().n_faces - 1} more, with the mark" in " ".join(inspected.stdout.split())
+    assert f"nor do {vault().n_faces - 1} more, with the mark" in " ".join(inspected.stdout.split())
     assert run("inspect", project, "--nest", "off").exit_code == 0
     assert run("inspect", written(tmp_path, vault()), "--beam", "40x80").exit_code == 2  # a size without a unit
     assert run("inspect", tmp_path / "none.obj").exit_code == 2
@@ -154,8 +154,8 @@ def test_what_runs_through_itself_is_built_without_what_shares_room(tmp_path: Pa
     file = written(tmp_path, unfit.through_itself())
     accepted = run("build", file, "--unit", "m", "-o", tmp_path / "out", "--accept", "self-intersection")
     assert accepted.exit_code == 2
-    assert "share no corner of the mesh, which runs through itself" in accepted.stderr
-    assert "widen clearance" not in accepted.stderr
+    assert "share no vertex of the mesh, which intersects itself" in accepted.stderr
+    assert "increase the clearance" not in accepted.stderr
     # the parts have no marks yet, so they are called by their edges and faces
     assert re.search(
         r"the (beam on edge|panel on face) \d+ and the (node at vertex|panel on face) \d+ share", accepted.stderr
@@ -188,7 +188,7 @@ def test_where_nothing_is_left_one_sentence_says_why(mesh: Mesh, tmp_path: Path)
     assert result.exception is None or isinstance(result.exception, SystemExit)
     tiny = run("build", written(tmp_path, vault()), *arguments[:-2], "--sheet", "300x200")
     assert tiny.exit_code == 2
-    assert "with what fits on no sheet left out, no panel remains of 20" in tiny.stderr
+    assert "none of the 20 panels fits on a sheet" in tiny.stderr
 
 
 # --- bounds

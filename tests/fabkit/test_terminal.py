@@ -165,12 +165,12 @@ def test_the_input_is_read_once(place: Path, monkeypatch: pytest.MonkeyPatch) ->
 def test_a_design_is_not_written_over_the_files_it_is_made_from(place: Path) -> None:
     assert run("design", "koebe", "--count", "4", "-o", "dome").exit_code == 0
     near = ["design", "cmc", "--start", "dome/M.obj", "--gauss-image", "dome/S.obj", "--force", "-o"]
-    assert "dome holds dome/M.obj, from which it would be made" in refused(*near, "dome")
+    assert "dome contains dome/M.obj, which is an input of this run" in refused(*near, "dome")
     assert "holds" in refused(
         "build", "dome/M.obj", "--gauss-image", "dome/S.obj", "--unit", "m", "--force", "-o", "dome"
     )
     (place / "p.toml").write_text("mesh = 'mesh.obj'\nunit = 'm'\nout = '.'\n")
-    assert "holds mesh.obj, from which it would be made" in refused("build", "p.toml", "--force")
+    assert "contains mesh.obj, which is an input of this run" in refused("build", "p.toml", "--force")
     (place / "dome" / "p.toml").write_text("mesh = '../mesh.obj'\nunit = 'm'\nout = '.'\n")
     assert "edited since, and is not replaced: p.toml" in refused("build", "dome/p.toml", "--force")
     assert (place / "dome" / "M.obj").is_file()
