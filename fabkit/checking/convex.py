@@ -168,8 +168,10 @@ def _products(first: FloatArray, second: FloatArray) -> FloatArray:
     parallel."""
     perpendicular = np.cross(first[:, :, None, :], second[:, None, :, :]).reshape(len(first), -1, 3)
     sines = np.linalg.norm(perpendicular, axis=-1, keepdims=True)
-    units: FloatArray = np.divide(perpendicular, sines, out=np.zeros_like(perpendicular), where=sines >
-    PARALLEL_AXES_SINE) return units
+    units: FloatArray = np.divide(
+        perpendicular, sines, out=np.zeros_like(perpendicular), where=sines > PARALLEL_AXES_SINE
+    )
+    return units
 
 
 def _overlaps(axes: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:

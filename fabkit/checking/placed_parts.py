@@ -310,12 +310,15 @@ def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name
         first, second = positions[i], positions[j]
         finding = f"{name(first)} and {name(second)} share volume, {depth:.3g} mm deep, allowed {fit_mm:g} mm"
         are_neighbours = not vertices.of(first).isdisjoint(vertices.of(second))
-        yield Violation(finding, CURE_OF_NEIGHBOURS if are_neighbours else CURE_OF_DISTANT_PARTS, _concerned(first,
-        second))
+        yield Violation(
+            finding, CURE_OF_NEIGHBOURS if are_neighbours else CURE_OF_DISTANT_PARTS, _concerned(first, second)
+        )
 
 
-CURE_OF_NEIGHBOURS = "increase the clearance, the seat or the joint, or leave one of the parts out with
---skip-unbuildable" CURE_OF_DISTANT_PARTS = (
-    "they share no vertex of the mesh, which intersects itself or folds back there: separate the mesh "
-    "there, or leave one of the parts out with --skip-unbuildable"
+CURE_OF_NEIGHBOURS = (
+    "increase the clearance, the seat or the joint, or leave one of the parts out with --skip-unbuildable"
+)
+CURE_OF_DISTANT_PARTS = (
+    "they share no vertex of the mesh, which intersects itself or folds back there: separate the mesh there, or leave "
+    "one of the parts out with --skip-unbuildable"
 )

@@ -138,8 +138,8 @@ class _Plan:
     def _nodes_without_beams(self, ends: Ends) -> tuple[LeftOut, ...]:
         without_beams = np.flatnonzero((np.diff(ends.ring_starts) == 0) & self.structure.mesh.combinatorics.is_used)
         return tuple(
-            LeftOut("node", vertex, f"the node at vertex {vertex} (counted from 0) has no beam to join, as all of its
-            beams are left out") for vertex in without_beams.tolist()
+            LeftOut("node", vertex, f"all beams of the node at vertex {vertex} (counted from 0) are left out")
+            for vertex in without_beams.tolist()
         )
 
     # --- panels
@@ -190,8 +190,12 @@ class _Plan:
         faces = panels.elements[panels_crossing_support_planes(self.structure, panels)]
         cure = "change the mesh there, or lower the panels"
         return tuple(
-            Violation(f"the outline of the panel on face {face} crosses the support planes of the face", cure,
-            (("panel", face),)) for face in faces.tolist()
+            Violation(
+                f"the outline of the panel on face {face} crosses the support planes of the face",
+                cure,
+                (("panel", face),),
+            )
+            for face in faces.tolist()
         )
 
     def leave_out_violating(self, found: tuple[Violation, ...]) -> None:
@@ -218,8 +222,8 @@ class _Plan:
             if not made.any():
                 reasons = [left.reason for left in self.left_out if left.kind == kind]
                 raise DetailingError(
-                    f"none of the {len(made)} {kind}s can be built, so leaving them out leaves no {kind}; the reason for "
-                    f"the first is: {reasons[0]}; change the mesh or the sizes"
+                    f"none of the {len(made)} {kind}s can be built; the reason for the first "
+                    f"is: {reasons[0]}; change the mesh or the sizes"
                 )
 
     def _beams_at(self, nodes: Iterable[int]) -> list[int]:
