@@ -107,7 +107,9 @@ def sheets(reasons: Mapping[int, str], marks: Mapping[int, str], level: Level) -
     first, *others = reasons
     of_marks = named(list(dict.fromkeys(marks[face] for face in others)))
     does = "does" if len(others) == 1 else "do"
-    also = f"; nor {does} {len(others)} more, with the mark {of_marks}" if others else ""
+    also = (
+        f"; nor {does} {len(others)} more, with the mark{'s' if len(others) > 1 else ''} {of_marks}" if others else ""
+    )
     return Finding(
         "sheets",
         level,

@@ -225,8 +225,8 @@ def test_an_inspection_says_how_a_pair_fits(tmp_path: Path) -> None:
         assert "an edge offset: beams of one height" in facts["edges of S"]
         assert "so not a vertex offset" in facts["vertices of S"]
         assert float(facts["alignment"].split(" by ")[1].split()[0]) < 1e-12
-    assert convex["reversed"].startswith("0 of 108 edges run against those of S; around 0 of 60")
-    assert saddle["reversed"].startswith("60 of 108 edges run against those of S; around 60 of 60")
+    assert convex["reversed"].startswith("0 of 108 edges run against those of S; at 0 of 60")
+    assert saddle["reversed"].startswith("60 of 108 edges run against those of S; at 60 of 60")
     tilted = inspected(tmp_path, M, S.translated([0.1, 0.0, 0.0]))
     assert "so not an edge offset" in tilted["edges of S"]
     assert float(tilted["alignment"].split("median, ")[1].split()[0]) > 1e-3

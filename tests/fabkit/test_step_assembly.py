@@ -166,10 +166,10 @@ def refused(parts: list[Part], message: str, **options: Any) -> None:
 
 
 def test_one_mark_for_two_solids_is_refused() -> None:
-    refused([node("N1", tube()), node("N1", tube(height=101.0), None, 5)], "mark N1 stands for two .* N1 v5")
-    refused([node("N1", tube()), node("N1", tube(), material=Material("oak", 700.0))], "mark N1 stands for two")
+    refused([node("N1", tube()), node("N1", tube(height=101.0), None, 5)], "mark N1 is that of two .* N1 v5")
+    refused([node("N1", tube()), node("N1", tube(), material=Material("oak", 700.0))], "mark N1 is that of two")
     apart = [node(f"A{n}", star(3, 50 + n)) for n in range(200)]
-    refused([node("N1", tube()), *apart, node("N1", tube(height=101.0))], "mark N1 stands for two")
+    refused([node("N1", tube()), *apart, node("N1", tube(height=101.0))], "mark N1 is that of two")
 
 
 @pytest.mark.parametrize("mark", ["Träger", "", "a\tb"])
