@@ -144,6 +144,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.formats.drawings": {"geometry.remeshing", "fabkit.production", "geometry.mesh", "geometry.arrays"},
     "fabkit.formats.report": {"fabkit.production", "fabkit.fitness", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
     "fabkit.formats": {
+        "geometry.surface",
         "fabkit.formats.step",
         "fabkit.formats.drawings",
         "fabkit.formats.report",
@@ -160,6 +161,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.arrays",
     },
     "fabkit.gauss_image": {
+        "fabkit.rules",
         "fabkit.wording",
         "geometry.files",
         "geometry.gauss",
@@ -170,6 +172,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.project": {
         "fabkit.surface",
         "fabkit.gauss_image",
+        "fabkit.optimisation",
         "fabkit.production",
         "fabkit.fitness",
         "fabkit.rules",
@@ -177,6 +180,15 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.wording",
         "fabkit.errors",
         "geometry.mesh",
+    },
+    "fabkit.optimisation": {
+        "fabkit.production",
+        "fabkit.rules",
+        "fabkit.errors",
+        "geometry.optimised_pairs",
+        "geometry.gauss",
+        "geometry.surface",
+        "geometry.errors",
     },
     "fabkit.built": {
         "fabkit.checking",
@@ -202,7 +214,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.structure": {
-        "fabkit.surface",
+        "fabkit.optimisation",
         "fabkit.production",
         "fabkit.fitness",
         "fabkit.project",
@@ -231,6 +243,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.units",
         "fabkit.errors",
         "geometry.files",
+        "geometry.surface",
         "geometry.mesh",
     },
     "fabkit.designs": {
@@ -371,7 +384,12 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "sheet_nesting summary",
         "facts",
     ),
-    "fabkit.formats": ("manifest polylines renaming tables triangles single_files", "folder gltf kernels", "documents"),
+    "fabkit.formats": (
+        "shape_triangles",
+        "exact_surfaces manifest polylines renaming tables triangles single_files",
+        "folder gltf kernels",
+        "documents",
+    ),
     "fabkit.commands": (
         "terminal options facts",
         "inspection",
