@@ -103,8 +103,8 @@ def _measures(beams: Parts[BeamDetails]) -> list[Measure]:
     return [
         measure("Long-point length", "mm", 1, own.long_point_mm),
         measure("Height deviation", "mm", 2, own.height_deviation_mm, signed=True),
-        measure("Fold over a beam", "°", 2, own.dihedral_deg, signed=True),
-        measure("Steeper end cut", "°", 2, np.abs(own.cut_angles_deg).max(axis=1)),
+        measure("Dihedral angle", "°", 2, own.dihedral_deg, signed=True),
+        measure("Larger cut angle of the two ends", "°", 2, np.abs(own.cut_angles_deg).max(axis=1)),
         measure("Mass of a beam", "kg", 2, beams.masses_kg),
     ]
 

@@ -129,7 +129,7 @@ def _measures(panels: Parts[PanelDetails]) -> list[Measure]:
         measure("Area", "m²", 3, own.area_mm2 / 1e6),
         measure("Longest edge", "mm", 1, own.edge_lengths_mm.reduced(np.maximum)),
         measure("Smallest corner", "°", 1, own.corner_angles_deg.reduced(np.minimum)),
-        measure("Sharpest fold", "°", 2, folds.reduced(np.fmax)),
+        measure("Largest dihedral angle", "°", 2, folds.reduced(np.fmax)),
         measure("Mass of a panel", "kg", 1, panels.masses_kg),
     ]
 

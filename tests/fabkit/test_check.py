@@ -248,7 +248,7 @@ def test_panel_lowered_into_the_beams() -> None:
     assert {("panel", 2)} <= {part for violation in violations(lowered) for part in violation.parts}
 
 
-def test_parts_that_clash_far_apart_hear_of_the_mesh_and_neighbours_of_sizes() -> None:
+def test_the_cure_of_a_clash_is_in_the_mesh_for_distant_parts_and_in_sizes_for_neighbours() -> None:
     whole = dome()
     here = whole["panels"][0]
     corners = {vertex for beam in whole["beams"] if beam.element in here.details.beams for vertex in beam.details.nodes}
@@ -277,7 +277,7 @@ def test_part_made_twice() -> None:
     assert len(violations(twice)) == 1
 
 
-def test_a_part_that_is_not_sound_is_looked_at_no_further() -> None:
+def test_an_invalid_part_is_not_checked_further() -> None:
     gone = change(dome(), "beams", 4, lambda beam: inside_out(moved([1.0, 0, 0])(beam)))
     assert [violation.parts for violation in violations(gone)] == [(("beam", 4),)]
 

@@ -148,7 +148,7 @@ def test_hexagons_turn_to_where_their_edges_are_longest(tmp_path: Path) -> None:
     assert fit.mesh.n_faces > 70
 
 
-def test_a_surface_that_has_its_normals_more_than_once_is_told_their_number(tmp_path: Path) -> None:
+def test_for_a_surface_with_repeated_normals_their_number_is_reported(tmp_path: Path) -> None:
     n = 60
     grid = shapes.grid(n, n)
     x, y = (grid.vertices[:, :2] * 4 / n - 2).T

@@ -69,7 +69,7 @@ def report_html(
     page = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
     return page.substitute(
         name=escape(summary.name),
-        source=f"from {escape(summary.source)}, one unit of which is {summary.scale_mm:g} mm",
+        source=f"from {escape(summary.source)}, in units of {summary.scale_mm:g} mm",
         style=_colours(assembly) + room.joinpath("page.css").read_text(encoding="utf-8"),
         script="".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS),
         key_facts=_key_facts([*facts.parts, *facts.sheets]),
