@@ -112,9 +112,7 @@ def _dual_of(given: Mesh, name: str) -> Pair:
 
 def _check_turn(turn_deg: float) -> None:
     if not 0 < turn_deg < 90:
-        raise ProjectError(
-            f"the normals are to turn by {turn_deg:g} degrees (--turn): more than 0 and less than 90 is needed"
-        )
+        raise ProjectError(f"the normals are to turn by {turn_deg:g} degrees: above 0 and below 90 is needed (--turn)")
 
 
 def cmc_design(
