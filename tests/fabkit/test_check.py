@@ -244,7 +244,7 @@ def test_outline_that_crosses_itself() -> None:
 
 def test_panel_lowered_into_the_beams() -> None:
     lowered = change(dome(), "panels", 2, moved([0, 0, -LIFT - 1.0]))
-    refused(lowered, "and panel P2 (face 2) share volume", "mm deep, allowed 1e-06 mm", "clearance, seat or joint")
+    refused(lowered, "and panel P2 (face 2) share volume", "mm deep, allowed 1e-06 mm", "the seat or the joint")
     assert {("panel", 2)} <= {part for violation in violations(lowered) for part in violation.parts}
 
 

@@ -259,7 +259,7 @@ def test_bounds_in_the_project_file_hold(tmp_path: Path) -> None:
             {"accept": ["mitres"]},
             "'mitres' cannot be accepted: it is only noted and stops no build; those that can be are moves",
         ),
-        ({"accept": ["tilt"]}, "'tilt' cannot be accepted: a beam that does not point out"),
+        ({"accept": ["tilt"]}, "'tilt' cannot be accepted: a beam that does not point to the outside"),
         ({"fitness": {"move_noted": 1}}, r"unknown key 'move_noted' in \[fitness\]; did you mean moves_noted"),
         ({"fitness": {"moves_noted": 0.5}}, "moves_noted is 0.5, but moves_refused is 0.3"),
         ({"fitness": {"lean_noted_deg": 95}}, "less than or equal to 90"),

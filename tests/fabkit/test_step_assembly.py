@@ -231,7 +231,7 @@ def test_broken_solids_are_refused() -> None:
     refused([node("N1", moved(block, 2, (np.nan, 0, 0)))], "part N1 .* vertex at nan")
     refused([node("N1", moved(block, 2, (np.inf, 0, 0)))], "part N1 .* vertex at inf")
     flat = prism([[0, 0], [10, 0], [20, 0]], 5.0)
-    refused([node("N1", flat)], "part N1 .* a face .* mm wide, needs over 1e-07 mm")
+    refused([node("N1", flat)], "part N1 .* a face .* mm wide, more than 1e-07 mm are needed")
 
 
 def test_missing_folder_is_refused(assembly: Assembly, tmp_path: Path) -> None:
