@@ -140,7 +140,7 @@ def test_rims_come_off_until_all_that_is_left_can_be_built() -> None:
 
 def test_hexagons_turn_to_where_their_edges_are_longest(tmp_path: Path) -> None:
     file = surface(tmp_path, (0.7, -0.8))
-    with pytest.raises(ProjectError, match=r"hexagons that touch .* turn them by other degrees"):
+    with pytest.raises(ProjectError, match=r"hexagons that touch .* turn them by another angle"):
         hexagons_design(file, count=10, turn_deg=0.0)
     fit = hexagons_design(file, count=10)
     assert fit.settings["turn_deg"] in (15.0, 45.0)
