@@ -195,11 +195,11 @@ def _reversed(pair: Pair) -> str:
 
 
 def _alignment(structure: SupportStructure) -> str:
-    """Misalignment of tops and bottoms of beams with the nominal height, at the node axes."""
-    spreads = axis_misalignments(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
+    """The misalignment of tops and bottoms of beams of one height at the node axes."""
+    found = axis_misalignments(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
     return (
-        f"misalignment of tops and bottoms of beams at the node axes: median {np.nanmedian(spreads):.1e} of the beam "
-        f"height, largest {np.nanmax(spreads):.1e}"
+        f"misalignment of tops and bottoms of beams at the node axes: median {np.nanmedian(found):.1e} of the beam "
+        f"height, largest {np.nanmax(found):.1e}"
     )
 
 

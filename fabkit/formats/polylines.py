@@ -19,7 +19,7 @@ __all__ = ["read_polylines", "write_polylines"]
 CURVES = ("LINE", "LWPOLYLINE", "POLYLINE", "SPLINE", "ARC", "CIRCLE", "ELLIPSE")
 """Entities of a DXF file that are polylines or are converted to polylines."""
 
-FLATTENING = 1e-3
+FLATTENING_TOLERANCE = 1e-3
 """Largest distance of a curve in a DXF file from the polyline that replaces it, over the extent of all curves."""
 
 
@@ -111,5 +111,5 @@ def _of_dxf(path: Path) -> tuple[FloatArray, ...]:
     if not curves:
         return ()
     corners = np.array([point.xyz for curve in curves for point in curve.control_vertices()])
-    distance = FLATTENING * float(np.linalg.norm(np.ptp(corners, axis=0)))
+    distance = FLATTENING_TOLERANCE * float(np.linalg.norm(np.ptp(corners, axis=0)))
     return tuple(floats([point.xyz for point in curve.flattening(distance)]) for curve in curves)
