@@ -94,10 +94,10 @@ def read_given_pair(mesh: Path, gauss_image: Path, *, flip: bool, tolerance: flo
     _check_parallel(M, S, tolerance, gauss_image)
     if points_inwards(M, S):
         M, S = M.reversed(), S.reversed()
-        mended = (*mended, f"all faces turned round to the outside that {gauss_image.name} shows")
+        mended = (*mended, f"all faces reversed to face the outside that {gauss_image.name} shows")
     if flip:
         M, S = M.reversed(), -1.0 * S.reversed()
-        mended = (*mended, "all faces turned round, as asked")
+        mended = (*mended, "all faces reversed, as requested")
     return GivenPair(replace(file, mesh=M, mended=mended), S, readable(gauss_image.name), file.companion_sha256)
 
 

@@ -47,7 +47,7 @@ def as_read(file: MeshFile) -> Iterator[tuple[str, str]]:
     yield "edge lengths", f"{lengths.min():.4g} to {lengths.max():.4g}, mean {lengths.mean():.4g}"
     for note in file.mended:
         yield "mended", note
-    yield "planarity", f"{mesh.planarity.max():.1e} of the mean edge length at most, as read"
+    yield "planarity", f"{mesh.planarity.max():.1e} of the face's mean edge length at most, as read"
 
 
 def _counts(values: IntArray, wording: str) -> str:
