@@ -1,4 +1,4 @@
-"""All OBJ files of a folder: built, or the reason why not, in a table.
+"""Build all OBJ files of a folder; a table gives the parts made, or why a mesh was refused.
 
 python examples/batch.py meshes --unit m
 """

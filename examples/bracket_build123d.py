@@ -1,4 +1,4 @@
-"""A bracket of one's own under the nodes of a roof, and its slot cut from their blocks, in build123d.
+"""A bracket under the nodes of a roof, and the slot for it in the node blocks, in build123d.
 
 The bracket is a plate with a tenon that is set into the underside of a node block, and a hole for a shackle below it.
 It is the same for all nodes; each node block gets a slot. Needs `pip install "fabkit[build123d]"`.
@@ -38,7 +38,7 @@ def main(out: Path = Path("brackets"), marks: tuple[str, ...] = ("N001", "N002",
     export_step(bracket(), str(out / "bracket.step"))
     removed = {}
     for node in roof.assembly["nodes"]:
-        if node.mark in marks and node.mark not in removed:  # equal nodes share a mark, and are made alike
+        if node.mark in marks and node.mark not in removed:  # equal nodes share a mark and are identical
             block = to_build123d(node)  # in its own frame: z is the node axis, outwards, and x along the first beam
             slot = tenon(CLEARANCE_MM).moved(Location((0, 0, block.bounding_box().min.Z)))
             slotted = block - slot

@@ -1,4 +1,4 @@
-"""A bracket of one's own under the nodes of a roof, and its slot cut from their blocks, in CadQuery.
+"""A bracket under the nodes of a roof, and the slot for it in the node blocks, in CadQuery.
 
 The bracket is a plate with a tenon that is set into the underside of a node block, and a hole for a shackle below it.
 It is the same for all nodes; each node block gets a slot. Needs `pip install "fabkit[cadquery]"`.
@@ -37,7 +37,7 @@ def main(out: Path = Path("brackets"), marks: tuple[str, ...] = ("N001", "N002",
     cq.exporters.export(bracket(), str(out / "bracket.step"))
     removed = {}
     for node in roof.assembly["nodes"]:
-        if node.mark in marks and node.mark not in removed:  # equal nodes share a mark, and are made alike
+        if node.mark in marks and node.mark not in removed:  # equal nodes share a mark and are identical
             block = to_cadquery(node)  # in its own frame: z is the node axis, outwards, and x along the first beam
             slot = tenon(CLEARANCE_MM).translate((0, 0, block.val().BoundingBox().zmin))
             slotted = block.cut(slot)

@@ -1,7 +1,7 @@
 """Two meshes are parallel if they have the same combinatorics and corresponding edges are parallel [Pottmann2007, 2.2].
 
-M is a canopy of planar hexagons: a hexagonal paraboloid under a projective map, which keeps planes plane. M' is the
-parallel mesh nearest to a copy of M whose middle was drawn together, so that a peak appears.
+M is a canopy of planar hexagons: the image of a hexagonal paraboloid under a projective map, which preserves planes. M'
+is the parallel mesh nearest to a copy of M with a contracted middle, so that it has a peak.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from geometry.mesh.polygons import face_centroids
 from geometry.parallel import edge_factors, parallelity
 
 FACES = {CLAY: (1.0, -4.0), GOLD: (-4.0, -1.5), BLUE: (3.5, -3.0), SAGE: (2.5, 3.5)}
-"""Colours of faces that are to be recognised, and about where they are in the plan of M."""
+"""Colours of faces to be compared, and their approximate positions in the plan of M."""
 
 STARS = [(-3.0, -4.5), (0.0, -2.0), (4.5, 0.5)]
-"""About where the vertices are whose edges are to be recognised."""
+"""Approximate positions in plan of the vertices whose edges are to be compared."""
 
 
 @cache
@@ -33,9 +33,9 @@ def meshes() -> tuple[Mesh, Mesh]:
     lowered = paraboloid.vertices * [1, 1, -0.12]
     mesh = shapes.cap(paraboloid.with_vertices(lowered / (1 + 0.03 * lowered[:, :1])), -2.9)
     spokes = mesh.vertices - mesh.vertices[mesh.vertices[:, 2].argmax()]
-    away = np.linalg.norm(spokes, axis=1, keepdims=True)
-    drawn_together = spokes * (0.4 + 0.9 * away / away.max())
-    return mesh, ParallelSpace(mesh).project(mesh.with_vertices(drawn_together))
+    radii = np.linalg.norm(spokes, axis=1, keepdims=True)
+    contracted = spokes * (0.4 + 0.9 * radii / radii.max())
+    return mesh, ParallelSpace(mesh).project(mesh.with_vertices(contracted))
 
 
 def main() -> dict[str, float]:
@@ -51,7 +51,7 @@ def main() -> dict[str, float]:
 
 
 def nearest(points: FloatArray, places: Iterable[tuple[float, float]]) -> list[int]:
-    """For each place in plan the nearest of points (n, 3)."""
+    """For each position in plan, the nearest of points (n, 3)."""
     return [int(np.linalg.norm(points[:, :2] - place, axis=1).argmin()) for place in places]
 
 

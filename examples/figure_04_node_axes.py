@@ -1,8 +1,8 @@
 """Nodes with an axis, and one without [Pottmann2007, Prop. 1 and Fig. 4].
 
-Between M and a parallel mesh M' stands the geometric support structure (a): the central planes of all beams at a vertex
-m_i meet in its node axis A_i (b). A triangle mesh has no parallel meshes but copies of itself: here (c) each central
-plane bisects the two faces at its edge, and even about the best axis the beams of a node are turned.
+The geometric support structure (a) lies between M and a parallel mesh M': the central planes of all beams at a vertex
+m_i meet in its node axis A_i (b). A triangle mesh has no parallel meshes except scaled copies: here (c) each central
+plane bisects the angle of the two faces at its edge, and the beams of a node are twisted even about the best axis.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The meshes parallel to a given one form a linear space, so they can be blended [Pottmann2007, 2.2 and Fig. 5].
 
-M, at the top, is a waisted pavilion of planar quads. The other two corners are the parallel meshes nearest to a bell
-and to an oval chalice. All between are blends of the three, so they are parallel to M too.
+M, at the top, is a pavilion of planar quads with a waist. The other two corners are the parallel meshes nearest to a
+bell and to an oval chalice. All meshes between them are blends of the three, so they are parallel to M too.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Beams of constant height on an edge offset mesh meet exactly at the nodes [Pottmann2007, Prop. 3, Fig. 6].
 
 The convex part of the mesh M' of figure 10, built of steel beams with rectangular sections, node blocks and glass
-panels. At a node all beams have the same angle with the axis; so the outer edges (red) of neighbouring beams meet in
-points, and so do the inner ones. All parts go to a STEP file.
+panels. At a node all beams have the same angle with the axis, so the outer edges (red) of neighbouring beams meet in
+points, and so do the inner ones. All parts are written to a STEP file.
 """
 
 from __future__ import annotations
@@ -100,8 +100,8 @@ def main() -> dict[str, float]:
         "nodes": len(nodes),
         "panels": len(assembly()["panels"]),
         "neighbouring beams": len(meetings()[1]),
-        "by how much their outer edges miss each other, over the height": float(meetings()[1][:, 1].max() / HEIGHT),
-        "by how much their inner edges miss each other, over the height": float(meetings()[1][:, 0].max() / HEIGHT),
+        "largest misalignment of their outer edges, over the height": float(meetings()[1][:, 1].max() / HEIGHT),
+        "largest misalignment of their inner edges, over the height": float(meetings()[1][:, 0].max() / HEIGHT),
         "misalignment of beams on node axes, over the height": float(nodes.details.axis_misalignment_mm.max() / HEIGHT),
         "largest twist in degrees": float(beams.details.twist_deg.max()),
         "least angle over an edge in degrees": float(np.nanmin(beams.details.dihedral_deg)),

@@ -1,8 +1,8 @@
 """Beams of constant height where the distance of M and M' is not constant [Pottmann2007, Fig. 7].
 
-M is laid along oblique polylines, so the heights of its support structure vary much. Beams of one height, aligned
-on the outside, then end at different depths on the node axes: visible from the inside only. Nodes are still
-without torsion.
+The polylines of M are oblique to each other, so the heights of its support structure vary strongly. Beams of one
+height, aligned on the outside, then end at different depths on the node axes, which is visible only from the inside.
+Nodes still have no torsion.
 """
 
 from __future__ import annotations

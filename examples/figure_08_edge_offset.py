@@ -1,7 +1,7 @@
 """A mesh with an edge offset: a parallel mesh S touches the unit sphere with its edges [Pottmann2007, Prop. 2, Fig. 8].
 
-S is the upper part of an Archimedean solid, a Koebe polyhedron; its faces cut the sphere in circles that touch each
-other. Every mesh parallel to S has edge offsets: M is the one nearest to a long shell, and M' = M + d S.
+S is the upper part of an Archimedean solid, a Koebe polyhedron; its faces intersect the sphere in circles that touch
+each other. Every mesh parallel to S has edge offsets: M is the one nearest to an elongated shell, and M' = M + d S.
 """
 
 from __future__ import annotations

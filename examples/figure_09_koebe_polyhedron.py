@@ -1,9 +1,9 @@
 """A Koebe polyhedron, its circles and a vertex cone [Pottmann2007, 3.2, Fig. 9].
 
-The edges of S touch the unit sphere. Faces cut it in circles (red), and the cones from the vertices touch it along
-circles (blue); one cone is shown. Where an edge touches the sphere, the circles of its two faces touch each other, so
-do those of its two vertices, and the one kind meets the other at right angles. S has the combinatorics of the dual of a
-snub cube, 24 pentagons; a Moebius transformation made them large on one side.
+The edges of S touch the unit sphere. Faces intersect it in circles (red), and the cones from the vertices touch it
+along circles (blue); one cone is shown. Where an edge touches the sphere, the circles of its two faces touch each
+other, the circles of its two vertices touch each other, and the two pairs are orthogonal. S has the combinatorics of
+the dual of a snub cube, 24 pentagons; a Moebius transformation enlarged those on one side.
 """
 
 from __future__ import annotations
@@ -47,16 +47,16 @@ def polyhedron() -> KoebePolyhedron:
     return KoebePolyhedron(even).mapped(MoebiusTransformation.boost((-0.16, 0.22, -0.12)))
 
 
-def tangents(circles: SphereCircles, members: IntArray) -> FloatArray:
+def tangents(circles: SphereCircles, neighbours: IntArray) -> FloatArray:
     """(E, 2, 3) unit tangents of two circles for each edge at its point of tangency."""
-    across = np.cross(circles.normals[members], polyhedron().tangency_points[:, None])
+    across = np.cross(circles.normals[neighbours], polyhedron().tangency_points[:, None])
     return np.asarray(across / np.linalg.norm(across, axis=2, keepdims=True))
 
 
-def off_circles(circles: SphereCircles, members: IntArray) -> float:
+def off_circles(circles: SphereCircles, neighbours: IntArray) -> float:
     """The largest distance of points of tangency from the planes of their two circles."""
-    heights = np.einsum("ecx,ex->ec", circles.normals[members], polyhedron().tangency_points)
-    return float(np.abs(heights - circles.distances[members]).max())
+    heights = np.einsum("ecx,ex->ec", circles.normals[neighbours], polyhedron().tangency_points)
+    return float(np.abs(heights - circles.distances[neighbours]).max())
 
 
 def main() -> dict[str, float]:

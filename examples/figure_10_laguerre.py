@@ -1,10 +1,11 @@
 """From a Koebe polyhedron to a hall: a mesh of constant mean curvature, and its image under a Laguerre transformation
 [Pottmann2007, Prop. 4, Fig. 10].
 
-The Koebe polyhedron S, of hexagons around an axis, turns back at its upper end and runs over itself. Its fold is a row
-of faces folded flat (gold). M has mean curvature -1 with respect to S. Below the image of the fold it bulges, above it
-has negative curvature (clay). A boost of Laguerre geometry with an offset before it gives M', which leans and has no
-symmetry axis, but the same combinatorics and edge offsets again: its Gauss image S' touches the unit sphere as S does.
+The Koebe polyhedron S, of hexagons around an axis, is folded at its upper end and overlaps itself. The fold is a row of
+degenerate faces, folded flat (gold). M has mean curvature -1 with respect to S. Below the row of the fold it bulges;
+above, its Gaussian curvature is negative (clay). An offset followed by a Laguerre boost gives M', which leans and has
+no symmetry axis, but has the same combinatorics and again edge offsets: its Gauss image S' touches the unit sphere as S
+does.
 """
 
 from __future__ import annotations
@@ -60,14 +61,12 @@ def main() -> dict[str, float]:
         "largest deviation of edges of M and M + d S from distance d, over d": apart(pair),
         "largest deviation of edges of M' and M' + d S' from distance d, over d": apart(moved),
         "largest sine between edges of M' and S'": float((parallelity(m1, s1) / s1.edge_lengths).max()),
-        "faces of M' that cross themselves or others": float(
-            len(self_crossing_faces(m1)) + len(intersecting_faces(m1))
-        ),
+        "faces of M' that cross themselves or others": len(self_crossing_faces(m1)) + len(intersecting_faces(m1)),
     }
 
 
 def rows() -> dict[str, range]:
-    """Faces with a colour of their own: the fold, and what lies beyond it."""
+    """Faces with a special colour: the fold, and those above it."""
     fold, end = AROUND * ROWS, original().mesh.n_faces
     return {GOLD: range(fold, fold + AROUND), mixed([CLAY], np.ones(1)): range(fold + AROUND, end)}
 

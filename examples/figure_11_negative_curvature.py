@@ -1,9 +1,9 @@
 """An edge offset mesh of negative curvature [Pottmann2007, (3), Fig. 11].
 
 S is a Koebe polyhedron with pentagonal faces. M is the fairest mesh parallel to S whose edges keep or reverse the
-orientation of those of S (red: reversed) and are no shorter than these. The diagram shows the general pattern: edges
-are reversed where they run rather across a direction, one diagonal of the grid, than along it. The outermost faces,
-which nothing holds in shape, are left out of both meshes.
+orientation of those of S (red: reversed) and are no shorter than these. The diagram shows the general pattern: an edge
+is reversed if it is closer to perpendicular than to parallel to a direction, one diagonal of the grid. The outermost
+faces, whose shape is poorly determined, are left out of both meshes.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ def main() -> dict[str, float]:
         "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s) - 1).max()),
         "largest deviation of edges of M and M + d S from distance d, over d": float(np.abs(apart - 1).max()),
         "largest sine between corresponding edges": float((parallelity(m, s) / s.edge_lengths).max()),
-        "least edge factor, without its sign": float(np.abs(edge_factors(s, m)).min()),
-        "largest edge factor, without its sign": float(np.abs(edge_factors(s, m)).max()),
+        "least absolute edge factor": float(np.abs(edge_factors(s, m)).min()),
+        "largest absolute edge factor": float(np.abs(edge_factors(s, m)).max()),
         "faces of M that cross themselves or others": len(self_crossing_faces(m)) + len(intersecting_faces(m)),
     }
 

@@ -1,7 +1,8 @@
 """An approximate offset of a mesh whose curvature changes its sign [Pottmann2007, 4.2 and Fig. 12].
 
 Among all meshes parallel to M, optimisation finds S nearest to the unit sphere; M' = M + d S. Faces where M is
-saddle-shaped (warm) reverse their orientation in S, which therefore folds over along the image of the line between.
+saddle-shaped (warm) have the opposite orientation in S, which is therefore folded along the image of the parabolic
+line.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """From a mesh made by subdivision to a support structure with little change [Pottmann2007, 4.2 and Fig. 13].
 
-The polylines of the mesh cross far from 90 degrees. To make it conical, for exact face offsets, the vertices must move
-far, because polylines of conical meshes are nearly orthogonal; to make its faces planar, hardly at all. The
-planar mesh has approximate offsets, which is enough for a support structure without torsion.
+The polylines of the mesh intersect at angles far from 90 degrees. To make it conical, for exact face offsets, the
+vertices must move far, because polylines of conical meshes are nearly orthogonal. To make its faces planar, they hardly
+move. The planar mesh has approximate offsets, which are sufficient for a support structure without torsion.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FAIRNESS = 100.0
 """Keeps the conical mesh smooth; with less it moves less, and crumples. The planar one hardly depends on it."""
 
 WARMEST = 2.0
-"""Deviation in mean edge lengths that is drawn in full colour."""
+"""Deviation in mean edge lengths that is shown in full colour."""
 
 
 def refined(points: FloatArray) -> FloatArray:

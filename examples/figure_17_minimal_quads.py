@@ -1,9 +1,9 @@
 """A minimal mesh of quads, and the parallel diagonals of its faces and their images [Pottmann2007, (8), Fig. 17].
 
-S carries horizontal polylines in horizontal planes and meridian polylines in planes through an axis; it stands near the
-unit sphere, but need not have rotational symmetry. M is parallel to it, with meridians that run against those of
-S. A face of M has mean curvature zero with respect to S exactly if its diagonals are parallel to those of its image:
-13 to 2*4*, and 24 to 1*3*.
+S consists of horizontal polylines and of meridian polylines in planes through an axis; it is near the unit sphere, but
+need not have rotational symmetry. M is parallel to it, with meridians that run against those of S. A face of M has mean
+curvature zero with respect to S if and only if its diagonals are parallel to those of its image: 13 to 2*4*, and 24 to
+1*3*.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ def main() -> dict[str, float]:
     return {
         "faces": m.n_faces,
         "reversed edges": int(minimal().reversed_edges.sum()),
-        "largest mean curvature, over one over the waist": float(np.abs(curvatures.mean).max()),
-        "largest Gaussian curvature, over its square": float(curvatures.gaussian.max()),
+        "largest mean curvature, times the waist radius": float(np.abs(curvatures.mean).max()),
+        "largest Gaussian curvature, times its square": float(curvatures.gaussian.max()),
         "largest sine between 13 and 2*4*": float(sines[:, 0].max()),
         "largest sine between 24 and 1*3*": float(sines[:, 1].max()),
         "largest sine between corresponding edges": float((parallelity(m, s) / s.edge_lengths).max()),
@@ -66,7 +66,7 @@ def main() -> dict[str, float]:
 
 
 def shown() -> int:
-    """A face that is well seen in M and in S."""
+    """A face that is well visible in M and in S."""
     azimuth, elevation = np.radians([VIEW.azimuth - 22, 22])
     towards = [np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)]
     return int((gauss_image().face_normals @ towards).argmax())

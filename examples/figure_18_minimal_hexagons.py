@@ -1,8 +1,8 @@
 """A minimal mesh of hexagons with edge offsets [Pottmann2007, Fig. 18].
 
 S is a Koebe polyhedron of hexagons around an axis. M is parallel to it and has mean curvature zero with respect to S:
-the mixed area of each face and its image vanishes. The edges in planes through the axis run against those of S (red),
-the zigzags along them. The diagram shows a part of S, unrolled by Mercator's projection.
+the mixed area of each face and its image vanishes. Edges in planes through the axis run against those of S (red), the
+zigzags in the same direction. The diagram shows a part of S in Mercator projection.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def main() -> dict[str, float]:
         "faces": m.n_faces,
         "edges": m.n_edges,
         "reversed edges": int(minimal().reversed_edges.sum()),
-        "largest mean curvature, over one over the waist": float(np.abs(curvatures.mean).max()),
-        "largest Gaussian curvature, over its square": float(curvatures.gaussian.max()),
+        "largest mean curvature, times the waist radius": float(np.abs(curvatures.mean).max()),
+        "largest Gaussian curvature, times its square": float(curvatures.gaussian.max()),
         "largest deviation of an edge of S from distance 1": float(np.abs(edge_distances(s) - 1).max()),
         "largest sine between corresponding edges": float((parallelity(m, s) / s.edge_lengths).max()),
         "faces of M that cross themselves or others": len(self_crossing_faces(m)) + len(intersecting_faces(m)),

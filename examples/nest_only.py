@@ -1,9 +1,9 @@
-"""Outlines of one's own, nested on stock sheets and written as DXF: no mesh, no structure.
+"""Outlines from a CSV file, nested on stock sheets and written as DXF: no mesh, no structure.
 
     python examples/nest_only.py examples/outlines.csv
 
-A row of the CSV file is a corner: the name of the pane, x and y in millimetres, pane after pane. Panes may be turned,
-never mirrored. Layers: CUT contours, MARK names, SHEET the stock.
+A row of the CSV file is a corner: the name of the pane, x and y in millimetres, pane after pane. Panes may be rotated,
+not mirrored. Layers: CUT contours, MARK names, SHEET the stock.
 """
 
 from __future__ import annotations

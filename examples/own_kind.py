@@ -1,7 +1,7 @@
 """A kind of part that fabkit does not have: a cap plate over each node of a dome, in all lists, models and the report.
 
-A kind says what its parts are called, what a shop must know of them and what stands in their cut list. With parts of it
-in the design, one call writes the same folder as `fabkit build`.
+A kind defines the name of its parts, what a shop must know of them and the columns of their cut list. With its parts in
+the design, one call writes the same folder as `fabkit build`.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ STEEL = Material("S235", density_kg_m3=7850.0)
 
 @dataclass(frozen=True, eq=False)
 class CapDetails(Details):
-    """Of n caps, whose axis is z. screw_mm (n,): how long the screw is that holds each."""
+    """Of n caps, whose axis is z. screw_mm (n,): length of the screw that holds each cap."""
 
     screw_mm: FloatArray
 
 
 def columns(caps: Parts[CapDetails], around: Surroundings) -> list[Column]:
-    """The cut list: a row for each mark, with the least and the largest of what the parts of that mark have."""
+    """The cut list: a row for each mark, with the least and the largest value of the parts of that mark."""
     return [
         *marks_and_counts(caps),
         Column("Screw (mm)", 0, ranges(caps.details.screw_mm, caps.mark, 0)),

@@ -1,8 +1,8 @@
-"""A freeform roof of 288 planar quads: the mesh of the README's journey.
+"""A freeform roof of 288 planar quads: the mesh of the quick start in the README.
 
-An arch is moved along a wave, which gives planar quads; a projective map, which keeps planes plane, then widens one
-end. Run it to write roof.obj beside it, in metres with four decimals, as modelling programs do: so the faces are
-planar to about 1e-4 only, and have to be planarised.
+An arch moved along a wave gives planar quads; a projective map, which preserves planes, then widens one end. Run the
+script to write roof.obj next to it, in metres with four decimals, as modelling programs do. The faces are then planar
+only to about 1e-4, and have to be planarised.
 """
 
 from __future__ import annotations

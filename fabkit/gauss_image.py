@@ -1,12 +1,15 @@
-"""The Gauss image to build with, where it is given as a file beside that of the mesh."""
+"""The Gauss image to build with: what is asked of it, and reading it where it is given as a file."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from fabkit.rules import Positive
 from fabkit.wording import readable
 from geometry.errors import MeshError, ParallelityError, raise_worst
 from geometry.files import MeshFile, read_mesh_pair
@@ -14,7 +17,7 @@ from geometry.gauss import edge_distances, points_inwards
 from geometry.mesh import Mesh
 from geometry.parallel import parallelity
 
-__all__ = ["GIVEN_PAIR_TOLERANCE", "GivenPair", "read_given_pair"]
+__all__ = ["GIVEN_PAIR_TOLERANCE", "GaussImageRules", "GivenPair", "read_given_pair"]
 
 GIVEN_PAIR_TOLERANCE = 1e-3
 """Default of the largest deviation of a given pair from parallel, in radii of the unit sphere. Up to it the pair is
@@ -23,6 +26,40 @@ made exact."""
 LEAST_MEDIAN_DISTANCE, LARGEST_MEDIAN_DISTANCE = 0.5, 2.0
 """Bounds of the median distance of the edges of a given S from the origin. These distances are beam heights over the
 nominal height, so a value far from 1 means that S is not scaled to the unit sphere."""
+
+
+class GaussImageRules(BaseModel):
+    """The Gauss image: given as a file, or computed by weights.
+
+    file: a mesh file with the faces of the mesh, parallel to it, near the unit sphere; no unit applies to it.
+    tolerance: how far the given one may be off parallel, and its vertices move to become it, in radii of that sphere.
+    faces, edges, vertices, fairness: weights of face distance, beam height, vertex normals and fairness.
+    rounds: how often directions are estimated anew, so that distances themselves go to 1.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    file: Path | None = None
+    tolerance: Positive = GIVEN_PAIR_TOLERANCE
+    faces: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    edges: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    vertices: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    fairness: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+    rounds: Annotated[int, Field(ge=1, le=1000)] | None = None
+
+    @model_validator(mode="after")
+    def _given_or_computed(self) -> GaussImageRules:
+        if self.file is not None and self.weights:
+            raise ValueError(
+                f"the Gauss image is given by file, so there is nothing to compute: take out "
+                f"{', '.join(self.weights)}, or file"
+            )
+        return self
+
+    @property
+    def weights(self) -> dict[str, Any]:
+        """The weights that are given."""
+        return self.model_dump(exclude={"file", "tolerance"}, exclude_none=True)
 
 
 @dataclass(frozen=True, eq=False)

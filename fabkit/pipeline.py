@@ -13,7 +13,7 @@ from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
 from fabkit.fitness.parts import block_heights, mitres_of, sheets, underside
-from fabkit.formats import whole_folder, write_documents, write_manifest
+from fabkit.formats import EXACT_SUFFIXES, whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, LeftOut
@@ -27,10 +27,11 @@ from fabkit.production import (
 from fabkit.project import Project
 from fabkit.stages import Listener, Stages
 from fabkit.structure import checked_structure, with_checked
-from fabkit.surface import LaidSurface, lay_on_surface
+from fabkit.surface import LaidSurface, lay_on_surface, read_exact_file
 from fabkit.units import MM_PER_UNIT
 from geometry.files import MeshFile, check_faces, read_mesh
 from geometry.mesh import Mesh
+from geometry.surface import Surface
 
 __all__ = [
     "Built",
@@ -109,7 +110,8 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     file, laid = _laid(project, file, stages)
     scale = _scale(project, file.mesh)
     mesh = file.mesh * scale
-    structure, image, found = checked_structure(project, mesh, file.rounding * scale, given, laid, stages)
+    surface = None if laid is None else laid.scaled_surface(scale)
+    structure, image, found = checked_structure(project, mesh, file.rounding * scale, given, surface, stages)
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
@@ -142,6 +144,8 @@ def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
 
 def mesh_file(project: Project) -> MeshFile:
     """The mesh of a project without its Gauss image, near zero; one in memory is checked as a file is."""
+    if isinstance(project.mesh, Path) and project.mesh.suffix.lower() in EXACT_SUFFIXES:
+        return read_exact_file(project.mesh, project.surface, flip=project.flip).near_zero()
     if not isinstance(project.mesh, Mesh):
         return read_mesh(project.mesh, flip=project.flip).near_zero()
     check_faces(project.mesh)
@@ -158,13 +162,14 @@ def _laid(project: Project, file: MeshFile, stages: Stages) -> tuple[MeshFile, L
         return lay_on_surface(file, project.surface, mm, lambda share: stages.progress("Lay mesh", share))
 
 
-def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None, LaidSurface | None]:
+def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None, Surface | None]:
     """The mesh of a project, how coarse its coordinates were, in mm; its Gauss image where that is given, and its
-    surface where it is laid on one."""
+    surface, in mm, where it is laid on one."""
     file, given = _read(project)
     file, laid = _laid(project, file, Stages())
     scale = _scale(project, file.mesh)
-    return file.mesh * scale, file.rounding * scale, given, laid
+    surface = None if laid is None else laid.scaled_surface(scale)
+    return file.mesh * scale, file.rounding * scale, given, surface
 
 
 def _unusual_parts(

@@ -14,16 +14,16 @@ from pydantic_core import core_schema
 
 from fabkit.errors import ProjectError
 from fabkit.fitness import CRITERIA, FitnessRules
-from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE
+from fabkit.gauss_image import GaussImageRules
+from fabkit.optimisation import OptimiseRules
 from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
-from fabkit.surface import SurfaceRules
+from fabkit.surface import SurfaceRules, check_surface
 from fabkit.units import MM_PER_UNIT, Unit
 from fabkit.wording import echo, readable
 from geometry.mesh import Mesh
 
 __all__ = [
-    "GaussImageRules",
     "Nesting",
     "PlanariseWeights",
     "Project",
@@ -59,40 +59,6 @@ MeshSource = Annotated[
 """The path of a mesh file, or a mesh in memory."""
 
 
-class GaussImageRules(BaseModel):
-    """The Gauss image: given as a file, or computed by weights.
-
-    file: a mesh file with the faces of the mesh, parallel to it, near the unit sphere; no unit applies to it.
-    tolerance: how far the given one may be off parallel, and its vertices move to become it, in radii of that sphere.
-    faces, edges, vertices, fairness: weights of face distance, beam height, vertex normals and fairness.
-    rounds: how often directions are estimated anew, so that distances themselves go to 1.
-    """
-
-    model_config = _STRICT
-
-    file: Path | None = None
-    tolerance: Positive = GIVEN_PAIR_TOLERANCE
-    faces: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
-    edges: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
-    vertices: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
-    fairness: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
-    rounds: Annotated[int, Field(ge=1, le=1000)] | None = None
-
-    @model_validator(mode="after")
-    def _given_or_computed(self) -> GaussImageRules:
-        if self.file is not None and self.weights:
-            raise ValueError(
-                f"the Gauss image is given by file, so there is nothing to compute: take out "
-                f"{', '.join(self.weights)}, or file"
-            )
-        return self
-
-    @property
-    def weights(self) -> dict[str, Any]:
-        """The weights that are given."""
-        return self.model_dump(exclude={"file", "tolerance"}, exclude_none=True)
-
-
 class PlanariseWeights(BaseModel):
     """Weight of the shape of the edges against closeness to the given vertices when faces are made planar.
 
@@ -122,9 +88,9 @@ class Project(BaseModel):
     coordinates, or mean_edge_mm, the length to which its mean edge is scaled, is required. flip reverses all faces, and
     so the outside. name: of the structure, by default that of the mesh file. surface: the file is a design surface, and
     a mesh is laid on it; mean_edge_mm is then that of this mesh. gauss_image: weights, or a file, which may also stand
-    in the place of the whole table. equal_within_mm: largest difference between coordinates of parts that share a mark;
-    parts may be misplaced by up to this tolerance. fitness: bounds from which a finding is noted or refused; accept:
-    names of findings to accept instead of refusing them.
+    in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
+    between coordinates of parts that share a mark; parts may be misplaced by up to this tolerance. fitness: bounds from
+    which a finding is noted or refused; accept: names of findings to accept instead of refusing them.
 
     >>> from geometry.mesh.shapes import dome
     >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})
@@ -147,6 +113,7 @@ class Project(BaseModel):
     surface: SurfaceRules | None = None
     planarise: PlanariseWeights = PlanariseWeights()
     gauss_image: GaussImageRules = GaussImageRules()
+    optimise: OptimiseRules | None = None
     nesting: Nesting = Nesting()
     beams: BeamRules = Field(default_factory=BeamRules)
     nodes: NodeRules = Field(default_factory=NodeRules)
@@ -183,15 +150,11 @@ class Project(BaseModel):
             )
         if self.gauss_image.file is not None and isinstance(self.mesh, Mesh):
             raise ValueError("gauss_image.file needs a mesh file beside it: write the mesh, or leave gauss_image out")
-        if self.surface is not None and self.gauss_image.file is not None:
+        check_surface(self.surface, self.mesh, self.unit, has_image=self.gauss_image.file is not None)
+        if self.optimise is not None and self.gauss_image.file is not None:
             raise ValueError(
-                "a mesh is laid on a surface by [surface], so that no Gauss image can be given for it: take out "
-                "gauss_image.file (--gauss-image), or [surface]"
-            )
-        if self.surface is not None and self.unit is None and self.surface.faces is None:
-            raise ValueError(
-                "surface.edge_length_mm (--edge-length) is in mm, but the surface has no unit: give unit (--unit), or "
-                "the number of faces (--faces) with mean_edge_mm (--mean-edge)"
+                "the Gauss image is given by gauss_image.file (--gauss-image), so that it cannot be optimised: take it "
+                "out, or [optimise] (--optimise)"
             )
         if self.gauss_image.file is not None and self.planarise.model_dump(exclude_none=True):
             raise ValueError(

@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 
 from fabkit.fitness import Finding, FitnessError, check_fit_to_build, with_accepted
-from fabkit.fitness.shape import folded, of_gauss_image, of_planar_mesh
+from fabkit.fitness.shape import CROSSINGS, crossings, folded, of_gauss_image, of_planar_mesh
 from fabkit.gauss_image import GivenPair
-from fabkit.production import ExactGaussImage, GivenGaussImage
+from fabkit.optimisation import optimised
+from fabkit.production import ExactGaussImage, GaussImageSource, GivenGaussImage
 from fabkit.project import Project
 from fabkit.stages import Stages
-from fabkit.surface import LaidSurface
 from geometry.errors import FoldedError, GeometryError
-from geometry.gauss import SupportStructure, exact_or_approximate_pair, nearest_parallel_pair
+from geometry.exact_offsets import exact_or_approximate_pair
+from geometry.gauss import SupportStructure, nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
 from geometry.surface import Surface
@@ -27,36 +28,45 @@ def checked_structure(
     mesh: Mesh,
     rounding_mm: float,
     given: GivenPair | None,
-    laid: LaidSurface | None,
+    surface: Surface | None,
     stages: Stages,
-) -> tuple[SupportStructure, GivenGaussImage | ExactGaussImage | None, tuple[Finding, ...]]:
-    """The structure between the planar mesh and its Gauss image; where that image is from; the findings so far."""
+) -> tuple[SupportStructure, GaussImageSource | None, tuple[Finding, ...]]:
+    """The structure between the planar mesh and its Gauss image; where that image is from; the findings so far.
+
+    surface: in mm, on which the mesh was laid, if it was.
+    """
     if given is not None:
         return checked_pair(project, mesh, given, stages)
-    planar, found = checked_planar(project, mesh, laid, stages)
-    return checked_image(project, mesh, planar, rounding_mm, found, stages)
+    planar, found = checked_planar(project, mesh, surface, stages)
+    return checked_image(project, mesh, planar, rounding_mm, surface, found, stages)
 
 
 def checked_planar(
-    project: Project, mesh: Mesh, laid: LaidSurface | None, stages: Stages
+    project: Project, mesh: Mesh, surface: Surface | None, stages: Stages
 ) -> tuple[Mesh, tuple[Finding, ...]]:
     """The mesh with planar faces, and the findings about it. Raises FitnessError if a finding is refused."""
     with stages("Planarise"):
         weights = project.planarise.model_dump(exclude_none=True)
-        if laid is not None:
-            scale = mesh.mean_edge_length / laid.laid.mesh.mean_edge_length
-            weights = {"surface": Surface(laid.surface.mesh * scale), "keep_boundary": True, **weights}
+        if surface is not None:
+            weights = {"surface": surface, "keep_boundary": True, **weights}
         planar = made_planar(mesh, weights)
         return planar, with_checked(project, (), of_planar_mesh(mesh, planar, project.fitness))
 
 
 def checked_image(
-    project: Project, mesh: Mesh, planar: Mesh, rounding_mm: float, before: tuple[Finding, ...], stages: Stages
-) -> tuple[SupportStructure, ExactGaussImage | None, tuple[Finding, ...]]:
-    """The structure with a computed Gauss image, and the findings so far.
+    project: Project,
+    mesh: Mesh,
+    planar: Mesh,
+    rounding_mm: float,
+    surface: Surface | None,
+    before: tuple[Finding, ...],
+    stages: Stages,
+) -> tuple[SupportStructure, GaussImageSource | None, tuple[Finding, ...]]:
+    """The structure with a computed Gauss image, and the findings so far; where the project asks for it, both are
+    optimised.
 
-    mesh: before it was made planar; rounding_mm: of its coordinates as read; before: the findings about `planar`.
-    Raises FitnessError if a finding is refused.
+    mesh: before it was made planar; rounding_mm: of its coordinates as read; surface: on which it was laid, if it was;
+    before: the findings about `planar`. Raises FitnessError if a finding is refused.
     """
     with stages("Gauss image"):
         moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
@@ -68,9 +78,15 @@ def checked_image(
             if planar.combinatorics.face_sizes.max() > 3:
                 raise
             raise GeometryError(f"{error.message} where --faces or --edge-length is given") from None
-        structure = SupportStructure(pair, project.beams.height_mm)
-        image = None if offset is None else ExactGaussImage(offset)
-        return structure, image, with_checked(project, before, of_gauss_image(structure, project.fitness))
+        image: GaussImageSource | None = None if offset is None else ExactGaussImage(offset)
+    found: tuple[Finding, ...] = ()
+    if project.optimise is not None:
+        with stages("Optimise"):
+            pair, image = optimised(pair, project.optimise, offset=offset, surface=surface)
+            found = crossings(pair.mesh)
+            before = tuple(finding for finding in before if finding.name not in CROSSINGS)  # of the mesh that was
+    structure = SupportStructure(pair, project.beams.height_mm)
+    return structure, image, with_checked(project, before, (*found, *of_gauss_image(structure, project.fitness)))
 
 
 def checked_pair(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -11,7 +12,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_serializer, model_validator
 
 from fabkit.errors import ProjectError
+from fabkit.formats.exact_surfaces import EXACT_SUFFIXES, ExactSurface, exact_surface
 from fabkit.formats.polylines import read_polylines
+from fabkit.formats.shape_triangles import read_shape
 from fabkit.rules import Positive
 from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats
@@ -22,10 +25,17 @@ from geometry.mesh import Mesh
 from geometry.remeshing import study_networks
 from geometry.surface import Surface, refined, smoothed
 
-__all__ = ["LaidSurface", "SurfaceRules", "lay_on_surface"]
+__all__ = ["ExactFile", "LaidSurface", "SurfaceRules", "check_surface", "lay_on_surface", "read_exact_file"]
 
 ALIGNED_DEG = 10.0
 """Angle in degrees from a line of the network up to which an edge counts as lying along it."""
+
+
+LEAST_SAMPLED_FACES = 1000
+"""Faces for which exact surfaces are cut into triangles at least, so that their curvature shows."""
+
+TRIANGLE_EDGE_RATIO = 0.7
+"""Length of the edges of those triangles over that of the edges of the mesh: some four triangles a face."""
 
 
 class SurfaceRules(BaseModel):
@@ -62,6 +72,23 @@ class SurfaceRules(BaseModel):
         return self
 
 
+def check_surface(rules: SurfaceRules | None, mesh: Any, unit: str | None, *, has_image: bool) -> None:
+    """Raise ValueError where the rest of a project contradicts its surface."""
+    suffix = mesh.suffix.lower() if isinstance(mesh, Path) else ""
+    if suffix in EXACT_SUFFIXES and unit not in (None, "mm"):
+        raise ValueError(f"unit (--unit) is {unit}, but {suffix} files have a unit and are read in mm: give mm")
+    if rules is not None and has_image:
+        raise ValueError(
+            "a mesh is laid on a surface by [surface], so that no Gauss image can be given for it: take out "
+            "gauss_image.file (--gauss-image), or [surface]"
+        )
+    if rules is not None and unit is None and rules.faces is None:
+        raise ValueError(
+            "surface.edge_length_mm (--edge-length) is in mm, but the surface has no unit: give unit (--unit), or the "
+            "number of faces (--faces) with mean_edge_mm (--mean-edge)"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class LaidSurface:
     """What a mesh was laid on, and how; lengths in the unit of the file, near its origin.
@@ -82,10 +109,50 @@ class LaidSurface:
         """Share of the edges inside the mesh within `ALIGNED_DEG` of a line of the network."""
         return float((np.degrees(self.laid.quality.off_network) < ALIGNED_DEG).mean())
 
+    def scaled_surface(self, scale: float) -> Surface:
+        """The surface, scaled as the mesh is."""
+        return self.surface.moved(scale, np.zeros(3))
+
     def distances(self, mesh: Mesh) -> FloatArray:
         """(N,) of the vertices of a mesh from the surface."""
         feet, _ = self.surface.closest(mesh.vertices)
         return floats(np.linalg.norm(mesh.vertices - feet, axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class ExactFile(MeshFile):
+    """A STEP, IGES or BREP file: triangles on its faces as the mesh, and the exact surface."""
+
+    surface: ExactSurface = field(kw_only=True)
+
+    def near_zero(self) -> ExactFile:
+        """As `MeshFile.near_zero`, with the surface."""
+        mesh, origin = self.mesh.near_zero()
+        moved = self.surface.moved(1.0, -origin)
+        return replace(self, mesh=mesh, surface=moved, origin=floats(self.origin + origin))
+
+
+def read_exact_file(path: Path, rules: SurfaceRules | None, *, flip: bool) -> ExactFile:
+    """The exact surface in a STEP, IGES or BREP file, in millimetres, in triangles that are fine enough for the mesh.
+
+    Raises ProjectError where no mesh is to be laid on it, and FabkitError where it cannot be read.
+    """
+    name = readable(path.name)
+    if rules is None:
+        raise ProjectError(
+            f"{name} holds surfaces, and no mesh: say how many faces are laid on them, by faces (--faces), or how long "
+            "their edges are, by edge_length_mm (--edge-length)"
+        )
+
+    def edge_length(area: float) -> float:
+        count = rules.faces or area / (rules.edge_length_mm or 1.0) ** 2
+        return float(np.sqrt(area / max(count, LEAST_SAMPLED_FACES)) * TRIANGLE_EDGE_RATIO)
+
+    shape = read_shape(path)
+    surface = exact_surface(shape, edge_length, name=name)
+    surface = surface.reversed() if flip else surface
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    return ExactFile(path, surface.mesh, (), digest, surface=surface)
 
 
 def lay_on_surface(
@@ -96,8 +163,13 @@ def lay_on_surface(
     mm: millimetres a unit of the file, None where it has none. progress: called with the share that is done of a study
     of networks. Raises ProjectError for sizes in mm of a file without unit, and GeometryError as `lay_quads` does.
     """
-    given = Surface(file.mesh)
+    given = file.surface if isinstance(file, ExactFile) else Surface(file.mesh)
     moved = 0.0
+    if rules.smooth_mm is not None and given.is_exact:
+        raise ProjectError(
+            f"smooth_mm (--smooth) takes noise out of triangles, and {readable(file.path.name)} holds exact surfaces: "
+            "leave it out"
+        )
     if rules.smooth_mm is not None:
         without_noise = smoothed(given, _in_unit(rules.smooth_mm, mm, "smooth_mm (--smooth)"))
         given, moved = without_noise.surface, float(without_noise.moves.max())

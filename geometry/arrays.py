@@ -9,7 +9,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["BoolArray", "ComplexArray", "FloatArray", "IntArray", "complexes", "floats", "integers", "short_repr"]
+__all__ = [
+    "BoolArray",
+    "ComplexArray",
+    "FloatArray",
+    "IntArray",
+    "angles_between",
+    "complexes",
+    "floats",
+    "integers",
+    "short_repr",
+]
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -49,6 +59,16 @@ def complexes(values: Any) -> ComplexArray:
     array = np.array(values, dtype=np.complex128)
     array.flags.writeable = False
     return array
+
+
+def angles_between(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Angles in radians between vectors (..., 3), accurate for small angles too.
+
+    >>> angles_between(np.array([1.0, 0.0, 0.0]), np.array([[1.0, 1e-12, 0.0], [0.0, 2.0, 0.0]])).round(13).tolist()
+    [1e-12, 1.5707963267949]
+    """
+    crossed = np.linalg.norm(np.cross(first, second), axis=-1)
+    return np.asarray(np.arctan2(crossed, np.sum(first * second, axis=-1)))
 
 
 LONGEST_REPR = 96

@@ -12,23 +12,25 @@ from geometry.curvature import (
 )
 from geometry.edge_offset import KoebePolyhedron, edge_offset_mesh, koebe, rotational_koebe, tangent_mesh
 from geometry.errors import FoldedError, GeometryError, MeshError, MeshFileError, ParallelityError, RankError
+from geometry.exact_offsets import (
+    OffsetMesh,
+    edge_offset_pair,
+    exact_pairs,
+    face_offset_pair,
+    offset,
+    vertex_offset_pair,
+)
 from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
 from geometry.gauss import (
-    OffsetMesh,
     Pair,
     SupportStructure,
     approximate_pair,
     edge_distances,
-    edge_offset_pair,
-    exact_pairs,
     face_distances,
-    face_offset_pair,
     nearest_parallel_pair,
     node_axes,
-    offset,
     parallel_from_axes,
     vertex_distances,
-    vertex_offset_pair,
 )
 from geometry.layout import LaidMesh, boundary_lengths, lay_quads
 from geometry.mesh import Combinatorics, Mesh, as_mesh, to_compas, to_meshio, to_trimesh

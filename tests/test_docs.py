@@ -107,6 +107,10 @@ assert fine.n_faces == 16 * coarse.n_faces
 assert abs(glass.face_distances - 0.2).max() < 1e-9
 assert abs(near.vertices[[0, 19]] - wanted).max() < 0.3
 """,
+    "constant-heights.md": """
+assert curve[-1].after.edge_spread < 0.05 < curve[0].after.edge_spread
+assert (Path("shell-built") / "model.step").is_file()
+""",
     "shading.md": """
 assert found.after.share > found.before.share
 """,

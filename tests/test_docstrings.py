@@ -17,7 +17,12 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PUBLIC = runpy.run_path(str(ROOT / "docs" / "tools" / "public_names.py"))
-KERNELS = {"to_build123d": "build123d", "to_cadquery": "cadquery", "suns_at": "sunposition"}
+KERNELS = {
+    "exact_surface": "build123d",
+    "to_build123d": "build123d",
+    "to_cadquery": "cadquery",
+    "suns_at": "sunposition",
+}
 """Examples that call these functions need the package, and run with `-m kernel` where it is installed."""
 
 LIBRARIES = {"to_compas": "compas", "to_meshio": "meshio"}

@@ -90,7 +90,7 @@ def test_figure_5_shows_blends_that_are_parallel() -> None:
 
 def test_figure_6_shows_beams_that_meet_exactly_and_takes_them_to_step(tmp_path: Path) -> None:
     found = numbers(6)
-    for which in ("by how much their outer edges miss each other", "by how much their inner edges miss each other"):
+    for which in ("largest misalignment of their outer edges", "largest misalignment of their inner edges"):
         assert found[f"{which}, over the height"] < 1e-9
     assert found["misalignment of beams on node axes, over the height"] < 1e-9
     assert found["largest twist in degrees"] < 1e-9
@@ -170,8 +170,8 @@ def test_figure_11_shows_negative_curvature_and_reversed_edges() -> None:
     assert found["largest deviation of an edge of S from distance 1"] < 1e-9
     assert found["largest deviation of edges of M and M + d S from distance d, over d"] < 1e-9
     assert found["largest sine between corresponding edges"] < 1e-9
-    assert found["least edge factor, without its sign"] > 1 - 1e-9
-    assert found["largest edge factor, without its sign"] < 10
+    assert found["least absolute edge factor"] > 1 - 1e-9
+    assert found["largest absolute edge factor"] < 10
     assert found["faces of M that cross themselves or others"] == 0
 
 
@@ -194,8 +194,8 @@ def test_figure_13_shows_that_conical_is_far_and_planar_is_near() -> None:
 
 def test_figure_17_shows_parallel_diagonals_and_a_minimal_mesh() -> None:
     found = numbers(17)
-    assert found["largest mean curvature, over one over the waist"] < 1e-9
-    assert found["largest Gaussian curvature, over its square"] < -0.01
+    assert found["largest mean curvature, times the waist radius"] < 1e-9
+    assert found["largest Gaussian curvature, times its square"] < -0.01
     assert found["largest sine between 13 and 2*4*"] < 1e-9
     assert found["largest sine between 24 and 1*3*"] < 1e-9
     assert found["largest sine between corresponding edges"] < 1e-9
@@ -206,8 +206,8 @@ def test_figure_17_shows_parallel_diagonals_and_a_minimal_mesh() -> None:
 
 def test_figure_18_shows_a_minimal_mesh_with_edge_offsets() -> None:
     found = numbers(18)
-    assert found["largest mean curvature, over one over the waist"] < 1e-9
-    assert found["largest Gaussian curvature, over its square"] < -0.1
+    assert found["largest mean curvature, times the waist radius"] < 1e-9
+    assert found["largest Gaussian curvature, times its square"] < -0.1
     assert found["largest deviation of an edge of S from distance 1"] < 1e-9
     assert found["largest sine between corresponding edges"] < 1e-9
     assert found["reversed edges"] == found["faces"]  # one side of each hexagon, as rows are closed

@@ -16,16 +16,17 @@ from scipy.linalg import expm, null_space
 from geometry.arrays import FloatArray
 from geometry.curvature import face_curvatures, steiner_area
 from geometry.errors import GeometryError, ParallelityError
-from geometry.functionals.fairness import laplacian
-from geometry.gauss import (
-    Pair,
+from geometry.exact_offsets import (
     circularity,
     conicality,
     edge_cone_deviation,
-    vertex_distances,
+    edge_offset_pair,
+    face_offset_pair,
+    vertex_offset_pair,
 )
+from geometry.functionals.fairness import laplacian
+from geometry.gauss import Pair, vertex_distances
 from geometry.gauss.axes import node_axes, parallel_from_axes
-from geometry.gauss.exact_gauss_image import edge_offset_pair, face_offset_pair, vertex_offset_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.mesh.polygons import mixed_areas
 from geometry.parallel import ParallelSpace

@@ -1,4 +1,4 @@
-"""Draw all figures anew, and write docs/gallery/README.md from their docstrings and numbers."""
+"""Draw all figures, and write docs/gallery/README.md from their docstrings and numbers."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ EXAMPLES, GALLERY = ROOT / "examples", ROOT / "docs" / "gallery"
 HEAD = """\
 # Gallery
 
-Figures of the paper this project implements, [Pottmann2007] in [references.bib](../references.bib), made anew with
-shapes of our own. Each is drawn by a short script in [examples](../../examples), which runs in the folder of
-the project as `python -m examples.figure_03_parallel_meshes`; `python -m docs.tools.gallery` runs all of them and
-writes this page. Lengths without unit are in units of the example; d is the nominal distance of M and M'.
+Figures of the paper that this project implements, [Pottmann2007] in [references.bib](../references.bib), redrawn with
+our own shapes. Each figure has a short script in [examples](../../examples); run it in the folder of the project, such
+as `python -m examples.figure_03_parallel_meshes`. `python -m docs.tools.gallery` runs all scripts and writes this page.
+Lengths without unit are in units of the example; d is the nominal distance between M and M'.
 
-What the free parameters of edge offset meshes do is on a page of its own, [parameters.html](parameters.html): open it
-in a browser, turn a slider, and see M and S change.
+An interactive page, [parameters.html](parameters.html), shows the free parameters of edge offset meshes: open it in a
+browser, move a slider, and see M and S change.
 """
 
 ROUNDING = 1e-9
-"""Below this a number is zero but for rounding, and its digits differ from machine to machine."""
+"""Size of a number below which it is zero except for rounding, so that its digits depend on the machine."""
 
 CITATION = re.compile(r" \[.*?\]\.?")
 
@@ -37,8 +37,10 @@ def figures() -> dict[str, ModuleType]:
 
 
 def rows(numbers: dict[str, float]) -> list[str]:
-    shown = {name: "below 1e-9" if abs(value) < ROUNDING else f"{value:.3g}" for name, value in numbers.items()}
-    return [f"| {name} | {value} |" for name, value in shown.items()]
+    def shown(value: float) -> str:
+        return "below 1e-9" if abs(value) < ROUNDING and isinstance(value, float) else f"{value:.3g}"
+
+    return [f"| {name} | {shown(value)} |" for name, value in numbers.items()]
 
 
 def page(numbers: dict[str, dict[str, float]]) -> str:
@@ -48,7 +50,7 @@ def page(numbers: dict[str, dict[str, float]]) -> str:
         title, _, text = (module.__doc__ or "").strip().partition("\n\n")
         script = Path(module.__file__ or "").name
         parts.append(f"\n## Figure {int(name[-2:])}\n\n**{title}**\n\n{text}\n\n")
-        parts.append(f"![{CITATION.sub('', title)}]({name}.png)\n")
+        parts.append(f"![{CITATION.sub('', ' '.join(title.split()))}]({name}.png)\n")
         parts.append(f"\n[{script}](../../examples/{script}) finds:\n")
         parts.append("\n".join(["", "| number | value |", "|---|---|", *rows(numbers[name]), ""]))
     return "".join(parts)

@@ -1,7 +1,7 @@
-"""A page on which a person turns the free parameters of edge offset meshes and sees M and its Gauss image S change.
+"""An interactive page: sliders for the free parameters of edge offset meshes, with the M and S that they give.
 
-The meshes of `parameters_koebe.py` and `parameters_revolution.py` are computed here, and embedded in one file that
-opens offline in a browser: that only draws them. Run it to write docs/gallery/parameters.html.
+The meshes of `parameters_koebe.py` and `parameters_revolution.py` are computed here and embedded in one file that
+opens offline in a browser; the browser only displays them. Run it to write docs/gallery/parameters.html.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ TOOLS = Path(__file__).parent
 PAGE = TOOLS.parent / "gallery" / "parameters.html"
 
 ROUNDING = 1e-9
-"""Below this a number is zero but for rounding, and its digits differ from machine to machine."""
+"""Size of a number below which it is zero except for rounding, so that its digits depend on the machine."""
 
 ROWS = (
     ("Faces", "range"),
@@ -46,7 +46,7 @@ ROWS = (
     ("Node height / d", "range"),
     ("Width by height", "pair"),
 )
-"""The numbers that stand beside the meshes: two each, least and greatest, or a count of so many, or a pair."""
+"""The numbers shown next to the meshes, two each: least and greatest value, a count and its total, or a pair."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ def _short(value: float) -> float:
 
 @cache
 def states() -> list[tuple[Study, list[State]]]:
-    """Of each study the meshes for all combinations of its values; the last parameter runs fastest."""
+    """For each study the meshes for all combinations of its values; the last parameter varies fastest."""
     return [
         (study, [State.of(study.make(*values)) for values in product(*(p.values for p in study.parameters))])
         for study in (*KOEBE, *MINIMAL, *CONSTANT_MEAN, *LAGUERRE, *SIGNS)
@@ -122,7 +122,7 @@ def main() -> dict[str, float]:
 
 
 def page() -> str:
-    """Its text. It asks the network for nothing, and says nothing of when or where it was written."""
+    """The text of the page, with no network requests, time or place."""
     found = main()
     tangency, parallelity_, curvature = list(found.values())[-3:]
     shared = [files("fabkit.formats.report").joinpath(name) for name in ("camera.js", "program.js")]
@@ -143,8 +143,8 @@ def _power_of_ten(value: float) -> str:
     return "1e-9" if value < ROUNDING else f"{value:.0e}"
 
 
-class _Shelf:
-    """Texts, each kept once; `place` says where."""
+class _TextTable:
+    """Distinct texts; `place` gives the index of one."""
 
     def __init__(self) -> None:
         self.kept: dict[str, int] = {}
@@ -154,7 +154,7 @@ class _Shelf:
 
 
 def _data() -> dict[str, Any]:
-    arrays, topologies = _Shelf(), _Shelf()
+    arrays, topologies = _TextTable(), _TextTable()
 
     def written(state: State) -> dict[str, Any]:
         return {
@@ -187,12 +187,14 @@ def _data() -> dict[str, Any]:
 
 
 def _described(parameter: Parameter) -> dict[str, Any]:
+    is_choice = isinstance(parameter.values[0], str)
+    shown = [parameter.shown.format(value) for value in parameter.values]
     return {
         "name": parameter.name,
         "sentence": parameter.sentence,
-        "values": [parameter.shown.format(value).replace("-", "\u2212") for value in parameter.values],
+        "values": shown if is_choice else [text.replace("-", "\u2212") for text in shown],
         "start": parameter.start,
-        "isChoice": isinstance(parameter.values[0], str),
+        "isChoice": is_choice,
     }
 
 

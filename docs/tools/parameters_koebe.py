@@ -1,4 +1,4 @@
-"""Studies of Koebe polyhedra S, and of the fairest meshes M parallel to them."""
+"""Studies of Koebe polyhedra S and of the fairest meshes M parallel to them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _by_coverage(faces: str, percent: float) -> Pair:
 
 
 def _by_corner_angle(angle_deg: float) -> Pair:
-    """Of two opposite corners of a patch of quads; the others have what is left to a half turn."""
+    """The angle at two opposite corners of a patch of quads; at the other two, the supplementary angle."""
     c = _patch("quads")
     angles = np.where(c.is_boundary_vertex, np.pi, np.nan)
     angles[[0, 8, 80, 72]] = np.radians([angle_deg, 180 - angle_deg] * 2)
@@ -71,7 +71,7 @@ DIRECTIONS = ("sideways", "upwards")
 DOMES = "Koebe polyhedra"
 FAIREST = "M is the fairest mesh parallel to S whose edges all run as in S and are at least 1 long."
 PATCHES = ("quads", "hexagons", "pentagons")
-FACES = Parameter("Faces", "S is determined by which face meets which, here in a patch.", PATCHES)
+FACES = Parameter("Faces", "The combinatorics, here of a patch, determines S.", PATCHES)
 
 KOEBE = (
     Study(
@@ -82,7 +82,7 @@ KOEBE = (
             FACES,
             Parameter(
                 "Coverage",
-                "How much of the sphere S covers: the more, the more M bends.",
+                "Part of the sphere that S covers: the larger, the more M bends.",
                 (5, 10, 20, 30, 40, 50, 60, 70, 80),
                 "{} %",
                 4,
@@ -98,7 +98,7 @@ KOEBE = (
         (
             Parameter(
                 "Angle at two corners",
-                "Each boundary vertex of S may be given an angle of its circle pattern: here two opposite corners.",
+                "Angles of the circle pattern at boundary vertices of S may be given: here at two opposite corners.",
                 tuple(range(40, 141, 10)),
                 "{}°",
                 5,
@@ -114,8 +114,8 @@ KOEBE = (
         (
             Parameter(FACES.name, FACES.sentence, PATCHES[:2]),
             Parameter(
-                "Radii, one end to the other",
-                "Or a radius of its circle: where circles are larger, so are the faces of S and of M.",
+                "Radii from end to end",
+                "Or the radius of its circle may be given: where circles are larger, faces of S and M are larger too.",
                 (1, 1.5, 2, 3, 4, 6, 8, 12),
                 "1 : {:g}",
                 4,
@@ -129,10 +129,10 @@ KOEBE = (
         "Moebius boost",
         FAIREST,
         (
-            Parameter("Direction", "Of the point of the sphere around which circles gather.", DIRECTIONS),
+            Parameter("Direction", "Direction of the point of the sphere around which circles contract.", DIRECTIONS),
             Parameter(
                 "Speed",
-                "A Moebius transformation takes circles to circles; those near to the point shrink, the others grow.",
+                "A Moebius transformation maps circles to circles; those near the point shrink, the others grow.",
                 tuple(k / 10 for k in range(-6, 7)),
                 "{:g}",
                 9,
@@ -149,7 +149,7 @@ KOEBE = (
 
 @cache
 def _pentagons() -> tuple[Mesh, IntArray]:
-    """S, and the signs of a saddle: which edges run along the direction that keeps them."""
+    """S, and the signs of a saddle."""
     S = koebe(pentagon_patch(6, 6), coverage=0.35).mesh
     return S, saddle_signs(S, [1.0, 1.0, 0.0], pole=SOUTH)
 
@@ -165,16 +165,16 @@ SIGNS = (
     Study(
         "Signs and lengths",
         "Pentagons",
-        "M is the fairest mesh parallel to one S of pentagons, with edges that run as the signs say.",
+        "M is the fairest mesh parallel to one S of pentagons, with edges directed by the signs.",
         (
             Parameter(
                 "Edges across",
-                "Edges that run rather across one diagonal are reversed, so that M is a saddle, or kept.",
+                "Edges more across than along one diagonal are reversed, so that M is a saddle, or kept.",
                 ("reversed", "kept"),
             ),
             Parameter(
                 "Least length of these",
-                "The other edges are at least 1 long; this stretches M one way only.",
+                "The other edges are at least 1 long; this lengthens M in one direction only.",
                 (0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.1, 1.2, 1.3, 1.4),
                 "{:g}",
                 6,

@@ -1,4 +1,4 @@
-"""Studies of meshes that S determines by their mean curvature, and of what Laguerre transformations do to them."""
+"""Studies of meshes determined by S and their mean curvature, and of their Laguerre transformations."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _enneper(turn_deg: float) -> Pair:
 
 
 CATENOID = "M is a catenoid with waist 1: its mean curvature is zero in every face, and S is given in closed form."
-FACES = Parameter("Faces", "Which faces go around the axis.", KINDS)
+FACES = Parameter("Faces", "Type of faces around the axis.", KINDS)
 
 MINIMAL = (
     Study(
@@ -42,13 +42,11 @@ MINIMAL = (
             FACES,
             Parameter(
                 "Faces around",
-                "More of them around the axis make rows lower, since face circles of neighbours must touch.",
+                "With more faces around the axis, rows become lower, since circles of neighbouring faces touch.",
                 (8, 10, 12, 16, 20),
                 start=2,
             ),
-            Parameter(
-                "Rows", "How far the band goes towards the poles, and M away from its waist.", (2, 3, 4, 5), start=2
-            ),
+            Parameter("Rows", "Extent of the band towards the poles, and of M from its waist.", (2, 3, 4, 5), start=2),
         ),
         _catenoid,
         0.15,
@@ -62,7 +60,7 @@ MINIMAL = (
             FACES,
             Parameter(
                 "Latitude of the middle",
-                "The same band of faces, moved over the sphere: which part of the catenoid it becomes.",
+                "The same band of faces, moved over the sphere, gives another part of the catenoid.",
                 tuple(range(-40, 41, 10)),
                 "{}°",
                 4,
@@ -78,8 +76,8 @@ MINIMAL = (
         "M is the Christoffel dual of S, a surface of Enneper: zero mean curvature without an axis.",
         (
             Parameter(
-                "Normals turn by",
-                "From the middle to the middle of a side; the further, the more M winds up.",
+                "Rotation of normals",
+                "From the centre to the middle of a side; the larger, the more M winds round.",
                 tuple(range(40, 121, 10)),
                 "{}°",
                 4,
@@ -111,11 +109,11 @@ CONSTANT_MEAN = (
     Study(
         "Constant mean curvature",
         "Cylinder to spheres",
-        "M has the mean curvature -1 in every face. S is folded over itself where bulges of M go over to necks.",
+        "M has the mean curvature -1 in every face. S is folded where bulges of M turn into necks.",
         (
             Parameter(
                 "Rows between inflections",
-                "With few rows M is nearer to a cylinder; with more, bulges become spheres and necks points.",
+                "With few rows M is nearly a cylinder; with more, bulges become spheres and necks become points.",
                 (2, 3, 4, 5, 6, 7, 8),
                 start=2,
             ),
@@ -128,12 +126,12 @@ CONSTANT_MEAN = (
     Study(
         "Constant mean curvature",
         "Beyond the sphere",
-        "One band S, and those M parallel to it that have the mean curvature -1 in every face.",
+        "One band S, and the meshes M parallel to it with mean curvature -1 in every face.",
         (
-            Parameter("Faces", "Which faces go around the axis.", KINDS[:2]),
+            Parameter("Faces", "Type of faces around the axis.", KINDS[:2]),
             Parameter(
                 "Widest radius",
-                "1 is a sphere, with S for a mesh; below 1 the bulge of an unduloid, above 1 part of a nodoid.",
+                "At 1, M is S, a sphere; below 1 the bulge of an unduloid, above 1 a part of a nodoid.",
                 (0.8, 0.85, 0.9, 0.95, 1, 1.1, 1.2, 1.3, 1.4, 1.5),
                 "{:g}",
                 4,
@@ -169,14 +167,14 @@ LAGUERRE = (
     Study(
         "Laguerre geometry",
         "Boost",
-        "A Laguerre transformation takes edge offset meshes to edge offset meshes; S follows by a Moebius "
-        "transformation. H does not stay.",
+        "A Laguerre transformation maps edge offset meshes to edge offset meshes, and S by a Moebius "
+        "transformation. H is not preserved.",
         (
             BODY,
             Parameter("Direction", "Along the axis, upwards, or across it.", DIRECTIONS),
             Parameter(
                 "Speed",
-                "Planes turn away from this direction; at the speed 1 all would face the same way.",
+                "Planes rotate away from this direction; at speed 1 all would be parallel.",
                 tuple(k / 10 for k in range(-4, 5)),
                 "{:g}",
                 6,
@@ -188,12 +186,12 @@ LAGUERRE = (
     Study(
         "Laguerre geometry",
         "Offset",
-        "M + d S: edges move away by exactly d, the beams stay in their planes, and S stays as it is.",
+        "M + d S: edges move by exactly d, beams stay in their planes, and S does not change.",
         (
             BODY,
             Parameter(
                 "Distance d",
-                "The unduloid moved by -1 has H = 1: bulges and necks change places.",
+                "The offset of the unduloid by -1 has H = 1: bulges and necks are exchanged.",
                 tuple(k / 5 for k in range(-5, 6)),
                 "{:g}",
                 5,

@@ -1,6 +1,6 @@
-"""What a study of the page of `parameters.py` is: parameters, and the meshes M and S that they lead to.
+"""A study on the page of `parameters.py`: parameters, and the meshes M and S for their values.
 
-The parameters of a study are turned independently, so it has as many meshes as there are combinations of their values.
+The parameters of a study are independent, so it has as many meshes as there are combinations of their values.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ __all__ = ["Parameter", "Study"]
 
 @dataclass(frozen=True, eq=False)
 class Parameter:
-    """A slider, or a row of buttons where the values are texts. shown: how a value is written; start: its place."""
+    """A slider, or a row of buttons for texts. shown: format of a value; start: index of the first value."""
 
     name: str
     sentence: str
@@ -27,8 +27,8 @@ class Parameter:
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """make: from a value of each parameter to M and S. mean: H of every face where it is known. beam: the height of the
-    beams that are drawn, in the unit of M. view: azimuth and elevation from which it is first seen, in radians."""
+    """make: from a value of each parameter to M and S. mean: H of every face where it is known. beam: height of the
+    beams shown, in the unit of M. view: azimuth and elevation of the first view, in radians."""
 
     family: str
     title: str

@@ -26,6 +26,7 @@ from fabkit.commands.options import (
     MeshPath,
     NestMode,
     NestSeconds,
+    Optimise,
     Reference,
     Sheet,
     SkipUnbuildable,
@@ -56,6 +57,7 @@ app = typer.Typer(
 def build_command(
     mesh: MeshPath,
     gauss_image: GaussImage = None,
+    optimise: Optimise = None,
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="FOLDER", help="Folder to write; must not exist yet.")
     ] = None,
@@ -102,6 +104,7 @@ def build_command(
             equal_within_mm=equal_within,
             accept=accept,
             gauss_image={"file": gauss_image},
+            optimise=optimise,
             faces=faces,
             edge_length=edge_length,
             lines=lines,
@@ -125,6 +128,7 @@ def build_command(
 def inspect_command(
     mesh: MeshPath,
     gauss_image: GaussImage = None,
+    optimise: Optimise = None,
     unit: Unit = None,
     mean_edge: MeanEdge = None,
     flip: Flip = False,
@@ -167,6 +171,7 @@ def inspect_command(
             skip_unbuildable=skip_unbuildable or None,
             accept=accept,
             gauss_image={"file": gauss_image},
+            optimise=optimise,
             faces=faces,
             edge_length=edge_length,
             lines=lines,

@@ -9,23 +9,27 @@ import numpy as np
 from fabkit.detailing import Ends, axis_misalignments, beam_ends
 from fabkit.fitness import Finding
 from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE
+from fabkit.production import OptimisedGaussImage
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.errors import GeometryError
+from geometry.exact_offsets import circularity, conicality, offset_deviations
+from geometry.exact_offsets.exact_or_approximate import EXACT_OFFSET_TOLERANCE
 from geometry.files import MeshFile
-from geometry.gauss import (
-    Pair,
-    SupportStructure,
-    circularity,
-    conicality,
-    nearest_parallel_pair,
-    offset_deviations,
-)
-from geometry.gauss.exact_or_approximate import EXACT_OFFSET_TOLERANCE
+from geometry.gauss import Pair, SupportStructure, nearest_parallel_pair
 from geometry.mesh import Mesh
 from geometry.parallel import parallelity
 
-__all__ = ["as_read", "beam_heights", "ends_of_all", "findings_facts", "moves", "offset_kinds", "pair_fit"]
+__all__ = [
+    "as_read",
+    "beam_heights",
+    "ends_of_all",
+    "findings_facts",
+    "moves",
+    "offset_kinds",
+    "optimising",
+    "pair_fit",
+]
 
 EXACT_PROPERTY_TOLERANCE, NEAR_PROPERTY_TOLERANCE = 1e-6, 1e-2
 """Largest deviation up to which a property holds, and nearly holds, relative to an edge or in radians: drawing programs
@@ -116,6 +120,19 @@ def beam_heights(heights: FloatArray) -> str:
     return (
         f"{low:.3f} to {high:.3f} of the nominal height, median {middle:.3f}, 90 % within {early:.3f} to {late:.3f}; "
         f"{within.mean():.0%} of the beams are within 2 %"
+    )
+
+
+def optimising(image: OptimisedGaussImage, length_mm: float) -> str:
+    """What optimising changed; length_mm: the mean edge of the mesh before."""
+    (spread, spread_after), (lean, lean_after) = image.height_spread, image.lean_p95_deg
+    median, largest = (move / length_mm for move in image.moves_mm)
+    convex = len(image.no_longer_convex)
+    lost = f"; {convex} faces are no longer convex" if convex else ""
+    return (
+        f"spread of beam heights (2.5 to 97.5 %) from {spread:.2g} to {spread_after:.2g}, lean of 95 % of the axes "
+        f"from {lean:.0f} to {lean_after:.0f} degrees, by moving vertices by {median:.2g} of the mean edge length in "
+        f"the median, {largest:.2g} at most (vertex {image.farthest_vertex}, counted from 0){lost}"
     )
 
 

@@ -9,13 +9,24 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.commands.facts import as_read, beam_heights, ends_of_all, findings_facts, moves, offset_kinds, pair_fit
+from fabkit.commands.facts import (
+    as_read,
+    beam_heights,
+    ends_of_all,
+    findings_facts,
+    moves,
+    offset_kinds,
+    optimising,
+    pair_fit,
+)
 from fabkit.errors import FabkitError, error_sentence
 from fabkit.fitness import CRITERIA, Finding, FitnessError, with_accepted
 from fabkit.fitness.parts import mitres
 from fabkit.fitness.shape import self_intersection
+from fabkit.gauss_image import GaussImageRules
 from fabkit.pipeline import design, mesh_file, mesh_in_mm
-from fabkit.project import GaussImageRules, Project
+from fabkit.production import OptimisedGaussImage
+from fabkit.project import Project
 from fabkit.stages import Stages
 from fabkit.structure import checked_image, checked_pair, checked_planar
 from geometry.errors import GeometryError
@@ -33,10 +44,10 @@ UNSIZED: dict[str, Any] = {"mean_edge_mm": 1000.0}
 class Inspection:
     """A mesh file, near zero, and what follows from it. Lengths are in the unit of the file.
 
-    gauss_image: as given, None where it is computed. moved: what making faces planar took, None for nothing.
-    planar: the mesh after that; structure: it and its Gauss image; None where that failed. findings: what is unusual,
-    noted, accepted or refused. trouble: why nothing can be built, a sentence each. is_sized: whether parts were made,
-    or only what depends on no size was judged.
+    gauss_image: as given, None where it is computed. moved: what making faces planar took, None for nothing. planar:
+    the mesh after that; structure: it and its Gauss image; None where that failed. optimised: what optimising both
+    changed, where the project asks for it. findings: what is unusual, noted, accepted or refused. trouble: why nothing
+    can be built, a sentence each. is_sized: whether parts were made, or only what depends on no size was judged.
     """
 
     file: MeshFile
@@ -44,6 +55,7 @@ class Inspection:
     moved: str | None
     planar: Mesh | None
     structure: SupportStructure | None
+    optimised: OptimisedGaussImage | None
     findings: tuple[Finding, ...]
     trouble: tuple[str, ...]
     is_sized: bool
@@ -61,6 +73,8 @@ class Inspection:
         elif self.planar is not None:
             yield "planarised", self.moved or "nothing to do"
             yield from offset_kinds(self.planar)
+        if self.optimised is not None and self.planar is not None:
+            yield "optimised", optimising(self.optimised, self.planar.mean_edge_length)
         if self.structure is not None:
             yield "beam heights", beam_heights(self.structure.heights)
         yield from findings_facts(self.findings)
@@ -112,6 +126,7 @@ def inspect_project(project: Project, *, is_sized: bool = True) -> Inspection:
         moves(tried.given, tried.planar) if tried.given and tried.planar else None,
         tried.planar,
         tried.structure,
+        tried.optimised,
         with_accepted(tried.findings, project.accept),
         tried.trouble,
         is_sized,
@@ -128,6 +143,7 @@ class _Tried:
     given: Mesh | None = None
     planar: Mesh | None = None
     structure: SupportStructure | None = None
+    optimised: OptimisedGaussImage | None = None
     findings: tuple[Finding, ...] = ()
     trouble: tuple[str, ...] = ()
 
@@ -152,21 +168,22 @@ def _shaped(project: Project) -> _Tried:
     """The stages up to the Gauss image."""
     tried = _Tried()
     try:
-        mesh, rounding_mm, given, laid = mesh_in_mm(project)
+        mesh, rounding_mm, given, surface = mesh_in_mm(project)
         tried = replace(tried, given=mesh)
         if given is not None:
             structure, _, found = checked_pair(project, mesh, given, Stages())
-            return _Tried(mesh, structure.mesh, structure, found)
-        planar, found = checked_planar(project, mesh, laid, Stages())
-        tried = _Tried(mesh, planar, None, found)
-        structure, _, found = checked_image(project, mesh, planar, rounding_mm, found, Stages())
+            return _Tried(mesh, structure.mesh, structure, findings=found)
+        planar, found = checked_planar(project, mesh, surface, Stages())
+        tried = _Tried(mesh, planar, findings=found)
+        structure, image, found = checked_image(project, mesh, planar, rounding_mm, surface, found, Stages())
     except FitnessError as error:
         return replace(tried, findings=error.findings)
     except GeometryError as error:
         crossing = self_intersection(tried.given) if tried.given and not tried.planar else None
         findings = (*tried.findings, crossing) if crossing else tried.findings
         return replace(tried, findings=findings, trouble=(error_sentence(error),))
-    return replace(tried, structure=structure, findings=found)
+    optimised = image if isinstance(image, OptimisedGaussImage) else None
+    return replace(tried, structure=structure, optimised=optimised, findings=found)
 
 
 def _mitres(structure: SupportStructure, project: Project) -> Finding | None:

@@ -22,8 +22,9 @@ from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE, read_given_pair
 from fabkit.structure import made_planar
 from geometry.arrays import FloatArray
 from geometry.curvature import FaceCurvatures, face_curvatures
+from geometry.exact_offsets import exact_or_approximate_pair, offset
 from geometry.files import MeshFile, read_mesh, write_mesh
-from geometry.gauss import Pair, exact_or_approximate_pair, nearest_parallel_pair, offset
+from geometry.gauss import Pair, nearest_parallel_pair
 from geometry.mesh import Mesh
 
 __all__ = ["write_curvature", "write_offset", "write_planar"]

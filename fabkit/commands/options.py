@@ -29,6 +29,7 @@ __all__ = [
     "MeshPath",
     "NestMode",
     "NestSeconds",
+    "Optimise",
     "Reference",
     "Sheet",
     "SkipUnbuildable",
@@ -86,6 +87,14 @@ Smooth = Annotated[
 GaussImage = Annotated[
     Path | None,
     typer.Option(help="Mesh file of a Gauss image to build with, parallel to MESH. Default: compute one."),
+]
+Optimise = Annotated[
+    str | None,
+    typer.Option(
+        metavar="heights|axes",
+        help="Optimise mesh and Gauss image together: heights, beams of nearly constant height; axes, node axes within "
+        "15 degrees of the normals; or heights,axes. Vertices move. Default: neither.",
+    ),
 ]
 Unit = Annotated[str | None, typer.Option(help="Unit of the mesh file: mm, cm, m, in or ft. Never guessed.")]
 MeanEdge = Annotated[
@@ -169,6 +178,7 @@ def settings_of(
     boundary: str | None = None,
     strokes: Path | None = None,
     smooth: float | None = None,
+    optimise: str | None = None,
     **whole: Any,
 ) -> dict[str, Any]:
     """The options that were given, nested as in a project file; whole: keys of the file's first level."""
@@ -180,6 +190,7 @@ def settings_of(
             "panels": {"thickness_mm": thickness, "joint_mm": joint, "underside_mm": underside},
             "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
             "nesting": {"mode": nest, "seconds": nest_seconds},
+            "optimise": {"targets": optimise},
             "surface": {
                 "faces": faces,
                 "edge_length_mm": edge_length,

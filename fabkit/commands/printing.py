@@ -48,7 +48,7 @@ def inspect_and_print(
     mesh: Path, settings: dict[str, Any], picture: Path | None = None, *, force: bool = False
 ) -> bool:
     """Print the facts and the verdict, and draw the picture, if any; whether a build would be refused."""
-    is_sized = mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "accept", "gauss_image"}
+    is_sized = mesh.suffix.lower() == ".toml" or not settings.keys() <= {"flip", "accept", "gauss_image", "optimise"}
     project = project_of(mesh, settings if is_sized else settings | UNSIZED)
     if picture is None:
         return _inspected(project, is_sized).is_unfit

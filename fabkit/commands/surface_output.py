@@ -13,13 +13,13 @@ from fabkit.commands.facts import moves
 from fabkit.commands.printing import add_facts, progress_display
 from fabkit.commands.terminal import OUT, facts_table, printable
 from fabkit.errors import ProjectError
-from fabkit.formats import whole_file
+from fabkit.formats import EXACT_SUFFIXES, whole_file
 from fabkit.formats.drawings import networks_html
 from fabkit.formats.polylines import write_polylines
 from fabkit.project import surface_rules_from
 from fabkit.stages import Stages
 from fabkit.structure import made_planar
-from fabkit.surface import LaidSurface, SurfaceRules, lay_on_surface
+from fabkit.surface import ExactFile, LaidSurface, SurfaceRules, lay_on_surface, read_exact_file
 from fabkit.units import MM_PER_UNIT
 from fabkit.wording import echo, readable
 from geometry.files import MeshFile, read_mesh, write_mesh
@@ -28,6 +28,9 @@ from geometry.remeshing import study_networks
 from geometry.surface import Surface
 
 __all__ = ["write_surface_mesh"]
+
+STUDIED_FACES = 300
+"""Faces of the coarse meshes of a study, for which exact surfaces are cut into triangles."""
 
 
 def write_surface_mesh(
@@ -46,7 +49,7 @@ def write_surface_mesh(
         raise ProjectError("there is no mesh file to write: give -o FILE, or --study FILE alone for a page of networks")
     if unit is not None and unit not in MM_PER_UNIT:
         raise ProjectError(f"--unit is {echo(unit)}: one of {', '.join(MM_PER_UNIT)} is needed")
-    mm = None if unit is None else MM_PER_UNIT[unit]
+    mm = 1.0 if path.suffix.lower() in EXACT_SUFFIXES else None if unit is None else MM_PER_UNIT[unit]
     rules = None if out is None else surface_rules_from(settings)
     inputs = [path, *([rules.strokes] if rules is not None and rules.strokes is not None else [])]
     with ExitStack() as stack:
@@ -59,7 +62,7 @@ def write_surface_mesh(
         with progress_display() as listener:
             stages = Stages(listener)
             with stages("Read"):
-                file = read_mesh(path, flip=flip).near_zero()
+                file = _read(path, rules, flip=flip).near_zero()
             facts += [("mended", note) for note in file.mended]
             if study is not None:
                 facts += _study(file, drafts[study], stages)
@@ -77,9 +80,15 @@ def write_surface_mesh(
         OUT.print(Text.assemble("written to ", (printable(str(target)), "bold")))
 
 
+def _read(path: Path, rules: SurfaceRules | None, *, flip: bool) -> MeshFile:
+    if path.suffix.lower() in EXACT_SUFFIXES:
+        return read_exact_file(path, rules or SurfaceRules(faces=STUDIED_FACES), flip=flip)
+    return read_mesh(path, flip=flip)
+
+
 def _study(file: MeshFile, draft: Path, stages: Stages) -> list[tuple[str, str]]:
     with stages("Study networks"):
-        surface = Surface(file.mesh)
+        surface = file.surface if isinstance(file, ExactFile) else Surface(file.mesh)
         trials = study_networks(surface, progress=lambda share: stages.progress("Study networks", share))
         page = networks_html(readable(file.path.stem), trials, surface.triangulated.n_faces)
         draft.write_text(page, encoding="utf-8", newline="\n")

@@ -13,6 +13,8 @@ from geometry.mesh import Mesh
 from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 
 __all__ = [
+    "CROSSINGS",
+    "crossings",
     "folded",
     "folding",
     "heights",
@@ -29,6 +31,9 @@ NOTED_PERCENTILE = 95
 """Percentile of the elements that decides whether a whole mesh is noted: a few bad ones at corners do not count, and
 the largest value is reported as well."""
 
+CROSSINGS = ("self-crossing", "self-intersection")
+"""Names of the findings of `crossings`."""
+
 LINES = (
     "lay the mesh along other lines: along conjugate directions, ideally those of principal curvature; where its lines "
     "are asymptotic (straight on the surface), rotated by 45 degrees"
@@ -38,8 +43,13 @@ SEPARATE = "separate or cut the mesh there (parts that overlap are left out with
 
 def of_planar_mesh(before: Mesh, after: Mesh, rules: FitnessRules) -> tuple[Finding, ...]:
     """Findings about a mesh made planar. before, after: as read and planar, in one unit."""
-    found = (moves(before, after, rules), folding(before, after, rules), self_crossing(after), self_intersection(after))
-    return tuple(finding for finding in found if finding)
+    found = (moves(before, after, rules), folding(before, after, rules))
+    return (*(finding for finding in found if finding), *crossings(after))
+
+
+def crossings(mesh: Mesh) -> tuple[Finding, ...]:
+    """Findings about a planar mesh that meets itself."""
+    return tuple(finding for finding in (self_crossing(mesh), self_intersection(mesh)) if finding)
 
 
 def of_gauss_image(structure: SupportStructure, rules: FitnessRules) -> tuple[Finding, ...]:
@@ -225,8 +235,8 @@ def heights(structure: SupportStructure, rules: FitnessRules) -> Finding | None:
         f"at {NOTED_PERCENTILE} % of the beams the distance of the two parallel meshes is {low:.2f} to {high:.2f} of "
         f"the nominal height, a difference of {high - low:.2f}; noted from {rules.heights_noted:g}; it is "
         f"{found[edge]:.2f} at {structure.mesh.combinatorics.edge_name(edge)} (counted from 0)",
-        "ask for even heights under [gauss_image] in the project file (edges = 1, rounds = 5), or take a mesh with an "
-        "edge offset",
+        "optimise the mesh together with its Gauss image (--optimise heights), ask for even heights under "
+        "[gauss_image] in the project file (edges = 1, rounds = 5), or take a mesh with an edge offset",
         "edge",
         (edge,),
     )

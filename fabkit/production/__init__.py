@@ -8,7 +8,14 @@ from fabkit.production.loose_panels import panels_from_outlines
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
 from fabkit.production.nests import Nest, Sheet
 from fabkit.production.sheet_nesting import nest_panels, too_large
-from fabkit.production.summary import ExactGaussImage, GivenGaussImage, OnSurface, Summary
+from fabkit.production.summary import (
+    ExactGaussImage,
+    GaussImageSource,
+    GivenGaussImage,
+    OnSurface,
+    OptimisedGaussImage,
+    Summary,
+)
 
 __all__ = [
     "CUT",
@@ -24,9 +31,11 @@ __all__ = [
     "Drawing",
     "ExactGaussImage",
     "Fact",
+    "GaussImageSource",
     "GivenGaussImage",
     "Nest",
     "OnSurface",
+    "OptimisedGaussImage",
     "Sheet",
     "Summary",
     "Table",

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabkit.fitness.finding import named
 from fabkit.kinds import PANEL
 from fabkit.parts import Assembly
 from fabkit.production.nests import Nest
-from fabkit.production.summary import GivenGaussImage, OnSurface, Summary
+from fabkit.production.summary import GivenGaussImage, OnSurface, OptimisedGaussImage, Summary
 
 __all__ = ["REPORT", "TERMINAL", "WORKBOOK", "BuildFacts", "Fact", "build_facts"]
 
@@ -107,6 +108,7 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     given = summary.gauss_image
     checksum = f"sha256 {given.sha256}" if isinstance(given, GivenGaussImage) else ""
     yield Fact("Gauss image", (summary.gauss_image_origin,), note=checksum)
+    yield from _optimised(given) if isinstance(given, OptimisedGaussImage) else ()
     heights, leans = summary.height_shares, summary.lean_shares_deg
     yield _shares("Beam heights", heights, ".4f", "of nominal", "least, 2.5 %, median, 97.5 %, largest", "heights")
     yield _shares("Lean of node axes from the normals", leans, ".2f", "degrees", "median, 95 %, largest", "lean_deg")
@@ -134,6 +136,20 @@ def _surface(laid: OnSurface) -> Iterator[Fact]:
     if laid.smoothing_mm > 0:
         moved = (laid.smoothing_mm,)
         yield Fact("Largest smoothing of the surface", moved, ".1f", "mm", keys=("surface.smoothing_mm",))
+
+
+def _optimised(image: OptimisedGaussImage) -> Iterator[Fact]:
+    """What optimising changed; the manifest has these figures under gauss_image."""
+    width = "before and after: from 2.5 to 97.5 %, over the median"
+    yield Fact("Spread of beam heights, optimised", image.height_spread, ".4f", note=width)
+    lean = "before and after, at 95 % of the nodes, from the normals of the surface"
+    yield Fact("Lean of node axes, optimised", image.lean_p95_deg, ".1f", "degrees", lean)
+    farthest = f"median and largest; vertex {image.farthest_vertex} moves most, counted from 0"
+    yield Fact("Movement of vertices, optimised", image.moves_mm, ".1f", "mm", farthest)
+    yield Fact("95 % of the vertices, optimised, from the surface within", (image.off_surface_p95_mm,), ".1f", "mm")
+    if image.no_longer_convex:
+        faces = f"faces {named([str(face) for face in image.no_longer_convex])}, counted from 0"
+        yield Fact("Faces no longer convex", (len(image.no_longer_convex),), note=faces)
 
 
 def _shares(name: str, shares: dict[str, float], form: str, unit: str, note: str, key: str) -> Fact:

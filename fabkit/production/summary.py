@@ -10,7 +10,7 @@ from fabkit.fitness import Finding
 from fabkit.production.marks import EQUAL_WITHIN_MM
 from geometry.arrays import FloatArray
 
-__all__ = ["ExactGaussImage", "GivenGaussImage", "OnSurface", "Summary"]
+__all__ = ["ExactGaussImage", "GaussImageSource", "GivenGaussImage", "OnSurface", "OptimisedGaussImage", "Summary"]
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,41 @@ class GivenGaussImage:
         if self.largest_move == 0:
             return f"given by {self.file}, exact as it is"
         return f"given by {self.file}; its vertices moved by {self.largest_move:.1e} at most to become parallel"
+
+
+@dataclass(frozen=True)
+class OptimisedGaussImage:
+    """The Gauss image where it was optimised together with the mesh; pairs of numbers are before and after.
+
+    targets: "heights", "axes" or both. height_spread: range of the beam heights from the 2.5 % to the 97.5 %
+    quantile, over their median. lean_p95_deg: lean of 95 % of the node axes from the normals of the surface on which
+    vertices glide. moves_mm: of the vertices, the median and the largest; farthest_vertex: the one that moved most.
+    off_surface_p95_mm: distance of 95 % of the vertices from that surface afterwards. no_longer_convex: the faces that
+    were convex before only.
+
+    >>> from fabkit.production import OptimisedGaussImage
+    >>> image = OptimisedGaussImage(("heights",), (0.62, 0.02), (52.0, 13.0), (180.0, 900.0), 7, 30.0, ())
+    >>> image.origin
+    'computed, and optimised together with the mesh for beams of nearly constant height'
+    """
+
+    targets: tuple[str, ...]
+    height_spread: tuple[float, float]
+    lean_p95_deg: tuple[float, float]
+    moves_mm: tuple[float, float]
+    farthest_vertex: int
+    off_surface_p95_mm: float
+    no_longer_convex: tuple[int, ...]
+
+    @property
+    def origin(self) -> str:
+        """Where it is from, in words."""
+        asked = {"heights": "beams of nearly constant height", "axes": "node axes near the normals"}
+        return f"computed, and optimised together with the mesh for {' and '.join(asked[t] for t in self.targets)}"
+
+
+GaussImageSource = GivenGaussImage | ExactGaussImage | OptimisedGaussImage
+"""Where a Gauss image is from, unless it was just computed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +144,8 @@ class Summary:
     twists_deg (E,): angle between the central planes at the two ends of each edge.
     underside_mm: height of the panels' underside above the mesh faces; underside_reason: what determines it.
     surface: None where the file held the mesh itself.
-    fitness: the findings, noted or accepted. gauss_image: None where it was computed and is not exact.
+    fitness: the findings, noted or accepted. gauss_image: None where it was computed, and is neither
+        exact nor optimised.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -138,7 +174,7 @@ class Summary:
     underside_mm: float
     underside_reason: str
     fitness: tuple[Finding, ...] = ()
-    gauss_image: GivenGaussImage | ExactGaussImage | None = None
+    gauss_image: GaussImageSource | None = None
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))
     equal_within_mm: float = EQUAL_WITHIN_MM
     surface: OnSurface | None = None

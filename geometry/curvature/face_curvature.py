@@ -1,7 +1,7 @@
 """Mean, Gaussian and principal curvatures of faces, from how their areas grow in offsets [Pottmann2007, 5].
 
 Signs are those of (5): the sphere of radius r with its outward S has H = -1/r and K = 1/r^2, so H is positive where the
-surface bends towards the side to which S points. Turning S to -S turns H, and leaves K alone.
+surface bends towards the side to which S points. Replacing S by -S changes the sign of H and leaves K unchanged.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ __all__ = [
 ]
 
 LEAST_FACE_AREA = 1e-9
-"""Least area of a face over the square of its mean edge length: rounding costs its curvatures that many digits."""
+"""Least area of a face over the square of its mean edge length: with smaller faces rounding would leave too few digits
+of the curvatures."""
 
 LEAST_DISCRIMINANT = 1e-9
 """H^2 - K counts as zero down to minus this, over the square of l l' / area(F) with the mean edge lengths l and l' of
@@ -38,7 +39,7 @@ class FaceCurvatures:
     """Curvatures of each face of M with respect to a Gauss image S [Pottmann2007, (7)].
 
     areas (F,): of the faces F of M, positive. mean (F,): H = -area(F, sigma(F)) / area(F), one over a length.
-    gaussian (F,): K = area(sigma(F)) / area(F), negative where the face and its image run around in opposite ways.
+    gaussian (F,): K = area(sigma(F)) / area(F), negative where the face and its image have opposite orientations.
     principal (F, 2): kappa_1 >= kappa_2, the roots of x^2 - 2 H x + K; NaN in the faces `without_principal`.
 
     >>> from geometry.gauss import Pair
@@ -66,8 +67,8 @@ class FaceCurvatures:
 def face_curvatures(pair: PairLike, *, negative: float = LEAST_DISCRIMINANT) -> FaceCurvatures:
     """The curvatures of the faces of M with respect to S [Pottmann2007, (7)].
 
-    S may be any Gauss image, exact or not; it has unit size. They do not change when M or
-    S is moved, nor when both are turned; M twice as large has half the H and a quarter of the K.
+    S may be any Gauss image, exact or not, of unit size. The curvatures do not change when M or S is translated, or
+    when both are rotated; for M twice as large, H is half and K a quarter.
 
     `negative`: how far below zero rounding may take H^2 - K where both principal curvatures are equal; see
     `LEAST_DISCRIMINANT`.

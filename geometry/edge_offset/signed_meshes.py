@@ -1,7 +1,7 @@
 """Edge offset meshes from a Koebe polyhedron S: the fairest mesh in P(S) whose edges keep or reverse their orientation.
 
-All meshes M in P(S) have the edge offsets M + d S [Pottmann2007, Prop. 2]. What makes one of them a design is which of
-its edges run against those of S (Fig. 11), how long they are, and which vertices are fixed. A *sign* is 1 for an edge
+All meshes M in P(S) have the edge offsets M + d S [Pottmann2007, Prop. 2]. A design chooses one of them by saying which
+edges run against those of S (Fig. 11), how long the edges are, and which vertices are fixed. A *sign* is 1 for an edge
 of M that runs as in S, -1 for one that runs the other way, 0 for one that may do either.
 """
 
@@ -50,17 +50,18 @@ def edge_offset_mesh(
 ) -> Mesh:
     """The mesh M parallel to the Koebe polyhedron S for which the sum of the squared Laplacians (3) is least.
 
-    signs (E,) or a number: which edges run as in S, see above. lengths: the least and the largest length of an edge of
-    M, numbers or arrays (E,); edges whose sign is 0 may be shorter. length: a number or (E,), the target lengths of the
-    edges with a sign; the squared deviations are added, `evenness` times. fixed: positions that vertices must have;
-    near: positions that vertices should have, whose squared distances are added, `closeness` times.
+    signs (E,) or a number: 1 for edges that run as in S, -1 for edges that run the other way, 0 for either. lengths:
+    the least and the largest length of an edge of M, numbers or arrays (E,); edges whose sign is 0 may be shorter.
+    length: a number or (E,), the target lengths of the edges with a sign; the squared deviations are added, `evenness`
+    times. fixed: positions that vertices must have; near: positions that vertices should have, whose squared distances
+    are added, `closeness` times.
 
-    Fairness alone is least for a point. So ask for a least length, which says how large M is to be: among all M of
-    these signs with no edge shorter than that, the fairest one is found. Or say how long edges should be: then they
-    are more even. Both are unique up to translation, with the mean of the vertices at the origin, and twice as large
-    for twice the lengths. Or fix some vertices.
+    The sum of the squared Laplacians alone is least for a mesh shrunk to a point, so the size of M must be given in one
+    of three ways. A least length: among all M of these signs with no shorter edge, the fairest one is found. Target
+    lengths: then the edges are more even. Both results are unique up to translation, with the mean of the vertices at
+    the origin, and twice as large for twice the lengths. Or fixed vertices.
 
-    Edges without a least length may vanish; where none did, M and S are a `Pair`.
+    Edges without a least length may vanish; if none does, M and S are a `Pair`.
     M is parallel to S, and fixed vertices and lengths are kept, as `ParallelSpace.minimise` promises.
     Raises GeometryError where S is no Koebe polyhedron, where the signs have no solution, naming the faces that cannot
     close or a few edges that contradict the others, where M has shrunk to a point, and as `ParallelSpace.minimise`
@@ -80,19 +81,19 @@ def edge_offset_mesh(
     check_faces_can_close(gauss_image, checked)
     bounds = _bounds(gauss_image, checked, lengths)
     target = FixedVertices.of(gauss_image, near)
-    asked = [target.positions, FixedVertices.of(gauss_image, fixed).positions]
-    asked.append(distances_from_zero(*bounds) * gauss_image.edge_lengths)
+    given_sizes = [target.positions, FixedVertices.of(gauss_image, fixed).positions]
+    given_sizes.append(distances_from_zero(*bounds) * gauss_image.edge_lengths)
     terms = [(1.0, laplacian(gauss_image.combinatorics))]
     if len(target.vertices):
         terms.append((closeness, LinearFunctional(target.rows(gauss_image.n_vertices), target.positions.ravel())))
     if length is not None and evenness != 0:
         terms.append((evenness, _close_to_lengths(gauss_image, checked, length)))
-        asked.append(terms[-1][1].target)
-    size = max(map(max_norm, asked))
+        given_sizes.append(terms[-1][1].target)
+    size = max(map(max_norm, given_sizes))
     if size == 0:
         raise _shrunk(0.0)
     is_placed = bool(fixed or near)
-    anchor = int(gauss_image.combinatorics.corners[0])  # any place will do if none is given
+    anchor = int(gauss_image.combinatorics.corners[0])  # without positions, any one determines the translation
     fixed_or_anchor = fixed if is_placed else {anchor: np.zeros(3)}
     try:
         found = ParallelSpace(gauss_image).minimise(terms, fixed=fixed_or_anchor, factor_bounds=bounds)
@@ -126,7 +127,7 @@ def _close_to_lengths(gauss_image: Mesh, signs: IntArray, length: Any) -> Linear
 
 
 def _bounds(gauss_image: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tuple[FloatArray, FloatArray]:
-    """Of the edge factors."""
+    """Lower and upper bounds (E,) of the edge factors."""
     allowed = FactorBounds.of(gauss_image, lengths)
     least, most = allowed.lower, allowed.upper
     raise_worst(
@@ -143,9 +144,9 @@ def _bounds(gauss_image: Mesh, signs: IntArray, lengths: tuple[Any, Any]) -> tup
 
 def _shrunk(mean_edge_length: float) -> GeometryError:
     return GeometryError(
-        f"the mesh has shrunk to a point: nothing keeps its mean edge length, {mean_edge_length:.1e}, from that; ask "
-        "for lengths of edges that keep or reverse their orientation, fix two vertices or more, or increase the "
-        "closeness",
+        f"the mesh has shrunk to a point: its mean edge length is {mean_edge_length:.1e}, since nothing prescribes a "
+        "size; ask for lengths of edges that keep or reverse their orientation, fix two vertices or more, or "
+        "increase the closeness",
         value=mean_edge_length,
     )
 
@@ -157,9 +158,9 @@ def guided_signs(gauss_image: MeshLike, guide: MeshLike) -> IntArray:
     """(E,) 1 where an edge of the guide makes an acute angle with that of S, -1 for an obtuse one; 0 for a right angle
     or no length.
 
-    The guide has the faces of S and roughly the intended shape; it need not be parallel to S, but only for a mesh
-    in P(S), such as `ParallelSpace.project(guide)`, the signs surely have a solution: they are those of its edge
-    factors (1). Raises MeshError where it has other faces.
+    The guide has the faces of S and roughly the intended shape. It need not be parallel to S, but the signs are certain
+    to have a solution only if it is, as `ParallelSpace.project(guide)` is: then they are the signs of its edge factors
+    (1). Raises MeshError where the guide has other faces.
 
     >>> import numpy as np
     >>> from geometry.mesh.shapes import cube
@@ -174,12 +175,14 @@ def guided_signs(gauss_image: MeshLike, guide: MeshLike) -> IntArray:
 
 
 def saddle_signs(gauss_image: MeshLike, direction: Any, *, pole: Any = None) -> IntArray:
-    """(E,) for negative curvature: 1 for edges nearer to a direction field, -1 for those nearer to the one across it.
+    """(E,) for negative curvature: 1 for edges nearer to a direction field, -1 for those nearer to the perpendicular
+    field.
 
     direction (3,) or (E, 3): vectors at the points where the edges touch the unit sphere, projected to its tangent
-    planes there. One vector for all of them is along the meridians about it. With a pole (3,) on the
-    sphere, the vectors are put there by stereographic projection from that pole: one vector at right angles to it is
-    along the images of parallel lines. An edge halfway between, at the pole, or where the field vanishes, gets 0.
+    planes there. One vector for all edges gives the directions of the meridians about it. With a pole (3,) on the
+    sphere, the vectors are brought to these points by stereographic projection from the pole: one vector perpendicular
+    to it gives the directions of the images of parallel lines. An edge halfway between, at the pole, or where the field
+    vanishes, gets 0.
 
     Raises GeometryError for other shapes, numbers that are not finite, and a pole off the unit sphere.
 
@@ -207,9 +210,8 @@ def saddle_signs(gauss_image: MeshLike, direction: Any, *, pole: Any = None) -> 
 
 
 def _mirrored(vectors: FloatArray, normals: FloatArray) -> FloatArray:
-    """(E, 3) mirror images: what the derivative of an inversion does to directions, `normals` from its centre.
-
-    Zero at the centre itself.
+    """(E, 3) the images of directions under the derivative of an inversion: reflections in the planes perpendicular to
+    `normals`, the vectors from its centre. Zero at the centre itself.
     """
     squares = np.einsum("ei,ei->e", normals, normals)[:, None]
     inner = np.einsum("ei,ei->e", vectors, normals)[:, None]
@@ -225,14 +227,15 @@ def _checked_pole(pole: Any) -> FloatArray:
 
 
 def alternating_signs(combinatorics: CombinatoricsLike, *, first: int = 1) -> IntArray:
-    """(E,) the signs of negative curvature in a mesh of quads: opposite edges alike, neighbouring ones not.
+    """(E,) the signs of negative curvature in a mesh of quads: opposite edges have the same sign, neighbouring edges
+    opposite ones.
 
     first: 1 or -1, the sign of edge 0, and of the first edge of each part that no quads connect with it. Faces of
     other sizes have no effect, and edges that belong to no quad get 0. Raises GeometryError, naming an edge, where that
     is contradictory, as around interior vertices of odd valence.
 
     >>> from geometry.mesh.tilings import quad_patch
-    >>> alternating_signs(quad_patch(1, 1)).tolist()  # opposite edges alike
+    >>> alternating_signs(quad_patch(1, 1)).tolist()  # opposite edges have the same sign
     [1, -1, 1, -1]
     """
     combinatorics = as_combinatorics(combinatorics)
@@ -241,16 +244,17 @@ def alternating_signs(combinatorics: CombinatoricsLike, *, first: int = 1) -> In
     c, n = combinatorics, combinatorics.n_edges
     in_quad = c.face_sizes[c.corner_face] == 4
     here, ahead = c.corner_edge[in_quad], c.corner_edge[c.next_corner[in_quad]]
-    # edge e stands twice: as e for one sign and as n + e for the other one
+    # edge e appears twice: as e for one sign and as n + e for the other one
     pairs = np.concatenate([here, here + n]), np.concatenate([ahead + n, ahead])
     parts = connected_components(coo_array((np.ones(2 * len(here)), pairs), shape=(2 * n, 2 * n)), directed=False)[1]
     contradictory = np.flatnonzero(parts[:n] == parts[n:])
     if len(contradictory):
         raise GeometryError(
             f"{c.edge_name(contradictory[0])} would have to keep and to reverse its orientation: where rows of quads "
-            "go round a vertex of odd valence, or close with a twist, signs cannot alternate; give signs edge by edge",
+            "run around a vertex of odd valence, or close with a twist, signs cannot alternate; give signs edge by "
+            "edge",
             elements=contradictory.tolist(),
         )
-    is_first = parts[:n] < parts[n:]  # parts are numbered as their first members come
+    is_first = parts[:n] < parts[n:]  # parts are numbered in the order of their first edges
     connected = np.isin(np.arange(n), here)
     return integers(np.where(connected, np.where(is_first, first, -first), 0))

@@ -1,8 +1,8 @@
 """Hexagonal meshes that touch a surface: the face planes of S, moved until they touch it [Pottmann2007, end of 3.3].
 
-Hexagonal means: three faces at each vertex, whatever their sizes. Then each face plane moves freely, and what the
-planes enclose is parallel to S; if S is a Koebe polyhedron, it has edge offsets. As in the paper, the
-result may intersect itself; it is reported where.
+Here, hexagonal means that three faces meet at each vertex, whatever their numbers of corners. Then each face plane can
+be moved freely, and the mesh with the moved planes is parallel to S; if S is a Koebe polyhedron, this mesh has edge
+offsets. As in the paper, the result may intersect itself; `TangentMesh` says which faces do.
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ PARALLEL_EDGE_POWER = 8
 class TangentMesh:
     """M in P(S) whose face planes touch a surface, and its defects.
 
-    touching (F, 3): the points where the face planes touch; they lie in the planes, and off the triangles of the
-    surface by as much as these are off the smooth one. NaN for missing (k,): the faces whose normal the surface has
-    not; their planes are those that fit the others. reversed_edges (k,) run the other way than in S, as some have to
-    where the surface is curved negatively. reversed_faces (k,) are clockwise seen along the normals of S: all or
-    none are, unless M folds over. self_crossing_faces (k,) and intersecting_faces (k, 2) are those of
-    `geometry.mesh.intersections.meeting_faces`.
+    touching (F, 3): the points where the face planes touch; they are in the planes, and as far from the triangles of
+    the surface as these are from the smooth surface. missing (k,): the faces whose normal occurs nowhere on the
+    surface; their points are NaN, and their planes follow from the other faces. reversed_edges (k,) run the other way
+    than in S, as some have to where the surface is curved negatively. reversed_faces (k,) are clockwise seen along the
+    normals of S: all or none are, unless M folds over. self_crossing_faces (k,) and intersecting_faces (k, 2) are those
+    of `geometry.mesh.intersections.meeting_faces`.
 
     >>> import numpy as np
     >>> from geometry.edge_offset import koebe
@@ -87,22 +87,22 @@ class TangentMesh:
         n = self.mesh.n_faces
         found = [f"{n - len(self.missing)} of {n} faces touch the surface"]
         if len(self.missing):
-            found.append(f"it has no normal as that of faces {_some(self.missing)}")
+            found.append(f"the normals of faces {_enumerated(self.missing)} do not occur on it")
         found.append(f"{len(self.reversed_edges)} of {self.mesh.n_edges} edges run against those of S")
         if 0 < len(self.reversed_faces) < n:
             fewer = self.reversed_faces
             if 2 * len(fewer) > n:
                 fewer = np.setdiff1d(np.arange(n), fewer)
-            found.append(f"it folds over at faces {_some(fewer)}")
+            found.append(f"it folds over at faces {_enumerated(fewer)}")
         if len(self.self_crossing_faces):
-            found.append(f"faces {_some(self.self_crossing_faces)} cross themselves")
+            found.append(f"faces {_enumerated(self.self_crossing_faces)} cross themselves")
         if len(self.intersecting_faces):
             pairs = [f"{i} and {j}" for i, j in self.intersecting_faces.tolist()]
-            found.append(f"faces {_some(pairs)} intersect")
+            found.append(f"faces {_enumerated(pairs)} intersect")
         return "; ".join(found)
 
 
-def _some(names: IntArray | list[str], count: int = 5) -> str:
+def _enumerated(names: IntArray | list[str], count: int = 5) -> str:
     shown = ", ".join(str(name) for name in names[:count])
     return shown + (f" and {len(names) - count} more" if len(names) > count else "")
 
@@ -116,9 +116,10 @@ def tangent_mesh(gauss_image: MeshLike, surface: Surface, *, curvature: int = 0)
     faces. curvature: 1 or -1 for positively or for negatively curved points only. What the planes do not
     determine is as in `mesh_with_planes`.
 
-    Planes and points follow the normals at the vertices of Phi. On a smooth surface in even triangles they are off
-    those of the smooth one by the third and the second power of the edge length, in uneven ones by the second and the
-    first. Larger faces are cut into triangles from their first corners.
+    Planes and points are computed from the normals at the vertices of Phi. Where Phi approximates a smooth surface by
+    even triangles, the error of the planes is of the third order in the edge length and that of the points of the
+    second; with uneven triangles, of the second and first. Faces with more corners are cut into triangles from their
+    first corners.
 
     Raises GeometryError where a vertex of S has more than 3 faces, where a face of S is not planar, and where no face
     can touch. Self-intersections are no error; the result reports them.
@@ -152,10 +153,10 @@ def tangent_mesh(gauss_image: MeshLike, surface: Surface, *, curvature: int = 0)
 def mesh_with_planes(gauss_image: Mesh, heights: FloatArray) -> Mesh:
     """The mesh parallel to S with its face planes at n_F . x = heights (F,); n_F: the face normals of S.
 
-    They touch a surface with the support function h for the heights h(n_F). NaN leaves a plane free. What the planes do
-    not determine, at the boundary above all, is such that nearby edges that are about parallel have about the same
-    factors (1): so the mesh continues as it does inside. Edges are parallel, and planes at the given heights, within
-    `ELEMENT_TOLERANCE` times the largest coordinate.
+    They touch a surface with the support function h for the heights h(n_F). NaN leaves a plane free. Where the planes
+    do not determine the mesh, which is mostly at the boundary, nearby edges that are nearly parallel get nearly the
+    same edge factors (1), so that the mesh continues as it does inside. Edges are parallel, and planes at the given
+    heights, within `ELEMENT_TOLERANCE` times the largest coordinate.
 
     Raises GeometryError where a vertex has more than 3 faces, where a face is not planar, for heights of another shape
     or infinite or NaN throughout, and where planes contradict each other, as they may at boundary edges between
@@ -174,21 +175,21 @@ def mesh_with_planes(gauss_image: Mesh, heights: FloatArray) -> Mesh:
     unknowns = FaceUnknowns(gauss_image)
     A: SparseMatrix = csr_array(vstack([unknowns.constraints, planes @ unknowns.matrix]))
     b = np.concatenate([np.zeros(unknowns.constraints.shape[0]), given[faces]])
-    H, g = unknowns.objective(*normal_equations([(1.0, _like_factors(gauss_image))]))
+    H, g = unknowns.objective(*normal_equations([(1.0, _factor_differences(gauss_image))]))
     solution = minimise_semidefinite(H, g, A, b, np.zeros(len(g)), accuracy=SOLVER_TARGET_RATIO * ELEMENT_TOLERANCE)
     if solution.reason is not Reason.INFEASIBLE:
         solution = restore_parallelity(solution.x, A, b)
     found = gauss_image.with_vertices(apply(unknowns.matrix, solution.x).reshape(-1, 3))
-    off = np.abs(apply(planes, found.vertices.ravel()) - given[faces])
+    plane_deviations = np.abs(apply(planes, found.vertices.ravel()) - given[faces])
     bound = ELEMENT_TOLERANCE * max_norm(found.vertices)
-    if off.max() > bound or solution.reason is Reason.INFEASIBLE:
-        raise _planes_missed(int(faces[off.argmax()]), float(off.max()), bound, solution)
+    if plane_deviations.max() > bound or solution.reason is Reason.INFEASIBLE:
+        raise _planes_missed(int(faces[plane_deviations.argmax()]), float(plane_deviations.max()), bound, solution)
     check_solved(gauss_image, found, solution, max_norm(found.vertices))
     return found
 
 
 def _heights_of(mesh: Mesh, faces: IntArray) -> SparseMatrix:
-    """(k, 3N) rows: how high the first corners of faces (k,) are, along the normals of the mesh."""
+    """(k, 3N) rows: the heights n_F . x of the first corners x of faces (k,), with the face normals n_F of the mesh."""
     columns = coordinates(mesh.combinatorics.corners[mesh.combinatorics.face_starts[faces]])
     starts, shape = np.arange(0, columns.size + 1, 3), (len(faces), 3 * mesh.n_vertices)
     return csr_array((mesh.face_normals[faces].ravel(), columns.ravel(), starts), shape=shape)
@@ -225,8 +226,9 @@ def _planes_missed(face: int, value: float, bound: float, solution: Solution) ->
     )
 
 
-def _like_factors(mesh: Mesh) -> LinearFunctional:
-    """Differences of the factors of every two edges nearby, times their mean length, if they are about parallel."""
+def _factor_differences(mesh: Mesh) -> LinearFunctional:
+    """Differences of the factors of nearby edges, times their mean length and a weight that is small unless the edges
+    are nearly parallel."""
     first, second = _nearby_edges(mesh.combinatorics).T
     cosines = np.einsum("ki,ki->k", mesh.edge_directions[first], mesh.edge_directions[second])
     weights = np.abs(cosines) ** PARALLEL_EDGE_POWER * np.sqrt(mesh.edge_lengths[first] * mesh.edge_lengths[second])
@@ -238,7 +240,7 @@ def _like_factors(mesh: Mesh) -> LinearFunctional:
 
 
 def _nearby_edges(combinatorics: Combinatorics) -> IntArray:
-    """(P, 2) every two edges in one face, or joined by an edge."""
+    """(P, 2) pairs of edges that belong to one face or are joined by an edge."""
     c = combinatorics
     edges, ones = np.arange(c.n_edges), np.ones(2 * c.n_edges)
     at_vertices = csr_array(coo_array((ones, (c.edges.T.ravel(), np.tile(edges, 2))), shape=(c.n_vertices, c.n_edges)))
@@ -250,13 +252,13 @@ def _nearby_edges(combinatorics: Combinatorics) -> IntArray:
 def _check_valence(mesh: Mesh) -> None:
     c = mesh.combinatorics
     n_faces = np.bincount(c.corners, minlength=c.n_vertices)
-    crowded = np.flatnonzero(n_faces > 3)
-    if len(crowded):
-        vertex = int(crowded[0])
+    overfull = np.flatnonzero(n_faces > 3)
+    if len(overfull):
+        vertex = int(overfull[0])
         raise GeometryError(
             f"vertex {vertex} has {n_faces[vertex]} faces, whose planes cannot move freely: at most 3 are allowed"
-            f" ({len(crowded)} such vertices); take a mesh of valence 3, such as the dual of triangles",
-            elements=crowded.tolist(),
+            f" ({len(overfull)} such vertices); take a mesh of valence 3, such as the dual of triangles",
+            elements=overfull.tolist(),
             value=float(n_faces[vertex]),
             bound=3,
         )

@@ -21,13 +21,18 @@ from geometry.mesh import Mesh
 __all__ = ["obj_text", "read_obj"]
 
 _TEXTURE_AND_NORMAL = re.compile(r"(?<=.)/\S*")
-_IGNORED = {"l": "line", "p": "point", "curv": "curve", "surf": "surface"}  # what a mesh might be missing without
-_SHAPELESS = {
+_IGNORED = {
+    "l": "line",
+    "p": "point",
+    "curv": "curve",
+    "surf": "surface",
+}  # shapes of the file that the mesh will not have
+_KEYWORDS_WITHOUT_SHAPE = {
     "vt", "vn", "vp", "g", "s", "mg", "o", "usemtl", "mtllib", "usemap", "maplib", "bevel", "c_interp", "d_interp",
     "lod", "shadow_obj", "trace_obj", "cstype", "deg", "bmat", "step", "parm", "trim", "hole", "scrv", "sp", "curv2",
     "end", "con", "ctech", "stech", "call", "csh", "bsp", "bzp", "cdc", "cdp", "res",
 }  # fmt: skip
-"""Keywords that say nothing of the shape of polygons."""
+"""Keywords that do not affect the shape of polygons."""
 
 
 @dataclass
@@ -39,16 +44,16 @@ class _Words:
     corners: list[str] = field(default_factory=list)
     sizes: list[int] = field(default_factory=list)  # corners of each face
     face_lines: list[int] = field(default_factory=list)
-    above: list[int] = field(default_factory=list)  # vertices above each face
+    vertices_above: list[int] = field(default_factory=list)  # number of vertices in the lines above each face
     ignored: Counter[str] = field(default_factory=Counter)
     unknown: list[tuple[int, str]] = field(default_factory=list)  # lines that begin with no keyword of OBJ
 
 
 def read_obj(text: str) -> RawPolygons:
-    """Vertices and faces of all objects and groups of a file together; every other keyword is passed over.
+    """Vertices and faces of all objects and groups of a file together; every other keyword is ignored.
 
-    Keywords may be in capitals. Lines, points and free-form shapes, and lines that begin with no keyword, are told.
-    Sentences count vertices and faces from 1, in the order of their lines.
+    Keywords may be in capitals. Lines, points and free-form shapes, and lines that begin with no keyword of OBJ, are
+    reported. Messages count vertices and faces from 1, in the order of their lines.
     Raises MeshFileError where a coordinate or an index cannot be read.
     """
     words = _sorted(text)
@@ -56,7 +61,7 @@ def read_obj(text: str) -> RawPolygons:
     sizes = integers(words.sizes)
     lines = np.repeat(integers(words.face_lines), sizes)
     given = whole(parse_numbers(words.corners, lines), lines, "a vertex index of a face")
-    above = np.repeat(integers(words.above), sizes)
+    above = np.repeat(integers(words.vertices_above), sizes)
     _check_indices(given, above, lines)
     ignored = [
         f"{words.ignored[word]} {name} elements ignored" for word, name in _IGNORED.items() if words.ignored[word]
@@ -65,17 +70,18 @@ def read_obj(text: str) -> RawPolygons:
         line, word = words.unknown[0]
         count = len(words.unknown)
         ignored.append(
-            f"{count} line{'s' * (count > 1)} passed over that begin{'s' * (count == 1)} with no word of OBJ, as line "
-            f"{line} with '{printable(word)}'"
+            f"{count} line{'s' * (count > 1)} ignored that begin{'s' * (count == 1)} with no keyword of OBJ, such as "
+            f"line {line} with '{printable(word)}'"
         )
     corners = np.where(given > 0, given - 1, above + given)
     return RawPolygons.from_arrays(positions, corners, sizes, count_from=1, mended=tuple(ignored))
 
 
 def obj_text(mesh: Mesh, colours: ElementColours | None = None, materials: Materials | None = None) -> str:
-    """A mesh as OBJ, coordinates in as many digits as give back the same double.
+    """A mesh as OBJ, coordinates with the fewest digits that are read back as the same double.
 
-    Colours of vertices stand behind their coordinates, where many programs read them; faces have their materials.
+    Colours of vertices follow their coordinates in the same line, where many programs read them; faces have their
+    materials.
     """
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
     faces = ["f " + " ".join(str(vertex + 1) for vertex in face.tolist()) for face in mesh.faces]
@@ -97,26 +103,26 @@ def obj_text(mesh: Mesh, colours: ElementColours | None = None, materials: Mater
 
 
 def _sorted(text: str) -> _Words:
-    found, thin = _Words(), list[tuple[int, int, int]]()
+    found, too_short = _Words(), list[tuple[int, int, int]]()
     for line, words in _statements(text):
         match words[0].lower():
             case "v":
                 if len(words) < 4:
-                    thin.append((line, len(found.vertex_lines) + 1, len(words) - 1))
+                    too_short.append((line, len(found.vertex_lines) + 1, len(words) - 1))
                 found.coordinates += words[1:4]
                 found.vertex_lines.append(line)
-            case "f" | "fo":  # as it once was
+            case "f" | "fo":  # fo in old files
                 found.corners += words[1:]
                 found.sizes.append(len(words) - 1)
                 found.face_lines.append(line)
-                found.above.append(len(found.vertex_lines))
+                found.vertices_above.append(len(found.vertex_lines))
             case keyword if keyword in _IGNORED:
                 found.ignored[keyword] += 1
-            case keyword if keyword not in _SHAPELESS:
+            case keyword if keyword not in _KEYWORDS_WITHOUT_SHAPE:
                 found.unknown.append((line, words[0]))
-    if thin:
-        line, vertex, count = thin[0]
-        lines = integers([line for line, _, _ in thin])
+    if too_short:
+        line, vertex, count = too_short[0]
+        lines = integers([line for line, _, _ in too_short])
         raise MeshFileError(
             f"line {line}: vertex {vertex} has {count} coordinates, 3 are needed (counted from 1); the file is cut off "
             f"or damaged{likewise(lines)}",
@@ -128,17 +134,17 @@ def _sorted(text: str) -> _Words:
 
 
 def _statements(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Line number and words of each statement; a line that ends in a backslash goes on in the next."""
-    begun = ""
+    """Line number and words of each statement; a line that ends in a backslash continues in the next."""
+    unfinished = ""
     for number, line in enumerate(text.split("\n"), 1):
-        statement = begun + line.partition("#")[0].rstrip()
+        statement = unfinished + line.partition("#")[0].rstrip()
         if statement.endswith("\\"):
-            begun = statement[:-1] + " "
+            unfinished = statement[:-1] + " "
             continue
-        begun = ""
+        unfinished = ""
         if words := statement.split():
             yield number, words
-    if words := begun.split():
+    if words := unfinished.split():
         yield number, words
 
 

@@ -24,7 +24,7 @@ class ConstantCurvature:
 
     >>> from geometry.mesh import shapes
     >>> M = shapes.box(2, 2, 2)
-    >>> x = np.concatenate([M.vertices.ravel(), M.vertices.ravel() / 2])  # M is a sphere of radius 2 to its Gauss image
+    >>> x = np.concatenate([M.vertices.ravel(), M.vertices.ravel() / 2])  # as for a sphere of radius 2
     >>> ConstantCurvature(M.combinatorics, -0.5, np.ones(6)).residual(x).round(12).tolist()
     [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
@@ -46,9 +46,9 @@ class ConstantCurvature:
         vectors, normals, areas = self._areas(x)
         along = np.einsum("fi,fi->f", vectors, normals)[:, None] * normals
         by_area = self.value * normals + (vectors - along) / areas[:, None]
-        across = normals[c.corner_face]
+        corner_normals = normals[c.corner_face]
         diagonals = [each[c.corners[c.next_corner]] - each[c.corners[c.previous_corner]] for each in (mesh, image)]
-        by_other, by_self = (np.cross(each, across) / (4 if self.mixed else 2) for each in diagonals)
+        by_other, by_self = (np.cross(each, corner_normals) / (4 if self.mixed else 2) for each in diagonals)
         by_mesh = by_area_of(c, x, by_area[:, None])
         if self.mixed:
             by_mesh = by_mesh + by_self[:, None]

@@ -20,7 +20,7 @@ __all__ = ["ConvexFaces"]
 
 @dataclass(frozen=True, eq=False)
 class ConvexFaces:
-    """One residual for each corner of the chosen faces, >= 0 where the corner does not turn backwards.
+    """One residual for each corner of the chosen faces, >= 0 where the corner is convex or straight.
 
     With a the edge to the corner, b the edge from it and n the unit normal of the face, the residual is
     n . (a x b) over the mean length of a and b: in the unit of the coordinates, and zero where the corner is straight.
@@ -67,7 +67,7 @@ class ConvexFaces:
 
     @cached_property
     def _corners(self) -> IntArray:
-        """(m, 3) vertices: the one before each corner, its own, the one after."""
+        """(m, 3) the vertices before, at and after each corner."""
         c = self.combinatorics
         sizes = c.face_sizes[self.faces]
         nth = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)

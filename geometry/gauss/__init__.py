@@ -3,23 +3,15 @@ structure."""
 
 from geometry.gauss.approximate_gauss_image import approximate_pair, refuse_triangle_mesh
 from geometry.gauss.axes import node_axes, parallel_from_axes
-from geometry.gauss.constant_offset import OffsetKind, OffsetMesh, offset
 from geometry.gauss.distances import (
     DISTANCE_TOLERANCE,
-    circularity,
-    conicality,
-    edge_axis_twist,
-    edge_cone_deviation,
     edge_distances,
     edge_feet,
     face_distances,
     vertex_distances,
 )
-from geometry.gauss.exact_gauss_image import edge_offset_pair, exact_pairs, face_offset_pair, vertex_offset_pair
-from geometry.gauss.exact_or_approximate import exact_or_approximate_pair
 from geometry.gauss.lean import axis_lean
 from geometry.gauss.nearest_pair import nearest_parallel_pair, nearest_planar_mesh
-from geometry.gauss.offset_kinds import best_offset_pair, offset_deviations
 from geometry.gauss.pair import PARALLEL_TOLERANCE, Pair, PairLike, as_pair, points_inwards
 from geometry.gauss.rounded_mesh import rounded_mesh_pair
 from geometry.gauss.support_structure import SupportStructure
@@ -27,35 +19,21 @@ from geometry.gauss.support_structure import SupportStructure
 __all__ = [
     "DISTANCE_TOLERANCE",
     "PARALLEL_TOLERANCE",
-    "OffsetKind",
-    "OffsetMesh",
     "Pair",
     "PairLike",
     "SupportStructure",
     "approximate_pair",
     "as_pair",
     "axis_lean",
-    "best_offset_pair",
-    "circularity",
-    "conicality",
-    "edge_axis_twist",
-    "edge_cone_deviation",
     "edge_distances",
     "edge_feet",
-    "edge_offset_pair",
-    "exact_or_approximate_pair",
-    "exact_pairs",
     "face_distances",
-    "face_offset_pair",
     "nearest_parallel_pair",
     "nearest_planar_mesh",
     "node_axes",
-    "offset",
-    "offset_deviations",
     "parallel_from_axes",
     "points_inwards",
     "refuse_triangle_mesh",
     "rounded_mesh_pair",
     "vertex_distances",
-    "vertex_offset_pair",
 ]

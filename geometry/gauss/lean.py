@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, angles_between
 from geometry.errors import MeshError
 from geometry.functionals import extrapolated_normals
-from geometry.gauss.edge_cones import angles_between
 from geometry.mesh import MeshLike, as_mesh
 
 __all__ = ["axis_lean"]

@@ -10,13 +10,7 @@ import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers, short_repr
 from geometry.errors import GeometryError, described, raise_worst
-from geometry.gauss.distances import (
-    DISTANCE_TOLERANCE,
-    edge_distances,
-    edge_feet,
-    face_distances,
-    vertex_distances,
-)
+from geometry.gauss.distances import DISTANCE_TOLERANCE, edge_distances, edge_feet, face_distances, vertex_distances
 from geometry.gauss.lean import axis_lean
 from geometry.mesh import Mesh, MeshLike, as_gauss_image, as_mesh
 from geometry.parallel.blending import weight_ranges

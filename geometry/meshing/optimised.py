@@ -112,7 +112,8 @@ def optimised(
 
 
 def _with_advice(mesh: Mesh, requirement: Requirement, guides: MeshGuides) -> Requirement:
-    """With the advice to fix fewer vertices, where planar faces make more equations than coordinates are free."""
+    """The requirement, with the advice to fix fewer vertices where planar faces make more equations than there are free
+    coordinates."""
     dimension = guides.expected_dimension(mesh)
     if dimension >= 0 or not guides.is_fixed.any():
         return requirement
@@ -136,13 +137,13 @@ class _Problem:
         return in_edge_lengths(self.mesh).ravel()
 
     @cached_property
-    def world(self) -> AffineMap:
-        """From x to the coordinates of the mesh."""
+    def coordinates_of(self) -> AffineMap:
+        """The map from x to the coordinates of the mesh."""
         centre = self.mesh.vertices.mean(axis=0)
         return AffineMap.scaling(self.mesh.mean_edge_length, np.tile(centre, self.mesh.n_vertices))
 
     def mesh_at(self, x: FloatArray) -> Mesh:
-        moved = self.world(x).reshape(-1, 3)
+        moved = self.coordinates_of(x).reshape(-1, 3)
         return self.mesh.with_vertices(np.where(self.guides.is_fixed[:, None], self.mesh.vertices, moved))
 
     def is_solved(self, tolerance: float) -> bool:
@@ -186,7 +187,7 @@ class _Problem:
         if surface is None:
             return []
         vertices = integers(np.flatnonzero(self.mesh.combinatorics.is_used))
-        distances = ComposedFunctional(OnSurface(surface, vertices, self.mesh.n_vertices), self.world)
+        distances = ComposedFunctional(OnSurface(surface, vertices, self.mesh.n_vertices), self.coordinates_of)
         found: list[tuple[float, Functional]] = [(SURFACE_WEIGHT / self.mesh.mean_edge_length**2, distances)]
         boundary = [OnCurve(curve, sliding, self.mesh.n_vertices) for curve, sliding in self.guides.boundary]
         return [*found, *((BOUNDARY_CURVE_WEIGHT, curve) for curve in boundary if len(curve.vertices))]

@@ -58,8 +58,8 @@ def minimise_bounded(
     """Minimise x H x / 2 - g x under A x = b and lower <= G x <= upper.
 
     H (n, n) symmetric, positive semi-definite; A (m, n) and G (k, n) with rows of about unit length, dependent or
-    not; lower and upper (k,) may be infinite, and are an equation where they are equal. Where the minimiser is not
-    unique, one of them is found.
+    not; lower and upper (k,) may be infinite, and are an equation where they are equal. Where there are several
+    minimisers, one of them is returned.
 
     Solution: violation is the largest of |A x - b| and of the distances of G x from its bounds where it is outside.
     multipliers (m + k,), of A, then of G, satisfy H x - g + (A, G)^T multipliers = 0; they are positive at active upper
@@ -131,8 +131,8 @@ class _Problem:
     tolerance: float
 
     @property
-    def equal(self) -> BoolArray:
-        """(k,) which bounds are equations."""
+    def is_equation(self) -> BoolArray:
+        """(k,) where the lower and the upper bound are the same."""
         found: BoolArray = self.lower == self.upper
         return found
 
@@ -147,21 +147,21 @@ class _Problem:
         return found if found.reason in (Reason.INFEASIBLE, Reason.UNBOUNDED) else self.polished(found)
 
     def interior_point(self, max_steps: int) -> Solution:
-        equal, above, below = self.equal, np.isfinite(self.upper), np.isfinite(self.lower)
-        above, below = above & ~equal, below & ~equal
-        rows = csc_array(vstack([self.A, self.G[equal], self.G[above], -self.G[below]]))
-        bounds = np.concatenate([self.b, self.upper[equal], self.upper[above], -self.lower[below]])
-        n_equations = len(self.b) + int(equal.sum())
+        is_equation, above, below = self.is_equation, np.isfinite(self.upper), np.isfinite(self.lower)
+        above, below = above & ~is_equation, below & ~is_equation
+        rows = csc_array(vstack([self.A, self.G[is_equation], self.G[above], -self.G[below]]))
+        bounds = np.concatenate([self.b, self.upper[is_equation], self.upper[above], -self.lower[below]])
+        n_equations = len(self.b) + int(is_equation.sum())
         cones = [clarabel.ZeroConeT(n_equations), clarabel.NonnegativeConeT(len(bounds) - n_equations)]
         P = csc_array(triu(self.H))
         found = clarabel.DefaultSolver(P, -self.g, rows, bounds, cones, _settings(max_steps)).solve()
-        x, duals = np.asarray(found.x), np.split(found.z, np.cumsum([len(self.b), equal.sum(), above.sum()]))
-        of_bounds = np.zeros(len(self.lower))
-        of_bounds[equal] = duals[1]
-        of_bounds[above] = duals[2]
-        of_bounds[below] -= duals[3]
+        x, duals = np.asarray(found.x), np.split(found.z, np.cumsum([len(self.b), is_equation.sum(), above.sum()]))
+        bound_multipliers = np.zeros(len(self.lower))
+        bound_multipliers[is_equation] = duals[1]
+        bound_multipliers[above] = duals[2]
+        bound_multipliers[below] -= duals[3]
         reason = Reason.UNBOUNDED if self.is_unbounded_along(x) else REASONS.get(found.status, Reason.STALLED)
-        return Solution(x, np.concatenate([duals[0], of_bounds]), self.violation(x), found.iterations, reason)
+        return Solution(x, np.concatenate([duals[0], bound_multipliers]), self.violation(x), found.iterations, reason)
 
     def is_unbounded_along(self, x: FloatArray) -> bool:
         """Whether x is very large and its direction proves that there is no minimum.
@@ -188,19 +188,20 @@ class _Problem:
         It may be worse where bounds depend on each other and it is uncertain which are active; there the interior point
         is accurate enough in most cases.
         """
-        values, of_bounds = apply(self.G, interior.x), interior.multipliers[len(self.b) :]
-        above = (of_bounds > self.upper - values) | self.equal
-        below = (-of_bounds > values - self.lower) & ~self.equal
+        values, bound_multipliers = apply(self.G, interior.x), interior.multipliers[len(self.b) :]
+        above = (bound_multipliers > self.upper - values) | self.is_equation
+        below = (-bound_multipliers > values - self.lower) & ~self.is_equation
         found = self.with_active_bounds(above, below, interior)
         least, size = self.objective(interior.x)
         is_least = self.objective(found.x)[0] <= least + POLISH_TOLERANCE * size
         if is_least and found.violation <= max(self.tolerance, interior.violation):
             interior = found
-        missed = interior.reason is Reason.CONVERGED and interior.violation > self.tolerance
-        return replace(interior, reason=Reason.INACCURATE) if missed else interior
+        is_inaccurate = interior.reason is Reason.CONVERGED and interior.violation > self.tolerance
+        return replace(interior, reason=Reason.INACCURATE) if is_inaccurate else interior
 
     def with_active_bounds(self, above: BoolArray, below: BoolArray, near: Solution) -> Solution:
-        """The minimiser near a solution with some bounds as equations and without the others.
+        """The minimiser that is found from a solution `near` with the active bounds as equations and without the
+        others.
 
         CONVERGED where all multipliers have the sign of an active bound: then it is the minimiser, unless it violates
         another bound.
@@ -214,8 +215,8 @@ class _Problem:
         found = minimise_semidefinite(self.H, self.g, rows, bounds, near.x, accuracy=accuracy)
         multipliers = np.zeros(len(self.b) + len(self.lower))
         multipliers[np.concatenate([np.ones(len(self.b), dtype=bool), active])] = found.multipliers
-        of_bounds = multipliers[len(self.b) :]
-        wrong_sign = (above & (of_bounds < 0) | below & (of_bounds > 0)) & ~self.equal
+        bound_multipliers = multipliers[len(self.b) :]
+        wrong_sign = (above & (bound_multipliers < 0) | below & (bound_multipliers > 0)) & ~self.is_equation
         if wrong_sign.any():  # multipliers of dependent bounds are not unique
             return Solution(found.x, near.multipliers, self.violation(found.x), near.steps, near.reason)
         reason = near.reason if found.reason is not Reason.CONVERGED else Reason.CONVERGED

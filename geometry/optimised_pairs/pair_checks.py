@@ -34,7 +34,7 @@ UNCHECKED_RIM_ROWS = 2
 
 
 def _advice(targets: PairTargets) -> str:
-    """What to do where a pair cannot be as it is asked."""
+    """The cure where no pair meets the targets."""
     cure = (
         "ask for a larger height_error"
         if targets.heights
@@ -56,10 +56,9 @@ def check_given(pair: Pair, surface: Surface | None) -> None:
         distance = float(np.quantile(np.linalg.norm(points - feet, axis=1), 0.95)) / mesh.mean_edge_length
         if distance > LARGEST_SURFACE_DISTANCE:
             raise GeometryError(
-                f"the surface is not that of the mesh: 5 % of the vertices are {distance:.2g} mean edge lengths off "
-                f"it or "
-                f"more, allowed {LARGEST_SURFACE_DISTANCE:g}; give both in the same unit and place, or leave the "
-                "surface out",
+                f"the mesh is not on the surface: 5 % of its vertices are {distance:.2g} mean edge lengths or more "
+                f"off the surface, allowed {LARGEST_SURFACE_DISTANCE:g}; give both in the same unit and place, or "
+                "leave the surface out",
                 value=distance,
                 bound=LARGEST_SURFACE_DISTANCE,
             )
@@ -116,26 +115,30 @@ def check_solution(objective: Objective, solution: Solution, tolerance: float) -
         )
 
 
-def check_outcome(after: Mesh, targets: PairTargets, was: PairMeasures, now: PairMeasures) -> None:
-    """Raise GeometryError where axes lean, a distance that was asked for gained nothing, or a curvature is not one of
-    M."""
-    most = LARGEST_CURVED_LEAN if targets.curved else max(LARGEST_UPRIGHT_LEAN, was.lean[1])
-    if not now.lean[1] <= most:
+def check_outcome(
+    after: Mesh, targets: PairTargets, measures_before: PairMeasures, measures_after: PairMeasures
+) -> None:
+    """Raise GeometryError where axes lean too far, where requested distances spread more than before, or where the
+    curvature is not that of M with respect to a Gauss image of M alone."""
+    largest_lean = LARGEST_CURVED_LEAN if targets.curved else max(LARGEST_UPRIGHT_LEAN, measures_before.lean[1])
+    if not measures_after.lean[1] <= largest_lean:
         raise GeometryError(
-            f"the axes lean too far: 5 % of them by {np.degrees(now.lean[1]):.1f} degrees or more, allowed "
-            f"{np.degrees(most):.1f}; {_advice(targets)}",
-            value=now.lean[1],
-            bound=most,
+            f"the axes lean too far: 5 % of them by {np.degrees(measures_after.lean[1]):.1f} degrees or more, allowed "
+            f"{np.degrees(largest_lean):.1f}; {_advice(targets)}",
+            value=measures_after.lean[1],
+            bound=largest_lean,
         )
     for kind in ("edge", "vertex", "face"):
-        before, found = (getattr(measures, f"{kind}_spread") for measures in (was, now))
-        asked = {"edge": targets.edges, "vertex": targets.vertices, "face": targets.faces}[kind]
-        if asked and not found <= max(before, targets.height_error):
+        spread_before, spread_after = (
+            getattr(measures, f"{kind}_spread") for measures in (measures_before, measures_after)
+        )
+        required = {"edge": targets.edges, "vertex": targets.vertices, "face": targets.faces}[kind]
+        if required and not spread_after <= max(spread_before, targets.height_error):
             raise GeometryError(
-                f"the {kind} distances spread by {found:.2g} afterwards and by {before:.2g} before: nothing is gained; "
-                f"{_advice(targets)}",
-                value=found,
-                bound=before,
+                f"the {kind} distances spread by {spread_after:.2g} afterwards and by {spread_before:.2g} before, "
+                f"which is no improvement; {_advice(targets)}",
+                value=spread_after,
+                bound=spread_before,
             )
     if targets.curved:
         _check_curvature(after, targets)
@@ -146,16 +149,16 @@ def _check_curvature(after: Mesh, targets: PairTargets) -> None:
     if not len(faces):
         return
     gaussian = targets.mean is None
-    asked, name = (targets.gaussian, "K") if gaussian else (targets.mean, "H")
-    assert asked is not None
+    required, name = (targets.gaussian, "K") if gaussian else (targets.mean, "H")
+    assert required is not None
     found, size = independent_curvatures(after, gaussian=gaussian)
-    size = abs(asked) or size or 1.0
+    size = abs(required) or size or 1.0
     raise_worst(
-        np.abs(found[faces] - asked) / size,
+        np.abs(found[faces] - required) / size,
         "<=",
         INDEPENDENT_CURVATURE_TOLERANCE,
         lambda face, off: (
-            f"no mesh near the given one has {name} = {asked:g}: only a tilted S has it; with respect to a "
+            f"no mesh near the given one has {name} = {required:g}: only a tilted S has it; with respect to a "
             f"Gauss image of M alone face {face} has {found[face]:.3g}, off by {off:.2g} of the curvature, allowed "
             f"{INDEPENDENT_CURVATURE_TOLERANCE}; ask for a curvature nearer to that of the mesh, or free the boundary "
             f"by keep_boundary=False"

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray, integers
+from geometry.arrays import FloatArray, IntArray, angles_between, integers
 from geometry.functionals import close_to_vertex_normals, faces_at_unit_distance, parallel_to, relative_plane_deviations
 from geometry.gauss import Pair
-from geometry.gauss.edge_cones import angles_between
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.polygons import mixed_areas
 from geometry.optimise import minimise_quadratic, normal_equations

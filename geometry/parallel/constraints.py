@@ -30,8 +30,8 @@ class Objective:
         """Half of the sum of weight |r(x)|^2 over the terms plus linear . x; linear (3N,) or (N, 3), or None."""
         n = 3 * mesh.n_vertices
         terms = _weighted_terms(quadratic)
-        for place, (weight, term) in enumerate(terms):
-            _check_term(place, weight, term, n)
+        for position, (weight, term) in enumerate(terms):
+            _check_term(position, weight, term, n)
         if any(weight > 0 for weight, _ in terms):
             H, g = normal_equations(terms)
         elif linear is None:
@@ -44,39 +44,40 @@ class Objective:
 def _weighted_terms(quadratic: Any) -> list[tuple[float, LinearFunctional]]:
     """The terms as a list. Raises GeometryError for what is no sequence of pairs of a number and a functional."""
     terms = list(quadratic) if isinstance(quadratic, Iterable) else [quadratic]
-    for place, term in enumerate(terms):
+    for position, term in enumerate(terms):
         if not isinstance(term, (tuple, list)) or len(term) != 2 or not isinstance(term[1], LinearFunctional):
             raise GeometryError(
-                f"quadratic {place} is {described(term)}: pairs of a weight and a linear functional are needed in a "
-                "list, such as [(1.0, laplacian(mesh.combinatorics))]",
-                elements=[place],
+                f"term {position} of `quadratic` is {described(term)}: pairs of a weight and a linear functional are "
+                "needed in a list, such as [(1.0, laplacian(mesh.combinatorics))]",
+                elements=[position],
             )
         if np.ndim(term[0]) or not isinstance(term[0], (int, float, np.number)):
             raise GeometryError(
-                f"quadratic {place} has {described(term[0])} for its weight: a number is needed", elements=[place]
+                f"term {position} of `quadratic` has {described(term[0])} for its weight: a number is needed",
+                elements=[position],
             )
     return terms
 
 
-def _check_term(place: int, weight: float, term: LinearFunctional, n: int) -> None:
+def _check_term(position: int, weight: float, term: LinearFunctional, n: int) -> None:
     if not (np.isfinite(weight) and weight >= 0):
         raise GeometryError(
-            f"quadratic term {place} has the weight {weight}: weights are numbers from 0 upwards",
-            elements=[place],
+            f"quadratic term {position} has the weight {weight}: weights are numbers from 0 upwards",
+            elements=[position],
             value=weight,
             bound=0.0,
         )
     rows, columns = term.matrix.shape
     if columns != n or term.target.shape != (rows,):
         raise GeometryError(
-            f"quadratic term {place} has {columns} unknowns, {rows} residuals and {len(term.target)} targets, but the "
-            f"mesh has {n} coordinates",
-            elements=[place],
+            f"quadratic term {position} has {columns} unknowns, {rows} residuals and {len(term.target)} targets, but "
+            f"the mesh has {n} coordinates",
+            elements=[position],
             value=columns,
             bound=n,
         )
     if not (np.isfinite(term.target).all() and np.isfinite(term.matrix.data).all()):
-        raise GeometryError(f"quadratic term {place} has numbers that are not finite", elements=[place])
+        raise GeometryError(f"quadratic term {position} has numbers that are not finite", elements=[position])
 
 
 def _gradient(linear: Any, mesh: Mesh) -> FloatArray:
@@ -86,9 +87,9 @@ def _gradient(linear: Any, mesh: Mesh) -> FloatArray:
             f"the linear term has shape {gradient.shape}, the mesh needs ({mesh.n_vertices}, 3) or "
             f"({3 * mesh.n_vertices},)"
         )
-    broken = np.flatnonzero(~np.isfinite(gradient.reshape(-1, 3)).all(axis=1))
-    if len(broken):
-        raise GeometryError(f"the linear term is not finite at vertex {broken[0]}", elements=broken.tolist())
+    not_finite = np.flatnonzero(~np.isfinite(gradient.reshape(-1, 3)).all(axis=1))
+    if len(not_finite):
+        raise GeometryError(f"the linear term is not finite at vertex {not_finite[0]}", elements=not_finite.tolist())
     return gradient.ravel()
 
 

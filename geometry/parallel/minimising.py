@@ -24,7 +24,13 @@ from geometry.optimise import (
 from geometry.parallel.constraints import FactorBounds, FixedVertices, Objective
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
-from geometry.parallel.optimality import ROUNDING_MULTIPLE, Optimality, check_optimal, coarseness, rounding
+from geometry.parallel.optimality import (
+    ROUNDING_MULTIPLE,
+    Optimality,
+    check_optimal,
+    edge_rounding,
+    position_uncertainty,
+)
 
 __all__ = ["ELEMENT_TOLERANCE", "SOLVER_TARGET_RATIO", "check_solved", "minimising_mesh", "restore_parallelity"]
 
@@ -82,7 +88,7 @@ def minimising_mesh(
 
 def _noise(mesh: Mesh) -> float:
     """Largest parallelity that the rounding of M explains, over the size of S."""
-    return ROUNDING_MULTIPLE * coarseness(mesh) / max_norm(mesh.vertices - mesh.vertices.mean(axis=0))
+    return ROUNDING_MULTIPLE * position_uncertainty(mesh) / max_norm(mesh.vertices - mesh.vertices.mean(axis=0))
 
 
 def _determined(
@@ -235,10 +241,9 @@ def check_solved(mesh: Mesh, found: Mesh, solution: Solution, size: float) -> No
 
     def message(edge: int, value: float) -> str:
         cure = "add a term for closeness beside fairness"
-        if ROUNDING_MULTIPLE * max_norm(rounding(mesh, found)) > bound:
-            cure = (
-                f"faces of M are off their planes by {coarseness(mesh):.1e}, planarise the mesh further, at the origin"
-            )
+        if ROUNDING_MULTIPLE * max_norm(edge_rounding(mesh, found)) > bound:
+            deviation = position_uncertainty(mesh)
+            cure = f"faces of M are off their planes by {deviation:.1e}: planarise the mesh further, at the origin"
         return (
             f"{mesh.combinatorics.edge_name(edge)} is off the direction of its edge of M by {value:.1e}, allowed "
             f"{bound:.1e}: the solver stopped because {solution.reason.value}; {cure}"

@@ -1,10 +1,10 @@
 """Checks that a mesh found in P(M) is the minimum and that M determines it.
 
-At the minimiser of x H x / 2 - g x under A x = 0 there are multipliers y with H x - g + A^T y = 0. This is checked, as
-parallelity is. The multipliers also show how much the least value changes where A x = r is not exactly zero: by y . r.
-So |y| (|r| + rounding), with the effect of the rounding of M on A x, bounds the effect of rounding on the least value.
-It is large where equations nearly depend on each other, as at edges between faces that are nearly in one plane; the
-corresponding singular values are about |A^T y| / |y|.
+At the minimiser of x H x / 2 - g x under A x = 0 there are multipliers y with H x - g + A^T y = 0. Both this equation
+and parallelity are checked. The multipliers also show how much the least value changes where A x = r is not exactly
+zero: by y . r. So |y| (|r| + rounding), with the effect of the rounding of M on A x, bounds the effect of rounding on
+the least value. It is large where equations nearly depend on each other, as at edges between faces that are nearly in
+one plane; the corresponding singular values are about |A^T y| / |y|.
 """
 
 from __future__ import annotations
@@ -20,7 +20,15 @@ from geometry.optimise import ConstrainedQuadratic, ConvergenceError, Solution, 
 from geometry.parallel.edge_parallelity import parallelity
 from geometry.parallel.face_unknowns import FaceUnknowns
 
-__all__ = ["ROUNDING_MULTIPLE", "Optimality", "check_optimal", "coarseness", "not_parallel", "optimal_mesh", "rounding"]
+__all__ = [
+    "ROUNDING_MULTIPLE",
+    "Optimality",
+    "check_optimal",
+    "edge_rounding",
+    "not_parallel",
+    "optimal_mesh",
+    "position_uncertainty",
+]
 
 ROUNDING_MULTIPLE = 4.0
 """Deviation of an edge from its direction over the rounding of M, up to which it is accepted. Equations that depend on
@@ -37,7 +45,7 @@ CAREFUL_OPTIMUM_ACCURACY = 1e-14
 
 LARGEST_ROUNDING_EFFECT = 1e-5
 """Largest effect of rounding: change of the least value by one equation, or of one entry of the gradient, over their
-sizes. Most meshes reach 1e-12. At this limit S is certain to about 1e-4, a hundredth of a millimetre in a beam."""
+sizes. Most meshes reach 1e-12. At this limit S is accurate to about 1e-4, a hundredth of a millimetre in a beam."""
 
 FAR_FROM_ORIGIN_RATIO = 100.0
 """Distance of a mesh from the origin over its extent, above which a message advises to move it to the origin."""
@@ -73,21 +81,21 @@ class Optimality:
         solution: Solution,
         image: Mesh,
     ) -> Optimality:
-        """H (n, n), g (n,) in the unknowns of M; A (m, n): open edges, then other equations; residual (m,) of all.
+        """H (n, n), g (n,) in the unknowns of M; A (m, n): equations of open edges, then others; residual (m,) of them.
 
         image: the mesh S of the solution.
         """
         size = max_norm(image.vertices) or 1.0
         scale = max(max_norm(g), float(H.diagonal().mean()) * size) or 1.0
         y = solution.multipliers
-        multipliers_part = np.asarray(y @ A)
+        constraint_gradient = np.asarray(y @ A)
         noise = np.full(len(y), np.spacing(size))
-        of_edges = np.repeat(rounding(unknowns.mesh, image)[unknowns.open_edges], 2)
-        noise[: len(of_edges)] += of_edges
+        edge_noise = np.repeat(edge_rounding(unknowns.mesh, image)[unknowns.open_edges], 2)
+        noise[: len(edge_noise)] += edge_noise
         return cls(
-            max_norm(apply(H, solution.x) - g + multipliers_part) / scale,
+            max_norm(apply(H, solution.x) - g + constraint_gradient) / scale,
             np.abs(y) * (np.abs(residual) + noise) / (scale * size),
-            float(np.linalg.norm(multipliers_part) / (np.linalg.norm(y) or 1.0)),
+            float(np.linalg.norm(constraint_gradient) / (np.linalg.norm(y) or 1.0)),
         )
 
     @property
@@ -122,11 +130,13 @@ def optimal_mesh(
     """
     mesh, A = unknowns.mesh, quadratic.A
     target = -apply(unknowns.open_constraints, origin)
-    tolerance = max(OPTIMUM_ACCURACY * size, ROUNDING_MULTIPLE * coarseness(mesh) / mesh.mean_edge_length * size)
+    tolerance = max(
+        OPTIMUM_ACCURACY * size, ROUNDING_MULTIPLE * position_uncertainty(mesh) / mesh.mean_edge_length * size
+    )
     for problem in (quadratic, replace(quadratic, careful=True)):
         solution = problem.minimise(g, target, tolerance=tolerance)
         image = mesh.with_vertices((origin + apply(unknowns.matrix, solution.x)).reshape(-1, 3))
-        noise = max_norm(rounding(mesh, image))
+        noise = max_norm(edge_rounding(mesh, image))
         found = Optimality.of(unknowns, problem.H, g, A, apply(A, solution.x) - target, solution, image)
         bound = min(bounds[1], max(bounds[0], ROUNDING_MULTIPLE * noise))
         is_parallel = max_norm(parallelity(mesh, image)) <= bound
@@ -139,14 +149,15 @@ def optimal_mesh(
     return image
 
 
-def coarseness(mesh: Mesh) -> float:
-    """The uncertainty of the position of a corner: its rounding, or the largest deviation from a face plane."""
+def position_uncertainty(mesh: Mesh) -> float:
+    """The uncertainty of the position of a corner: its rounding, or the largest distance of a corner from the plane of
+    its face, whichever is larger."""
     return max(max_norm(mesh.plane_deviations), float(np.spacing(max_norm(mesh.vertices))))
 
 
-def rounding(mesh: Mesh, image: Mesh) -> FloatArray:
+def edge_rounding(mesh: Mesh, image: Mesh) -> FloatArray:
     """(E,) deviations of the edges of a mesh S = `image` from their directions that the rounding of M explains."""
-    return coarseness(mesh) / mesh.edge_lengths * image.edge_lengths
+    return position_uncertainty(mesh) / mesh.edge_lengths * image.edge_lengths
 
 
 def check_optimal(unknowns: FaceUnknowns, found: Optimality, solution: Solution, *, what: str) -> None:
@@ -155,7 +166,7 @@ def check_optimal(unknowns: FaceUnknowns, found: Optimality, solution: Solution,
         edges = _worst_edges(unknowns, found.changes)
         raise RankError(
             f"rounding decides about {what}: equations of P(M) nearly depend on each other, with singular values of "
-            f"about {found.singular_value:.0e}{_largest_at(unknowns.mesh, edges)}. Its least value is uncertain by "
+            f"about {found.singular_value:.0e}{_edge_list(unknowns.mesh, edges)}. Its least value is uncertain by "
             f"{found.rounding_effect:.0e} of its size, allowed {LARGEST_ROUNDING_EFFECT:.0e}; {_cure(unknowns.mesh)}",
             elements=edges.tolist(),
             value=found.rounding_effect,
@@ -163,7 +174,7 @@ def check_optimal(unknowns: FaceUnknowns, found: Optimality, solution: Solution,
         )
     if not found.gradient <= LARGEST_ROUNDING_EFFECT:
         raise ConvergenceError(
-            f"{what} is not at its least value: {found.gradient:.0e} of the gradient is left, allowed "
+            f"{what} is not at its least value: {found.gradient:.0e} of the gradient remains, allowed "
             f"{LARGEST_ROUNDING_EFFECT:.0e}; the solver stopped because {solution.reason.value}; "
             f"{_cure(unknowns.mesh)}",
             solution=solution,
@@ -183,7 +194,7 @@ def not_parallel(
         edges = _worst_edges(unknowns, found.changes)
         reason = (
             f"equations of P(M) nearly depend on each other, with singular values of about "
-            f"{found.singular_value:.0e}{_largest_at(unknowns.mesh, edges)}; {_cure(unknowns.mesh)}"
+            f"{found.singular_value:.0e}{_edge_list(unknowns.mesh, edges)}; {_cure(unknowns.mesh)}"
         )
     return ConvergenceError(
         f"{unknowns.mesh.combinatorics.edge_name(edge)} is off the direction of its mesh edge by "
@@ -198,11 +209,11 @@ def not_parallel(
 def _worst_edges(unknowns: FaceUnknowns, values: FloatArray) -> IntArray:
     """At most `MAX_NAMED_EDGES` edges: those of the equations (m,) with the largest values."""
     edges = unknowns.open_edges
-    of_edges = values[: 2 * len(edges)].reshape(-1, 2).max(axis=1)
-    return integers(edges[np.argsort(-of_edges, kind="stable")[:MAX_NAMED_EDGES]])
+    edge_values = values[: 2 * len(edges)].reshape(-1, 2).max(axis=1)
+    return integers(edges[np.argsort(-edge_values, kind="stable")[:MAX_NAMED_EDGES]])
 
 
-def _largest_at(mesh: Mesh, edges: IntArray) -> str:
+def _edge_list(mesh: Mesh, edges: IntArray) -> str:
     pairs = [f"{i} to {j}" for i, j in mesh.combinatorics.edges[edges].tolist()]
     return f", mostly at the edges from vertex {', '.join(pairs)}" if pairs else ""
 

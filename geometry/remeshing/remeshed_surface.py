@@ -23,7 +23,8 @@ class RemeshedSurface:
     """A mesh with planar faces on a surface, and how it was made.
 
     surface: the smooth surface through the vertices of the given triangles, on which vertices glided.
-    laid: the mesh as laid, with its lines, singular vertices and quality. planarised: what making it planar took.
+    laid: the mesh as laid, with its lines, singular vertices and quality. planarised: the planar mesh, and how far
+    vertices moved for it.
 
     >>> from geometry import Surface, remesh
     >>> from geometry.mesh import shapes

@@ -28,7 +28,7 @@ LEAST_RISE = 1e-3
 """Least height of S + x above the plane of a panel at its corners, unless S itself is lower."""
 
 SAMPLED_PANELS = 32
-"""Panels that decide where to search; all panels decide where the maximum is."""
+"""Number of panels that are sampled to find out where to search; the last search is with all panels."""
 
 SAMPLED_TRANSLATIONS, SEARCH_STARTS = 48, 2
 """Translations of the largest length, spread over the sphere, that are compared, and the number of best ones from
@@ -45,8 +45,8 @@ COARSE_STEPS, FINE_STEPS = (0.15, 0.01), (0.05, 0.0005)
 class MostShade:
     """The translation x = shift (3,) with most shade, and the shade with S (before) and with S + x (after).
 
-    What fins are made from is `after.fins.pair.gauss_image`. Translated fins are larger: `shadow_per_fin_area` and the
-    areas of the fins, before and after, say how much of the gain is only that.
+    The translated S + x is `after.fins.pair.gauss_image`. Translated fins are larger: `shadow_per_fin_area` and the
+    areas of the fins, before and after, show how much of the gain comes from their size alone.
 
     >>> import numpy as np
     >>> from geometry.gauss import Pair
@@ -68,7 +68,7 @@ class MostShade:
 def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
     """The x, |x| <= bound, with the largest area of shadow of fins over S + x, by the weights of the suns.
 
-    Where all panels can be wholly in the shade (a share of .999), a shortest x that does it. S + x stays above all
+    Where all panels can be completely shaded (a share of .999), it is a shortest x that does so. S + x stays above all
     panels. The maximum is sought without derivatives from the best of many translations; there may be a
     larger one elsewhere.
 
@@ -85,15 +85,15 @@ def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
     """
     if not 0 < bound < 1:
         raise GeometryError(
-            f"a translation by up to {bound:g} was asked for: the bound must be above 0 and below 1, or S + x is no "
-            "longer on the outer side of panels; the paper takes 0.99",
+            f"the bound of the translation is {bound:g}: it must be above 0 and below 1, so that S + x stays on the "
+            "outer side of the panels; the paper takes 0.99",
             value=float(bound),
             bound=1.0,
         )
     before = cast_shadows(fins, suns)
     n = fins.mesh.n_faces
-    shining = np.flatnonzero(before.facing.any(axis=0))
-    sample = shining[np.unique(np.linspace(0, len(shining) - 1, SAMPLED_PANELS).round().astype(np.int64))]
+    sunlit = np.flatnonzero(before.facing.any(axis=0))
+    sample = sunlit[np.unique(np.linspace(0, len(sunlit) - 1, SAMPLED_PANELS).round().astype(np.int64))]
     coarse, fine = (_cost(fins, suns, faces) for faces in (sample, np.arange(n)))
     starts = [x for x in bound * _spread(SAMPLED_TRANSLATIONS) if _least_rise(fins, x) >= 0]
     starts = sorted([np.zeros(3), *starts], key=coarse)[:SEARCH_STARTS]
@@ -108,11 +108,11 @@ def _cost(fins: Fins, suns: Suns, faces: IntArray) -> Callable[[FloatArray], flo
     """Minus the share of shade on faces (f,), for a translation x (3,)."""
     levels = np.array([fins.lower, fins.lower, fins.upper, fins.upper])
     facing = face_suns(fins.mesh, suns.directions)[:, faces]
-    whole = suns.weights @ facing @ np.linalg.norm(fins.mesh.vector_areas[faces], axis=1)
+    full_shade = suns.weights @ facing @ np.linalg.norm(fins.mesh.vector_areas[faces], axis=1)
 
     def cost(x: FloatArray) -> float:
         areas = shadow_areas(fins.mesh, faces, fins.quads + levels[:, None] * x, suns.directions)
-        return -float(suns.weights @ areas.sum(axis=1) / whole)
+        return -float(suns.weights @ areas.sum(axis=1) / full_shade)
 
     return cost
 
@@ -141,7 +141,7 @@ def _best_near(
 
 
 def _shortest(cost: Callable[[FloatArray], float], start: FloatArray, fins: Fins) -> FloatArray:
-    """(3,) a shortest translation near a start with all in the shade."""
+    """(3,) a shortest translation near a start for which all panels are completely shaded."""
 
     def squared_length(x: FloatArray) -> float:
         return float(x @ x)
@@ -165,7 +165,7 @@ def _shortest(cost: Callable[[FloatArray], float], start: FloatArray, fins: Fins
 
 
 def _least_rise(fins: Fins, x: FloatArray) -> float:
-    """How far S + x rises above the panels where it does so least, over what it must."""
+    """Least height of S + x above the plane of a panel, minus the required height; negative where x is not allowed."""
     c = fins.mesh.combinatorics
     rises = fins.rises + fins.mesh.face_normals[c.corner_face] @ x
     return float(rises.min() - min(LEAST_RISE, fins.rises.min()))

@@ -34,7 +34,7 @@ class LaguerreTransformation:
 
     >>> import numpy as np
     >>> from geometry.mesh import solids
-    >>> from geometry.gauss import edge_offset_pair
+    >>> from geometry.exact_offsets import edge_offset_pair
     >>> pair = edge_offset_pair(solids.cuboctahedron() * 5)
     >>> tilt = LaguerreTransformation.boost([0.2, 0, 0]) @ LaguerreTransformation.offset(0.3)
     >>> bool(np.abs(pair.laguerre(tilt).edge_distances - 1).max() < 1e-9)

@@ -29,10 +29,10 @@ def to_sphere(points: FloatArray) -> FloatArray:
 def to_plane(points: FloatArray) -> FloatArray:
     """(..., 2) the projections of points (..., 3) of the unit sphere; not finite for the north pole."""
     x, y, z = np.moveaxis(points, -1, 0)
-    # near the north pole, 1 - z would round: it is (x^2 + y^2) / (1 + z)
+    # near the north pole 1 - z would lose digits, so it is replaced by (x^2 + y^2) / (1 + z)
     with np.errstate(divide="ignore", invalid="ignore"):
-        stretch = np.where(z > 0, (1 + z) / (x**2 + y**2), 1 / (1 - z))
-        projected: FloatArray = np.stack([x, y], axis=-1) * stretch[..., None]
+        scale = np.where(z > 0, (1 + z) / (x**2 + y**2), 1 / (1 - z))
+        projected: FloatArray = np.stack([x, y], axis=-1) * scale[..., None]
     return projected
 
 
@@ -42,7 +42,7 @@ def circle_planes(centres: FloatArray, radii: FloatArray) -> tuple[FloatArray, F
     centres (..., 2), radii (...), positive.
     """
     distances = np.hypot(centres[..., 0], centres[..., 1])
-    power = (distances - radii) * (distances + radii)  # of the origin; |c|^2 - r^2 would round
+    power = (distances - radii) * (distances + radii)  # power of the origin, |c|^2 - r^2 without loss of digits
     normals = np.concatenate([2 * centres, (power - 1)[..., None]], axis=-1)
     lengths = np.linalg.norm(normals, axis=-1)
     return normals / lengths[..., None], (power + 1) / lengths

@@ -41,13 +41,15 @@ def on_curved_triangles(mesh: Mesh, normals: FloatArray, triangles: IntArray, we
 
 
 def refined(surface: Surface, pieces: int = 3) -> Surface:
-    """The surface of the curved triangles of a surface, each edge divided into so many pieces.
+    """The surface of the curved triangles of a surface, each edge divided into so many pieces; an exact one as it is.
 
     >>> from geometry import Surface, refined
     >>> from geometry.mesh import solids
     >>> refined(Surface(solids.icosahedron()), 3)
     Surface(92 vertices, 180 faces, 270 edges)
     """
+    if surface.is_exact:
+        return surface
     mesh = surface.triangulated
     c, k = mesh.combinatorics, pieces
     steps = np.array([(k - i - j, i, j) for i in range(k + 1) for j in range(k + 1 - i)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import igl
 import numpy as np
@@ -64,6 +65,9 @@ class Surface:
 
     mesh: Mesh
 
+    is_exact: ClassVar[bool] = False
+    """Whether nearest points are those of a smooth surface, and not of its triangles."""
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "mesh", as_mesh(self.mesh))
         self._check_areas()
@@ -75,6 +79,10 @@ class Surface:
                 "take one of its two layers",
                 elements=[vertex],
             )
+
+    def moved(self, scale: float, offset: FloatArray) -> Surface:
+        """The surface scaled about the origin and then moved by a vector (3,)."""
+        return Surface(self.mesh.with_vertices(self.mesh.vertices * scale + offset))
 
     def closest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Feet (n, 3) of points (n, 3), the nearest points of the surface, and unit normals (n, 3) there.

@@ -17,10 +17,11 @@ from rich.console import Console
 from rich.table import Table
 
 from geometry.errors import GeometryError
+from geometry.exact_offsets import circularity, conicality, edge_axis_twist
 from geometry.files import read_mesh
 from geometry.gauss import Pair
 from geometry.gauss.approximate_gauss_image import approximate_pair
-from geometry.gauss.distances import circularity, conicality, edge_axis_twist, vertex_distances
+from geometry.gauss.distances import vertex_distances
 from geometry.mesh import Combinatorics, Mesh, shapes
 from geometry.meshing import OptimisedMesh, make_circular, make_conical, planarise
 from geometry.parallel.edge_parallelity import parallelity

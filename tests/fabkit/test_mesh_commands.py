@@ -13,8 +13,8 @@ from fabkit.commands.command_line import app
 from fabkit.errors import OutputError
 from fabkit.formats import whole_file
 from geometry import Mesh, face_curvatures, offset, planarise
+from geometry.exact_offsets import exact_or_approximate_pair
 from geometry.files import read_mesh, write_mesh
-from geometry.gauss import exact_or_approximate_pair
 from geometry.mesh import shapes, solids
 from tests.fabkit.edge_offsets import revolved_pair
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
-from geometry.gauss.distances import circularity, conicality
+from geometry.exact_offsets import circularity, conicality
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import Effort, Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.optimise.solution import ConvergenceError

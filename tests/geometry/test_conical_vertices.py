@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
+from geometry.exact_offsets import conicality
 from geometry.functionals.conical_vertices import ConicalVertices, closed_fans
-from geometry.gauss.distances import conicality
 from geometry.mesh import Mesh, shapes
 from tests.geometry.bent_meshes import rotation
 

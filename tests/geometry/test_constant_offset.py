@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from geometry import Mesh, Pair, ParallelSpace, approximate_pair, koebe, make_circular, make_conical, offset
 from geometry.errors import GeometryError
+from geometry.exact_offsets import OffsetKind
 from geometry.functionals import close_to
-from geometry.gauss.constant_offset import OffsetKind
 from geometry.mesh import shapes, solids, tilings
 from geometry.parallel.blending import weight_ranges
 from geometry.parallel.edge_parallelity import edge_factors, parallelity

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from geometry.exact_offsets import edge_offset_pair
 from geometry.gauss import Pair
 from geometry.gauss.distances import edge_distances
-from geometry.gauss.exact_gauss_image import edge_offset_pair
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from tests.geometry.box_meshes import turning

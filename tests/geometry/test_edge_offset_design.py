@@ -13,8 +13,8 @@ from geometry.edge_offset.koebe_polyhedra import KoebePolyhedron
 from geometry.edge_offset.koebe_polyhedra import koebe as koebe_of
 from geometry.edge_offset.signed_meshes import alternating_signs, edge_offset_mesh, guided_signs, saddle_signs
 from geometry.errors import GeometryError
+from geometry.exact_offsets import edge_offset_pair
 from geometry.functionals.fairness import laplacian
-from geometry.gauss import edge_offset_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.mesh.intersections.meeting_faces import is_embedded
 from geometry.mesh.tilings import pentagon_patch

@@ -8,8 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError
-from geometry.gauss.distances import circularity, vertex_distances
-from geometry.gauss.exact_gauss_image import edge_offset_pair, exact_pairs, face_offset_pair, vertex_offset_pair
+from geometry.exact_offsets import circularity, edge_offset_pair, exact_pairs, face_offset_pair, vertex_offset_pair
+from geometry.gauss.distances import vertex_distances
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.edge_parallelity import parallelity
 from tests.geometry.parallel_elements import SIMPLE, SOLIDS, boosted, member, solid

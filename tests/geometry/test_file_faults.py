@@ -114,7 +114,7 @@ def test_any_space_parts_words(tmp_path: Path, space: str, suffix: str) -> None:
     assert_read(tmp_path / f"a{suffix}", text_of(tmp_path, suffix).replace(" ", space).encode())
 
 
-# --- OBJ: what is passed over is told
+# --- OBJ: what is ignored is reported
 
 
 def test_obj_words_and_shapes_that_are_no_polygons_are_told(tmp_path: Path) -> None:
@@ -125,7 +125,7 @@ def test_obj_words_and_shapes_that_are_no_polygons_are_told(tmp_path: Path) -> N
     assert said == (
         "1 point elements ignored",
         "1 curve elements ignored",
-        f"2 lines passed over that begin with no word of OBJ, as line {line} with 'vv'",
+        f"2 lines ignored that begin with no keyword of OBJ, such as line {line} with 'vv'",
     )
 
 

@@ -12,6 +12,7 @@ from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, IntArray
 from geometry.errors import MeshError
+from geometry.exact_offsets import circularity, conicality
 from geometry.functionals.circular_faces import CircularFaces
 from geometry.functionals.closeness import close_to
 from geometry.functionals.conical_vertices import ConicalVertices, closed_fans
@@ -26,7 +27,6 @@ from geometry.functionals.gauss_image_terms import (
 )
 from geometry.functionals.parallel_edges import ParallelEdges, parallel_to
 from geometry.functionals.planar_faces import PlanarFaces
-from geometry.gauss.distances import circularity, conicality
 from geometry.mesh import Combinatorics, Mesh, shapes
 from geometry.optimise.functional import Functional, LinearFunctional, StackedFunctional
 from geometry.optimise.newton import nearest_feasible

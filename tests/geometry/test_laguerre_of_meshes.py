@@ -10,16 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError, ParallelityError
+from geometry.exact_offsets import conicality, edge_cone_deviation, face_offset_pair
 from geometry.gauss import Pair
 from geometry.gauss.approximate_gauss_image import approximate_pair
-from geometry.gauss.distances import (
-    conicality,
-    edge_cone_deviation,
-    edge_distances,
-    face_distances,
-    vertex_distances,
-)
-from geometry.gauss.exact_gauss_image import face_offset_pair
+from geometry.gauss.distances import edge_distances, face_distances, vertex_distances
 from geometry.mesh import Mesh, solids
 from geometry.parallel.edge_parallelity import parallelity
 from geometry.spheres.laguerre import LaguerreTransformation

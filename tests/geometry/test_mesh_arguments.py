@@ -197,7 +197,11 @@ MISTAKES: list[tuple[str, Callable[[], Any], str]] = [
         lambda: _minimise(fixed=GRID.vertices),
         r"dict\(zip\(vertices, mesh.vertices\[vertices\]\)",
     ),
-    ("minimise((1, f))", lambda: _minimise((1, laplacian(GRID.combinatorics))), "quadratic 0 is a value of type int"),
+    (
+        "minimise((1, f))",
+        lambda: _minimise((1, laplacian(GRID.combinatorics))),
+        "term 0 of `quadratic` is a value of type int",
+    ),
     ("minimise([f])", lambda: _minimise([laplacian(GRID.combinatorics)]), "pairs of a weight and a linear functional"),
     ("minimise(f)", lambda: _minimise(laplacian(GRID.combinatorics)), "pairs of a weight and a linear functional"),
     ("minimise([(1, g)])", lambda: _minimise([(1, laplacian)]), "pairs of a weight and a linear functional"),

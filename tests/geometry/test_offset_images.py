@@ -8,12 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from geometry.errors import GeometryError
-from geometry.gauss import (
-    Pair,
-    best_offset_pair,
-    exact_pairs,
-    offset_deviations,
-)
+from geometry.exact_offsets import best_offset_pair, exact_pairs, offset_deviations
+from geometry.gauss import Pair
 from geometry.mesh import Mesh, shapes
 from geometry.parallel import parallelity
 from tests.geometry.parallel_elements import SIMPLE, SOLIDS, boosted, member, solid

@@ -9,15 +9,9 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
+from geometry.exact_offsets import circularity, conicality, edge_axis_twist, edge_cone_deviation
 from geometry.gauss import Pair
-from geometry.gauss.distances import (
-    circularity,
-    conicality,
-    edge_axis_twist,
-    edge_cone_deviation,
-    face_distances,
-    vertex_distances,
-)
+from geometry.gauss.distances import face_distances, vertex_distances
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.edge_parallelity import parallelity
 

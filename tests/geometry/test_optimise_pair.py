@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from geometry.curvature import face_curvatures, steiner_area
 from geometry.errors import FoldedError, GeometryError
+from geometry.exact_offsets import circularity, conicality
 from geometry.functionals import relative_plane_deviations
-from geometry.gauss import Pair, approximate_pair, circularity, conicality
+from geometry.gauss import Pair, approximate_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.meshing import planarise
 from geometry.optimise import ConvergenceError
@@ -244,7 +245,7 @@ def test_pairs_that_cannot_be() -> None:
     pair, triangles = start(), solids.octahedron()
     with pytest.raises(GeometryError, match="triangles"):
         optimise_pair(Pair(triangles, triangles), HEIGHTS)
-    with pytest.raises(GeometryError, match="is not that of the mesh: 5 % of the vertices"):
+    with pytest.raises(GeometryError, match="the mesh is not on the surface: 5 % of its vertices"):
         optimise_pair(pair, HEIGHTS, surface=Surface(pair.mesh * 1000.0))
     with pytest.raises(GeometryError, match="surface is oriented opposite"):
         optimise_pair(pair, HEIGHTS, surface=Surface(pair.mesh.reversed()))

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from geometry.arrays import FloatArray
 from geometry.errors import MeshError
+from geometry.exact_offsets import circularity, conicality
 from geometry.files import check_faces
-from geometry.gauss import circularity, conicality
 from geometry.mesh import Mesh, shapes, solids
 from geometry.mesh.polygons import face_centroids
 from geometry.parallel.edge_parallelity import edge_factors, parallelity

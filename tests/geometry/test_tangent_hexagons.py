@@ -260,7 +260,7 @@ def test_faces_without_a_point_to_touch_are_named() -> None:
     low = np.arccos(PATCH.face_normals[:, 2])
     assert set(np.flatnonzero(low > np.arccos(0.6) + rim)) <= set(found.missing.tolist())
     assert set(found.missing.tolist()) <= set(np.flatnonzero(low > np.arccos(0.7) - rim))
-    assert f"it has no normal as that of faces {found.missing[0]}, {found.missing[1]}" in found.report
+    assert f"the normals of faces {found.missing[0]}, {found.missing[1]}" in found.report
 
 
 def test_a_mesh_that_intersects_itself_says_where() -> None:

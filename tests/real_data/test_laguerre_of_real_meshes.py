@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from geometry.errors import GeometryError, ParallelityError
+from geometry.exact_offsets import conicality, face_offset_pair
 from geometry.gauss import Pair
-from geometry.gauss.distances import conicality, edge_distances
-from geometry.gauss.exact_gauss_image import face_offset_pair
+from geometry.gauss.distances import edge_distances
 from geometry.mesh import Mesh
 from geometry.meshing import planarise
 from geometry.parallel.edge_parallelity import edge_factors, parallelity

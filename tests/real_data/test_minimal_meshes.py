@@ -6,7 +6,8 @@ import numpy as np
 
 from geometry.curvature import ChristoffelDuals, face_curvatures
 from geometry.edge_offset.rotational import BandTiling, rotational_koebe
-from geometry.gauss import Pair, edge_offset_pair
+from geometry.exact_offsets import edge_offset_pair
+from geometry.gauss import Pair
 from geometry.meshing import planarise
 from geometry.parallel import edge_factors
 from tests.real_data.meshes import CATENOID, HEXAGONAL, needs_data, read

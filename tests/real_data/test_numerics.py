@@ -8,13 +8,9 @@ import numpy as np
 import pytest
 
 from geometry.errors import GeometryError, RankError
+from geometry.exact_offsets import circularity, conicality, edge_axis_twist
 from geometry.gauss.approximate_gauss_image import approximate_pair
-from geometry.gauss.distances import (
-    circularity,
-    conicality,
-    edge_axis_twist,
-    edge_distances,
-)
+from geometry.gauss.distances import edge_distances
 from geometry.meshing import Effort, Guides, OptimisedMesh, planarise
 from geometry.parallel.edge_parallelity import parallelity
 from geometry.parallel.space import ParallelSpace

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from geometry.errors import GeometryError, ParallelityError
+from geometry.exact_offsets import edge_offset_pair, exact_pairs, face_offset_pair, vertex_offset_pair
 from geometry.gauss.approximate_gauss_image import approximate_pair
 from geometry.gauss.axes import node_axes, parallel_from_axes
-from geometry.gauss.exact_gauss_image import edge_offset_pair, exact_pairs, face_offset_pair, vertex_offset_pair
 from geometry.mesh import Mesh
 from geometry.meshing import planarise
 from geometry.parallel.edge_parallelity import edge_factors, parallelity

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from geometry.errors import GeometryError
-from geometry.gauss.distances import circularity, conicality
+from geometry.exact_offsets import circularity, conicality
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, OptimisedMesh, make_circular, make_conical, planarise
 from geometry.surface.curve import Curve

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray
-from geometry.gauss.distances import least_norm, vertex_sums
+from geometry.exact_offsets.offset_conditions import least_norm, vertex_sums
 from geometry.mesh import Mesh
 
 __all__ = ["circumscribed_candidate"]

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, angles_between
 from geometry.errors import RankError
-from geometry.gauss.distances import DISTANCE_TOLERANCE, conicality
-from geometry.gauss.edge_cones import angles_between, best_cones, edge_stars, line_spread
-from geometry.gauss.exact_gauss_image import circumscribed_pair, inscribed_pair, midscribed_pair
-from geometry.gauss.inscribed import inscribed_candidate
-from geometry.gauss.midscribed import LEAST_LINE_SPREAD
+from geometry.exact_offsets.edge_cones import best_cones, edge_stars, line_spread
+from geometry.exact_offsets.exact_gauss_image import circumscribed_pair, inscribed_pair, midscribed_pair
+from geometry.exact_offsets.inscribed import inscribed_candidate
+from geometry.exact_offsets.midscribed import LEAST_LINE_SPREAD
+from geometry.exact_offsets.offset_conditions import conicality
+from geometry.gauss.distances import DISTANCE_TOLERANCE
 from geometry.gauss.pair import Pair
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.mesh.polygons import face_sums

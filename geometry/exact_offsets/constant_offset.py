@@ -9,8 +9,8 @@ import numpy as np
 
 from geometry.arrays import FloatArray, floats, short_repr
 from geometry.errors import GeometryError, raise_worst
-from geometry.gauss.exact_gauss_image import edge_offset_pair, face_offset_pair, vertex_offset_pair
-from geometry.gauss.exact_or_approximate import EXACT_OFFSET_TOLERANCE, exact_or_approximate_pair
+from geometry.exact_offsets.exact_gauss_image import edge_offset_pair, face_offset_pair, vertex_offset_pair
+from geometry.exact_offsets.exact_or_approximate import EXACT_OFFSET_TOLERANCE, exact_or_approximate_pair
 from geometry.gauss.pair import Pair, as_pair
 from geometry.mesh import Mesh, MeshLike
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from geometry.gauss.offset_kinds import best_offset_pair
+from geometry.exact_offsets.offset_kinds import best_offset_pair
 from geometry.gauss.pair import Pair
 from geometry.gauss.rounded_mesh import rounded_mesh_pair
 from geometry.mesh import MeshLike, as_mesh

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import minimum_spanning_tree
 
-from geometry.arrays import BoolArray, FloatArray, IntArray
-from geometry.gauss.edge_cones import angles_between, best_cones, edge_stars, line_spread
+from geometry.arrays import BoolArray, FloatArray, IntArray, angles_between
+from geometry.exact_offsets.edge_cones import best_cones, edge_stars, line_spread
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_sums
 from geometry.mesh.spanning_forests import spanning_forest

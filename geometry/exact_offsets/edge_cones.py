@@ -10,10 +10,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import FloatArray, IntArray, angles_between
 from geometry.mesh import Mesh
 
-__all__ = ["angles_between", "best_cones", "edge_stars", "line_spread"]
+__all__ = ["best_cones", "edge_stars", "line_spread"]
 
 SIGNS = np.array([(1.0, 1.0, 1.0), (1.0, -1.0, 1.0), (1.0, 1.0, -1.0), (1.0, -1.0, -1.0)])
 """The four ways to take rays of three lines, up to turning all of them."""
@@ -65,9 +65,3 @@ def _three_lines(directions: FloatArray) -> IntArray:
     across = np.take_along_axis(directions, second[:, None, None], axis=1)
     from_both = np.minimum(from_first, np.linalg.norm(np.cross(directions, across), axis=2))
     return np.stack([np.zeros_like(second), second, from_both.argmax(axis=1)], axis=1)
-
-
-def angles_between(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Angles in radians between vectors, exact for small ones too."""
-    crossed = np.linalg.norm(np.cross(first, second), axis=-1)
-    return np.asarray(np.arctan2(crossed, np.sum(first * second, axis=-1)))

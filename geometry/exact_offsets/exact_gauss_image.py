@@ -15,18 +15,12 @@ from scipy.sparse import csr_array, diags_array, eye_array
 
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError, RankError, raise_worst
+from geometry.exact_offsets.circumscribed import circumscribed_candidate
+from geometry.exact_offsets.inscribed import inscribed_candidate
+from geometry.exact_offsets.midscribed import midscribed_candidate
+from geometry.exact_offsets.offset_conditions import circularity, conicality, edge_axis_twist, edge_cone_deviation
 from geometry.functionals import close_to_vertex_normals, faces_at_unit_distance
-from geometry.gauss.circumscribed import circumscribed_candidate
-from geometry.gauss.distances import (
-    DISTANCE_TOLERANCE,
-    circularity,
-    conicality,
-    edge_axis_twist,
-    edge_cone_deviation,
-    face_distances,
-)
-from geometry.gauss.inscribed import inscribed_candidate
-from geometry.gauss.midscribed import midscribed_candidate
+from geometry.gauss.distances import DISTANCE_TOLERANCE, face_distances
 from geometry.gauss.pair import Pair
 from geometry.gauss.unit_distances import (
     GAUSS_IMAGE_PARALLELITY,
