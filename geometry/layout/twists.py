@@ -25,7 +25,8 @@ def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) ->
     """(F,) what to add to II(first, second) of triangles, over the curvature's root mean square: deferred correction.
 
     The twist (p0 - p1 + p2 - p3).n of a quad is what II of its isolines' tangents, at (F, 4) as in `integration`, would
-    be if the surface were quadratic and the quad a point. The difference from II is what the quads still lack.
+    be if the surface were quadratic and the quad a point. The difference from II is what the quads still lack. Of that,
+    only the part counts in which quads near to each other agree more than by chance: the rest is noise of the surface.
     """
     c = mesh.combinatorics
     frames = network.frames
@@ -51,7 +52,11 @@ def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) ->
     distance, quad = KDTree(centres).query(frames.centres, NEAREST)
     weights = (np.asarray(distance) / h + NEARNESS) ** -2
     alike = sign[quad] * _along(side[quad], first[:, None], second[:, None])
-    return np.asarray((weights * alike * lacks[quad]).sum(axis=1) / weights.sum(axis=1))
+    weights /= weights.sum(axis=1, keepdims=True)
+    near = alike * lacks[quad]
+    mean, square, chance = (weights * near).sum(axis=1), (weights * near**2).sum(axis=1), (weights**2).sum(axis=1)
+    agreement = np.divide(mean**2, square, out=np.ones_like(mean), where=square > 0)
+    return np.asarray(mean * ((agreement - chance) / (1 - chance)).clip(min=0.0))
 
 
 def _along(side: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:

@@ -148,6 +148,18 @@ def test_corners_of_the_boundary_are_kept() -> None:
         assert np.linalg.norm(result.mesh.vertices - corner, axis=1).min() < 1e-9
 
 
+@pytest.mark.parametrize(("share", "faces_off"), [(0.003, 50), (0.01, 50)])
+def test_noise_of_the_surface_is_not_taken_for_twist(share: float, faces_off: int) -> None:
+    """The number of faces stays: 190 of 1 000 were missing where all that quads lack was made good."""
+    shell = chart(40, 40, lambda u, v: (2 * u - 1, 2 * v - 1, 0.3 * (u + v - 1) ** 2 + 0.5 * (u - v) ** 2)).mesh
+    noise = np.random.default_rng(0).standard_normal(shell.vertices.shape)
+    noisy = Surface(shell.with_vertices(shell.vertices + share * shell.mean_edge_length * noise))
+    result = lay_quads(noisy, n_faces=1000)
+    assert abs(result.mesh.n_faces - 1000) < faces_off
+    assert np.degrees(result.quality.corner_angles.min()) > 15
+    assert result.quality.valences == {}
+
+
 def test_several_pieces_and_polygons() -> None:
     angles = 2 * np.pi * np.arange(24) / 24
     one = shapes.torus(np.stack([3 + np.cos(angles), np.sin(angles)], axis=1), 36)
