@@ -67,8 +67,8 @@ def nearest_points(first: FloatArray, second: FloatArray) -> FloatArray:
 
 @cache
 def meetings() -> tuple[FloatArray, FloatArray]:
-    """(E, 2, 2, 2, 3) long edges as in `long_edges`, prolonged to where those of neighbours are nearest; and by how
-    much they miss each other, (k, 2) for each two neighbours, at the inner and the outer level."""
+    """(E, 2, 2, 2, 3) long edges as in `long_edges`, prolonged to where those of neighbours are nearest; and the
+    gaps there, (k, 2) for each two neighbours, at the inner and the outer level."""
     beams = {beam.element: beam for beam in assembly()["beams"]}
     edges = np.array([long_edges(beam) for beam in assembly()["beams"]])
     place = {edge: n for n, edge in enumerate(beams)}

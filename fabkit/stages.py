@@ -11,7 +11,7 @@ __all__ = ["Listener", "Stages"]
 
 
 class Listener(Protocol):
-    """Told when a stage begins (share 0), how far it is (share 0 to 1, where known), and when it ends (share 1)."""
+    """Called when a stage begins (share 0), how far it is (share 0 to 1, where known), and when it ends (share 1)."""
 
     def __call__(self, stage: str, share: float) -> None: ...
 

@@ -173,19 +173,19 @@ def lay_on_surface(
     if rules.smooth_mm is not None:
         without_noise = smoothed(given, _in_unit(rules.smooth_mm, mm, "smooth_mm (--smooth)"))
         given, moved = without_noise.surface, float(without_noise.moves.max())
-    wishes: dict[str, Any] = {"boundary": rules.boundary}
+    line_options: dict[str, Any] = {"boundary": rules.boundary}
     if rules.strokes is not None:
-        wishes["strokes"] = [line - file.origin for line in read_polylines(rules.strokes)]
+        line_options["strokes"] = [line - file.origin for line in read_polylines(rules.strokes)]
     affine = np.eye(3)
     if rules.lines == "conjugate":
-        best = study_networks(given, progress=progress, **wishes)[0]
+        best = study_networks(given, progress=progress, **line_options)[0]
         if best.pair is None:
             raise GeometryError(f"along none of many conjugate networks a mesh was found; of the first: {best.reason}")
         affine = np.array(best.affine)
     size: dict[str, Any] = {"n_faces": rules.faces}
     if rules.edge_length_mm is not None:
         size = {"edge_length": _in_unit(rules.edge_length_mm, mm, "edge_length_mm (--edge-length)")}
-    laid = lay_quads(given, **size, affine=affine, **wishes)
+    laid = lay_quads(given, **size, affine=affine, **line_options)
     n_triangles = given.triangulated.n_faces
     return replace(file, mesh=laid.mesh), LaidSurface(
         refined(given), n_triangles, laid, rules.lines, floats(affine), moved

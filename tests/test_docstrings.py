@@ -21,15 +21,11 @@ KERNELS = {
     "exact_surface": "build123d",
     "to_build123d": "build123d",
     "to_cadquery": "cadquery",
-    "suns_at": "sunposition",
 }
 """Examples that call these functions need the package, and run with `-m kernel` where it is installed."""
 
-LIBRARIES = {"to_compas": "compas", "to_meshio": "meshio"}
+LIBRARIES = {"to_compas": "compas", "to_meshio": "meshio", "suns_at": "sunposition"}
 """Examples that call these functions need the library, which the extra `[test]` installs."""
-
-WITHOUT_EXAMPLE = frozenset((ROOT / "tests" / "without_example.txt").read_text(encoding="utf-8").split())
-"""Public names that have no example yet. Names are only taken out of that file, never added."""
 
 
 def examples() -> Iterator[Any]:
@@ -75,7 +71,4 @@ def test_each_public_name_has_an_example() -> None:
     without = {
         name for name, value in PUBLIC["public_objects"]().items() if ">>> " not in (inspect.getdoc(value) or "")
     }
-    assert without - WITHOUT_EXAMPLE == set(), "these need an example in their docstring"
-    assert WITHOUT_EXAMPLE - without == set(), (
-        "these have an example, or are gone: take them out of without_example.txt"
-    )
+    assert without == set(), "these need an example in their docstring"

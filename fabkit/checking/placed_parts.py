@@ -97,12 +97,12 @@ def violations_sentence(found: Sequence[Violation]) -> str:
     """
     cure = found[0].cure
     alike = [violation.finding for violation in found if violation.cure == cure]
-    told = alike[:3]
-    if len(alike) > len(told):
-        told.append(f"and {len(alike) - len(told)} more like this")
+    named = alike[:3]
+    if len(alike) > len(named):
+        named.append(f"and {len(alike) - len(named)} more like this")
     others = len(found) - len(alike)
     besides = f" ({others} other finding{'s' if others > 1 else ''} besides)" if others else ""
-    return f"{'; '.join(told)} (elements counted from 0): {cure}{besides}"
+    return f"{'; '.join(named)} (elements counted from 0): {cure}{besides}"
 
 
 def violations(

@@ -47,7 +47,7 @@ def as_read(file: MeshFile) -> Iterator[tuple[str, str]]:
     yield "edge lengths", f"{lengths.min():.4g} to {lengths.max():.4g}, mean {lengths.mean():.4g}"
     for note in file.mended:
         yield "mended", note
-    yield "planarity", f"{mesh.planarity.max():.1e} of the mean edge length at most, as read"
+    yield "planarity", f"{mesh.planarity.max():.1e} of the face's mean edge length at most, as read"
 
 
 def _counts(values: IntArray, wording: str) -> str:
@@ -193,11 +193,11 @@ def _reversed(pair: Pair) -> str:
 
 
 def _alignment(structure: SupportStructure) -> str:
-    """How far tops and bottoms of beams of one height miss each other on the node axes."""
-    spreads = axis_misalignments(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
+    """The misalignment of tops and bottoms of beams of one height at the node axes."""
+    found = axis_misalignments(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
     return (
-        f"tops and bottoms of beams miss each other on the node axes by {np.nanmedian(spreads):.1e} of the beam height "
-        f"in the median, {np.nanmax(spreads):.1e} at most"
+        f"misalignment of tops and bottoms of beams at the node axes: median {np.nanmedian(found):.1e}, largest "
+        f"{np.nanmax(found):.1e} of the beam height"
     )
 
 

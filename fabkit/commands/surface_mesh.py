@@ -53,7 +53,7 @@ def mesh_command(
 ) -> None:
     """Lay a mesh of planar quads on a design surface, along conjugate lines.
 
-    The mesh is in the unit and at the place of the surface. `fabkit build` does the same and goes on to the parts.
+    The mesh is in the unit and at the place of the surface. `fabkit build` does the same and continues to the parts.
     """
     with exit_on_error():
         settings = settings_of(

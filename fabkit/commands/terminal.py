@@ -32,7 +32,7 @@ Misuse = cast(type[Exception], typer.BadParameter.__base__)
 
 
 class _StandardError:
-    """Standard error where there is one: a build goes on where it is closed or its device is full."""
+    """Standard error where there is one: a build continues where it is closed or its device is full."""
 
     def write(self, text: str) -> int:
         with suppress(OSError, AttributeError):  # it is None where nothing was opened

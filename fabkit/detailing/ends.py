@@ -82,8 +82,8 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
     cosine = np.linalg.norm(flat, axis=1)
     radial = flat / cosine[:, None]
     azimuth = _azimuths(vertex, axis, radial, np.repeat(made, 2), structure.mesh.n_vertices)
-    members = np.flatnonzero(np.repeat(made, 2))
-    ring = members[np.lexsort((azimuth[members], vertex[members]))]
+    made_ends = np.flatnonzero(np.repeat(made, 2))
+    ring = made_ends[np.lexsort((azimuth[made_ends], vertex[made_ends]))]
     counts = np.bincount(vertex[ring], minlength=structure.mesh.n_vertices)
     starts = np.concatenate([[0], np.cumsum(counts)])
     following = np.full(len(vertex), -1, dtype=np.int64)
@@ -113,8 +113,8 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
 def _azimuths(vertex: IntArray, axis: FloatArray, radial: FloatArray, made: BoolArray, n_vertices: int) -> FloatArray:
     """Angles about the axis, from the lowest numbered end that is made at the node."""
     reference = np.zeros((n_vertices, 3))
-    members = np.flatnonzero(made)[::-1]
-    reference[vertex[members]] = radial[members]
+    made_ends = np.flatnonzero(made)[::-1]
+    reference[vertex[made_ends]] = radial[made_ends]
     x = reference[vertex]
     y = np.cross(axis, x)
     angle = np.arctan2(np.einsum("ek,ek->e", radial, y), np.einsum("ek,ek->e", radial, x))

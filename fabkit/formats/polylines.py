@@ -19,7 +19,7 @@ __all__ = ["read_polylines", "write_polylines"]
 CURVES = ("LINE", "LWPOLYLINE", "POLYLINE", "SPLINE", "ARC", "CIRCLE", "ELLIPSE")
 """Entities of a DXF file that are polylines or become some."""
 
-FLATTENING = 1e-3
+FLATTENING_TOLERANCE = 1e-3
 """How far a curve in a DXF file may be from the polyline that stands for it, over its extent."""
 
 
@@ -110,5 +110,5 @@ def _of_dxf(path: Path) -> tuple[FloatArray, ...]:
     if not curves:
         return ()
     corners = np.array([point.xyz for curve in curves for point in curve.control_vertices()])
-    distance = FLATTENING * float(np.linalg.norm(np.ptp(corners, axis=0)))
+    distance = FLATTENING_TOLERANCE * float(np.linalg.norm(np.ptp(corners, axis=0)))
     return tuple(floats([point.xyz for point in curve.flattening(distance)]) for curve in curves)

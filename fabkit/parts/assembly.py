@@ -99,8 +99,8 @@ class Assembly:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What is told of parts that is not their own: the assembly, whose other parts they touch, and for groups that are
-    nested the number of each part's sheet (n,), from one, by the name of the group.
+    """What is known of parts that is not stored with them: the assembly, whose other parts they touch, and for groups
+    that are nested the number of each part's sheet (n,), from one, by the name of the group.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome

@@ -1,4 +1,4 @@
-"""Kinds of part, and what is told of the parts of a kind.
+"""Kinds of part, and what is reported about the parts of a kind.
 
 To add a kind is to write one such value, with the record of what is known of its parts, beside the others in
 fabkit.kinds; nothing that draws, lists, checks or writes parts names one.
@@ -78,7 +78,7 @@ class Column:
 class Measure:
     """One number for each part of a group, in the group's order.
 
-    values (n,), NaN where there is none; decimals: how many are worth showing; signed: whether zero is the aim and
+    values (n,), NaN where there is none; decimals: how many are worth showing; signed: whether zero is the target and
     both signs occur.
 
     >>> from fabkit import Project, design
@@ -111,7 +111,7 @@ class Kind(Generic[P]):
     can be seen from one side only.
 
     columns: of its cut list, with a cell for each mark. measures: numbers of parts for colours and histograms. labels:
-    a line about each part. Columns and labels are told the `Surroundings` of the parts.
+    a line about each part. Columns and labels are given the `Surroundings` of the parts.
 
     >>> from fabkit.kinds import BEAM
     >>> BEAM.name, BEAM.group, BEAM.element, BEAM.letter

@@ -41,8 +41,8 @@ class TurnedShapes:
 def may_have_equals(corners: FloatArray, within: float) -> BoolArray:
     """(P,) whether solids with corners (P, n, 3) may be equal to another one of them.
 
-    No turn changes the distances of the corners from their mean. Solids hang together where these are near; one that
-    hangs together with no other has no equal. Sorted for one distance after the other, all is n log n.
+    No turn changes the distances of the corners from their mean. Solids are linked where these are near; one that is
+    linked to no other has no equal. Sorted for one distance after the other, all is n log n.
     """
     distances = np.sort(np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2), axis=1)
     levels = np.unique(np.linspace(0, distances.shape[1] - 1, DISTANCE_LEVELS).astype(np.int64))
@@ -62,7 +62,7 @@ def equal_shapes(shapes: TurnedShapes, within: float) -> tuple[IntArray, IntArra
 
     In their order, shapes that are equal to none before become the first of those equal to them: of all that come
     later, are not taken yet, and have each coordinate of each corner `within` its own in some turn. What is taken is
-    no first, so that all stand off their firsts by no more than that, however many hang together.
+    no first, so that all deviate from their firsts by no more than that, however many are linked.
     """
     parts, turns = (index.ravel() for index in np.indices((shapes.n_shapes, shapes.n_turns)))
     probes = np.unique(np.linspace(0, shapes.n_corners - 1, TREE_CORNERS).astype(np.int64))

@@ -97,7 +97,7 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     yield Fact("Boundaries", (summary.n_boundaries,), shown=on_paper)
     yield Fact("Edge lengths", (float(lengths.min()), float(lengths.max())), ".1f", "mm", shown=on_paper)
     yield from _surface(summary.surface) if summary.surface is not None else ()
-    of_edge = ".1e", "of the mean edge"
+    of_edge = ".1e", "of the face's mean edge"
     yield Fact("Largest planarity, as read", (summary.planarity_before,), *of_edge, keys=("planarity.before",))
     yield Fact("Largest planarity, as built", (summary.planarity_after,), *of_edge, keys=("planarity.after",))
     moved = EVERYWHERE if summary.largest_move_mm > 0 else NOWHERE

@@ -23,8 +23,8 @@ D = TypeVar("D", bound=Details)
 def share_equal_parts(assembly: Assembly, *, within_mm: float = EQUAL_WITHIN_MM) -> Assembly:
     """The same parts; equal ones share a mark and the solid of the first of them, others have a mark of their own.
 
-    within_mm: how far each coordinate of corners of parts may differ for these to count as equal. Parts then stand off
-    their places by as much.
+    within_mm: how far each coordinate of corners of parts may differ for these to count as equal. Parts are then
+    misplaced by up to this tolerance.
 
     A part seen in one of the turns of its kind's symmetry is the same piece: a beam turned end for end, a node or panel
     turned about its normal; a mirrored one is not. The first of equal parts keeps its own frame, the frames of the

@@ -113,7 +113,7 @@ def open_circle_pattern(
         pattern, off = laid_out(filled, _pattern(filled, boundary.with_outer(of_outer)))
     if off > KITE_TOLERANCE and len(filled.boundary_loops) > 1:
         raise GeometryError(
-            f"the circle pattern does not close around a hole: its kites miss each other by {off:.1e} of their size, "
+            f"the circle pattern does not close around a hole: its kites are apart by {off:.1e} of their size, "
             f"allowed {KITE_TOLERANCE:.0e}; leave the values along the hole free, "
             "or give radii there and leave those of the outer boundary free",
             value=off,

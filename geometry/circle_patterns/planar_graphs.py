@@ -90,7 +90,7 @@ def _cycles_of_four(edges: IntArray) -> IntArray:
     """(2, 2, k) two opposite nodes and the two others of cycles of four edges (m, 2) of a graph.
 
     All where two nodes have two common neighbours; where they have more, not every pair of these. A cycle is found at
-    its member with most neighbours, so that paths are few whatever the degrees are [ChibaNishizeki1985].
+    its end with most neighbours, so that paths are few whatever the degrees are [ChibaNishizeki1985].
     """
     ends = np.concatenate([edges, edges[:, ::-1]]).T
     degrees = np.bincount(ends[0])

@@ -13,7 +13,7 @@ __all__ = ["clusters_within", "joined"]
 
 
 def joined(n: int, pairs: IntArray) -> IntArray:
-    """(n,) number of the connected component of each of n things, of which pairs (m, 2) hang together."""
+    """(n,) number of the connected component of each of n things, of which pairs (m, 2) are connected."""
     graph = coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 

@@ -33,7 +33,7 @@ def decoded(data: bytes) -> str:
 
 
 def spelled_out(data: bytes) -> bytes:
-    """The same in UTF-8, for a file that begins as text and goes on in bytes: all others are as they are."""
+    """The same in UTF-8, for a file that begins as text and continues in bytes: all others are as they are."""
     encoding = _encoding(data)
     if encoding == "utf-8":
         return data.removeprefix(codecs.BOM_UTF8)

@@ -14,7 +14,7 @@ from geometry.mesh.ragged_arrays import next_in_run
 
 __all__ = ["overlaid_faces", "same_vertices"]
 
-UPRIGHT = 0.5
+UPRIGHT_AREA_RATIO = 0.5
 """Area of a face seen along the normal of another over its own, below which it stands on it rather than lies on it."""
 
 
@@ -84,7 +84,9 @@ def _lie_on(raw: RawPolygons, pairs: IntArray) -> BoolArray:
     origin = raw.vertices[raw.corners[raw.face_starts[hosts]]]
     larger, smaller = _seen(raw, hosts, origin, axes), _seen(raw, pairs[:, 1], centre, axes[host])
     own = np.linalg.norm(_areas(raw, pairs[:, 1]), axis=1)
-    lies = shapely.is_valid(smaller) & shapely.is_valid(larger)[host] & (shapely.area(smaller) > UPRIGHT * own)
+    lies = (
+        shapely.is_valid(smaller) & shapely.is_valid(larger)[host] & (shapely.area(smaller) > UPRIGHT_AREA_RATIO * own)
+    )
     shapely.prepare(larger)
     lies[lies] = shapely.contains(larger[host[lies]], shapely.point_on_surface(smaller[lies]))
     return np.asarray(lies)

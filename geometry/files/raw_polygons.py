@@ -1,4 +1,4 @@
-"""Polygons as a file holds them: nothing is known yet about how they hang together."""
+"""Polygons as a file holds them: nothing is known yet about how they are connected."""
 
 from __future__ import annotations
 

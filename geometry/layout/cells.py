@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import GeometryError
-from geometry.layout.exact_maps import ONE, ExactMap
+from geometry.layout.exact_maps import ISOLINE_SPACING, ExactMap
 from geometry.layout.grid_points import GridPoints
 from geometry.layout.rays import rays_between
 
@@ -73,7 +73,7 @@ def _rim(points: GridPoints) -> tuple[IntArray, IntArray, IntArray]:
     at = points.of.values.reshape(-1, 2)
     halves = np.flatnonzero(c.twin < 0)
     tail, head = at[x.halves, x.components], at[c.next_corner[x.halves], x.components]
-    share = (x.values * ONE - tail) / (head - tail)
+    share = (x.values * ISOLINE_SPACING - tail) / (head - tail)
     half = np.concatenate([halves, x.halves, halves])
     place = np.concatenate([np.full(len(halves), -1.0), share, np.full(len(halves), 2.0)])
     heads = c.corners[c.next_corner[halves]]

@@ -14,7 +14,7 @@ from geometry.mesh.spanning_forests import spanning_forest
 
 __all__ = ["CombedField", "comb"]
 
-LARGEST_RESIDUE = 1e-6
+INDEX_TOLERANCE = 1e-6
 """Of an index, from the next integer: more than rounding needs."""
 
 
@@ -72,7 +72,7 @@ def _indices(frames: TangentFrames, residual: np.ndarray) -> IntArray:
     raise_worst(
         np.abs(quarters - indices),
         "<=",
-        LARGEST_RESIDUE,
+        INDEX_TOLERANCE,
         lambda vertex, _: (
             f"the field turns by {quarters[vertex]:.6f} quarters about vertex {vertex}, not by whole ones: "
             "make triangles with angles near 0 or 180 degrees larger"

@@ -15,17 +15,17 @@ from geometry.surface import Curvature
 
 __all__ = ["conjugate_network"]
 
-FOLLOW, FOLLOW_CLOSER = 30.0, 300.0
+CURVATURE_WEIGHT, CLOSER_CURVATURE_WEIGHT = 30.0, 300.0
 """Weights of the difference of principal curvatures, squared, over that of the field's gradient, squared: where
 singularities are decided, and then with these as they are."""
 
-UMBILIC = 0.05
+UMBILIC_TOLERANCE = 0.05
 """Half the difference of the principal curvatures over their size, below which no direction is preferred."""
 
-FLAT = 1e-6
+FLATNESS_TOLERANCE = 1e-6
 """Curvature times the size of the surface, below which it is plane."""
 
-ALIGN = 20.0
+ALIGNMENT_WEIGHT = 20.0
 """Weight of the direction of a boundary or stroke in a triangle there, over that of its neighbours."""
 
 SAMPLES_PER_EDGE = 4.0
@@ -51,12 +51,12 @@ def conjugate_network(
     attraction = boundary if not strokes else boundary + _stroke_attraction(frames, image, affine, strokes)
     traceless = image.traceless(tensors)
     sizes = np.sqrt((tensors**2).sum(axis=(1, 2)) / 2)
-    strength = 4 * np.maximum(np.abs(traceless) ** 2 - (UMBILIC * sizes) ** 2, 0.0)
-    strength[sizes * np.sqrt(image.areas.sum()) < FLAT] = 0.0
+    strength = 4 * np.maximum(np.abs(traceless) ** 2 - (UMBILIC_TOLERANCE * sizes) ** 2, 0.0)
+    strength[sizes * np.sqrt(image.areas.sum()) < FLATNESS_TOLERANCE] = 0.0
     wanted = np.divide(traceless, np.abs(traceless), out=np.ones_like(traceless), where=np.abs(traceless) > 0) ** 2
-    combed = comb(image, cross_field(image, *_attracted(attraction, wanted, FOLLOW * strength)))
+    combed = comb(image, cross_field(image, *_attracted(attraction, wanted, CURVATURE_WEIGHT * strength)))
     first = followed_closer(
-        image, combed.first, combed.turns, *_attracted(attraction, wanted, FOLLOW_CLOSER * strength)
+        image, combed.first, combed.turns, *_attracted(attraction, wanted, CLOSER_CURVATURE_WEIGHT * strength)
     )
     directions = image.in_space(first), image.in_space(1j * first)
     if affine is not None:
@@ -109,7 +109,7 @@ def _stroke_attraction(
 
 def _summed(frames: TangentFrames, triangles: IntArray, along: ComplexArray, shares: FloatArray) -> ComplexArray:
     """(2, F) of vectors (n,) in triangles (n,)."""
-    weights = shares * (ALIGN / frames.areas)[triangles]
+    weights = shares * (ALIGNMENT_WEIGHT / frames.areas)[triangles]
     sizes = np.abs(along)
     directions = np.divide(along, sizes, out=np.ones_like(along), where=sizes > 0)
     summed = np.zeros((2, frames.n_triangles), dtype=np.complex128)

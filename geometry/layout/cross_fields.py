@@ -27,7 +27,7 @@ ANGLE_STEPS = 5
 LARGEST_ANGLE_STEP = 0.3
 """Largest turn of a direction in one of these steps, in radians."""
 
-PREFERENCE = 1e-6
+LONGEST_DIRECTION_WEIGHT = 1e-6
 """Weight of the longest direction of a piece, over its area: it decides where nothing else does."""
 
 
@@ -46,7 +46,7 @@ def cross_field(frames: TangentFrames, wanted: ComplexArray, weights: FloatArray
     coupling = coo_array((np.concatenate([carried, carried.conj()]), (rows, columns)), shape=(n, n))
     pull = frames.areas * weights
     source = pull * wanted
-    floor = PREFERENCE * frames.areas / frames.areas.sum()
+    floor = LONGEST_DIRECTION_WEIGHT * frames.areas / frames.areas.sum()
     source = source + floor * longest_direction(frames) ** 4
     smooth = diags_array(diagonal + pull + floor) - coupling
     z = splu(csc_array(smooth)).solve(source)
@@ -86,7 +86,7 @@ def followed_closer(
     difference = csr_array(coo_array((signs, (rows, np.concatenate([right, left]))), shape=(m, n)))
     smooth = difference.T @ diags_array(stiffness) @ difference
     pull = frames.areas * weights
-    floor = PREFERENCE * frames.areas / frames.areas.sum()
+    floor = LONGEST_DIRECTION_WEIGHT * frames.areas / frames.areas.sum()
     factor = factorise(csr_array(smooth + diags_array(pull + floor)))
     for _ in range(ANGLE_STEPS):
         carried = first[left] * np.exp(1j * frames.edge_turns[inner]) * 1j ** (turns[inner] % 4)

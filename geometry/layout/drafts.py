@@ -22,7 +22,7 @@ from geometry.surface import boundary_corners, on_curved_triangles
 
 __all__ = ["Draft", "draft"]
 
-OTHER_LENGTHS = (1.0, 0.97, 1.03, 0.94, 1.06)
+EDGE_LENGTH_FACTORS = (1.0, 0.97, 1.03, 0.94, 1.06)
 """Factors of the edge length, tried in turns where triangles of the surface are turned over by the rounding."""
 
 
@@ -45,7 +45,7 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     problem = Integration(network, maps)
     relaxed = problem.relaxed()
     folded = []
-    for factor in OTHER_LENGTHS:
+    for factor in EDGE_LENGTH_FACTORS:
         h = factor * np.sqrt(relaxed.predicted / n_faces)
         t = nearest_integers(relaxed.gram, relaxed.values / h, apart(network.frames, field, maps, h))
         x = problem.solved(t, h)

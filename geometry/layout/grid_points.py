@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
-from geometry.layout.exact_maps import ONE, ExactMap, cross
+from geometry.layout.exact_maps import ISOLINE_SPACING, ExactMap, cross
 from geometry.layout.quarter_turns import quarter_turned
 
 __all__ = ["Crossings", "GridPoints"]
@@ -40,8 +40,8 @@ class GridPoints:
         """low (F, 2) and counts (F, 2) of integers in each triangle's box, starts (F,), and all points (n, 3) of boxes:
         triangle, u, v."""
         values = self.of.values
-        low = -(-values.min(axis=1) // ONE)
-        counts = np.maximum(values.max(axis=1) // ONE - low + 1, 0)
+        low = -(-values.min(axis=1) // ISOLINE_SPACING)
+        counts = np.maximum(values.max(axis=1) // ISOLINE_SPACING - low + 1, 0)
         sizes = counts.prod(axis=1)
         starts = np.cumsum(sizes) - sizes
         triangle = np.repeat(np.arange(len(sizes)), sizes)
@@ -56,7 +56,7 @@ class GridPoints:
         points = self._table[3]
         corners = self.of.values[points[:, 0]]
         along = np.roll(corners, -1, axis=1) - corners
-        left = cross(along, points[:, None, 1:] * ONE - corners)
+        left = cross(along, points[:, None, 1:] * ISOLINE_SPACING - corners)
         inside = np.flatnonzero((left >= 0).all(axis=1))
         return integers(inside), np.asarray(left[inside] == 0)
 
@@ -65,7 +65,7 @@ class GridPoints:
         """(N,) node of each vertex, -1 where it is none."""
         c = self.of.combinatorics
         is_node = c.is_boundary_vertex.copy()
-        whole = (self.of.values.reshape(-1, 2) % ONE == 0).all(axis=1)
+        whole = (self.of.values.reshape(-1, 2) % ISOLINE_SPACING == 0).all(axis=1)
         is_node[c.corners[whole]] = True
         nodes = np.full(c.n_vertices, -1)
         nodes[is_node] = np.arange(is_node.sum())
@@ -129,8 +129,8 @@ class GridPoints:
         halves = np.flatnonzero(c.twin < 0)
         at = self.of.values.reshape(-1, 2)
         ends = np.stack([at[halves], at[c.next_corner[halves]]])
-        low = ends.min(axis=0) // ONE + 1  # strictly between
-        counts = np.maximum(-(-ends.max(axis=0) // ONE) - low, 0).ravel()
+        low = ends.min(axis=0) // ISOLINE_SPACING + 1  # strictly between
+        counts = np.maximum(-(-ends.max(axis=0) // ISOLINE_SPACING) - low, 0).ravel()
         starts = np.cumsum(counts) - counts
         owner = np.repeat(np.arange(len(counts)), counts)
         values = low.ravel()[owner] + np.arange(counts.sum()) - starts[owner]
@@ -139,16 +139,16 @@ class GridPoints:
         tail, head = at[half], at[c.next_corner[half]]
         rows = np.arange(len(half))
         du = head[rows, component] - tail[rows, component]
-        base = tail[rows, other] // ONE
-        numerator = (tail[rows, other] - base * ONE) * du + (head - tail)[rows, other] * (
-            values * ONE - tail[rows, component]
+        base = tail[rows, other] // ISOLINE_SPACING
+        numerator = (tail[rows, other] - base * ISOLINE_SPACING) * du + (head - tail)[rows, other] * (
+            values * ISOLINE_SPACING - tail[rows, component]
         )
-        exact = numerator % (du * ONE) == 0
+        exact = numerator % (du * ISOLINE_SPACING) == 0
         nodes = np.empty(len(half), dtype=np.int64)
         count = self._node_of_entry[1]
         nodes[~exact] = count + np.arange((~exact).sum())
         point = np.empty((len(half), 2), dtype=np.int64)
-        point[rows, component], point[rows, other] = values, base + numerator // (du * ONE)
+        point[rows, component], point[rows, other] = values, base + numerator // (du * ISOLINE_SPACING)
         nodes[exact] = self.nodes(half[exact] // 3, point[exact])
         return integers(low.ravel()), integers(starts), Crossings(half, component, values, integers(nodes))
 
@@ -190,13 +190,13 @@ class GridPoints:
         points = self._table[3][free]
         values = self.of.values[points[:, 0]]
         node = self._node_of_entry[0][free]
-        away = values - points[:, None, 1:] * ONE
-        parts = cross(np.roll(away, -1, axis=1), np.roll(away, -2, axis=1)).astype(np.float64)
+        offset = values - points[:, None, 1:] * ISOLINE_SPACING
+        parts = cross(np.roll(offset, -1, axis=1), np.roll(offset, -2, axis=1)).astype(np.float64)
         triangles[node], weights[node] = points[:, 0], parts / parts.sum(axis=1, keepdims=True)
         x = self.crossings
         tail = self.of.values.reshape(-1, 2)[x.halves, x.components]
         head = self.of.values.reshape(-1, 2)[c.next_corner[x.halves], x.components]
-        share = (x.values * ONE - tail) / (head - tail)
+        share = (x.values * ISOLINE_SPACING - tail) / (head - tail)
         triangles[x.nodes] = x.halves // 3
         k = x.halves % 3
         weights[x.nodes] = (1 - share)[:, None] * np.eye(3)[k] + share[:, None] * np.eye(3)[(k + 1) % 3]

@@ -8,16 +8,16 @@ from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["integer_kernel", "nearest_integers"]
 
-REGULARISATION = 1e-9
+FREE_DIRECTION_REGULARISATION = 1e-9
 """Of directions in which the integers may move freely, over the mean."""
 
-FEW = 60
+MAX_PAIRED_INTEGERS = 60
 """Integers up to which pairs of them are moved."""
 
 MAX_LATTICE_MOVES = 1000
 """Moves of integers to a better neighbour, at most."""
 
-ROUNDING = 1e-9
+GAIN_ROUNDING = 1e-9
 """Relative gain that may be rounding."""
 
 
@@ -50,7 +50,7 @@ def nearest_integers(gram: FloatArray, wanted: FloatArray, apart: IntArray) -> I
     not counts more than any distance; where that remains so, the caller sees it in the result.
     """
     m = len(wanted)
-    gram = gram + REGULARISATION * max(np.trace(gram) / max(m, 1), np.finfo(float).tiny) * np.eye(m)
+    gram = gram + FREE_DIRECTION_REGULARISATION * max(np.trace(gram) / max(m, 1), np.finfo(float).tiny) * np.eye(m)
     t = _rounded_in_turn(gram, wanted)
     steps = _steps(m)
     own = np.einsum("ki,ij,kj->k", steps, gram, steps)
@@ -62,7 +62,7 @@ def nearest_integers(gram: FloatArray, wanted: FloatArray, apart: IntArray) -> I
         equal = (now + moved == 0).all(axis=2).sum(axis=1) - (now == 0).all(axis=1).sum()
         gains = gains + penalty * equal
         best = int(gains.argmin()) if len(gains) else 0
-        if not len(gains) or gains[best] >= -ROUNDING * own[best]:
+        if not len(gains) or gains[best] >= -GAIN_ROUNDING * own[best]:
             break
         t = t + steps[best]
     return t
@@ -84,7 +84,7 @@ def _rounded_in_turn(gram: FloatArray, wanted: FloatArray) -> IntArray:
 def _steps(m: int) -> IntArray:
     """(k, m) changes by 1 of one integer, and of two while these are few."""
     one = np.eye(m, dtype=np.int64)
-    if m > FEW:
+    if m > MAX_PAIRED_INTEGERS:
         return np.concatenate([one, -one])
     i, j = np.triu_indices(m, 1)
     return np.concatenate([sign * part for sign in (1, -1) for part in (one, one[i] + one[j], one[i] - one[j])])

@@ -20,16 +20,16 @@ from geometry.optimise import SparseMatrix, apply, factorise
 
 __all__ = ["Integration", "Relaxed"]
 
-LENGTHS = 0.1
+LENGTH_WEIGHT = 0.1
 """Weight of the derivatives' sizes, over that of their directions: lengths give way to directions."""
 
-CONJUGACY = 30.0
+CONJUGACY_WEIGHT = 30.0
 """Weight of II(isoline u, isoline v), over the root mean square of the curvature: repairs what smoothing turned."""
 
-GROUND = 1e-9
+ANCHOR_WEIGHT = 1e-9
 """Weight of (u, v) = 0 at one vertex, over that of a triangle: where a shift of the whole costs nothing."""
 
-FREE = 1e-10
+FREE_INTEGER_ENERGY = 1e-10
 """Energy of integers, over the largest one, below which they may be any numbers."""
 
 CONJUGACY_STEPS = 2
@@ -87,11 +87,11 @@ class Integration:
     def _quadratic(self, at: FloatArray, opening: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(F, 4, 4) and (F, 4): energy g.M g - 2 m.g of the derivatives g of each triangle, linearised at (F, 4)."""
         areas = self.network.frames.areas / self.network.frames.areas.sum()
-        weights = np.array([LENGTHS, 1.0, 1.0, LENGTHS])
+        weights = np.array([LENGTH_WEIGHT, 1.0, 1.0, LENGTH_WEIGHT])
         matrix = np.tile(np.diag(weights), (len(at), 1, 1))
         right = np.tile(weights * IDENTITY, (len(at), 1))
         value, slope = conjugacy(self.network.forms, at)
-        trusted = CONJUGACY / (1 + opening)  # given up where it folds
+        trusted = CONJUGACY_WEIGHT / (1 + opening)  # given up where it folds
         matrix += trusted[:, None, None] * slope[:, :, None] * slope[:, None]
         right += (trusted * value)[:, None] * slope
         p, q, r, s = at.T
@@ -117,7 +117,7 @@ class Integration:
         corners = (3 * first[:, None] + np.arange(3)).ravel()
         diagonal = np.zeros(self.maps.reals.shape[1])
         at = self.maps.reals[np.concatenate([2 * corners, 2 * corners + 1])]
-        diagonal[at.indices] = GROUND
+        diagonal[at.indices] = ANCHOR_WEIGHT
         n = len(diagonal)
         return csr_array(coo_array((diagonal, (np.arange(n), np.arange(n))), shape=(n, n)))
 
@@ -134,7 +134,7 @@ class Integration:
         free = factor.solve(_back(reals, side))
         values = np.zeros(0)
         if len(gram):
-            values = scipy.linalg.lstsq(gram, _back(integers, side) - mixed.T @ free, cond=FREE)[0]
+            values = scipy.linalg.lstsq(gram, _back(integers, side) - mixed.T @ free, cond=FREE_INTEGER_ENERGY)[0]
         x = free - following @ values
         areas = determinants(self.at(x, values, 1.0))
         return Relaxed(values, (gram + gram.T) / 2, float(self.network.frames.areas @ areas))

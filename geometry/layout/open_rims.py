@@ -12,10 +12,10 @@ from geometry.mesh.ragged_arrays import next_in_run, run_of_place
 
 __all__ = ["Polygons", "tidied_rim"]
 
-SHORT = 0.42
+LONGEST_CONTRACTED_RIM_EDGE = 0.42
 """Length of edges at the rim that are contracted, over the edge length wanted."""
 
-SHARPEST = np.radians(22.0)
+LEAST_RIM_CORNER = np.radians(22.0)
 """Corner of a face at the rim below which its shortest edge there is contracted, unless it is longer."""
 
 LONGEST_CONTRACTED_EDGE = 0.9
@@ -68,7 +68,7 @@ class Polygons:
 
 def tidied_rim(polygons: Polygons, edge_length: float) -> Polygons:
     """Until nothing changes: vertices of the rim where no line ends are dropped, then edges that touch the rim are
-    contracted which are SHORT, or the shortest ones of faces with a sharp corner; each is the shortest of these nearby.
+    contracted which are short, or the shortest ones of faces with a sharp corner; each is the shortest of these nearby.
     """
     polygons = _dropped(polygons)
     forbidden = np.zeros(0, dtype=np.int64)
@@ -123,8 +123,8 @@ def _costs(polygons: Polygons, c: Combinatorics, edge_length: float) -> FloatArr
     costs = np.where(possible, lengths, np.inf)
     shortest = np.full(c.n_faces, np.inf)
     np.minimum.at(shortest, c.corner_face, costs[c.corner_edge])
-    of_sharp = (sharpest[c.corner_face] < SHARPEST) & (costs[c.corner_edge] <= shortest[c.corner_face])
-    is_wanted = lengths < SHORT
+    of_sharp = (sharpest[c.corner_face] < LEAST_RIM_CORNER) & (costs[c.corner_edge] <= shortest[c.corner_face])
+    is_wanted = lengths < LONGEST_CONTRACTED_RIM_EDGE
     is_wanted[c.corner_edge[of_sharp]] |= lengths[c.corner_edge[of_sharp]] < LONGEST_CONTRACTED_EDGE
     return np.asarray(np.where(is_wanted, costs, np.inf))
 
@@ -165,7 +165,7 @@ def _contracted(polygons: Polygons, c: Combinatorics, chosen: IntArray) -> tuple
         wrong = _faults(smaller)
         if not len(wrong):
             after = _sharpest_around(smaller, smaller.combinatorics, n_origins)[polygons.origins]
-            sharp = (after[target] < SHARPEST) & (after[target] < before)
+            sharp = (after[target] < LEAST_RIM_CORNER) & (after[target] < before)
             tail, head = c.edges[good].T
             wrong = polygons.origins[target[tail][sharp[tail] & sharp[head] & c.is_boundary_edge[good]]]
         if not len(wrong):

@@ -27,13 +27,13 @@ __all__ = ["Boundary", "LaidMesh", "boundary_lengths", "lay_quads"]
 Boundary = Literal["open", "aligned"]
 """Lines run out of the boundary, or it consists of lines."""
 
-ALIGNED = np.radians(40.0)
+LARGEST_ALIGNED_ANGLE = np.radians(40.0)
 """Angle of a boundary edge from a direction of the network up to which it becomes a line of the mesh."""
 
 FEWEST_FACES = 4
 """Faces that a surface must have room for; with fewer there are no lines to lay."""
 
-SINGULAR = 1e-6
+LEAST_MAP_DETERMINANT = 1e-6
 """Determinant of an affine map over the cube of its size, below which it is not invertible."""
 
 
@@ -84,8 +84,8 @@ def lay_quads(
     strokes: polylines (k, 3) near the surface, of any lengths, whose directions lines follow.
 
     Where the surface is flat or umbilic, directions come from around, or from its longest direction if all of it is.
-    Raises GeometryError for numbers that do not fit the surface, curvature that cannot be told, boundary loops smaller
-    than a face, and FoldedError where the lines cannot be laid without a fold.
+    Raises GeometryError for numbers that do not fit the surface, curvature that cannot be determined, boundary loops
+    smaller than a face, and FoldedError where the lines cannot be laid without a fold.
 
     >>> import numpy as np
     >>> from geometry import Mesh, Surface, lay_quads
@@ -203,7 +203,7 @@ def _affine(given: Any) -> FloatArray | None:
     if (
         affine.shape != (3, 3)
         or not np.isfinite(affine).all()
-        or abs(np.linalg.det(affine)) <= SINGULAR * (affine**2).sum() ** 1.5
+        or abs(np.linalg.det(affine)) <= LEAST_MAP_DETERMINANT * (affine**2).sum() ** 1.5
     ):
         raise GeometryError(
             f"the affine map is {affine.tolist()}: an invertible matrix of 3 rows of 3 numbers is needed"
@@ -219,7 +219,7 @@ def _lines(network: Network, align: BoolArray) -> BoolArray:
     offs = np.stack([_off(sides, network.second[owner]), _off(sides, network.first[owner])], axis=1)
     nearest = offs.argmin(axis=1)
     lines = np.zeros((c.n_corners, 2), dtype=bool)
-    at = np.flatnonzero((c.twin < 0) & align[c.corner_edge] & (offs.min(axis=1) < ALIGNED))
+    at = np.flatnonzero((c.twin < 0) & align[c.corner_edge] & (offs.min(axis=1) < LARGEST_ALIGNED_ANGLE))
     lines[at, nearest[at]] = True
     return lines
 

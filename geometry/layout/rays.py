@@ -1,7 +1,7 @@
 """Isolines followed from node to node, triangle by triangle, in whole numbers.
 
 A *ray* leaves a node along an isoline, in one of the directions +u, +v, -u, -v (0 .. 3) of the chart of a triangle; its
-*aim* is the next integer point ahead, if the surface reaches so far.
+*target* is the next integer point ahead, if the surface reaches so far.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from geometry.arrays import BoolArray, IntArray, integers
 from geometry.errors import GeometryError
-from geometry.layout.exact_maps import ONE, ExactMap, cross
+from geometry.layout.exact_maps import ISOLINE_SPACING, ExactMap, cross
 from geometry.layout.grid_points import GridPoints
 from geometry.layout.quarter_turns import quarter_turned
 from geometry.mesh import Combinatorics
@@ -42,7 +42,7 @@ class Rays:
 class Starts:
     nodes: IntArray
     triangles: IntArray
-    aims: IntArray
+    targets: IntArray
     directions: IntArray
     fans: IntArray
     ranks: IntArray
@@ -50,7 +50,7 @@ class Starts:
 
 def rays_between(points: GridPoints) -> Rays:
     parts = (_from_inner(points), _from_sides(points), _from_vertices(points), _from_crossings(points))
-    fields = ("nodes", "triangles", "aims", "directions", "fans", "ranks")
+    fields = ("nodes", "triangles", "targets", "directions", "fans", "ranks")
     starts = Starts(*(np.concatenate([getattr(part, name) for part in parts]) for name in fields))
     heads, keys = _followed(points, starts)
     own = (starts.triangles * 4 + starts.directions) * points.n_nodes + starts.nodes
@@ -99,15 +99,19 @@ def _from_vertices(points: GridPoints) -> Starts:
     first, last = vectors[corners], -vectors[c.previous_corner[corners]]
     inside = (_is_left(first) | (_is_along(first) & (c.twin[corners] >= 0)[:, None])) & _is_right(last)
     at = points.of.values.reshape(-1, 2)[corners]
-    whole = at % ONE == 0
+    whole = at % ISOLINE_SPACING == 0
     inside &= whole[:, [1, 0, 1, 0]]  # on a line u = integer go +v and -v
     row, direction = np.nonzero(inside)
     ahead = DIRECTIONS[direction]
-    aims = np.where(ahead > 0, at[row] // ONE + 1, np.where(ahead < 0, -(-at[row] // ONE) - 1, at[row] // ONE))
+    targets = np.where(
+        ahead > 0,
+        at[row] // ISOLINE_SPACING + 1,
+        np.where(ahead < 0, -(-at[row] // ISOLINE_SPACING) - 1, at[row] // ISOLINE_SPACING),
+    )
     return Starts(
         node[corners[row]],
         corners[row] // 3,
-        aims,
+        targets,
         direction,
         fan_positions(c)[corners[row]],
         (direction - _first_axis(first)[row]) % 4,
@@ -124,14 +128,16 @@ def _from_crossings(points: GridPoints) -> Starts:
     inward = np.where(component == 0, along[:, 0] > 0, along[:, 1] < 0)  # +v is left of +u, +u of -v
     direction = np.where(component == 0, np.where(inward, 1, 3), np.where(inward, 0, 2))
     tail = at[half]
-    base = tail[rows, other] // ONE
+    base = tail[rows, other] // ISOLINE_SPACING
     du = along[rows, component]
-    numerator = (tail[rows, other] - base * ONE) * du + along[rows, other] * (value * ONE - tail[rows, component])
-    below = base + numerator // (du * ONE)
-    aims = np.empty((len(new), 2), dtype=np.int64)
-    aims[rows, component], aims[rows, other] = value, np.where(inward, below + 1, below)
+    numerator = (tail[rows, other] - base * ISOLINE_SPACING) * du + along[rows, other] * (
+        value * ISOLINE_SPACING - tail[rows, component]
+    )
+    below = base + numerator // (du * ISOLINE_SPACING)
+    targets = np.empty((len(new), 2), dtype=np.int64)
+    targets[rows, component], targets[rows, other] = value, np.where(inward, below + 1, below)
     zeros = np.zeros_like(new)
-    return Starts(x.nodes[new], half // 3, aims, direction, zeros, zeros)
+    return Starts(x.nodes[new], half // 3, targets, direction, zeros, zeros)
 
 
 def _followed(points: GridPoints, starts: Starts) -> tuple[IntArray, IntArray]:
@@ -139,13 +145,13 @@ def _followed(points: GridPoints, starts: Starts) -> tuple[IntArray, IntArray]:
     c, of = points.of.combinatorics, points.of
     heads, keys = np.full(len(starts.nodes), -1), np.full(len(starts.nodes), -1)
     ray, triangle = np.arange(len(starts.nodes)), starts.triangles
-    aim, direction = starts.aims, starts.directions
+    target, direction = starts.targets, starts.directions
     for _ in range(MAX_TRIANGLES):
         if not len(ray):
             break
-        away = of.values[triangle] - aim[:, None] * ONE
-        left = cross(away, np.roll(away, -1, axis=1))  # of the aim from the sides
-        side = np.sign(cross(DIRECTIONS[direction][:, None], away))
+        offset = of.values[triangle] - target[:, None] * ISOLINE_SPACING
+        left = cross(offset, np.roll(offset, -1, axis=1))  # of the target from the sides
+        side = np.sign(cross(DIRECTIONS[direction][:, None], offset))
         following = np.roll(side, -1, axis=1)
         along = (side == 0) & (following == 0)
         exits = (side < 0) & (following > 0)
@@ -155,12 +161,12 @@ def _followed(points: GridPoints, starts: Starts) -> tuple[IntArray, IntArray]:
         twin = c.twin[half]
 
         head = np.full(len(ray), -1)
-        head[arrived] = points.nodes(triangle[arrived], aim[arrived])
+        head[arrived] = points.nodes(triangle[arrived], target[arrived])
         at_rim = leaves & (twin < 0)
         component = 1 - direction % 2
-        head[at_rim] = points.crossing_nodes(half[at_rim], component[at_rim], aim[at_rim, component[at_rim]])
+        head[at_rim] = points.crossing_nodes(half[at_rim], component[at_rim], target[at_rim, component[at_rim]])
         at_vertex = ~arrived & ~leaves
-        far = np.where(side == 0, np.einsum("nki,ni->nk", away, DIRECTIONS[direction]), np.iinfo(np.int64).min)
+        far = np.where(side == 0, np.einsum("nki,ni->nk", offset, DIRECTIONS[direction]), np.iinfo(np.int64).min)
         head[at_vertex] = points.at_vertices[c.corners[3 * triangle + far.argmax(axis=1)]][at_vertex]
         done = arrived | at_rim | at_vertex
         heads[ray[done]] = head[done]
@@ -169,7 +175,7 @@ def _followed(points: GridPoints, starts: Starts) -> tuple[IntArray, IntArray]:
         on = ~done
         ray, half = ray[on], half[on]
         triangle = twin[on] // 3
-        aim = quarter_turned(aim[on], of.turns[half]) + of.shifts[half]
+        target = quarter_turned(target[on], of.turns[half]) + of.shifts[half]
         direction = (direction[on] + of.turns[half]) % 4
     return integers(heads), integers(keys)
 

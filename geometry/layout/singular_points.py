@@ -16,7 +16,7 @@ from geometry.optimise import SparseMatrix
 
 __all__ = ["apart"]
 
-NEAR = 3.0
+SINGULARITY_PAIR_DISTANCE = 3.0
 """Distance of singular vertices that are looked at, in edge lengths. Farther ones may have the same (u, v)."""
 
 
@@ -27,7 +27,11 @@ def apart(frames: TangentFrames, field: CombedField, maps: SeamlessMaps, edge_le
     m = maps.integers.shape[1]
     singular = np.flatnonzero(field.indices)
     places = frames.mesh.vertices[singular]
-    near = KDTree(places).query_pairs(NEAR * edge_length, output_type="ndarray") if len(singular) else np.zeros((0, 2))
+    near = (
+        KDTree(places).query_pairs(SINGULARITY_PAIR_DISTANCE * edge_length, output_type="ndarray")
+        if len(singular)
+        else np.zeros((0, 2))
+    )
     pairs = singular[near.astype(np.int64)]
     if not len(pairs):
         return np.zeros((0, 2, m), dtype=np.int64)

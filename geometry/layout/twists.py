@@ -11,13 +11,13 @@ from geometry.mesh import Mesh
 
 __all__ = ["twist_corrections"]
 
-NEAREST = 4
+AVERAGED_QUADS = 4
 """Quads that a triangle's correction is the mean of."""
 
-NEARNESS = 0.3
+AVERAGING_DISTANCE = 0.3
 """Distance over the edge length that quads count alike within."""
 
-LARGEST = 1.0
+LARGEST_TWIST_CORRECTION = 1.0
 """Correction, over the root mean square of the curvature, beyond which it is no small one."""
 
 
@@ -31,7 +31,7 @@ def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) ->
     c = mesh.combinatorics
     frames = network.frames
     quads = np.setdiff1d(c.inner_faces, np.flatnonzero(c.face_sizes != 4))
-    if len(quads) < NEAREST or network.curvature == 0:
+    if len(quads) < AVERAGED_QUADS or network.curvature == 0:
         return np.zeros(frames.n_triangles)
     points = mesh.vertices[c.corners[c.face_starts[quads][:, None] + np.arange(4)]]
     centres = points.mean(axis=1)
@@ -47,10 +47,10 @@ def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) ->
     measured = network.curvature * h**2
     sign = _along(side, first[nearest], second[nearest])
     lacks = sign * twists * determinants(at)[nearest] ** 2 / measured - form[nearest]
-    lacks = (lacks / np.maximum(p * s + q * r, 0.2)[nearest]).clip(-LARGEST, LARGEST)
+    lacks = (lacks / np.maximum(p * s + q * r, 0.2)[nearest]).clip(-LARGEST_TWIST_CORRECTION, LARGEST_TWIST_CORRECTION)
 
-    distance, quad = KDTree(centres).query(frames.centres, NEAREST)
-    weights = (np.asarray(distance) / h + NEARNESS) ** -2
+    distance, quad = KDTree(centres).query(frames.centres, AVERAGED_QUADS)
+    weights = (np.asarray(distance) / h + AVERAGING_DISTANCE) ** -2
     alike = sign[quad] * _along(side[quad], first[:, None], second[:, None])
     weights /= weights.sum(axis=1, keepdims=True)
     near = alike * lacks[quad]

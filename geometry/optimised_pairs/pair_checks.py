@@ -40,7 +40,11 @@ def _advice(targets: PairTargets) -> str:
         if targets.heights
         else "ask for edges, vertices or faces, which need not be exact"
     )
-    cure = "start nearer to such a mesh, or free the boundary by keep_boundary=False" if targets.curved else cure
+    cure = (
+        "start nearer to such a mesh, or free the boundary (keep_boundary=False, nothing fixed)"
+        if targets.curved
+        else cure
+    )
     return f"{cure}, or lay the mesh along principal directions"
 
 
@@ -161,7 +165,7 @@ def _check_curvature(after: Mesh, targets: PairTargets) -> None:
             f"no mesh near the given one has {name} = {required:g}: only a tilted S has it; with respect to a "
             f"Gauss image of M alone face {face} has {found[face]:.3g}, off by {off:.2g} of the curvature, allowed "
             f"{INDEPENDENT_CURVATURE_TOLERANCE}; ask for a curvature nearer to that of the mesh, or free the boundary "
-            f"by keep_boundary=False"
+            "(keep_boundary=False, nothing fixed)"
         ),
         elements=faces,
     )

@@ -30,8 +30,8 @@ class PairMeasures:
     """edge_spread, vertex_spread, face_spread: the range from the 2.5 % to the 97.5 % quantile of the distances from
     the origin, over their median; of edges, that is of beam heights. lean: of node axes from the normals of Phi, of M
     without one, in radians: the median, 95 % and the largest. surface_distance: of vertices from Phi, in mean edge
-    lengths of M as given, 95 % and the largest; zero without Phi. planarity, parallelity: the largest, in mean edge
-    lengths and in S.
+    lengths of M as given, 95 % and the largest; zero without Phi. plane_deviation, parallelity: the largest, in mean
+    edge lengths of M and in S.
 
     >>> from geometry.gauss import Pair
     >>> from geometry.mesh.shapes import dome

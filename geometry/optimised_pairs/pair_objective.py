@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import block_diag, csr_array, eye_array
 
-from geometry.arrays import FloatArray, IntArray, integers
+from geometry.arrays import BoolArray, FloatArray, IntArray, integers
 from geometry.functionals import (
     CircularFaces,
     CloseToNormals,
@@ -38,7 +38,7 @@ from geometry.gauss import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import vector_areas
 from geometry.meshing import Guides
-from geometry.meshing.vertex_guides import MeshGuides, in_edge_lengths
+from geometry.meshing.vertex_guides import Indices, MeshGuides, in_edge_lengths
 from geometry.optimise import (
     AffineMap,
     Blocks,
@@ -102,12 +102,13 @@ any curvature at all, and means nothing."""
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """Terms and constraints of one pair M, S under targets; Phi = surface."""
+    """Terms and constraints of one pair M, S under targets; Phi = surface; fixed: vertices of M that do not move."""
 
     pair: Pair
     targets: PairTargets
     surface: Surface | None
     keep_boundary: bool
+    fixed: Indices = ()
 
     @property
     def mesh(self) -> Mesh:
@@ -143,6 +144,9 @@ class Objective:
         c, of = self.mesh.combinatorics, self.blocks.of
         x = self.blocks.split(self.start)["M"].ravel()
         parts: list[Functional] = [of(ParallelEdges(c), "M", "S"), of(PlanarFaces(c, x), "M")]
+        is_fixed = MeshGuides.of(self.mesh, Guides(fixed=self.fixed)).is_fixed
+        if is_fixed.any():
+            parts.append(self._in_place(is_fixed))
         if self.targets.circular:
             parts.append(of(CircularFaces(c), "M"))
         if self.targets.conical:
@@ -200,9 +204,13 @@ class Objective:
         """Distances from the curves through the boundary loops as they were; its corners from where they were."""
         guides = MeshGuides.of(self.mesh, Guides(keep_boundary=True))
         curves = [OnCurve(curve, sliding, self.mesh.n_vertices) for curve, sliding in guides.curves if len(sliding)]
-        columns = coordinates(np.flatnonzero(guides.is_fixed)).ravel()
+        return [*(self.blocks.of(curve, "M") for curve in curves), self._in_place(guides.is_fixed)]
+
+    def _in_place(self, chosen: BoolArray) -> LinearFunctional:
+        """Displacements of these vertices of M."""
+        columns = coordinates(np.flatnonzero(chosen)).ravel()
         rows = csr_array(csr_array(eye_array(len(self.start)))[columns])
-        return [*(self.blocks.of(curve, "M") for curve in curves), LinearFunctional(rows, self.start[columns])]
+        return LinearFunctional(rows, self.start[columns])
 
     def boundary_distances(self, x: FloatArray) -> FloatArray:
         """(b,) of the vertices on the boundary from where it was, in l."""

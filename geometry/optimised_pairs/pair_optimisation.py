@@ -11,6 +11,7 @@ from geometry.arrays import FloatArray, IntArray, floats, short_repr
 from geometry.errors import GeometryError
 from geometry.gauss import Pair, PairLike, as_pair
 from geometry.mesh import Mesh
+from geometry.meshing.vertex_guides import Indices
 from geometry.optimise import minimise_by_penalty
 from geometry.optimised_pairs.pair_checks import check_given, check_outcome, check_solution
 from geometry.optimised_pairs.pair_measures import PairMeasures
@@ -72,13 +73,20 @@ class OptimisedPair:
 
 
 def optimise_pair(
-    pair: PairLike, targets: PairTargets, *, surface: Surface | None = None, keep_boundary: bool = True
+    pair: PairLike,
+    targets: PairTargets,
+    *,
+    surface: Surface | None = None,
+    keep_boundary: bool = True,
+    fixed: Indices = (),
 ) -> OptimisedPair:
     """Move M on Phi and S with it, so that they are parallel, M is planar and they meet the targets.
 
     surface: Phi, on which the vertices of M glide; left out, the surface of M itself, except where a curvature
     is required: then M is free. A mesh that follows suitable lines glides by about a fifth of an edge. keep_boundary:
-    boundary vertices nearly glide along the boundary; otherwise they are free.
+    boundary vertices nearly glide along the boundary; otherwise they are free. fixed: vertices of M that do not move at
+    all, to 1e-12 mean edge lengths: heights vary more with a fixed boundary, and not every boundary is that
+    of a mesh of the required curvature.
     Edges keep most of their lengths, faces that are convex stay so, and strains are small. S is to be near the normals,
     and M near zero, see `Mesh.near_zero`.
 
@@ -103,7 +111,7 @@ def optimise_pair(
     check_given(pair, surface)
     if surface is None and not targets.curved:
         surface = Surface(pair.mesh)
-    objective = Objective(pair, targets, surface, keep_boundary)
+    objective = Objective(pair, targets, surface, keep_boundary, fixed)
     solution = minimise_by_penalty(
         objective.terms,
         objective.metric,
@@ -144,6 +152,7 @@ def height_trade_off(
     height_errors: Sequence[float] = TRADE_OFF_HEIGHT_ERRORS,
     surface: Surface | None = None,
     keep_boundary: bool = True,
+    fixed: Indices = (),
 ) -> list[OptimisedPair]:
     """The pairs for several height errors, from the largest down: smaller spreads cost larger moves.
 
@@ -163,7 +172,7 @@ def height_trade_off(
     for error in sorted(height_errors, reverse=True):
         try:
             asked = replace(targets, height_error=error)
-            found.append(optimise_pair(pair, asked, surface=surface, keep_boundary=keep_boundary))
+            found.append(optimise_pair(pair, asked, surface=surface, keep_boundary=keep_boundary, fixed=fixed))
         except GeometryError:
             if not found:
                 raise

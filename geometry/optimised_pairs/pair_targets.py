@@ -63,7 +63,7 @@ class PairTargets:
             )
         if not (self.heights or self.upright or self.circular or self.conical or self.curved):
             raise GeometryError(
-                "nothing is asked of the pair: name an aim, such as edges for beams of constant height, or upright"
+                "nothing is asked of the pair: give a target, such as edges for beams of constant height, or upright"
             )
 
     @property

@@ -48,7 +48,7 @@ EDGE_WIDTHS = (0.3, 0.7)
 BEAM_WIDTHS = (1.0, 4.0)
 """The same of edges that show values."""
 
-CLEAR_EDGE = 12.0
+LEAST_CLEAR_EDGE_PIXELS = 12.0
 """Mean length in pixels from which on edges are drawn in their full colour; shorter ones would hide the faces."""
 
 LONG_PLAN = 1.2
@@ -181,7 +181,7 @@ def _polygons(mesh: Mesh, painted: ElementColours | None, edges: bool, edge_pixe
     everywhere = np.ones((c.n_corners, 1))
     front, back = everywhere * GLASS, everywhere * LINEN
     least, largest = EDGE_WIDTHS
-    strength = float(np.clip(edge_pixels / CLEAR_EDGE, 0, 1)) if edges else 0.0
+    strength = float(np.clip(edge_pixels / LEAST_CLEAR_EDGE_PIXELS, 0, 1)) if edges else 0.0
     if painted and painted.on == "edges":
         front = back = everywhere * PAPER
         ink, strength, (least, largest) = painted.rgb[c.corner_edge], 1.0, BEAM_WIDTHS

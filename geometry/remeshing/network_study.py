@@ -17,7 +17,7 @@ from geometry.surface import Surface
 
 __all__ = ["NetworkTrial", "affine_stretches", "study_networks"]
 
-STRETCHES = (0.5, 2.0)
+STRETCH_FACTORS = (0.5, 2.0)
 """Factors of the maps that are tried: crossing angles go down to 2 atan(1/2), that is 53 degrees, on most surfaces."""
 
 HEIGHT_SHARES = (0.05, 0.95)
@@ -79,7 +79,7 @@ def affine_stretches(surface: Surface) -> tuple[FloatArray, ...]:
     for signs in itertools.product((0, 1, -1), repeat=3):
         if next((sign for sign in signs if sign), -1) > 0:  # one of two opposite directions
             along = np.array(signs) @ axes / np.linalg.norm(signs)
-            maps += [np.eye(3) + (factor - 1) * np.outer(along, along) for factor in STRETCHES]
+            maps += [np.eye(3) + (factor - 1) * np.outer(along, along) for factor in STRETCH_FACTORS]
     return tuple(floats(each) for each in maps)
 
 
@@ -89,13 +89,13 @@ def study_networks(
     maps: Sequence[Any] | None = None,
     n_faces: int = 300,
     progress: Callable[[float], None] | None = None,
-    **wishes: Any,
+    **line_options: Any,
 ) -> tuple[NetworkTrial, ...]:
     """The networks of many affine maps, the one whose beams would vary least in height first.
 
     maps: affine maps (3, 3); None: those of `affine_stretches`. n_faces: of the coarse mesh that is laid along each,
-    made planar and given a Gauss image. wishes: `boundary` and `strokes` of `remesh`. progress: called with the share
-    of maps that are done. Maps along whose lines no such mesh was found come last, with the reason.
+    made planar and given a Gauss image. line_options: `boundary` and `strokes` of `remesh`. progress: called with
+    the share of maps that are done. Maps along whose lines no such mesh was found come last, with the reason.
 
     Raises GeometryError where there is no map.
 
@@ -113,16 +113,16 @@ def study_networks(
         raise GeometryError("there is no affine map to study: give at least one")
     trials = []
     for k, affine in enumerate(chosen):
-        trials.append(_tried(surface, affine, n_faces, wishes))
+        trials.append(_tried(surface, affine, n_faces, line_options))
         if progress is not None:
             progress((k + 1) / len(chosen))
     return tuple(sorted(trials, key=lambda trial: trial.height_spread))
 
 
-def _tried(surface: Surface, affine: FloatArray, n_faces: int, wishes: dict[str, Any]) -> NetworkTrial:
+def _tried(surface: Surface, affine: FloatArray, n_faces: int, line_options: dict[str, Any]) -> NetworkTrial:
     nothing = floats(np.full(2, np.nan))
     try:
-        remeshed = remesh(surface, n_faces=n_faces, affine=affine, **wishes)
+        remeshed = remesh(surface, n_faces=n_faces, affine=affine, **line_options)
     except GeometryError as error:
         return NetworkTrial(affine, nothing, -1, None, None, error.message)
     angles = remeshed.laid.network.crossing_angles

@@ -18,13 +18,13 @@ from geometry.mesh import Mesh, MeshLike, as_mesh
 
 __all__ = ["Curvature", "Umbilics"]
 
-RINGS = 3
+QUADRIC_RINGS = 3
 """Rings of neighbours that a quadric is fitted to: two see noise, five and more are biased."""
 
 LEAST_NEIGHBOURS = 5
 """Points that determine the quadric through a point, z = a x + b y + c x^2 + d x y + e y^2."""
 
-SMALLEST_SINGULAR = 1e-6
+LEAST_SINGULAR_RATIO = 1e-6
 """Singular value over the largest one, below which points do not determine a quadric."""
 
 
@@ -92,7 +92,7 @@ class Curvature:
                 normal_matrix[:, i, j] = np.bincount(rows, terms[i] * terms[j], mesh.n_vertices)
                 normal_matrix[:, j, i] = normal_matrix[:, i, j]
         right = np.stack([np.bincount(rows, term * z, mesh.n_vertices) for term in terms], axis=1)
-        inverse = np.linalg.pinv(normal_matrix, rcond=SMALLEST_SINGULAR**2, hermitian=True)
+        inverse = np.linalg.pinv(normal_matrix, rcond=LEAST_SINGULAR_RATIO**2, hermitian=True)
         slope_x, slope_y, xx, xy, yy = np.einsum("nij,nj->in", inverse, right)
         root = np.sqrt(1 + slope_x**2 + slope_y**2)
         form = np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2) / (root * sizes)[:, None, None]
@@ -154,11 +154,11 @@ class Curvature:
 
 
 def _neighbours(mesh: Mesh) -> tuple[IntArray, IntArray]:
-    """Pairs (p,), (p,) of vertices joined by up to RINGS edges. Raises MeshError where there are too few."""
+    """Pairs (p,), (p,) of vertices joined by up to QUADRIC_RINGS edges. Raises MeshError where there are too few."""
     c = mesh.combinatorics
     step = csr_array(c.adjacency + eye_array(c.n_vertices, format="csr"))
     reach = step
-    for _ in range(RINGS - 1):
+    for _ in range(QUADRIC_RINGS - 1):
         reach = csr_array(reach @ step)
     pairs = reach.tocoo()
     rows, columns = pairs.coords
@@ -168,8 +168,8 @@ def _neighbours(mesh: Mesh) -> tuple[IntArray, IntArray]:
     few = np.flatnonzero(c.is_used & (counts < LEAST_NEIGHBOURS))
     if len(few):
         raise MeshError(
-            f"vertex {few[0]} of the surface has {counts[few[0]]} others within {RINGS} edges, its curvature needs "
-            f"{LEAST_NEIGHBOURS}: divide the triangles into smaller ones, or leave out pieces of a few triangles",
+            f"vertex {few[0]} of the surface has {counts[few[0]]} others within {QUADRIC_RINGS} edges, its curvature "
+            f"needs {LEAST_NEIGHBOURS}: divide the triangles into smaller ones, or leave out pieces of a few triangles",
             elements=few.tolist(),
             value=float(counts[few[0]]),
             bound=LEAST_NEIGHBOURS,

@@ -18,16 +18,16 @@ __all__ = ["CORNER_ANGLE", "Curve"]
 CORNER_ANGLE = np.radians(50.0)
 """Turn of the polyline at a point above which the curve has a corner there; a circle through 8 points turns by 45."""
 
-SAMPLES = 16
+SAMPLES_PER_SPAN = 16
 """Samples for each span. Between two of them, the distance from a point has one least value."""
 
-CANDIDATES = 4
+NEAREST_SAMPLES = 4
 """Nearest samples looked at: where parts of the curve are equally far, the nearest sample may be on the wrong one."""
 
 TIED_DISTANCE_ROUNDING = 1e-12
 """Relative difference of distances that may be rounding."""
 
-MOST_STEPS = 60
+MAX_FOOT_STEPS = 60
 """Of Newton's method, kept in an interval; 5 mostly do, and halving alone would find every bit."""
 
 
@@ -54,7 +54,7 @@ class Curve:
 
     @classmethod
     def through(cls, points: FloatArray, *, closed: bool, corner_angle: float = CORNER_ANGLE) -> Curve:
-        """The cubic spline, by chord length, through points (k, 3) in order; `closed` goes on to the first one.
+        """The cubic spline, by chord length, through points (k, 3) in order; `closed` continues to the first one.
 
         Where the polyline of the points turns by more than `corner_angle` (radians) the curve has a corner. Two
         points give a straight segment. Raises GeometryError for less than 2 points (closed: 3), for points that are
@@ -76,11 +76,13 @@ class Curve:
         Raises GeometryError for points that are not finite.
         """
         points = check_points(points)
-        nearest = np.asarray(self._tree.query(points, k=CANDIDATES)[1], dtype=np.int64).reshape(-1, CANDIDATES)
-        intervals, n_intervals = np.concatenate([nearest - 1, nearest], axis=1), SAMPLES * len(self.spans)
+        nearest = np.asarray(self._tree.query(points, k=NEAREST_SAMPLES)[1], dtype=np.int64).reshape(
+            -1, NEAREST_SAMPLES
+        )
+        intervals, n_intervals = np.concatenate([nearest - 1, nearest], axis=1), SAMPLES_PER_SPAN * len(self.spans)
         intervals = intervals % n_intervals if self.closed else intervals.clip(0, n_intervals - 1)
-        feet, tangents = self._feet(np.repeat(points, 2 * CANDIDATES, axis=0), intervals.ravel())
-        feet, tangents = (part.reshape(len(points), 2 * CANDIDATES, 3) for part in (feet, tangents))
+        feet, tangents = self._feet(np.repeat(points, 2 * NEAREST_SAMPLES, axis=0), intervals.ravel())
+        feet, tangents = (part.reshape(len(points), 2 * NEAREST_SAMPLES, 3) for part in (feet, tangents))
         away = points[:, None] - feet
         distances = np.linalg.norm(away, axis=2)
         ties = distances <= distances.min(axis=1, keepdims=True) * (1 + TIED_DISTANCE_ROUNDING)
@@ -91,8 +93,8 @@ class Curve:
 
     def _feet(self, points: FloatArray, intervals: IntArray) -> tuple[FloatArray, FloatArray]:
         """Feet (n, 3) of points in an interval between samples each, and unit tangents (n, 3)."""
-        spans, places = np.divmod(intervals, SAMPLES)
-        low, high = places / SAMPLES, (places + 1) / SAMPLES
+        spans, places = np.divmod(intervals, SAMPLES_PER_SPAN)
+        low, high = places / SAMPLES_PER_SPAN, (places + 1) / SAMPLES_PER_SPAN
         coefficients = self.spans[spans]
         low = np.where(_slopes(coefficients, high, points)[0] >= 0, high, low)  # the nearest point is an end
         high = np.where(_slopes(coefficients, low, points)[0] <= 0, low, high)
@@ -104,8 +106,8 @@ class Curve:
     @cached_property
     def _tree(self) -> KDTree:
         """Of the samples; sample j begins interval j."""
-        t = np.arange(SAMPLES) / SAMPLES
-        powers = np.stack([t**3, t**2, t, np.ones(SAMPLES)], axis=1)
+        t = np.arange(SAMPLES_PER_SPAN) / SAMPLES_PER_SPAN
+        powers = np.stack([t**3, t**2, t, np.ones(SAMPLES_PER_SPAN)], axis=1)
         samples = np.einsum("tp,spi->sti", powers, self.spans).reshape(-1, 3)
         return KDTree(samples if self.closed else np.concatenate([samples, self.spans[-1:].sum(axis=1)]))
 
@@ -128,7 +130,7 @@ def _slopes(coefficients: FloatArray, t: FloatArray, points: FloatArray) -> tupl
 def _roots(coefficients: FloatArray, low: FloatArray, high: FloatArray, points: FloatArray) -> FloatArray:
     """Where `_slopes` is zero, between parameters (n,) where it is positive and negative."""
     t = (low + high) / 2
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_FOOT_STEPS):
         ahead, change = _slopes(coefficients, t, points)
         low, high = np.where(ahead > 0, t, low), np.where(ahead < 0, t, high)
         newton = t - np.divide(ahead, change, out=np.zeros_like(t), where=change < 0)

@@ -28,8 +28,9 @@ def subdivided(mesh: MeshLike, times: int = 1, *, corners: Sequence[int] | IntAr
 
     times: how often; a mesh of quads has 4 times as many faces each time, the same mesh comes back for 0.
     corners: vertices of the boundary that stay where they are, so that the boundary may have a kink there. Left out,
-    these are the vertices where it turns by more than `CORNER`, 35 degrees; () makes the whole boundary smooth. At
-    others the boundary moves, to the inside of the angle. A vertex where several pieces of the boundary meet stays.
+    these are the vertices where it turns by more than `LEAST_CORNER_TURN`, 35 degrees; () makes the whole boundary
+    smooth. At others the boundary moves, to the inside of the angle. A vertex where several pieces of the boundary meet
+    stays.
 
     Vertices come in this order: the old ones, one for each edge, one for each face; faces in the order of the corners
     of the old mesh. Vertices that belong to no face stay.

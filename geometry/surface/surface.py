@@ -24,7 +24,7 @@ LEAST_AREA = 1e-9
 MAX_COORDINATE = 1e100
 """Largest coordinate of a point: the square of a distance must be a number."""
 
-ON_EDGE = 1e-9
+ON_EDGE_TOLERANCE = 1e-9
 """Barycentric coordinate up to which a foot is on an edge, and offset over the size of a triangle up to which a
 point is straight above it: well above rounding, and of no consequence otherwise."""
 
@@ -95,17 +95,17 @@ class Surface:
     def distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Distances (n,) of points (n, 3) along the normals at their feet, and their gradients (n, 3).
 
-        Positive on the side of the normals. Beyond the boundary, the surface goes on across its normals. The gradients
-        are exact up to terms of the order of the distance from the foot. They are not quite the normals at the
-        feet, which the flat triangles are not perpendicular to.
+        Positive on the side of the normals. Beyond the boundary, the surface is continued perpendicular to its
+        normals. The gradients are exact up to terms of the order of the distance from the foot. They are not quite the
+        normals at the feet, which the flat triangles are not perpendicular to.
         """
         points = check_points(points)
         feet, triangles, normals, weights = self._locate(points)
         away = points - feet
         flat, size = self._triangle_normals[triangles], self._sizes[triangles]
         aside = away - np.einsum("ni,ni->n", away, flat)[:, None] * flat
-        moves = weights > ON_EDGE  # a foot moves in its triangle, along its edge, or not at all
-        above = moves.all(axis=1) | (np.linalg.norm(aside, axis=1) <= ON_EDGE * size)
+        moves = weights > ON_EDGE_TOLERANCE  # a foot moves in its triangle, along its edge, or not at all
+        above = moves.all(axis=1) | (np.linalg.norm(aside, axis=1) <= ON_EDGE_TOLERANCE * size)
         on_edge = ~above & (moves.sum(axis=1) == 2)
         gradients = normals.copy()
         gradients[above] = _along(normals[above], flat[above])

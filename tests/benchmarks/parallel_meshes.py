@@ -80,10 +80,10 @@ def gauss_image_alone(n_faces: int) -> str:
 def gauss_images(console: Console, sizes: tuple[int, ...]) -> None:
     filled = table("Gauss image of a smooth mesh", "faces", "s", "off parallel", "peak GB")
     for size in sizes:
-        told = subprocess.run(
+        result = subprocess.run(
             [sys.executable, __file__, "alone", str(size)], check=True, capture_output=True, text=True
         )
-        filled.add_row(*told.stdout.split())
+        filled.add_row(*result.stdout.split())
     console.print(filled)
 
 

@@ -58,7 +58,7 @@ def copy_of(
     corners: list[list[int]] = [[] for _ in range(mesh.n_faces)]
     for face, ring in enumerate(mesh.combinatorics.faces):
         start = int(rng.integers(len(ring))) if renumbered else 0
-        corners[faces[face]] = vertices[ring[start:] + ring[:start]].tolist()
+        corners[faces[face]] = vertices[np.roll(ring, -start)].tolist()
     return Copy(Mesh.from_faces(positions, corners), vertices, faces, rotation, scale, move)
 
 

@@ -147,10 +147,10 @@ def test_an_existing_folder_is_replaced_only_with_force(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("told", "code"),
+    ("signal_sent", "code"),
     [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129), (signal.SIGQUIT, 131)],
 )
-def test_a_run_that_is_ended_leaves_nothing(tmp_path: Path, told: signal.Signals, code: int) -> None:
+def test_a_run_that_is_ended_leaves_nothing(tmp_path: Path, signal_sent: signal.Signals, code: int) -> None:
     write_mesh(tmp_path / "mesh.obj", shapes.dome(40, 12))
     command = [
         sys.executable,
@@ -164,7 +164,7 @@ def test_a_run_that_is_ended_leaves_nothing(tmp_path: Path, told: signal.Signals
     with subprocess.Popen([*command, "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:
         while process.poll() is None and not list(tmp_path.glob(".out.*")):
             time.sleep(0.01)
-        process.send_signal(told)
+        process.send_signal(signal_sent)
         _, errors = process.communicate(timeout=30)
     assert process.returncode == code
     assert "Traceback" not in errors

@@ -174,10 +174,10 @@ def test_cmc_barrels_stand_between_inflections_and_a_sphere(tmp_path: Path) -> N
         out = tmp_path / faces
         said = run("design", "cmc", "--folds", "0", "--faces", faces, "-o", out)
         assert said.exit_code == 0, said.output
-        told = json.loads((out / "manifest.json").read_text())
-        assert 0.83 < told["settings"]["bulge"] < 1.0
-        assert told["measures"]["mean_curvature"]["median"] == pytest.approx(-1.0, rel=1e-9)
-        assert told["measures"]["edge_lengths"]["least"] > 0.6 * told["measures"]["edge_lengths"]["mean"]
+        manifest = json.loads((out / "manifest.json").read_text())
+        assert 0.83 < manifest["settings"]["bulge"] < 1.0
+        assert manifest["measures"]["mean_curvature"]["median"] == pytest.approx(-1.0, rel=1e-9)
+        assert manifest["measures"]["edge_lengths"]["least"] > 0.6 * manifest["measures"]["edge_lengths"]["mean"]
 
 
 # --- what is printed

@@ -94,10 +94,10 @@ DESIGNS = {
 def test_what_is_designed_goes_straight_through_a_build_as_it_is_told(name: str, tmp_path: Path) -> None:
     said = run("design", *DESIGNS[name].split(), "-o", tmp_path / "shell")
     assert said.exit_code == 0, said.output
-    told = f"fabkit build {tmp_path / 'shell'}/M.obj --gauss-image {tmp_path / 'shell'}/S.obj --mean-edge "
-    assert told in said.stdout
+    command = f"fabkit build {tmp_path / 'shell'}/M.obj --gauss-image {tmp_path / 'shell'}/S.obj --mean-edge "
+    assert command in said.stdout
     assert "meets itself" not in said.stdout
-    made = built_from(tmp_path / "shell", float(said.stdout.split(told)[1].split()[0]))
+    made = built_from(tmp_path / "shell", float(said.stdout.split(command)[1].split()[0]))
     assert made.nest is not None
     gauss_image = made.summary.gauss_image
     assert gauss_image is not None

@@ -18,7 +18,7 @@ from tests.fabkit.assemblies import by_name
 
 
 def supported(mesh: Mesh) -> SupportStructure:
-    """With edges of 1.5 m in the mean."""
+    """With edges of 1.5 m on average."""
     planar = planarise(mesh * (1500.0 / mesh.mean_edge_length)).mesh
     return SupportStructure(approximate_pair(planar), 120.0)
 

@@ -29,8 +29,8 @@ MEAN_EDGE = 1500.0
 def irregular(solid: Mesh) -> tuple[Mesh, Mesh]:
     """A convex mesh parallel to an Archimedean solid, its edges half to one and a half times as long; and that."""
     image = solid * (1 / edge_distances(solid).mean())
-    member = ParallelSpace(image).elements(1, seed=3)[0]
-    return image + member * (0.5 / np.abs(edge_factors(image, member)).max()), image
+    element = ParallelSpace(image).elements(1, seed=3)[0]
+    return image + element * (0.5 / np.abs(edge_factors(image, element)).max()), image
 
 
 def detailed(pair: tuple[Mesh, Mesh], **rules: str) -> Assembly:

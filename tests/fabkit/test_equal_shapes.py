@@ -28,7 +28,7 @@ WITHIN = 1.0
 
 
 def by_all_pairs(given: FloatArray, within: float) -> tuple[IntArray, IntArray]:
-    """For shapes (P, T, D): of those that hang together by near ones, those near to the first are equal to it, in the
+    """For shapes (P, T, D): of those that are linked by near ones, those near to the first are equal to it, in the
     smallest turn; the others are looked at again."""
     first, turns = np.arange(len(given)), np.zeros(len(given), dtype=np.int64)
     left = first.copy()

@@ -283,9 +283,9 @@ def test_slanted_cuts_are_counted_and_the_steepest_named(angles: list[float], se
     assert set(found.elements) == set(np.flatnonzero(worst >= RULES.mitres_noted_deg).tolist())
     assert worst[list(found.elements)].tolist() == sorted(worst[list(found.elements)], reverse=True)
     steep = [name for name, angle in zip(names, worst, strict=True) if angle >= RULES.mitres_listed_deg]
-    told = [name for name in names if name in found.sentence]
-    assert set(told) <= set(steep)
-    assert len(told) == min(10, len(steep))
+    named = [name for name in names if name in found.sentence]
+    assert set(named) <= set(steep)
+    assert len(named) == min(10, len(steep))
     assert (f"and {len(steep) - 10} more" in found.sentence) == (len(steep) > 10)
 
 
@@ -332,8 +332,8 @@ def test_only_what_can_be_accepted_is_accepted(found: list[str], allow: list[str
 
 def test_what_numbers_elements_says_from_where_it_counts() -> None:
     assert error_sentence(MeshError("face 3 is bent", elements=[3])).endswith("faces counted from 0)")
-    told = "face 4 is bent (vertices and faces counted from 1)"
-    assert error_sentence(MeshError(told, elements=[3])) == told
+    named = "face 4 is bent (vertices and faces counted from 1)"
+    assert error_sentence(MeshError(named, elements=[3])) == named
     assert error_sentence(MeshFileError("line 3 is no face", elements=[3])) == "line 3 is no face"
     assert error_sentence(GeometryError("the weight is 0")) == "the weight is 0"
     assert error_sentence(ProjectError("unit is 3")) == "unit is 3"

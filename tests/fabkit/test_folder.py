@@ -128,8 +128,8 @@ def make_link_of_file(out: Path) -> str:
 
 
 def edit_manifest(out: Path) -> str:
-    told = json.loads((out / MANIFEST).read_text())
-    (out / MANIFEST).write_text(json.dumps({**told, "name": "another"}, indent=1) + "\n")
+    manifest = json.loads((out / MANIFEST).read_text())
+    (out / MANIFEST).write_text(json.dumps({**manifest, "name": "another"}, indent=1) + "\n")
     return r"manifest\.json \(edited, or of an earlier version"
 
 

@@ -161,7 +161,7 @@ def test_parts_are_as_equal_as_is_asked() -> None:
 
 
 def test_of_parts_that_differ_step_by_step_those_near_to_one_of_them_share_its_mark() -> None:
-    """Lengths 0, 1, ..., 9 steps longer, of which 2.5 are equal: the parts hang together, but not all are equal."""
+    """Lengths 0, 1, ..., 9 steps longer, of which 2.5 are equal: the parts are linked, but not all are equal."""
     panel = barrel()["panels"][0]
 
     def longer(steps: int) -> Part:

@@ -184,16 +184,16 @@ def test_a_pair_is_built_anywhere(place: str, tmp_path: Path) -> None:
     assert np.ptp(made.structure.heights) < 300 * COARSE_MM / made.structure.mesh.mean_edge_length
     assert made.summary.gauss_image is not None
     assert made.summary.gauss_image.largest_move < 300 * COARSE_MM / made.structure.mesh.mean_edge_length
-    told = dict(inspect_pair(tmp_path / "M.obj", tmp_path / "S.obj").facts())
-    assert "unfit" not in told
+    facts = dict(inspect_pair(tmp_path / "M.obj", tmp_path / "S.obj").facts())
+    assert "unfit" not in facts
 
 
 def test_inspection_says_the_same_anywhere(tmp_path: Path) -> None:
-    told = []
+    facts = []
     for place, move in PLACES.items():
         write_mesh(tmp_path / f"{place}.obj", rough_dome().translated(move))
-        told.append(list(inspect_mesh(tmp_path / f"{place}.obj").facts()))
-    assert told[0] == told[1]
+        facts.append(list(inspect_mesh(tmp_path / f"{place}.obj").facts()))
+    assert facts[0] == facts[1]
 
 
 def bump(folder: Path, move: FloatArray) -> Path:

@@ -140,7 +140,7 @@ def test_what_no_engine_bears_is_nested_all_the_same(
 
 
 class Idle:
-    """An engine that takes its time and finds what it is told."""
+    """An engine that takes its time and finds what it is given to find."""
 
     name = "idle"
 

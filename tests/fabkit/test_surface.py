@@ -138,7 +138,7 @@ def test_a_mesh_is_written_where_the_surface_is(roof: Path) -> None:
 
 
 def test_the_study_is_a_page_that_shows_the_best_network_first(roof: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("geometry.remeshing.network_study.STRETCHES", (0.5,))
+    monkeypatch.setattr("geometry.remeshing.network_study.STRETCH_FACTORS", (0.5,))
     done = run("mesh", roof, "--study", "study.html")
     assert done.exit_code == 0, done.output
     page = Path("study.html").read_text()

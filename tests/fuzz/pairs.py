@@ -24,7 +24,7 @@ ELEMENTS = re.compile(r"\b(vertex|vertices|edge|edges|face|faces) \d+[ ,;:-]")
 
 
 def inputs(random: Random) -> Files:
-    """A mesh and its Gauss image, or another member of P(M), or anything: moved, noisy, and as files with faults."""
+    """A mesh and its Gauss image, or another element of P(M), or anything: moved, noisy, and as files with faults."""
     mesh, image = random.choice(_pairs())
     if random.random() < 0.2:
         image = image.with_vertices(image.vertices @ [[0.1, 0.2, 0], [0, 0.3, 0.1], [0.1, 0, 0.4]])

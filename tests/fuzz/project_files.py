@@ -145,7 +145,7 @@ def attempt(folder: Path) -> str:
         return command_lines.attempt(folder)
     project.title.encode()
     if project.nesting.mode == "best" and project.nesting.seconds > 1:
-        return "not built"  # it takes as long as it was told to
+        return "not built"  # it takes as long as was asked for
     return command_lines.attempt(folder)
 
 

@@ -33,7 +33,7 @@ def check_said(code: int, output: str, errors: str, given: str, *, signalled: in
         assert SENTENCE.fullmatch(lines[0]), f"no sentence: {errors}"
     elif not signalled:  # which may come when all is said
         assert lines == [], f"exit code {code}, but said: {errors}"
-    for line in [*lines, *re.sub(r"\s*\n {3,}", " ", output).split("\n")]:  # a fact goes on where a line is full
+    for line in [*lines, *re.sub(r"\s*\n {3,}", " ", output).split("\n")]:  # a fact continues where a line is full
         assert line.isprintable(), f"not printable: {line!r}"
         assert "Traceback" not in line, line
         unknown = set(OPTION.findall(line)) - _options() - set(OPTION.findall(given))

@@ -34,7 +34,7 @@ def opened(mesh: Mesh, seed: int) -> Mesh:
     return Mesh.from_faces(mesh.vertices, faces)
 
 
-def member(image: Mesh, seed: int, size: float = 3.0, centre: float = 0.0) -> Mesh:
+def element(image: Mesh, seed: int, size: float = 3.0, centre: float = 0.0) -> Mesh:
     """A random mesh of P(S): the nearest to random points about `centre` S. Edges of either orientation, none short."""
     rng = np.random.default_rng(seed)
     while True:  # up to some dozen times: one edge of a hundred is short

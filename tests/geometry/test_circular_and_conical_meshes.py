@@ -43,7 +43,7 @@ def test_shaken_rotational_meshes_are_mended(
     assert out_of_plane(result.mesh) <= 1e-12
     assert np.nanmax(measure(result.mesh), initial=0.0) <= 1e-12
     assert result.residual_after <= 1e-12
-    # a mesh of the kind lies within sqrt(3) times the amount; the strain metric may ask for twice that in the mean
+    # a mesh of the kind lies within sqrt(3) times the amount; the strain metric may ask for twice that on average
     assert result.mean_move <= 2 * 3**0.5 * amount
 
 
@@ -138,7 +138,7 @@ def test_lines_far_from_those_of_curvature_are_refused(make: Make, measure: Meas
     ],
 )
 def test_what_is_off_is_named(make: Make, element: str, sentence: str) -> None:
-    planar = planarise(shaken(shapes.dome(12, 4), 0.03, 5)).mesh  # nothing is done, so only the aim is missed
+    planar = planarise(shaken(shapes.dome(12, 4), 0.03, 5)).mesh  # nothing is done, so only the target is missed
     with pytest.raises(ConvergenceError, match=f"{sentence}, after 0 steps") as raised:
         make(planar, effort=Effort(max_steps=0))
     worst = raised.value.elements[0]

@@ -44,7 +44,7 @@ def assert_constant(mesh: Mesh, image: Mesh, mean: float, atol: float = CONSTANT
 
 
 def perturbed(mesh: Mesh, image: Mesh, seed: int, size: float) -> Mesh:
-    """By a random member of P(S), in mean edge lengths."""
+    """By a random element of P(S), in mean edge lengths."""
     away = ParallelSpace(image).elements(1, seed=seed)[0]
     return mesh + away * (size * mesh.mean_edge_length * float(np.sqrt(mesh.n_vertices)))
 

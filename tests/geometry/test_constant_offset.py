@@ -134,17 +134,17 @@ def test_edges_collapse_at_the_ends_of_the_range_of_distances(seed: int) -> None
 @settings(max_examples=20)
 def test_edges_collapse_at_the_ends_of_the_ranges_of_weights(seed: int, count: int) -> None:
     space = ParallelSpace(WAVY)
-    members = [WAVY, *space.elements(count, seed=seed)]
+    elements = [WAVY, *space.elements(count, seed=seed)]
     weights = np.append(1.0, 0.1 * np.random.default_rng(seed).normal(size=count))
-    signs = np.sign(edge_factors(WAVY, space.blend(weights, members)))
-    ranges = space.blend_ranges(weights.tolist(), members)
+    signs = np.sign(edge_factors(WAVY, space.blend(weights, elements)))
+    ranges = space.blend_ranges(weights.tolist(), elements)
     assert ranges.shape == (count + 1, 2)
     for place, limits in enumerate(ranges):
         for limit in limits[np.isfinite(limits)]:
             for share, is_kept in ((0.999, True), (1.001, False)):
                 changed = weights.copy()
                 changed[place] += share * (limit - weights[place])
-                kept = np.sign(edge_factors(WAVY, space.blend(changed, members))) == signs
+                kept = np.sign(edge_factors(WAVY, space.blend(changed, elements))) == signs
                 assert kept.all() == is_kept
         assert limits[0] < weights[place] < limits[1]
 

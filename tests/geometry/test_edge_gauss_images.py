@@ -13,7 +13,7 @@ from geometry.gauss.distances import edge_distances
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.edge_parallelity import edge_factors, parallelity
 from tests.geometry.box_meshes import turning
-from tests.geometry.parallel_elements import SIMPLE, boosted, member, opened, solid, tangent_profile
+from tests.geometry.parallel_elements import SIMPLE, boosted, element, opened, solid, tangent_profile
 
 seeds = st.integers(0, 2**32 - 1)
 FAR = 1e-8  # what planes of 1e-13 and edges of a hundredth of the mean leave of the far vertices of slim cones
@@ -24,7 +24,7 @@ FAR = 1e-8  # what planes of 1e-13 and edges of a hundredth of the mean leave of
 @settings(max_examples=6)
 def test_a_koebe_polyhedron_is_recovered_from_a_mesh_parallel_to_it(name: str, seed: int) -> None:
     image = boosted(solid(name, "edge"), seed)
-    mesh = member(image, seed)
+    mesh = element(image, seed)
     pair = edge_offset_pair(mesh)
     np.testing.assert_allclose(pair.edge_distances, 1, atol=1e-9)
     assert parallelity(mesh, pair.gauss_image).max() <= 1e-11
@@ -38,7 +38,7 @@ def test_a_koebe_polyhedron_is_recovered_from_a_mesh_parallel_to_it(name: str, s
 @settings(max_examples=10)
 def test_edges_run_the_other_way_and_boundaries_have_vertices_with_two_edges(name: str, seed: int) -> None:
     image = opened(boosted(solid(name, "edge"), seed), seed)
-    mesh = member(image, seed)
+    mesh = element(image, seed)
     pair = edge_offset_pair(mesh)
     np.testing.assert_allclose(pair.edge_distances, 1, atol=1e-9)
     assert parallelity(mesh, pair.gauss_image).max() <= 1e-11
@@ -81,7 +81,7 @@ def test_an_end_of_an_edge_is_not_the_other_end_too(n: int, seed: int) -> None:
     cosine = np.cos(np.pi / n)
     prism = shapes.regular_prism(n)
     image = prism.with_vertices(prism.vertices * [1.0, 1.0, np.sqrt(1 - cosine**2)])
-    mesh = member(image, seed)
+    mesh = element(image, seed)
     pair = edge_offset_pair(mesh)
     np.testing.assert_allclose(pair.edge_distances, 1, atol=1e-9)
     assert np.linalg.norm(pair.gauss_image.edge_vectors, axis=1).min() > 1e-3
@@ -124,7 +124,7 @@ def test_edges_that_do_not_tell_candidates_apart_are_told_by_others(half: int, r
     positions = np.column_stack([tube.vertices[:, :2], heights])
     image = Mesh.from_faces(positions, tube.combinatorics.faces[:n])
     np.testing.assert_allclose(edge_distances(image), 1, atol=1e-13)
-    mesh = member(image, seed)
+    mesh = element(image, seed)
     pair = edge_offset_pair(mesh)
     np.testing.assert_allclose(pair.edge_distances, 1, atol=1e-9)
 
@@ -138,7 +138,7 @@ def test_neighbours_with_two_edges_get_a_line_from_their_face(seed: int, edge: i
     kept = [f for k, f in enumerate(c.faces) if k == c.edge_faces[edge, 0] or not {*f} & {*c.edges[edge].tolist()}]
     image = Mesh.from_faces(whole.vertices, kept)
     assert (image.combinatorics.vertex_degrees[c.edges[edge]] == 2).all()
-    mesh = member(image, seed)
+    mesh = element(image, seed)
     found = edge_offset_pair(mesh).gauss_image
     np.testing.assert_allclose(Pair(mesh, found).edge_distances, 1, atol=1e-9)
     # of the two tangents of the circle in that face, the one on the side of the others

@@ -82,9 +82,9 @@ def test_meshes_of_negative_curvature(koebe: Mesh) -> None:
 @settings(max_examples=12)
 def test_signs_of_a_parallel_mesh_have_a_solution_and_the_fairest_is_found(koebe: Mesh, seed: int) -> None:
     wanted = koebe.vertices * np.random.default_rng(seed).uniform(-1, 1, 3)
-    member = ParallelSpace(koebe).project(koebe.with_vertices(wanted))
-    lengths = member.edge_lengths
-    signs = guided_signs(koebe, member)
+    element = ParallelSpace(koebe).project(koebe.with_vertices(wanted))
+    lengths = element.edge_lengths
+    signs = guided_signs(koebe, element)
     assert (signs != 0).all()
     assert not len(conflicting_edges(koebe, signs))
     mesh = edge_offset_mesh(koebe, signs=signs, lengths=(lengths / 2, np.inf))
@@ -92,7 +92,7 @@ def test_signs_of_a_parallel_mesh_have_a_solution_and_the_fairest_is_found(koebe
     assert (signs * edge_factors(koebe, mesh) * koebe.edge_lengths - lengths / 2).min() >= -1e-9 * size
     # convex: no other mesh that is allowed is fairer, nor are those on the way to it
     for share in (1e-3, 0.5, 1.0):
-        assert fairness(mesh * (1 - share) + member * share) >= fairness(mesh) * (1 - 1e-9)
+        assert fairness(mesh * (1 - share) + element * share) >= fairness(mesh) * (1 - 1e-9)
 
 
 @given(kinds, st.floats(0.01, 100))
@@ -158,19 +158,19 @@ def test_target_lengths_make_edges_even(koebe: Mesh) -> None:
 
 
 def test_fixed_and_target_positions() -> None:
-    member = edge_offset_mesh(QUADS, signs=plan_signs(QUADS), lengths=AT_LEAST_1).translated([5, 6, 7])
-    lifted = member.translated([0, 0, 1])
+    element = edge_offset_mesh(QUADS, signs=plan_signs(QUADS), lengths=AT_LEAST_1).translated([5, 6, 7])
+    lifted = element.translated([0, 0, 1])
     targets = dict(enumerate(lifted.vertices))
     near = edge_offset_mesh(QUADS, near=targets, closeness=1e8)
     np.testing.assert_allclose(near.vertices, lifted.vertices, atol=1e-5)
-    held = {v: member.vertices[v] for v in (0, QUADS.n_vertices - 1)}
+    held = {v: element.vertices[v] for v in (0, QUADS.n_vertices - 1)}
     mesh = edge_offset_mesh(QUADS, fixed=held)
     for vertex, position in held.items():
         np.testing.assert_allclose(mesh.vertices[vertex], position, atol=1e-10)
-    assert fairness(mesh) < fairness(member)
+    assert fairness(mesh) < fairness(element)
     signed = edge_offset_mesh(QUADS, signs=plan_signs(QUADS), fixed=held)
     assert (plan_signs(QUADS) * edge_factors(QUADS, signed)).min() >= -1e-9
-    assert fairness(mesh) <= fairness(signed) <= fairness(member)
+    assert fairness(mesh) <= fairness(signed) <= fairness(element)
 
 
 # --- signs
@@ -337,10 +337,10 @@ def test_fixed_vertices_that_contradict_the_signs_are_not_blamed_on_the_signs() 
 @needs_data
 def test_a_mesh_parallel_to_the_hexagonal_koebe_polyhedron() -> None:
     koebe = edge_offset_pair(planarise(read(HEXAGONAL)).mesh).gauss_image
-    member = ParallelSpace(koebe).project(koebe.with_vertices(koebe.vertices * [1, 1, -1]))
-    signs = guided_signs(koebe, member)
+    element = ParallelSpace(koebe).project(koebe.with_vertices(koebe.vertices * [1, 1, -1]))
+    signs = guided_signs(koebe, element)
     assert 100 < (signs < 0).sum() < 480
-    mesh = edge_offset_mesh(koebe, signs=signs, lengths=(member.edge_lengths / 2, np.inf))
+    mesh = edge_offset_mesh(koebe, signs=signs, lengths=(element.edge_lengths / 2, np.inf))
     np.testing.assert_array_equal(np.sign(edge_factors(koebe, mesh)), signs)
     size = np.abs(mesh.vertices).max()
     np.testing.assert_allclose(offset_distances(mesh, koebe, 0.1), 0.1, atol=1e-10 * size)  # S: 3e-11 in its file

@@ -12,7 +12,7 @@ from geometry.exact_offsets import circularity, edge_offset_pair, exact_pairs, f
 from geometry.gauss.distances import vertex_distances
 from geometry.mesh import Mesh, shapes
 from geometry.parallel.edge_parallelity import parallelity
-from tests.geometry.parallel_elements import SIMPLE, SOLIDS, boosted, member, solid
+from tests.geometry.parallel_elements import SIMPLE, SOLIDS, boosted, element, solid
 
 seeds = st.integers(0, 2**32 - 1)
 ROUNDING = 1e-10  # what planes of 1e-13 and edges of a hundredth of the mean leave of numbers near 1
@@ -36,7 +36,7 @@ def test_each_solid_has_vertex_and_edge_offsets_and_face_offsets_where_it_is_sim
         assert parallelity(mesh, pair.gauss_image).max() <= 1e-13
 
 
-# --- random members of P(S)
+# --- random elements of P(S)
 
 
 @pytest.mark.parametrize("name", ["dodecahedron", "truncated_icosahedron", "truncated_cube", "regular_prism"])
@@ -45,7 +45,7 @@ def test_each_solid_has_vertex_and_edge_offsets_and_face_offsets_where_it_is_sim
 def test_an_inscribed_mesh_is_recovered_where_odd_faces_determine_it(name: str, seed: int) -> None:
     given_image = shapes.regular_prism(5) if name == "regular_prism" else solid(name, "vertex")
     image = boosted(given_image * (1 / vertex_distances(given_image)[0]), seed)
-    mesh = member(image, seed)
+    mesh = element(image, seed)
     found = vertex_offset_pair(mesh).gauss_image
     np.testing.assert_allclose(vertex_distances(found), 1, atol=1e-9)
     assert parallelity(mesh, found).max() <= 1e-11
@@ -63,7 +63,7 @@ def test_a_disc_of_circular_quads_has_a_vertex_offset_near_its_normals(seed: int
     squares = np.sum(plane.vertices**2, axis=1, keepdims=True)
     image = plane.with_vertices((2 * plane.vertices + (squares - 1) * [0.0, 0.0, 1.0]) / (squares + 1))
     assert circularity(image).max() < 1e-13  # stereographic projection: circles stay circles
-    mesh = member(image, seed)
+    mesh = element(image, seed)
     found = vertex_offset_pair(mesh).gauss_image
     np.testing.assert_allclose(vertex_distances(found), 1, atol=1e-9)
     assert parallelity(mesh, found).max() <= 1e-11
@@ -76,7 +76,7 @@ def test_a_disc_of_circular_quads_has_a_vertex_offset_near_its_normals(seed: int
 @settings(max_examples=6)
 def test_the_faces_of_simple_meshes_have_offsets(name: str, seed: int) -> None:
     image = boosted(solid(name, "edge"), seed)
-    mesh = member(image, seed, size=0.1, centre=1.0)
+    mesh = element(image, seed, size=0.1, centre=1.0)
     assume(np.einsum("fi,fi->f", mesh.face_normals, image.face_normals).min() > 0)  # sides are those of M
     pair = face_offset_pair(mesh)
     np.testing.assert_allclose(pair.face_distances, 1, atol=1e-9)

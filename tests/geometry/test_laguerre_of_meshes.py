@@ -20,7 +20,7 @@ from geometry.spheres.laguerre import LaguerreTransformation
 from geometry.spheres.lorentz import FORM
 from geometry.spheres.moebius import MoebiusTransformation
 from geometry.spheres.oriented_cones import VertexCones
-from tests.geometry.parallel_elements import SIMPLE, SOLIDS, member, opened, solid
+from tests.geometry.parallel_elements import SIMPLE, SOLIDS, element, opened, solid
 from tests.geometry.test_laguerre import planes, transformation
 from tests.geometry.test_lorentz import direction, orthogonal, seeds
 
@@ -41,7 +41,7 @@ def pair(name: str, scale: str, seed: int) -> Pair:
     whole = circumscribed(name) if scale == "face" else solid(name, scale)
     velocity = 0.5 * direction(np.random.default_rng(seed)) / vertex_distances(whole).max()
     image = opened(MoebiusTransformation.boost(velocity).map_mesh(whole), seed)
-    return Pair(member(image, seed), image)
+    return Pair(element(image, seed), image)
 
 
 @cache
@@ -178,7 +178,7 @@ def test_the_gauss_image_moves_by_the_moebius_transformation_of_the_inverse_tran
 @given(names, seeds, speeds)
 def test_other_parallel_pairs_stay_parallel_and_planar(name: str, seed: int, portion: float) -> None:
     image = SOLIDS[name].translated([0.3, 0.2, 0.1]) * 0.7
-    m = member(image, seed)
+    m = element(image, seed)
     moved = Pair(m, image).laguerre(moderate(image, seed, portion), tolerance=np.inf)
     assert parallelity(moved.gauss_image, moved.mesh).max() <= EXACT * 10 * np.abs(moved.mesh.vertices).max()
 
@@ -193,7 +193,7 @@ def test_the_cube_becomes_a_frustum() -> None:
 
 def test_a_vertex_that_goes_through_infinity_is_named() -> None:
     s = solid("cube", "edge")  # vertices at sqrt(3/2) from the origin
-    m = member(s, 0)
+    m = element(s, 0)
     direction = s.vertices[5] / np.linalg.norm(s.vertices[5])
     Pair(m, s).laguerre(L.boost(0.8 * direction))
     with pytest.raises(GeometryError, match="vertex 5 goes to infinity") as caught:
@@ -206,7 +206,7 @@ def test_a_vertex_that_goes_through_infinity_is_named() -> None:
 
 def test_meshes_without_exact_offsets_and_not_parallel_are_refused() -> None:
     s = solid("truncated_cube", "edge")
-    m = member(s, 1)
+    m = element(s, 1)
     with pytest.raises(GeometryError, match=r"nearest to having all edges .* off, allowed 1e-09") as caught:
         Pair(m, s * 1.01).laguerre(L.identity())
     assert caught.value.value == pytest.approx(0.01)

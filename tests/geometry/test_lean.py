@@ -33,7 +33,7 @@ def test_axes_lean_by_the_angle_by_which_they_are_turned(name: str, angle: float
 
 
 def test_axes_of_a_flat_mesh_lean_by_the_shift_of_its_gauss_image() -> None:
-    """Boundary and corners too, and no lean is told of a vertex without a face or without an axis."""
+    """Boundary and corners too, and no lean is reported for a vertex without a face or without an axis."""
     grid = shapes.grid(3, 2)
     flat = Mesh(np.concatenate([grid.vertices, [[9, 9, 9]]]), Combinatorics.from_faces(13, grid.combinatorics.faces))
     image = flat.with_vertices(np.tile([1.0, 0.0, 1.0], (13, 1)))

@@ -1,4 +1,4 @@
-"""Corners, faces and pieces that are written too often: mended and told, or all contradictions named at once."""
+"""Corners, faces and pieces that are written too often: mended and reported, or all contradictions named at once."""
 
 from __future__ import annotations
 
@@ -267,7 +267,7 @@ def test_all_crossed_and_all_folded_faces_are_listed() -> None:
 
 @given(seeds)
 def test_a_pair_goes_through_the_same_mending(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:
-    """Doubled corners, thin faces, copies: in either file, of which only the first is told."""
+    """Doubled corners, thin faces, copies: in either file, of which only the first is reported."""
     rng = np.random.default_rng(seed)
     folder = tmp_path_factory.getbasetemp()
     mesh = shapes.grid(3, 2)

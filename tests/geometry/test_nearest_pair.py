@@ -18,8 +18,8 @@ def pair(mesh: Mesh, seed: int) -> tuple[Mesh, Mesh]:
     """A random mesh parallel to a Koebe polyhedron, and that."""
     image = mesh * (1 / edge_distances(mesh).mean())
     space = ParallelSpace(image)
-    members = space.elements(min(3, space.dimension - 3), seed=seed)
-    return sum((member * (0.2 * (-1) ** k) for k, member in enumerate(members)), start=image), image
+    elements = space.elements(min(3, space.dimension - 3), seed=seed)
+    return sum((element * (0.2 * (-1) ** k) for k, element in enumerate(elements)), start=image), image
 
 
 def rounded(mesh: Mesh, digits: int) -> Mesh:

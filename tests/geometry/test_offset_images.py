@@ -12,7 +12,7 @@ from geometry.exact_offsets import best_offset_pair, exact_pairs, offset_deviati
 from geometry.gauss import Pair
 from geometry.mesh import Mesh, shapes
 from geometry.parallel import parallelity
-from tests.geometry.parallel_elements import SIMPLE, SOLIDS, boosted, member, solid
+from tests.geometry.parallel_elements import SIMPLE, SOLIDS, boosted, element, solid
 from tests.geometry.test_exact_gauss_images import parallelograms
 
 seeds = st.integers(0, 2**32 - 1)
@@ -25,7 +25,7 @@ def spread(pair: Pair) -> float:
 
 def lifted_pentagons(seed: int) -> Mesh:
     """A mesh parallel to an inscribed truncated icosahedron, its vertices on no sphere and its faces on no circles."""
-    return member(boosted(solid("truncated_icosahedron", "vertex"), seed), seed, size=0.05, centre=1.0)
+    return element(boosted(solid("truncated_icosahedron", "vertex"), seed), seed, size=0.05, centre=1.0)
 
 
 @given(st.sampled_from(sorted(SOLIDS)), seeds, st.floats(-3, 3))
@@ -50,7 +50,7 @@ def test_solids_of_all_kinds_of_faces_have_an_edge_offset_and_are_their_own_imag
 def test_a_mesh_with_an_edge_offset_is_built_with_it(name: str, seed: int) -> None:
     """Beams of one height, where the approximate S leaves some per cent."""
     image = boosted(solid(name, "edge"), seed)
-    mesh = member(image, seed, size=0.02, centre=1.0)
+    mesh = element(image, seed, size=0.02, centre=1.0)
     found = best_offset_pair(mesh)
     assert found is not None
     assert found[0] == "edge"

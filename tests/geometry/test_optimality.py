@@ -227,9 +227,9 @@ def test_a_refusal_names_the_edges_and_the_singular_values() -> None:
     assert "unite faces there that are nearly in one plane" in message
     assert "origin" not in message  # it lies there
     assert len(refused.value.elements) == 3
-    told = float(message.split("singular values of about ")[1].split(",")[0])
+    reported = float(message.split("singular values of about ")[1].split(",")[0])
     values = singular_values(planar)
-    assert values[values > 1e-14].min() / 10 < told < 1e-11  # noise of 1e-12 makes them
+    assert values[values > 1e-14].min() / 10 < reported < 1e-11  # noise of 1e-12 makes them
     for edge in refused.value.elements:  # edges between faces in one plane
         left, right = planar.combinatorics.edge_faces[edge]
         assert planar.face_normals[left] @ planar.face_normals[right] > 1 - 1e-9
@@ -272,7 +272,9 @@ def test_asking_for_more_than_rounding_leaves_is_seen(monkeypatch: pytest.Monkey
         except RankError as error:
             refused.append(error.message)
     assert refused
-    assert all("rounding decides about the Gauss image: equations of P(M) nearly depend" in told for told in refused)
+    assert all(
+        "rounding decides about the Gauss image: equations of P(M) nearly depend" in reported for reported in refused
+    )
 
 
 def test_a_solver_that_stops_early_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -293,7 +295,7 @@ def test_a_minimum_that_is_none_is_seen(monkeypatch: pytest.MonkeyPatch) -> None
     for module, name in ((semidefinite_quadratic, "GRADIENT_TOLERANCE"), (semidefinite_quadratic, "CYCLE_REDUCTION")):
         monkeypatch.setattr(module, name, 1e-2)
     monkeypatch.setattr(semidefinite_quadratic, "SEMIDEFINITE_REGULARISATION", 10.0)
-    with pytest.raises(GeometryError, match=r"is not at its least value: .* of the gradient is left"):
+    with pytest.raises(GeometryError, match=r"is not at its least value: .* of the gradient remains"):
         ParallelSpace(mesh).minimise(terms)
 
 

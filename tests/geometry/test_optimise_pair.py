@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
+from geometry.arrays import IntArray
 from geometry.curvature import face_curvatures, steiner_area
 from geometry.errors import FoldedError, GeometryError
 from geometry.exact_offsets import circularity, conicality
@@ -202,6 +204,43 @@ def test_three_tubes_meet_with_constant_mean_curvature(n: int, rings: int, off: 
     assert found.boundary_distance[1] < 0.05
 
 
+def spool(half: float) -> tuple[Mesh, IntArray]:
+    """Between circles of radius 1 in the planes z = +-half, and its boundary vertices."""
+    z = np.linspace(-half, half, 2 * round(12 * half) + 1)
+    mesh = shapes.rotational_mesh(np.stack([0.8 + 0.2 * (z / half) ** 2, z], axis=1), 24)
+    return mesh, np.flatnonzero(mesh.combinatorics.is_boundary_vertex)
+
+
+def test_a_minimal_mesh_spans_a_fixed_boundary() -> None:
+    mesh, rim = spool(0.6)
+    found = optimise_pair(approximate_pair(mesh), PairTargets(mean=0.0), fixed=rim)
+    assert_exact(found)
+    assert np.abs(found.pair.mesh.vertices - mesh.vertices)[rim].max() < 1e-12
+    assert found.boundary_distance[1] < 1e-12
+    assert np.abs(face_curvatures(found.pair).mean).max() < 1e-12
+    neck = brentq(lambda a: a * np.cosh(0.6 / a) - 1, 0.6, 1.0)
+    x, y, z = found.pair.mesh.vertices.T
+    assert np.abs(np.hypot(x, y) - neck * np.cosh(z / neck)).max() < 7e-3  # .055 at the start
+
+
+@pytest.mark.parametrize("half", [0.7, 0.9, 1.2])
+def test_a_fixed_boundary_that_no_minimal_mesh_spans_is_refused(half: float) -> None:
+    """There is no catenoid between circles of radius 1 that are further apart than 2 * .6627."""
+    mesh, rim = spool(half)
+    with pytest.raises(GeometryError, match=r"nothing fixed") as error:
+        optimise_pair(approximate_pair(mesh), PairTargets(mean=0.0), fixed=rim)
+    assert "\n" not in str(error.value)
+
+
+def test_heights_become_even_inside_a_fixed_boundary() -> None:
+    pair = approximate_pair(skew(10, 9, 0.6))
+    rim = np.flatnonzero(pair.mesh.combinatorics.is_boundary_vertex)
+    found = optimise_pair(pair, HEIGHTS, fixed=rim)
+    assert_exact(found)
+    assert np.abs(found.moves[rim]).max() < 1e-12
+    assert found.after.edge_spread < 0.8 * found.before.edge_spread
+
+
 def test_independent_curvatures_are_those_of_the_approximate_pair() -> None:
     pair = approximate_pair(skew(10, 9))
     known = face_curvatures(pair)
@@ -243,6 +282,8 @@ def test_aims_that_cannot_be(numbers: dict[str, object], message: str) -> None:
 
 def test_pairs_that_cannot_be() -> None:
     pair, triangles = start(), solids.octahedron()
+    with pytest.raises(GeometryError, match="fixed"):
+        optimise_pair(pair, HEIGHTS, fixed=[10**6])
     with pytest.raises(GeometryError, match="triangles"):
         optimise_pair(Pair(triangles, triangles), HEIGHTS)
     with pytest.raises(GeometryError, match="the mesh is not on the surface: 5 % of its vertices"):
@@ -270,6 +311,15 @@ def test_yas_island() -> None:
     assert found.after.surface_distance[0] < 0.05
     assert found.boundary_distance[0] < 0.05
     assert found.boundary_distance[1] < 0.25
+
+
+@needs_data
+@pytest.mark.parametrize("keep_boundary", [True, False])
+def test_a_real_mesh_that_has_no_mesh_of_constant_mean_curvature_near_is_refused(keep_boundary: bool) -> None:
+    pair = approximate_pair(planarise(read(YAS).near_zero()[0]).mesh)
+    mean = float(np.median(face_curvatures(pair).mean))
+    with pytest.raises(GeometryError, match=r"start nearer to such a mesh|ask for a curvature nearer"):
+        optimise_pair(pair, PairTargets(mean=mean), keep_boundary=keep_boundary)
 
 
 @needs_data

@@ -11,7 +11,7 @@ from geometry.errors import GeometryError, MeshError, ParallelityError
 from geometry.gauss import PARALLEL_TOLERANCE, Pair, approximate_pair, edge_distances, points_inwards
 from geometry.mesh import Mesh, shapes, solids
 from geometry.spheres import LaguerreTransformation as L
-from tests.geometry.parallel_elements import SOLIDS, member, opened, solid
+from tests.geometry.parallel_elements import SOLIDS, element, opened, solid
 from tests.geometry.test_lorentz import orthogonal, seeds
 
 names = st.sampled_from(sorted(SOLIDS))
@@ -21,7 +21,7 @@ vectors = st.tuples(*[st.floats(-5, 5)] * 3).map(np.array)
 def random_pair(name: str, seed: int) -> Pair:
     """A random M in P(S) of an opened solid S that touches the sphere with its edges."""
     S = opened(solid(name, "edge"), seed)
-    return Pair(member(S, seed), S)
+    return Pair(element(S, seed), S)
 
 
 @given(names, seeds)

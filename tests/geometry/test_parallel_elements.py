@@ -29,8 +29,8 @@ def test_the_basis_spans_the_null_space_of_equation_2(name: str) -> None:
     rows = basis.reshape(len(basis), -1)
     np.testing.assert_allclose(rows @ rows.T, np.eye(len(rows)), atol=1e-13)
     np.testing.assert_allclose(expected @ (expected.T @ rows.T), rows.T, atol=1e-10)  # rounding over the least 1e-4
-    for member in basis:
-        assert parallelity(mesh, mesh.with_vertices(member)).max() <= 1e-13  # rounding
+    for element in basis:
+        assert parallelity(mesh, mesh.with_vertices(element)).max() <= 1e-13  # rounding
     # translations come first: the same for all vertices of a part
     assert ParallelSpace(mesh).contains(mesh.with_vertices(basis[0]))
     np.testing.assert_allclose(basis[0][mesh.combinatorics.corners[:3], 1:], 0, atol=1e-15)
@@ -55,8 +55,8 @@ def test_larger_meshes_lose_no_digits() -> None:
     mesh = projected(shapes.rotational_mesh(profile, 41, closed=False), 1)
     basis = ParallelSpace(mesh).basis
     assert len(basis) == 83
-    # 1e-12 where the orthonormal combinations of random members are not made to close again
-    assert max(parallelity(mesh, mesh.with_vertices(member)).max() for member in basis) <= 1e-14
+    # 1e-12 where the orthonormal combinations of random elements are not made to close again
+    assert max(parallelity(mesh, mesh.with_vertices(element)).max() for element in basis) <= 1e-14
     assert parallelity(mesh, ParallelSpace(mesh).elements(1)[0]).max() <= 3e-16
 
 
@@ -104,8 +104,8 @@ def test_what_is_not_reached_is_refused(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def test_members_are_projected_onto_themselves() -> None:
-    member = ParallelSpace(ANNULUS).elements(1)[0]
-    np.testing.assert_allclose(ParallelSpace(ANNULUS).project(member).vertices, member.vertices, atol=1e-13)
+    element = ParallelSpace(ANNULUS).elements(1)[0]
+    np.testing.assert_allclose(ParallelSpace(ANNULUS).project(element).vertices, element.vertices, atol=1e-13)
 
 
 @given(meshes, seeds, st.lists(numbers, min_size=1, max_size=4))
@@ -113,10 +113,10 @@ def test_members_are_projected_onto_themselves() -> None:
 def test_blending_is_linear_in_edge_factors(mesh: Mesh, seed: int, weights: list[float]) -> None:
     mesh = projected(mesh, seed)
     parallel = ParallelSpace(mesh)
-    members = [mesh, *(parallel.elements(1, seed=k)[0] for k in range(len(weights) - 1))]
-    blend = parallel.blend(weights, members)
+    elements = [mesh, *(parallel.elements(1, seed=k)[0] for k in range(len(weights) - 1))]
+    blend = parallel.blend(weights, elements)
     assert parallel.contains(blend)
-    factors = sum(w * edge_factors(mesh, member) for w, member in zip(weights, members, strict=True))
+    factors = sum(w * edge_factors(mesh, element) for w, element in zip(weights, elements, strict=True))
     scale = (mesh.edge_lengths.max() / mesh.edge_lengths.min()) * 10
     np.testing.assert_allclose(edge_factors(mesh, blend), factors, atol=1e-13 * scale)
 

@@ -104,7 +104,7 @@ def test_what_is_left_open_stays_as_it_is_in_the_mesh(mesh: Mesh) -> None:
     about_origin = mesh.with_vertices(mesh.vertices - mesh.vertices.mean(axis=0))
     found = ParallelSpace(about_origin).minimise([(1.0, laplacian(mesh.combinatorics))])
     np.testing.assert_allclose(found.vertices, 0, atol=1e-5)
-    # one vertex wanted elsewhere: the nearest member that has it there is M moved, as far as that is the shortest way
+    # one vertex wanted elsewhere: the nearest element that has it there is M moved, as far as that is the shortest way
     wanted = far.vertices[2] + [0.1, 0.2, 0.3]
     rows = csr_array((np.ones(3), ([0, 1, 2], [6, 7, 8])), shape=(3, 3 * mesh.n_vertices))
     found = ParallelSpace(far).minimise([(1.0, LinearFunctional(rows, wanted))])
@@ -134,7 +134,7 @@ def conditions_of_a_minimum(
     as a linear programme, over the largest entry of the gradient, which mostly is held by the edges of M."""
     basis = ParallelSpace(mesh).basis
     factors = edge_factors(mesh, found)
-    change = np.stack([edge_factors(mesh, mesh.with_vertices(member)) for member in basis])
+    change = np.stack([edge_factors(mesh, mesh.with_vertices(element)) for element in basis])
     held_below, held_above = factors < lower + 1e-7, factors > upper - 1e-7
     pushes = np.concatenate([change[:, held_below], -change[:, held_above]], axis=1)
     along = basis.reshape(len(basis), -1) @ gradient.ravel()
@@ -172,7 +172,7 @@ def test_wide_bounds_change_nothing() -> None:
 
 
 def test_signs_may_differ_from_edge_to_edge() -> None:
-    """As in [Pottmann2007, Fig. 11]: the fairest member of P(S) with the signs of one that is known."""
+    """As in [Pottmann2007, Fig. 11]: the fairest element of P(S) with the signs of one that is known."""
     parallel = ParallelSpace(DISC)
     known = parallel.elements(1, seed=5)[0] * 20.0
     signs = np.sign(edge_factors(DISC, known))

@@ -1,4 +1,4 @@
-"""From a design surface to a planar mesh: what is kept, wishes for lines, and the study of networks."""
+"""From a design surface to a planar mesh: what is kept, options for lines, and the study of networks."""
 
 from __future__ import annotations
 

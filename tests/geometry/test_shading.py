@@ -251,7 +251,7 @@ def test_without_the_package_for_suns_the_extra_is_named(monkeypatch: pytest.Mon
         ((0.8, -3.2, [datetime(2026, 6, 21, 12, tzinfo=UTC)]), r"longitude is -3\.2.*radians"),
         ((0.8, 0.3, [datetime(2026, 6, 21, 12)]), "time 0, 2026-06-21T12:00:00, has no time zone"),
         ((0.8, 0.3, []), "no times"),
-        ((0.8, 0.3, [datetime(2026, 6, 21, h, tzinfo=UTC) for h in (12, 0)]), r"sun 1 stands 19\.\d degrees below"),
+        ((0.8, 0.3, [datetime(2026, 6, 21, h, tzinfo=UTC) for h in (12, 0)]), r"sun 1 is 19\.\d degrees below"),
     ],
 )
 def test_places_and_times_that_cannot_be(arguments: tuple[float, float, list[datetime]], said: str) -> None:

@@ -24,7 +24,7 @@ def moved(mesh: Mesh, seed: int) -> Mesh:
 
 
 def with_phantoms(points: FloatArray) -> FloatArray:
-    """One more control point at each end of (n, ...), where the line through the last two goes on."""
+    """One more control point at each end of (n, ...), where the line through the last two continues."""
     return np.concatenate([[2 * points[0] - points[1]], points, [2 * points[-1] - points[-2]]])
 
 

@@ -235,7 +235,7 @@ def test_a_saddle_has_reversed_edges() -> None:
     inner = np.flatnonzero(~FLAT_PATCH.combinatorics.is_boundary_edge)
     share = np.isin(inner, found.reversed_edges).mean()
     assert 0.25 < share < 0.75
-    assert len(found.reversed_faces) == FLAT_PATCH.n_faces  # no fold: the outline goes on as the inside
+    assert len(found.reversed_faces) == FLAT_PATCH.n_faces  # no fold: the outline continues as the inside
     assert found.is_embedded
     assert offset_deviation(found.mesh, FLAT_PATCH) <= 1e-11
     assert f"{len(found.reversed_edges)} of {FLAT_PATCH.n_edges} edges run against" in found.report

@@ -63,7 +63,7 @@ def test_bases(name: str) -> None:
     rows = basis.reshape(len(basis), -1)
     assert len(rows) == DIMENSIONS[name]
     np.testing.assert_allclose(rows @ rows.T, np.eye(len(rows)), atol=1e-11)
-    worst = max(parallelity(mesh, mesh.with_vertices(member)).max() for member in basis)
+    worst = max(parallelity(mesh, mesh.with_vertices(element)).max() for element in basis)
     assert worst < (1e-11 if "hexagonal" in name else 1e-12)
 
 

@@ -7,12 +7,12 @@ import numpy as np
 from geometry.arrays import FloatArray, IntArray
 from geometry.mesh import Mesh
 from geometry.mesh.intersections.box_trees import BoxTree, box_trees, meeting_sets
-from geometry.mesh.intersections.flat_faces import CLEARANCE, heights_over
+from geometry.mesh.intersections.flat_faces import PLANE_CLEARANCE, heights_over
 from geometry.mesh.ragged_arrays import runs_by_size
 
 __all__ = ["edge_trees", "face_trees", "neighbours"]
 
-MANY = 16
+MANY_FACES = 16
 """Faces at a vertex, above which not every two of them are compared."""
 
 
@@ -43,9 +43,9 @@ def neighbours(mesh: Mesh) -> IntArray:
     of_corner = _faces_at_vertices(mesh)[c.corners]
     order = np.argsort(c.corners, kind="stable")
     starts = np.concatenate([[0], np.cumsum(_faces_at_vertices(mesh))])
-    found = [_overlapping_angles(mesh, np.flatnonzero(of_corner > MANY)), _crossing_edges(mesh)]
+    found = [_overlapping_angles(mesh, np.flatnonzero(of_corner > MANY_FACES)), _crossing_edges(mesh)]
     for _, places in runs_by_size(starts):
-        if 2 <= places.shape[1] <= MANY:
+        if 2 <= places.shape[1] <= MANY_FACES:
             first, second = np.triu_indices(places.shape[1], 1)
             faces = c.corner_face[order[places]]
             found.append(np.stack([faces[:, first].ravel(), faces[:, second].ravel()], axis=1))
@@ -62,7 +62,7 @@ def _faces_at_vertices(mesh: Mesh) -> IntArray:
 
 def _names(mesh: Mesh, vertices: IntArray) -> IntArray:
     """The vertices where many faces meet, -1 for others."""
-    return np.where(_faces_at_vertices(mesh)[vertices] > MANY, vertices, -1)
+    return np.where(_faces_at_vertices(mesh)[vertices] > MANY_FACES, vertices, -1)
 
 
 def _overlapping_angles(mesh: Mesh, corners: IntArray) -> IntArray:
@@ -123,4 +123,4 @@ def _margin(mesh: Mesh) -> float:
     """By which sets are taken larger than they are: whatever may still count as meeting, and rounding."""
     size = float(np.abs(_local(mesh, mesh.vertices)).max())
     far = float(np.abs(mesh.vertices).max())
-    return 2 * CLEARANCE * mesh.mean_edge_length + 1e-14 * size + 1e-15 * far
+    return 2 * PLANE_CLEARANCE * mesh.mean_edge_length + 1e-14 * size + 1e-15 * far

@@ -11,20 +11,20 @@ from geometry.mesh import Mesh
 from geometry.mesh.intersections.box_trees import PAIRS_AT_ONCE, BoxTree, box_trees, meeting_sets
 from geometry.mesh.polygons import perpendicular_pair
 
-__all__ = ["CLEARANCE", "are_simple", "coplanar", "extreme_corners", "heights_over", "outlines", "overlapping"]
+__all__ = ["PLANE_CLEARANCE", "are_simple", "coplanar", "extreme_corners", "heights_over", "outlines", "overlapping"]
 
-CLEARANCE = 1e-9
+PLANE_CLEARANCE = 1e-9
 """Distance from a plane over the mean edge length, up to which a vertex lies in it: faces are planar to 1e-12, and
 their planes are known to about that over how thin they are."""
 
-OVERLAP = 1e-6
+LEAST_OVERLAP_SHARE = 1e-6
 """Area that two faces in one plane share, over that of the smaller one, below which they only touch."""
 
 MANY_CORNERS = 64
 """Corners of a face, above which it is cut into pieces, or its edges are put into a tree, before many other faces or
 points are compared with it."""
 
-GRID = 2.0**-42
+OVERLAY_ROUNDING = 2.0**-42
 """Places to which overlays round, over the largest coordinate. Without, where corners are off an edge by rounding, GEOS
 takes some per cent of polygons that touch for polygons that share area, and some that share area for apart."""
 
@@ -47,7 +47,7 @@ def heights_over(mesh: Mesh, faces: IntArray, points: FloatArray) -> FloatArray:
     """(k,) of points (k, 3) above the planes of faces (k,), zero within the clearance."""
     first = mesh.vertices[mesh.combinatorics.corners[mesh.combinatorics.face_starts[faces]]]
     heights = np.einsum("ki,ki->k", points - first, mesh.face_normals[faces])
-    heights[np.abs(heights) <= CLEARANCE * mesh.mean_edge_length] = 0.0
+    heights[np.abs(heights) <= PLANE_CLEARANCE * mesh.mean_edge_length] = 0.0
     return np.asarray(heights)
 
 
@@ -154,7 +154,7 @@ def _shared_areas(polygons: npt.NDArray[np.object_], others: npt.NDArray[np.obje
 def _overlay(polygons: npt.NDArray[np.object_], others: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
     """(k,) what polygons (k,) and others (k,) have in common, on a grid."""
     size = np.abs(shapely.bounds(polygons)).max(initial=0.0)
-    return np.asarray(shapely.intersection(polygons, others, grid_size=GRID * size))
+    return np.asarray(shapely.intersection(polygons, others, grid_size=OVERLAY_ROUNDING * size))
 
 
 def _least_areas(mesh: Mesh, polygons: npt.NDArray[np.object_], others: npt.NDArray[np.object_]) -> FloatArray:
@@ -163,5 +163,5 @@ def _least_areas(mesh: Mesh, polygons: npt.NDArray[np.object_], others: npt.NDAr
     So has a simple face that crosses itself in the plane of the other one.
     """
     smaller = np.minimum(shapely.area(polygons), shapely.area(others))
-    wide = shapely.is_valid(others) & (smaller > (CLEARANCE * mesh.mean_edge_length) ** 2)
-    return np.where(wide, OVERLAP * smaller, np.inf)
+    wide = shapely.is_valid(others) & (smaller > (PLANE_CLEARANCE * mesh.mean_edge_length) ** 2)
+    return np.where(wide, LEAST_OVERLAP_SHARE * smaller, np.inf)

@@ -55,14 +55,14 @@ def intersecting_faces(mesh: Mesh) -> IntArray:
     """
     c, extremes = mesh.combinatorics, extreme_corners(mesh)
     around = neighbours(mesh)
-    passing, flat = [], [around[coplanar(mesh, extremes, around)]]
+    through, flat = [], [around[coplanar(mesh, extremes, around)]]
     of_corners = np.sort(c.corner_face * c.n_vertices + c.corners)
     for pairs in meeting_sets(edge_trees(mesh, np.arange(c.n_edges)), face_trees(mesh)):
         edges, faces = _apart(mesh, of_corners, *pairs)
-        passing.append(_passing(mesh, edges, faces))
+        through.append(_edges_through(mesh, edges, faces))
         beside = _at_edges(mesh, edges, faces)
         flat.append(beside[coplanar(mesh, extremes, beside)])
-    edges, faces = _within(mesh, *np.concatenate([np.zeros((2, 0), dtype=np.int64), *passing], axis=1))
+    edges, faces = _within(mesh, *np.concatenate([np.zeros((2, 0), dtype=np.int64), *through], axis=1))
     shared = overlapping(mesh, np.unique(np.sort(np.concatenate(flat), axis=1), axis=0))
     return np.unique(np.sort(np.concatenate([_at_edges(mesh, edges, faces), shared]), axis=1), axis=0)
 
@@ -97,7 +97,7 @@ def _at_edges(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
     return np.asarray(pairs[sides >= 0])
 
 
-def _passing(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
+def _edges_through(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
     """(2, n) those of edges (k,) and faces (k,) where the edge meets the plane of the face and does not lie in it."""
     heights = _end_heights(mesh, edges, faces)
     within = (heights == 0).all(axis=0)  # the plane: what is there shows where faces overlap, or at other edges
