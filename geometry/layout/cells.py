@@ -88,10 +88,12 @@ def _check_rim(points: GridPoints, label: IntArray, n_rays: int, ends: IntArray)
     alone = np.bincount(label[n_rays:], minlength=label.max() + 1) == np.bincount(label)
     alone = np.flatnonzero(alone[label[n_rays:]])
     if len(alone):
+        vertices = ends[alone][np.unique(label[n_rays:][alone], return_index=True)[1]]  # one of each boundary loop
+        others = f" and {len(vertices) - 1} more like it are" if len(vertices) > 1 else " is"
         raise GeometryError(
-            f"the boundary through vertex {ends[alone[0]]} is met by no line of the mesh: the hole or piece is smaller "
-            "than a face; fill it or leave it out, or give a shorter edge length",
-            elements=[int(ends[alone[0]])],
+            f"the boundary through vertex {vertices[0]}{others} met by no line of the mesh: the hole or piece is "
+            "smaller than a face; fill it or leave it out, or give a shorter edge length",
+            elements=vertices.tolist(),
         )
 
 

@@ -185,11 +185,10 @@ def ring(hole: float) -> Surface:
     return chart(48, 16, point, rings="u")
 
 
-def punched(triangle: int) -> Surface:
-    """A plane without one of its triangles."""
+def punched(*triangles: int) -> Surface:
+    """A plane without some of its triangles."""
     mesh = plane().mesh
-    faces = [face.tolist() for face in mesh.combinatorics.faces]
-    del faces[triangle]
+    faces = [face.tolist() for number, face in enumerate(mesh.combinatorics.faces) if number not in triangles]
     return Surface(Mesh.from_faces(mesh.vertices, faces))
 
 
@@ -205,6 +204,7 @@ def punched(triangle: int) -> Surface:
         (lambda: lay_quads(plane(), n_faces=10, affine=np.zeros((3, 3))), "an invertible matrix"),
         (lambda: lay_quads(plane().mesh, n_faces=10), "make it one by Surface"),  # type: ignore[arg-type]
         (lambda: lay_quads(punched(37), n_faces=12), "is met by no line of the mesh"),
+        (lambda: lay_quads(punched(37, 431, 822), n_faces=12), "and 2 more like it are met by no line of the mesh"),
         (lambda: lay_quads(punched(399), n_faces=12), "too small for faces of edge length"),
         (lambda: lay_quads(ring(0.1), n_faces=20), "the Euler characteristic 1 instead of 0; fill the hole"),
         (lambda: lay_quads(Surface(triangle_mesh(np.eye(3), np.array([[0, 1, 2]]))), n_faces=9), "curvature needs 5"),
