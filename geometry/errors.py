@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
@@ -17,6 +18,7 @@ __all__ = [
     "ParallelityError",
     "RankError",
     "described",
+    "finite_number",
     "listed",
     "printable",
     "raise_worst",
@@ -177,6 +179,21 @@ def described(given: object) -> str:
     if isinstance(given, type):
         return f"the class {given.__name__}"
     return f"an array of shape {shape}" if isinstance(shape, tuple) else f"a value of type {type(given).__name__}"
+
+
+def finite_number(subject: str, given: Any) -> float:
+    """An argument as a float; GeometryError, saying of what, where it is none: a text, a mesh, an array, NaN.
+
+    >>> finite_number("the distance", "0.2")
+    Traceback (most recent call last):
+    geometry.errors.GeometryError: the distance is '0.2': a finite number is needed
+    """
+    is_number = hasattr(given, "__float__") and not getattr(given, "shape", ())
+    number = float(given) if is_number else math.nan
+    if math.isfinite(number):
+        return number
+    named = repr(printable(given)) if isinstance(given, str) else number if is_number else described(given)
+    raise GeometryError(f"{subject} is {named}: a finite number is needed", value=number if is_number else None)
 
 
 def printable(text: object, length: int = MAX_QUOTED_CHARACTERS) -> str:

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-import numpy as np
-
 from geometry.arrays import FloatArray, floats, short_repr
-from geometry.errors import GeometryError, raise_worst
+from geometry.errors import GeometryError, finite_number, raise_worst
 from geometry.exact_offsets.exact_gauss_image import edge_offset_pair, face_offset_pair, vertex_offset_pair
 from geometry.exact_offsets.exact_or_approximate import EXACT_OFFSET_TOLERANCE, exact_or_approximate_pair
 from geometry.gauss.pair import Pair, as_pair
@@ -88,8 +86,7 @@ def offset(
     """
     if kind is not None and kind not in EXACT_PAIRS:
         raise GeometryError(f'the kind of the offset is {kind!r}: "edge", "face", "vertex" or None is needed')
-    if not np.isfinite(distance):
-        raise GeometryError(f"the distance of the offset is {distance}: a finite number is needed", value=distance)
+    distance = finite_number("the distance of the offset", distance)
     if hasattr(mesh, "gauss_image"):
         pair = as_pair(mesh)
         found = _kind_of(pair, kind, tolerance)
@@ -98,7 +95,7 @@ def offset(
     else:
         pair, found = EXACT_PAIRS[kind](mesh, tolerance=tolerance), kind
     _refuse_collapsed(pair, distance)
-    return OffsetMesh(pair.offset_mesh(distance), pair, float(distance), found)
+    return OffsetMesh(pair.offset_mesh(distance), pair, distance, found)
 
 
 def _kind_of(pair: Pair, kind: OffsetKind | None, tolerance: float) -> str | None:

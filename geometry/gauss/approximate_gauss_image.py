@@ -112,7 +112,7 @@ def refuse_triangle_mesh(mesh: Mesh) -> None:
     if mesh.combinatorics.face_sizes.max() == 3:
         raise GeometryError(
             "all faces are triangles: meshes parallel to a triangle mesh are only scaled copies of it, so there is no "
-            "Gauss image to be found; lay planar quads on this surface, as `remesh` does"
+            "Gauss image to be found; lay planar quads on this surface by `remesh`"
         )
 
 

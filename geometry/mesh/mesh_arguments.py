@@ -101,6 +101,8 @@ def _refusal(given: Any) -> str:
             f"a mesh is needed, not {described(given)}: positions become one by Mesh.from_faces(vertices, faces), or "
             "by mesh.with_vertices(vertices) over the faces of another mesh"
         )
+    if hasattr(given, "to_mesh"):
+        return f"a mesh is needed, not {described(given)}: a scene of trimesh becomes one mesh by scene.to_mesh()"
     return (
         f"a mesh is needed, not {described(given)}: give a Mesh, what holds one as `.mesh`, a tuple (vertices, faces), "
         "or a mesh of trimesh, compas or meshio"

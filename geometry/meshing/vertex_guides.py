@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers, short_repr
-from geometry.errors import GeometryError, MeshError, described, printable, raise_worst
+from geometry.errors import GeometryError, MeshError, described, finite_number, printable, raise_worst
 from geometry.mesh import Mesh
 from geometry.surface import Curve, Surface
 
@@ -124,7 +123,7 @@ class Effort:
 
 
 def _check_number(name: str, number: float) -> None:
-    if not 0 <= number < inf:
+    if finite_number(name, number) < 0:
         raise GeometryError(f"{name} is {number}: a number from 0 upwards is needed", value=number, bound=0)
 
 

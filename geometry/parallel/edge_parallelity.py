@@ -65,7 +65,8 @@ def check_parallel(mesh: Mesh, other: Mesh, bound: float, *, what: str) -> None:
         bound,
         lambda edge, value: (
             f"{mesh.combinatorics.edge_name(edge)} of {what} is off the direction of its mesh edge by "
-            f"{value:.1e}, allowed {bound:.1e}: the two meshes are not parallel"
+            f"{value:.1e}, allowed {bound:.1e}: the two meshes are not parallel; the nearest that is comes from "
+            "ParallelSpace(mesh).project(other)"
         ),
         error=ParallelityError,
     )

@@ -12,7 +12,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers, short_repr
-from geometry.errors import GeometryError, MeshError, raise_worst
+from geometry.errors import GeometryError, MeshError, described, raise_worst
 from geometry.mesh import Combinatorics, Mesh, as_mesh
 from geometry.mesh.polygons import face_centroids
 
@@ -31,7 +31,12 @@ point is straight above it: well above rounding, and of no consequence otherwise
 
 def check_points(points: FloatArray) -> FloatArray:
     """The points (n, 3) as floats. Raises GeometryError for another shape, and where a coordinate is no number."""
-    array = np.ascontiguousarray(points, dtype=np.float64)
+    try:
+        array = np.ascontiguousarray(points, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise GeometryError(
+            f"points are numbers in an array (n, 3), such as mesh.vertices, not {described(points)}"
+        ) from None
     if array.ndim != 2 or array.shape[1] != 3:
         raise GeometryError(f"points have shape {array.shape}, (n, 3) is needed")
     broken = np.flatnonzero(~(np.abs(array) <= MAX_COORDINATE).all(axis=1))
