@@ -62,11 +62,10 @@ def offset(
 ) -> OffsetMesh:
     """The mesh M + d S at a constant distance d from M, outside where d is positive.
 
-    mesh: M, of planar faces; or a pair M, S, or what holds one, of which S is used as it is. kind: what is to be at
-    constant distance, all edge lines, all face planes or all vertices; None: what the mesh has exactly, edge before
+    mesh: M, of planar faces; or a pair M, S, or an object that holds one, whose S is used as it is. kind: what is to be
+    at constant distance, all edge lines, all face planes or all vertices; None: what the mesh has exactly, edge before
     vertex and face, else the parallel mesh nearest to constant distance from the faces, see
-    `exact_or_approximate_pair`. The result says which it was.
-    tolerance: how far distances may be from d, over d.
+    `exact_or_approximate_pair`. The result says which it was. tolerance: how far distances may be from d, over d.
 
     Raises GeometryError, with the worst element, how far it is off and what to do, where M has no offset of that kind;
     where an edge of the offset collapses or runs against that of M, naming the edge and the distances between which
@@ -99,7 +98,7 @@ def offset(
 
 
 def _kind_of(pair: Pair, kind: OffsetKind | None, tolerance: float) -> str | None:
-    """Of which kind S is exact; of the one that is asked for, or an error."""
+    """The kind of which S is exact: the requested one, or an error."""
     deviations = {name: pair.deviations(name) for name in EXACT_PAIRS}
     if kind is None:
         return next((name for name, off in deviations.items() if off.max() <= tolerance), None)
