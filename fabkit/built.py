@@ -47,6 +47,9 @@ class Built:
     seconds: dict[str, float]
     sha256: str
 
+    def __repr__(self) -> str:
+        return f"Built({self.assembly!r})"
+
     @property
     def facts(self) -> BuildFacts:
         """The facts that report, workbook, terminal and manifest show."""

@@ -76,7 +76,7 @@ class GivenPair:
 def read_given_pair(mesh: Path, gauss_image: Path, *, flip: bool, tolerance: float) -> GivenPair:
     """Read M and S from two files with the same faces; vertices correspond by their numbers.
 
-    S points to the outside: where most of its edges lie on the other side of the faces of M, M is turned round. `flip`
+    S points to the outside: where most of its edges lie on the other side of the faces of M, M is reversed. `flip`
     turns both about at the end, so that S points inwards, negated. S is in radii of the unit sphere.
 
     Raises GeometryError where a file cannot be read or used or the faces differ; where the edges of S are not near the
@@ -90,10 +90,10 @@ def read_given_pair(mesh: Path, gauss_image: Path, *, flip: bool, tolerance: flo
     _check_parallel(M, S, tolerance, gauss_image)
     if points_inwards(M, S):
         M, S = M.reversed(), S.reversed()
-        mended = (*mended, f"all faces turned round to the outside that {gauss_image.name} shows")
+        mended = (*mended, f"all faces reversed to face the outside that {gauss_image.name} shows")
     if flip:
         M, S = M.reversed(), -1.0 * S.reversed()
-        mended = (*mended, "all faces turned round, as asked")
+        mended = (*mended, "all faces reversed, as requested")
     return GivenPair(replace(file, mesh=M, mended=mended), S, readable(gauss_image.name), file.companion_sha256)
 
 

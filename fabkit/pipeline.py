@@ -29,6 +29,7 @@ from fabkit.stages import Listener, Stages
 from fabkit.structure import checked_structure, with_checked
 from fabkit.surface import LaidSurface, lay_on_surface, read_exact_file
 from fabkit.units import MM_PER_UNIT
+from geometry.errors import described
 from geometry.files import MeshFile, check_faces, read_mesh
 from geometry.mesh import Mesh
 from geometry.surface import Surface
@@ -81,6 +82,7 @@ def write_built(built: Built, *, force: bool = False, listener: Listener | None 
 
 
 def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path]:
+    _check_project(project)
     if project.out is None:
         raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
     strokes = None if project.surface is None else project.surface.strokes
@@ -104,6 +106,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     >>> built.assembly["beams"].mark_names, round(built.assembly["beams"][0].details.long_point_mm)
     (('B001', 'B002', 'B003', 'B004', 'B005'), 2332)
     """
+    _check_project(project)
     stages = stages or Stages()
     with stages("Read"):
         file, given = _read(project)
@@ -131,6 +134,14 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         fitness=found,
     )
     return Built(project, structure, assembly, nest, summary, stages.seconds, file.sha256)
+
+
+def _check_project(given: object) -> None:
+    if not isinstance(given, Project):
+        raise ProjectError(
+            f"a Project is needed, not {described(given)}: write Project(mesh='roof.obj', unit='m', out='roof'), or "
+            "load_project(path, {}) for a project file"
+        )
 
 
 def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from difflib import get_close_matches
 from itertools import accumulate
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, GetPydanticSchema, ValidationError, field_validator, model_validator
 from pydantic_core import core_schema
@@ -19,6 +18,7 @@ from fabkit.optimisation import OptimiseRules
 from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
 from fabkit.surface import SurfaceRules, check_surface
+from fabkit.toml_tables import BACKSLASHES, read_tables
 from fabkit.units import MM_PER_UNIT, Unit
 from fabkit.wording import echo, readable
 from geometry.mesh import Mesh
@@ -45,8 +45,6 @@ PLAIN = {
 
 MAX_PROBLEM_LETTERS = 400
 """Largest number of letters that describe the problems of one project."""
-
-BACKSLASHES = r"write backslashes in single quotes, as in 'C:\models\roof.obj', or forward slashes"
 
 MeshSource = Annotated[
     Path | Mesh,
@@ -119,6 +117,14 @@ class Project(BaseModel):
     panels: PanelRules = Field(default_factory=PanelRules)
     sheets: SheetRules = Field(default_factory=SheetRules)
     densities_kg_m3: dict[str, Positive] = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
+
+    if not TYPE_CHECKING:  # type checkers read the keywords from the fields
+
+        def __init__(self, /, **settings: Any) -> None:
+            try:
+                super().__init__(**settings)
+            except ValidationError as error:
+                raise ProjectError(_problems(error)) from None
 
     @field_validator("gauss_image", mode="before")
     @classmethod
@@ -205,7 +211,7 @@ def load_project(path: Path, overrides: dict[str, Any]) -> Project:
     >>> project.panels.thickness_mm, project.panels.joint_mm
     (12.0, 8.0)
     """
-    found = _toml(path)
+    found = read_tables(path)
     _start_paths_from(path, found)
     if "mesh" not in found:
         raise ProjectError(f"{path.name} names no mesh: add a line like mesh = 'roof.obj'")
@@ -218,45 +224,12 @@ def load_project(path: Path, overrides: dict[str, Any]) -> Project:
     return project_from(_merged(found, overrides), source=path.name)
 
 
-def _toml(path: Path) -> dict[str, Any]:
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise ProjectError(f"there is no project file {path}") from None
-    except OSError as error:
-        raise ProjectError(f"the project file {path} cannot be read: {error.strerror or error}") from None
-    try:
-        text = data.decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        raise ProjectError(
-            f"{path.name} is not UTF-8 text (byte {error.start + 1} is {data[error.start]:#04x}): save it as UTF-8"
-        ) from None
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise ProjectError(f"{path.name} is nested too deeply: a project has tables in two levels") from None
-    except tomllib.TOMLDecodeError as error:
-        raise ProjectError(f"{path.name} is not TOML: {error}{_cure(text, str(error))}") from None
-    except ValueError:
-        raise ProjectError(f"{path.name} has a number of thousands of digits: write fewer") from None
-
-
-def _cure(text: str, message: str) -> str:
-    r"""What to do where a line has "C:\models\roof.obj", in which TOML reads \m and \r as signs of its own."""
-    number = re.search(r"at line (\d+)", message)
-    line = text.split("\n")[int(number[1]) - 1 if number else -1]
-    if re.search("overwrite|twice|Duplicate", message):
-        return "; the key or table is there twice: take one of the two out"
-    return f"; {BACKSLASHES}" if re.search(r'"[^"]*\\', line) else ""
-
-
 def project_from(settings: dict[str, Any], *, source: str = "") -> Project:
     """A project from settings nested as in the file. Raises ProjectError with one sentence."""
     try:
-        return Project.model_validate(settings)
-    except ValidationError as error:
-        problems = _some_of([_sentence(dict(problem)) for problem in error.errors()])
-        raise ProjectError(f"{source}: {problems}" if source else problems) from None
+        return Project(**settings)
+    except ProjectError as error:
+        raise ProjectError(f"{source}: {error}" if source else str(error)) from None
 
 
 def surface_rules_from(settings: dict[str, Any]) -> SurfaceRules:
@@ -264,7 +237,7 @@ def surface_rules_from(settings: dict[str, Any]) -> SurfaceRules:
     try:
         return SurfaceRules.model_validate(settings)
     except ValidationError as error:
-        raise ProjectError(_some_of([_sentence(dict(problem)) for problem in error.errors()])) from None
+        raise ProjectError(_problems(error)) from None
 
 
 def _start_paths_from(file: Path, found: dict[str, Any]) -> None:
@@ -288,8 +261,9 @@ def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
     return both
 
 
-def _some_of(sentences: list[str]) -> str:
+def _problems(error: ValidationError) -> str:
     """The first, and as many more as three lines of a terminal have room for; of the rest, how many there are."""
+    sentences = [_sentence(dict(problem)) for problem in error.errors()]
     lengths = accumulate(len(sentence) + 2 for sentence in sentences)
     count = max(1, sum(length <= MAX_PROBLEM_LETTERS for length in lengths))
     more = len(sentences) - count
@@ -306,6 +280,8 @@ def _sentence(problem: dict[str, Any]) -> str:
         place = f"[{parent}]" if parent else "the project"
         hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
         return f"unknown key {echo(key)} in {place}; {hint}"
+    if problem["type"] == "missing":
+        return f"{where} is missing, and has to be given"
     message = PLAIN.get(problem["type"], problem["msg"].removeprefix("Value error, "))
     if not where:
         return str(message)

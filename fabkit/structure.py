@@ -77,7 +77,7 @@ def checked_image(
         except GeometryError as error:
             if planar.combinatorics.face_sizes.max() > 3:
                 raise
-            raise GeometryError(f"{error.message} where --faces or --edge-length is given") from None
+            raise GeometryError(f"{error.message}, or here by --faces or --edge-length") from None
         image: GaussImageSource | None = None if offset is None else ExactGaussImage(offset)
     found: tuple[Finding, ...] = ()
     if project.optimise is not None:
@@ -107,7 +107,7 @@ def made_planar(mesh: Mesh, weights: dict[str, Any]) -> Mesh:
     try:
         return planarise(mesh, Guides(**weights)).mesh
     except FoldedError as error:
-        raise FitnessError([folded(error)]) from None
+        raise FitnessError([folded(error, on_surface="surface" in weights)]) from None
 
 
 def with_checked(project: Project, before: tuple[Finding, ...], found: tuple[Finding, ...]) -> tuple[Finding, ...]:

@@ -1,4 +1,5 @@
-"""Array types of the whole package, and how values that hold arrays are shown. Arrays held by a value are read-only."""
+"""The array types of this package, and the short text that shows objects with arrays. Arrays in objects are
+read-only."""
 
 from __future__ import annotations
 
@@ -72,31 +73,32 @@ def angles_between(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 LONGEST_REPR = 96
-"""Characters of what a value with arrays is shown as, before "..." and a bracket."""
+"""Largest number of characters in the short text of an object with arrays, before "..." and a bracket."""
 
 LONGEST_WORD = 40
-"""Characters of a text within it; longer ones are left out."""
+"""Largest number of characters of a string within it; longer strings are left out."""
 
 
 def short_repr(value: Any) -> str:
-    """How a dataclass with arrays is shown, in one line below 100 characters; assigned to its `__repr__`.
+    """A dataclass with arrays as one line below 100 characters; it is assigned to `__repr__` of the class.
 
-    What is or has a mesh begins with its counts. Then come numbers and texts that are not the defaults; sequences by
-    their lengths and arrays by their shapes, where there is no mesh that tells them. What has no room becomes "...".
+    A mesh, or an object with a mesh, begins with the counts of the mesh. Numbers and strings follow unless they are
+    the defaults; sequences are shown by their lengths, and arrays by their shapes if there is no mesh. What does not
+    fit becomes "...".
 
     >>> from geometry import Guides
     >>> Guides(fairness=0.01, fixed=[0, 8, 72, 80])
     Guides(fairness=0.01, 4 fixed)
     """
-    counted = getattr(value, "mesh", value)
-    has_counts = hasattr(counted, "n_edges")
-    parts = [f"{counted.n_vertices} vertices, {counted.n_faces} faces, {counted.n_edges} edges"] if has_counts else []
+    mesh = getattr(value, "mesh", value)
+    has_counts = hasattr(mesh, "n_edges")
+    parts = [f"{mesh.n_vertices} vertices, {mesh.n_faces} faces, {mesh.n_edges} edges"] if has_counts else []
     for field in fields(value):
         if has_counts and field.name == "n_vertices":
             continue
-        held = getattr(value, field.name)
+        content = getattr(value, field.name)
         default = field.default_factory() if field.default_factory is not MISSING else field.default
-        parts += _shown_field(field.name, held, default, has_counts)
+        parts += _shown_field(field.name, content, default, has_counts)
     text = f"{type(value).__name__}({parts[0] if parts else ''}"
     for part in parts[1:]:
         if len(text) + len(part) + 2 > LONGEST_REPR:
@@ -105,16 +107,16 @@ def short_repr(value: Any) -> str:
     return f"{text})"
 
 
-def _shown_field(name: str, held: Any, default: Any, has_counts: bool) -> list[str]:
-    """A field as `short_repr` shows it, if it does."""
-    if isinstance(held, np.ndarray):
-        return [] if has_counts else [f"{name} {held.shape}"]
-    if held is default or (isinstance(held, (int, float, str)) and held == default):
+def _shown_field(name: str, content: Any, default: Any, has_counts: bool) -> list[str]:
+    """The text of a field in `short_repr`, as a list with one entry or none."""
+    if isinstance(content, np.ndarray):
+        return [] if has_counts else [f"{name} {content.shape}"]
+    if content is default or (isinstance(content, (int, float, str)) and content == default):
         return []
-    if isinstance(held, (float, np.floating)):
-        return [f"{name}={held:.4g}"]
-    if isinstance(held, (int, str)):
-        return [f"{name}={held!r}"] if len(str(held)) <= LONGEST_WORD else []
-    if isinstance(held, Sized):
-        return [f"{len(held)} {name}"]
-    return [] if has_counts or held is None else [f"{name}={type(held).__name__}"]
+    if isinstance(content, (float, np.floating)):
+        return [f"{name}={content:.4g}"]
+    if isinstance(content, (int, str)):
+        return [f"{name}={content!r}"] if len(str(content)) <= LONGEST_WORD else []
+    if isinstance(content, Sized):
+        return [f"{len(content)} {name}"]
+    return [] if has_counts or content is None else [f"{name}={type(content).__name__}"]

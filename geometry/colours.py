@@ -17,7 +17,7 @@ from geometry.mesh import Mesh, MeshLike, as_mesh
 __all__ = ["ColourScale", "ElementColours", "Elements", "element_colours"]
 
 Elements: TypeAlias = Literal["faces", "vertices", "edges"]
-"""What the numbers of a picture belong to."""
+"""The kind of elements that the numbers of a picture belong to."""
 
 _VIRIDIS = (
     "440154 481a6c 472f7d 414487 39568c 31688e 2a788e 23888e 1f988b 22a884 35b779 54c568 7ad151 a5db36 d2e21b fde725"
@@ -29,11 +29,11 @@ _BLUE_TO_RED = "236292 5786ad 88aac7 bccedf f7f3ef ecc1b0 d5937a ba6647 9d3807"
 """From a blue to a red of equal lightness, each in equal steps of Oklab lightness from white; made for this project."""
 
 _GREY = 0.72
-"""Red, green and blue of what has no number, between 0 and 1."""
+"""Red, green and blue, between 0 and 1, of elements whose number is NaN."""
 
 ONE_SIDED_TOLERANCE = 1e-6
-"""Numbers of one sign and zero, if those of the other sign are smaller than this part of the largest: rounding makes
-them."""
+"""Largest number of one sign over the largest of the other sign for all numbers to count as one-sided: rounding makes
+small numbers of the wrong sign."""
 
 
 @dataclass(frozen=True)
@@ -136,8 +136,8 @@ def element_colours(
 ) -> ElementColours | None:
     """The colours of the elements of a mesh from values (n,), or as given (n, 3); None where there are neither.
 
-    colours: integers from 0 to 255, or other numbers from 0 to 1. on: the elements that are meant, which n shows unless
-    the mesh has as many of one kind as of another.
+    colours: integers from 0 to 255, or other numbers from 0 to 1. on: the kind of elements, needed only where n fits
+    more than one kind.
 
     Raises GeometryError where both are given, n fits no elements or several, or the colours are outside their range.
 
@@ -181,7 +181,7 @@ def _numbers(given: Any, name: str, shape: str) -> FloatArray:
 
 
 def _elements(mesh: Mesh, count: int, name: str, on: Elements | None, choices: tuple[Elements, ...]) -> Elements:
-    """The elements to which so many values belong."""
+    """The kind of elements to which `count` values belong."""
     counts: dict[Elements, int] = {choice: getattr(mesh, f"n_{choice}") for choice in choices}
     has = ", ".join(f"{n} {choice}" for choice, n in counts.items())
     if on is not None and on not in counts:

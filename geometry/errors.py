@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-if TYPE_CHECKING:  # numpy is not needed to say what is wrong
+if TYPE_CHECKING:  # so that errors do not import numpy
     from geometry.arrays import FloatArray, IntArray
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "ParallelityError",
     "RankError",
     "described",
+    "finite_number",
     "listed",
     "printable",
     "raise_worst",
@@ -125,7 +127,7 @@ class RankError(GeometryError):
 
 
 COMPARISONS = {"<=": operator.le, ">=": operator.ge, ">": operator.gt}
-"""What may be demanded of values; NaN meets no demand."""
+"""Comparisons of values with a bound; NaN meets none of them."""
 
 
 def raise_worst(
@@ -138,11 +140,12 @@ def raise_worst(
     error: Callable[..., GeometryError] = GeometryError,
     **more: Any,
 ) -> None:
-    """Raise an error that names the worst element, where not all values (m,) meet the demand.
+    """Raise an error that names the worst element, unless all values (m,) compare with the bound as demanded.
 
     The worst value is the largest for "<=", otherwise the least, the first one of several; NaN is worse than any
-    number. message: from the element and its value. elements (m,): the elements that the values belong to, 0 to m - 1
-    if not given. error: the class, called with the message, `elements`, `value`, `bound` and the arguments `more`.
+    number. message: a function of the element and its value. elements (m,): the elements that the values belong to, 0
+    to m - 1 if not given. error: the class, called with the message, `elements`, `value`, `bound` and the arguments
+    `more`.
 
     >>> import numpy as np
     >>> raise_worst(np.array([0.1, 0.4]), "<=", 0.2, lambda face, value: f"face {face} is off by {value}, allowed 0.2")
@@ -151,7 +154,7 @@ def raise_worst(
     """
     if not len(values):
         return
-    worst = int(values.argmax() if demand == "<=" else values.argmin())  # either is the first NaN, if there is one
+    worst = int(values.argmax() if demand == "<=" else values.argmin())  # both return the first NaN, if there is one
     value = float(values[worst])
     if COMPARISONS[demand](value, bound):
         return
@@ -160,7 +163,7 @@ def raise_worst(
 
 
 def listed(names: Iterable[object], count: int) -> str:
-    """The first of `count` names as part of a sentence. No more names are generated than are needed.
+    """The first of `count` names, and the number of the others, as part of a sentence. Only these names are generated.
 
     >>> listed([1, 2, 3], 3), listed(iter(range(1000)), 1000)
     ('1, 2 and 3', '0, 1, 2, 3, 4, 5, 6, 7, 8, 9 and 990 more')
@@ -172,11 +175,26 @@ def listed(names: Iterable[object], count: int) -> str:
 
 
 def described(given: object) -> str:
-    """What an argument of a wrong type is, in a sentence."""
+    """An argument of a wrong type as part of a sentence."""
     shape = getattr(given, "shape", None)
     if isinstance(given, type):
         return f"the class {given.__name__}"
     return f"an array of shape {shape}" if isinstance(shape, tuple) else f"a value of type {type(given).__name__}"
+
+
+def finite_number(subject: str, given: Any) -> float:
+    """An argument as a float; GeometryError, saying of what, where it is none: a text, a mesh, an array, NaN.
+
+    >>> finite_number("the distance", "0.2")
+    Traceback (most recent call last):
+    geometry.errors.GeometryError: the distance is '0.2': a finite number is needed
+    """
+    is_number = hasattr(given, "__float__") and not getattr(given, "shape", ())
+    number = float(given) if is_number else math.nan
+    if math.isfinite(number):
+        return number
+    named = repr(printable(given)) if isinstance(given, str) else number if is_number else described(given)
+    raise GeometryError(f"{subject} is {named}: a finite number is needed", value=number if is_number else None)
 
 
 def printable(text: object, length: int = MAX_QUOTED_CHARACTERS) -> str:
@@ -195,5 +213,5 @@ def printable(text: object, length: int = MAX_QUOTED_CHARACTERS) -> str:
 
 
 def _escaped(letter: str) -> str:
-    byte = ord(letter) - 0xDC00  # how Python keeps it in a name
+    byte = ord(letter) - 0xDC00  # Python decodes a byte of a file name that is not UTF-8 to 0xDC00 + byte
     return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else letter.encode("unicode_escape").decode("ascii")

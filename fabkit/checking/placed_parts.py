@@ -17,7 +17,7 @@ from fabkit.checking.fit import end_fits
 from fabkit.checking.links import ElementVertices, unlinked_ends, unlinked_facets
 from fabkit.checking.positions import Positions
 from fabkit.errors import DetailingError
-from fabkit.kinds import BEAM, NODE
+from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, Measures, Part, SolidArray
 from geometry.arrays import BoolArray, FloatArray
 
@@ -308,8 +308,14 @@ def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name
     for (i, j), depth in zip(pairs.tolist(), depths.tolist(), strict=True):
         first, second = positions[i], positions[j]
         finding = f"{name(first)} and {name(second)} share volume, {depth:.3g} mm deep, allowed {fit_mm:g} mm"
-        near = not vertices.of(first).isdisjoint(vertices.of(second))
-        yield Violation(finding, CURE_NEAR if near else CURE_FAR, _concerned(first, second))
+        yield Violation(finding, _cure(first, second, vertices), _concerned(first, second))
+
+
+def _cure(first: Part, second: Part, vertices: ElementVertices) -> str:
+    own = [part.kind.name for part in (first, second) if part.kind not in (BEAM, NODE, PANEL)]
+    if own:
+        return f"change the origins, the axes or the size of each {own[0]}"
+    return CURE_FAR if vertices.of(first).isdisjoint(vertices.of(second)) else CURE_NEAR
 
 
 CURE_NEAR = "widen clearance, seat or joint, or leave one of them out with --skip-unbuildable"

@@ -12,9 +12,8 @@ import numpy as np
 from rich.text import Text
 
 from fabkit.commands.facts import findings_facts, moves
-from fabkit.commands.printing import add_facts
+from fabkit.commands.printing import add_facts, check_suffix
 from fabkit.commands.terminal import OUT, facts_table, printable
-from fabkit.errors import OutputError
 from fabkit.fitness import Finding, FitnessRules
 from fabkit.fitness.shape import of_planar_mesh
 from fabkit.formats import whole_file
@@ -22,6 +21,7 @@ from fabkit.gauss_image import GIVEN_PAIR_TOLERANCE, read_given_pair
 from fabkit.structure import made_planar
 from geometry.arrays import FloatArray
 from geometry.curvature import FaceCurvatures, face_curvatures
+from geometry.errors import GeometryError
 from geometry.exact_offsets import exact_or_approximate_pair, offset
 from geometry.files import MeshFile, read_mesh, write_mesh
 from geometry.gauss import Pair, nearest_parallel_pair
@@ -54,12 +54,17 @@ class _Planar:
         if self.pair is not None:
             return self.pair
         moved = float(np.linalg.norm(self.mesh.vertices - self.file.mesh.vertices, axis=1).max())
-        return exact_or_approximate_pair(self.mesh, moved=moved, rounding=self.file.rounding)[0]
+        try:
+            return exact_or_approximate_pair(self.mesh, moved=moved, rounding=self.file.rounding)[0]
+        except GeometryError as error:
+            if self.mesh.combinatorics.face_sizes.max() > 3:
+                raise
+            raise GeometryError(f"{error.message}, or by `fabkit mesh`") from None
 
 
 def write_planar(path: Path, out: Path, *, flip: bool, weights: dict[str, Any], force: bool) -> None:
     """Write the mesh with planar faces."""
-    _check_suffix(out, MESH_SUFFIXES)
+    check_suffix(out, MESH_SUFFIXES)
     with whole_file(out, force=force, inputs=[path]) as draft:
         planar = _planar(path, None, flip, weights)
         write_mesh(draft, planar.mesh, origin=planar.file.origin)
@@ -78,7 +83,7 @@ def write_offset(
     force: bool,
 ) -> None:
     """Write the offset at a distance in the unit of the mesh, with constant distances of edges, faces or vertices."""
-    _check_suffix(out, MESH_SUFFIXES)
+    check_suffix(out, MESH_SUFFIXES)
     with whole_file(out, force=force, inputs=_inputs(path, gauss_image)) as draft:
         planar = _planar(path, gauss_image, flip, weights)
         given = planar.pair or (planar.mesh if kind else planar.paired)
@@ -105,7 +110,7 @@ def write_curvature(
     force: bool,
 ) -> None:
     """Write a table of all faces, or the mesh with planar faces in the colours of a curvature."""
-    _check_suffix(out, (".csv", *MESH_SUFFIXES))
+    check_suffix(out, (".csv", *MESH_SUFFIXES))
     with whole_file(out, force=force, inputs=_inputs(path, gauss_image)) as draft:
         planar = _planar(path, gauss_image, flip, weights)
         pair = planar.paired
@@ -156,11 +161,6 @@ def _write_table(path: Path, curvatures: FaceCurvatures) -> None:
 
 def _inputs(path: Path, gauss_image: Path | None) -> list[Path]:
     return [path] if gauss_image is None else [path, gauss_image]
-
-
-def _check_suffix(out: Path, known: tuple[str, ...]) -> None:
-    if out.suffix.lower() not in known:
-        raise OutputError(f"{out} ends in {out.suffix or 'no suffix'!r}: one of {', '.join(known)} is needed")
 
 
 def _range(values: FloatArray) -> str:

@@ -20,7 +20,7 @@ from fabkit.commands.inspection_picture import check_picture, draw_inspection
 from fabkit.commands.options import project_of
 from fabkit.commands.terminal import ERR, OUT, facts_table, printable
 from fabkit.designs import EdgeOffsetDesign, with_span, write_design
-from fabkit.errors import ProjectError
+from fabkit.errors import OutputError, ProjectError
 from fabkit.fitness import MAX_NAMED_ELEMENTS
 from fabkit.formats import whole_file
 from fabkit.pipeline import Built, build
@@ -28,12 +28,18 @@ from fabkit.production import TERMINAL
 from fabkit.project import Project
 from fabkit.stages import Listener
 
-__all__ = ["add_facts", "build_and_print", "inspect_and_print", "progress_display", "write_and_print"]
+__all__ = ["add_facts", "build_and_print", "check_suffix", "inspect_and_print", "progress_display", "write_and_print"]
 
 COLOURS = {"note": "yellow", "accepted": "yellow", "unfit": "red"}
 
 LARGEST_BOOST_COMPONENT = 1e9
 """Above it, the square of a component of a boost might overflow; a boost is shorter than 1."""
+
+
+def check_suffix(out: Path, known: tuple[str, ...]) -> None:
+    """Raise OutputError for a file to write whose suffix is none of those known."""
+    if out.suffix.lower() not in known:
+        raise OutputError(f"{out} ends in {out.suffix or 'no suffix'!r}: one of {', '.join(known)} is needed")
 
 
 def build_and_print(mesh: Path, settings: dict[str, Any], *, force: bool) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from rich.text import Text
 
 from fabkit.commands.facts import moves
-from fabkit.commands.printing import add_facts, progress_display
+from fabkit.commands.printing import add_facts, check_suffix, progress_display
 from fabkit.commands.terminal import OUT, facts_table, printable
 from fabkit.errors import ProjectError
 from fabkit.formats import EXACT_SUFFIXES, whole_file
@@ -49,6 +49,9 @@ def write_surface_mesh(
         raise ProjectError("there is no mesh file to write: give -o FILE, or --study FILE alone for a page of networks")
     if unit is not None and unit not in MM_PER_UNIT:
         raise ProjectError(f"--unit is {echo(unit)}: one of {', '.join(MM_PER_UNIT)} is needed")
+    for target, known in ((out, (".obj", ".off", ".ply")), (polylines, (".obj", ".dxf")), (study, (".html", ".htm"))):
+        if target is not None:
+            check_suffix(target, known)
     mm = 1.0 if path.suffix.lower() in EXACT_SUFFIXES else None if unit is None else MM_PER_UNIT[unit]
     rules = None if out is None else surface_rules_from(settings)
     inputs = [path, *([rules.strokes] if rules is not None and rules.strokes is not None else [])]

@@ -9,7 +9,7 @@ from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
-from geometry.mesh.ragged_arrays import run_of_place
+from geometry.mesh.ragged_arrays import row_of_entry
 
 __all__ = ["heights_under_panels"]
 
@@ -53,7 +53,7 @@ def heights_under_panels(structure: SupportStructure, ends: Ends, made: BoolArra
 
 def _corner_nodes(nodes: NodeShapes) -> IntArray:
     """(K,) node of each corner of the sections."""
-    return run_of_place(nodes.corner_starts)
+    return row_of_entry(nodes.corner_starts)
 
 
 def _pairs(node: IntArray, nodes: NodeShapes) -> tuple[IntArray, IntArray]:

@@ -17,7 +17,7 @@ from fabkit.parts import Material, Parts, Ragged, Solids
 from fabkit.rules import PanelRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
-from geometry.mesh.ragged_arrays import runs_by_size
+from geometry.mesh.ragged_arrays import rows_by_size
 
 __all__ = ["PanelShapes", "make_panels", "panel_shapes"]
 
@@ -93,7 +93,7 @@ def make_panels(
     outlines = np.empty((len(every), 2))
     lengths, angles = np.empty(len(every)), np.empty(len(every))
     origins, axes, areas = np.empty((len(faces), 3)), np.empty((len(faces), 3, 3)), np.empty(len(faces))
-    for panels, places in runs_by_size(starts):
+    for panels, places in rows_by_size(starts):
         alike = _frames(structure, shapes, faces[panels], every[places])
         corner[places], outlines[places] = alike.corners, alike.outlines
         lengths[places], angles[places] = alike.lengths, alike.angles

@@ -38,6 +38,12 @@ LINES = (
     "lay the mesh along other lines: along conjugate directions, ideally those of principal curvature; where its lines "
     "are asymptotic (straight on the surface), rotated by 45 degrees"
 )
+FAIRER = f"{LINES}; or give fairness under [planarise] in the project file a larger value than 0.3"
+OTHER_LAYING = (
+    "smooth short waves out of the surface by --smooth MM, which needs --unit, lay the mesh along other lines by "
+    "--lines, --boundary or --strokes, or choose another number of --faces; `fabkit mesh --study PAGE.html` compares "
+    "networks of lines"
+)
 SEPARATE = "separate or cut the mesh there (parts that overlap are left out with --skip-unbuildable)"
 
 
@@ -101,8 +107,8 @@ def folding(before: Mesh, after: Mesh, rules: FitnessRules) -> Finding | None:
     )
 
 
-def folded(error: FoldedError) -> Finding:
-    """The fold that stopped planarising, as a finding."""
+def folded(error: FoldedError, *, on_surface: bool = False) -> Finding:
+    """The fold that stopped planarising, as a finding. on_surface: the mesh was laid on a surface by fabkit."""
     return Finding(
         "folding",
         "refused",
@@ -110,7 +116,7 @@ def folded(error: FoldedError) -> Finding:
         error.bound or 0.0,
         "",
         f"{error.problem} (counted from 0)",
-        f"{LINES}; or give fairness under [planarise] in the project file a larger value than 0.3",
+        OTHER_LAYING if on_surface else FAIRER,
         "",
         error.elements,
     )

@@ -75,6 +75,10 @@ class Assembly:
                         "told apart; give each kind its own"
                     )
 
+    def __repr__(self) -> str:
+        groups = ", ".join(f"{len(parts)} {parts.kind.group}" for parts in self.groups)
+        return f"Assembly({self.name}: {groups or 'no parts'})"
+
     def __getitem__(self, group: str) -> Parts[Any]:
         """The parts of a group by its name: beams, nodes, panels. Raises KeyError where there is none."""
         return {each.kind.group: each for each in self.groups}[group]

@@ -66,6 +66,8 @@ class Parts(Sequence[Part], Generic[D]):
     >>> beams = built.assembly["beams"]
     >>> len(beams), beams.mark_names, beams.counts.tolist(), round(beams.masses_kg.sum())
     (30, ('B001', 'B002', 'B003', 'B004', 'B005'), [6, 6, 6, 6, 6], 1969)
+    >>> beams
+    Parts(30 beams, 5 marks)
     >>> beams.take(beams.details.long_point_mm > 2000).marks
     ['B001', 'B001', 'B001', 'B001', 'B001', 'B001']
     """
@@ -81,6 +83,9 @@ class Parts(Sequence[Part], Generic[D]):
     mark_names: tuple[str, ...]
     mark: IntArray
     details: D
+
+    def __repr__(self) -> str:
+        return f"Parts({len(self)} {self.kind.group}, {len(self.mark_names)} marks)"
 
     def __post_init__(self) -> None:
         for name in ("elements", "shape", "material", "mark"):

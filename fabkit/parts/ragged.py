@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from geometry.arrays import IntArray, integers
-from geometry.mesh.ragged_arrays import run_of_place
+from geometry.mesh.ragged_arrays import row_of_entry
 
 __all__ = ["Ragged"]
 
@@ -75,7 +75,7 @@ class Ragged:
     @cached_property
     def row(self) -> IntArray:
         """(K,) the row of each value."""
-        return run_of_place(self.starts)
+        return row_of_entry(self.starts)
 
     @cached_property
     def place(self) -> IntArray:

@@ -12,7 +12,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
-from geometry.mesh.ragged_arrays import next_in_run, run_of_place
+from geometry.mesh.ragged_arrays import next_in_row, row_of_entry
 
 __all__ = ["Measures", "Solid", "SolidArray", "Topology", "prism_topology", "prism_vertices"]
 
@@ -54,12 +54,12 @@ class Topology:
     @cached_property
     def next_corner(self) -> IntArray:
         """(C,) the corner after each corner in its loop."""
-        return next_in_run(self.loop_starts)
+        return next_in_row(self.loop_starts)
 
     @cached_property
     def corner_face(self) -> IntArray:
         """(C,) face of each corner."""
-        return run_of_place(self.loop_starts[self.face_starts])
+        return row_of_entry(self.loop_starts[self.face_starts])
 
     @cached_property
     def first_corner(self) -> IntArray:

@@ -11,6 +11,7 @@ from fabkit.errors import NestingError
 from fabkit.kinds import PANEL, PanelDetails
 from fabkit.parts import Material, Parts, Ragged, Solids
 from fabkit.production.nests import outline_areas
+from geometry.errors import described, finite_number
 
 __all__ = ["panels_from_outlines"]
 
@@ -22,7 +23,8 @@ def panels_from_outlines(
 
     Outlines are turned counter-clockwise where they are not, so that they keep their side; a corner that repeats the
     first one at the end is left out. Raises NestingError where an outline has other than k >= 3 corners of two
-    finite numbers.
+    finite numbers, and for a thickness that is not above 0; GeometryError where it is no number. Outlines that cross
+    themselves are found by `nest_panels`.
 
     >>> import numpy as np
     >>> from fabkit.parts import Material
@@ -33,6 +35,15 @@ def panels_from_outlines(
     >>> [drawing.name for drawing in sheet_drawings(nest, panels)], round(panels.masses_kg.sum())
     (['sheet-001'], 35)
     """
+    if not isinstance(outlines, Mapping):
+        raise NestingError(
+            f"the outlines are {described(outlines)}: a dict from marks to corners is needed, such as "
+            "{'P1': [(0, 0), (900, 0), (0, 400)]}"
+        )
+    if not isinstance(material, Material):
+        raise NestingError(f"the material is {described(material)}: write Material('glass', 2500), density in kg/m3")
+    if finite_number("the thickness in mm", thickness_mm) <= 0:
+        raise NestingError(f"the thickness is {thickness_mm} mm: a number above 0 is needed")
     rows = Ragged.of([_corners(name, outline) for name, outline in outlines.items()], shape=(2,))
     sides = rows.rolled(np.ones(len(rows), dtype=np.int64)).values - rows.values
     back = -rows.with_values(sides).rolled(rows.sizes - 1).values
@@ -66,10 +77,15 @@ def panels_from_outlines(
 
 def _corners(name: str, outline: npt.ArrayLike) -> npt.NDArray[np.float64]:
     """(k, 2) counter-clockwise, from the first one given on."""
-    corners = np.asarray(outline, dtype=np.float64)
+    try:
+        corners = np.asarray(outline, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise NestingError(f"the outline of {name} has corners that are not all two numbers: give x, y in mm") from None
     if corners.ndim == 2 and len(corners) and np.array_equal(corners[0], corners[-1]):
         corners = corners[:-1]
-    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3 or not np.isfinite(corners).all():
+    if not np.isfinite(corners).all():
+        raise NestingError(f"the outline of {name} has coordinates that are not finite: give x, y in mm")
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
         raise NestingError(f"the outline of {name} has shape {corners.shape}: give three or more corners x, y in mm")
     following = np.roll(corners, -1, axis=0)
     is_clockwise = (corners[:, 0] * following[:, 1] - corners[:, 1] * following[:, 0]).sum() < 0

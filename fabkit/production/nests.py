@@ -16,7 +16,7 @@ import shapely
 from fabkit.errors import NestingError
 from fabkit.kinds import PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, short_repr
 
 __all__ = [
     "NEST_TOLERANCE_MM",
@@ -93,6 +93,8 @@ class Nest:
     >>> nest.n_sheets, round(nest.utilisation, 2), nest.placements[0].sheet
     (3, 0.46, 0)
     """
+
+    __repr__ = short_repr
 
     sheet: Sheet
     gap_mm: float

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from numbers import Real
 from typing import Literal
 
 import numpy as np
@@ -17,6 +18,7 @@ from fabkit.production.guillotine import RECTANGLE_ROUNDING_MM, Guillotine
 from fabkit.production.irregular import Engine, installed_engine, suits_engines
 from fabkit.production.nests import Nest, Placement, Sheet, Stock, check_nest, moved, outline_areas, polygons
 from geometry.arrays import FloatArray
+from geometry.errors import described
 
 __all__ = ["nest_panels", "too_large"]
 
@@ -131,6 +133,11 @@ def _score(fillings: list[list[Placement]], guillotine: Guillotine, areas: Float
 
 
 def _check_stock(stock: Stock) -> None:
+    if not isinstance(stock.sheet, Sheet):
+        raise NestingError(f"the sheet is {described(stock.sheet)}: write Sheet(length_mm=3210, width_mm=2250)")
+    sizes = (stock.sheet.length_mm, stock.sheet.width_mm, stock.gap_mm, stock.border_mm)
+    if not all(isinstance(size, Real) for size in sizes):
+        raise NestingError(f"length and width of the sheet, gap and border are {sizes}: give numbers, in mm")
     length, width = stock.inside
     values = (length, width, stock.gap_mm, stock.border_mm)
     if not (np.isfinite(values).all() and min(length, width) > 0 and min(stock.gap_mm, stock.border_mm) >= 0):

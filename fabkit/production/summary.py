@@ -8,7 +8,7 @@ import numpy as np
 
 from fabkit.fitness import Finding
 from fabkit.production.marks import EQUAL_WITHIN_MM
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, short_repr
 
 __all__ = ["ExactGaussImage", "GaussImageSource", "GivenGaussImage", "OnSurface", "OptimisedGaussImage", "Summary"]
 
@@ -153,6 +153,8 @@ class Summary:
     >>> built.summary.n_faces, built.summary.source, round(built.summary.height_shares["median"], 2)
     (12, 'a mesh in memory', 1.03)
     """
+
+    __repr__ = short_repr
 
     name: str
     source: str

@@ -1,7 +1,7 @@
 """Which combinatorics are those of Koebe polyhedra: polygons that make a sphere, or a part of one, and meet properly.
 
 The graph of a closed polyhedron is planar, simple and 3-connected (Steinitz): a map on the sphere with at least
-three edges at each vertex, where two faces share a vertex, an edge with its ends, or nothing. The same is asked of
+three edges at each vertex, where two faces share a vertex, an edge with its ends, or nothing. The same is required of
 open ones inside; at the boundary a vertex may have two edges.
 """
 

@@ -11,7 +11,7 @@ from geometry.arrays import IntArray, integers
 from geometry.errors import GeometryError
 from geometry.mesh import Combinatorics, Mesh
 from geometry.mesh.polygons import face_sums
-from geometry.mesh.ragged_arrays import next_in_run
+from geometry.mesh.ragged_arrays import next_in_row
 from geometry.optimise import Blocks, ConvergenceError, Reason, apply, minimise_bounded
 from geometry.parallel import ParallelSpace
 from geometry.parallel.constraints import FactorBounds
@@ -52,7 +52,7 @@ def check_faces_can_close(gauss_image: Mesh, signs: IntArray) -> None:
     x, y = (np.einsum("ci,ci->c", steps, axes[c.corner_face]) for axes in (x_axes, y_axes))
     angles = np.arctan2(y, x)
     angles = angles[np.lexsort((angles, c.corner_face))]
-    gaps = (angles[next_in_run(c.face_starts)] - angles) % (2 * np.pi)
+    gaps = (angles[next_in_row(c.face_starts)] - angles) % (2 * np.pi)
     is_signed = face_sums(c, np.abs(signs[c.corner_edge])) == c.face_sizes
     wide = np.maximum.reduceat(gaps, c.face_starts[:-1])
     open_faces = np.flatnonzero(is_signed & ((wide >= HALF_TURN) | (wide == 0)))

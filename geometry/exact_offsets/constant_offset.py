@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-import numpy as np
-
 from geometry.arrays import FloatArray, floats, short_repr
-from geometry.errors import GeometryError, raise_worst
+from geometry.errors import GeometryError, finite_number, raise_worst
 from geometry.exact_offsets.exact_gauss_image import edge_offset_pair, face_offset_pair, vertex_offset_pair
 from geometry.exact_offsets.exact_or_approximate import EXACT_OFFSET_TOLERANCE, exact_or_approximate_pair
 from geometry.gauss.pair import Pair, as_pair
@@ -64,11 +62,10 @@ def offset(
 ) -> OffsetMesh:
     """The mesh M + d S at a constant distance d from M, outside where d is positive.
 
-    mesh: M, of planar faces; or a pair M, S, or what holds one, of which S is used as it is. kind: what is to be at
-    constant distance, all edge lines, all face planes or all vertices; None: what the mesh has exactly, edge before
+    mesh: M, of planar faces; or a pair M, S, or an object that holds one, whose S is used as it is. kind: what is to be
+    at constant distance, all edge lines, all face planes or all vertices; None: what the mesh has exactly, edge before
     vertex and face, else the parallel mesh nearest to constant distance from the faces, see
-    `exact_or_approximate_pair`. The result says which it was.
-    tolerance: how far distances may be from d, over d.
+    `exact_or_approximate_pair`. The result says which it was. tolerance: how far distances may be from d, over d.
 
     Raises GeometryError, with the worst element, how far it is off and what to do, where M has no offset of that kind;
     where an edge of the offset collapses or runs against that of M, naming the edge and the distances between which
@@ -88,8 +85,7 @@ def offset(
     """
     if kind is not None and kind not in EXACT_PAIRS:
         raise GeometryError(f'the kind of the offset is {kind!r}: "edge", "face", "vertex" or None is needed')
-    if not np.isfinite(distance):
-        raise GeometryError(f"the distance of the offset is {distance}: a finite number is needed", value=distance)
+    distance = finite_number("the distance of the offset", distance)
     if hasattr(mesh, "gauss_image"):
         pair = as_pair(mesh)
         found = _kind_of(pair, kind, tolerance)
@@ -98,11 +94,11 @@ def offset(
     else:
         pair, found = EXACT_PAIRS[kind](mesh, tolerance=tolerance), kind
     _refuse_collapsed(pair, distance)
-    return OffsetMesh(pair.offset_mesh(distance), pair, float(distance), found)
+    return OffsetMesh(pair.offset_mesh(distance), pair, distance, found)
 
 
 def _kind_of(pair: Pair, kind: OffsetKind | None, tolerance: float) -> str | None:
-    """Of which kind S is exact; of the one that is asked for, or an error."""
+    """The kind of which S is exact: the requested one, or an error."""
     deviations = {name: pair.deviations(name) for name in EXACT_PAIRS}
     if kind is None:
         return next((name for name, off in deviations.items() if off.max() <= tolerance), None)

@@ -1,4 +1,4 @@
-"""Points that are one: those joined by steps of at most a given reach. No slower where very many coincide."""
+"""Clusters of points that are joined by steps of at most a given length, also where very many points coincide."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["clusters_within", "joined"]
 
 
 def joined(n: int, pairs: IntArray) -> IntArray:
-    """(n,) number of the connected component of each of n things, of which pairs (m, 2) are connected."""
+    """(n,) number of the connected component of each of n elements, of which pairs (m, 2) are connected."""
     graph = coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
@@ -21,18 +21,20 @@ def joined(n: int, pairs: IntArray) -> IntArray:
 def clusters_within(points: FloatArray, reach: float) -> IntArray:
     """(n,) number of the cluster of each point (n, 3): points at most `reach` apart are in one cluster.
 
-    Points of one cell of space that is no wider than the reach belong together. What joins cells is looked for among
-    those that are near, of which there are not many, and by a tree where they hold many points: the time grows as
-    n log n, and memory as n, however many points lie at one place.
+    Space is divided into cubic cells whose diagonal is the reach, so that the points of one cell are in one cluster.
+    Only neighbouring cells are compared, by a tree if they contain many points: time grows as n log n and memory as n,
+    however many points coincide.
     """
     points, same = np.unique(points, axis=0, return_inverse=True)
     if reach <= 0 or len(points) < 2:
         return same.ravel()
-    side = reach / 3**0.5 * (1 - 1e-9)  # the diagonal is the reach, whatever is rounded
+    side = reach / 3**0.5 * (1 - 1e-9)  # the diagonal is at most the reach, also after rounding
     cells, cell = np.unique(np.floor((points - points.min(axis=0)) / side), axis=0, return_inverse=True)
     cell = cell.ravel()
     near = cKDTree(points[np.unique(cell, return_index=True)[1]])
-    pairs = near.query_pairs(3 * reach, output_type="ndarray")  # a reach between, and a diagonal to either first point
+    pairs = near.query_pairs(
+        3 * reach, output_type="ndarray"
+    )  # the reach between two points, plus a diagonal from each to the first point of its cell
     first = near.data
     touching = np.linalg.norm(first[pairs[:, 0]] - first[pairs[:, 1]], axis=1) <= reach
     label = joined(len(cells), pairs[touching])
@@ -41,17 +43,18 @@ def clusters_within(points: FloatArray, reach: float) -> IntArray:
 
 
 def _with_full_cells(points: FloatArray, cell: IntArray, pairs: IntArray, label: IntArray, reach: float) -> IntArray:
-    """Labels (cells,) after cells are joined whose first points are apart, but others are not."""
+    """Labels (cells,) after cells are joined whose first points are farther apart than the reach, but others are
+    not."""
     counts = np.bincount(cell)
     apart = (label[pairs[:, 0]] != label[pairs[:, 1]]) & (counts[pairs] > 1).any(axis=1)
     if not apart.any():
         return label
     order, ends = np.argsort(cell, kind="stable"), np.cumsum(counts)
-    found = []
+    touching = []
     for pair in pairs[apart].tolist():
-        few, many = (points[order[ends[k] - counts[k] : ends[k]]] for k in sorted(pair, key=lambda k: counts[k]))
-        if np.isfinite(cKDTree(many).query(few, distance_upper_bound=np.nextafter(reach, np.inf))[0]).any():
-            found.append(pair)
-    if not found:
+        fewer, more = (points[order[ends[k] - counts[k] : ends[k]]] for k in sorted(pair, key=lambda k: counts[k]))
+        if np.isfinite(cKDTree(more).query(fewer, distance_upper_bound=np.nextafter(reach, np.inf))[0]).any():
+            touching.append(pair)
+    if not touching:
         return label
-    return joined(int(label.max()) + 1, label[np.array(found)])[label]
+    return joined(int(label.max()) + 1, label[np.array(touching)])[label]

@@ -1,4 +1,4 @@
-"""Text of files as people's programs write it: UTF-8, UTF-16 or UTF-32, with or without a byte order mark."""
+"""Decoding of text files: UTF-8, UTF-16 or UTF-32, with or without a byte order mark."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["decoded", "spelled_out"]
 
 _MARKS = [
     (codecs.BOM_UTF8, "utf-8"),
-    (codecs.BOM_UTF32_LE, "utf-32-le"),  # begins as UTF-16 does, so it comes first
+    (codecs.BOM_UTF32_LE, "utf-32-le"),  # before UTF-16, whose mark begins in the same way
     (codecs.BOM_UTF32_BE, "utf-32-be"),
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
@@ -20,20 +20,21 @@ _ZEROS = {
     (False, True, False, True): "utf-16-le",
     (True, False, True, False): "utf-16-be",
 }
-"""Which of the first four bytes are zero, where a text begins with two letters, digits or signs and has no mark."""
+"""Encodings by which of the first four bytes are zero, for a text without mark that begins with two ASCII
+characters."""
 
 
 def decoded(data: bytes) -> str:
-    """The text of a file, its lines ended by \\n; what is no text in its encoding, as names in Latin-1, becomes �.
-
-    Byte order marks are dropped, wherever files were joined.
+    """The text of a file, with lines ended by \\n; bytes that are invalid in its encoding, as in Latin-1 names, become
+    �. Byte order marks are removed, also in the middle, where files were joined.
     """
     text = data.decode(_encoding(data), errors="replace").replace("\ufeff", "")
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def spelled_out(data: bytes) -> bytes:
-    """The same in UTF-8, for a file that begins as text and continues in bytes: all others are as they are."""
+    """The bytes of a file in UTF-8, for files with a text header and binary data: only UTF-16 and UTF-32 are
+    converted."""
     encoding = _encoding(data)
     if encoding == "utf-8":
         return data.removeprefix(codecs.BOM_UTF8)

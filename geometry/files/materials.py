@@ -1,4 +1,4 @@
-"""Materials of OBJ: a small library beside the mesh, in which each face finds its colour."""
+"""Materials of OBJ: a small library file beside the mesh, which holds the colours of the faces."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from geometry.colours import ElementColours
 __all__ = ["COLOUR_STEPS", "Materials", "face_materials"]
 
 COLOUR_STEPS = 64
-"""Number of colours, and so of materials, to which the values of faces are rounded: the eye tells no more apart."""
+"""Number of colours, and so of materials, to which the values of faces are rounded: more cannot be distinguished by
+eye."""
 
 
 @dataclass(frozen=True, eq=False)
 class Materials:
-    """The name of the file with the library, the text of it, and the name of the material of each face."""
+    """library: the name of the library file; text: its content; of_faces: the name of the material of each face."""
 
     library: str
     text: str
@@ -28,7 +29,7 @@ def face_materials(colours: ElementColours, library: str) -> Materials:
     """A material for each colour of the faces.
 
     Colours that show values are rounded to the middle of one of COLOUR_STEPS equal steps of their scale; the names of
-    these materials say from where to where the step reaches.
+    these materials give the limits of their step.
     """
     if colours.scale is None or colours.values is None:
         eight_bits, index = np.unique(np.rint(colours.rgb * 255).astype(int), axis=0, return_inverse=True)

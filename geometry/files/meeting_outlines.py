@@ -1,8 +1,8 @@
-"""Outlines that are no simple polygons: a corner on an edge it does not belong to, or two edges that cross.
+"""Outlines that are not simple polygons: a corner on an edge to which it does not belong, or two edges that cross.
 
-Small outlines are compared edge by edge. In large ones only neighbours are: a segment tree over the order of the
-corners along x cuts the plane into strips in which edges lie above each other as long as none cross, so each corner has
-a neighbour above and one below in every strip that it lies in. That takes n log n numbers for n corners.
+In small outlines all edges are compared. In large ones only neighbours are: a segment tree over the order of the
+corners along x divides the plane into strips, in which edges are ordered from bottom to top unless some cross. So each
+corner has one edge above it and one below it in every strip that contains it. This takes n log n numbers for n corners.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 __all__ = ["Meeting", "flattened", "meetings"]
 
 STRIP_SEARCH_CORNERS = 256
-"""Corners of an outline above which it is searched by strips; below, comparing all of its edges takes no longer."""
+"""Corners of an outline above which it is searched by strips; for smaller ones, comparing all edges takes no longer."""
 
 
 @dataclass(frozen=True)
 class Meeting:
-    """Where an outline meets itself: number of the outline, of the corner (or of the corner from which an edge runs),
-    of the corner from which the other edge runs, and the distance from that edge; zero where edges cross."""
+    """A place where an outline meets itself: the number of the outline; the corner that is near an edge, or at which
+    one of two crossing edges begins; the corner at which the (other) edge begins; and the distance of the corner from
+    the edge, zero where edges cross."""
 
     outline: int
     corner: int
@@ -32,21 +33,22 @@ class Meeting:
 
 
 def meetings(outlines: FloatArray, clearance: float) -> tuple[list[Meeting], list[Meeting]]:
-    """Of the outlines (n, k, 2): those with a corner within `clearance` of an edge it does not belong to, and those of
-    which two edges cross; one place in each."""
+    """Two lists, with one place for each outline (n, k, 2): outlines with a corner within `clearance` of an edge to
+    which it does not belong, and outlines with two edges that cross."""
     if outlines.shape[1] > STRIP_SEARCH_CORNERS:
         return _large_meetings(outlines, clearance)
     return _folds(outlines, clearance), _crossings(outlines)
 
 
 def flattened(polygons: FloatArray) -> FloatArray:
-    """(n, k, 3) -> (n, k, 2): seen along the vector area, where each is largest, in its own mean edge lengths."""
+    """(n, k, 2) the projections of polygons (n, k, 3) along their vector areas, where they are largest; each in units
+    of its mean edge length."""
     here = polygons - polygons.mean(axis=1, keepdims=True)
     lengths = np.linalg.norm(np.roll(here, -1, axis=1) - here, axis=2).mean(axis=1)
     here = here / lengths[:, None, None]
     normals = np.cross(here, np.roll(here, -1, axis=1)).sum(axis=1)
     size = np.linalg.norm(normals, axis=1, keepdims=True)
-    flat = size[:, 0] < np.finfo(np.float32).eps  # no direction to look along: take the best plane
+    flat = size[:, 0] < np.finfo(np.float32).eps  # no vector area: project to the best plane
     if flat.any():
         scatter = np.einsum("nki,nkj->nij", here[flat], here[flat])
         normals[flat], size[flat] = np.linalg.eigh(scatter)[1][:, :, 0], 1.0
@@ -81,7 +83,7 @@ def _crossings(outlines: FloatArray) -> list[Meeting]:
 def _distances(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """(...) distance of each point (..., 2) from the edge from start to end."""
     along, offset = end - start, points - start
-    squares = (along * along).sum(axis=-1)  # zero where an edge is seen end on
+    squares = (along * along).sum(axis=-1)  # zero where an edge is parallel to the direction of projection
     shares = (offset * along).sum(axis=-1)
     share = np.divide(shares, squares, out=np.zeros_like(squares), where=squares > 0)
     foot = np.clip(share, 0.0, 1.0)[..., None] * along
@@ -123,12 +125,12 @@ def _large_meetings(outlines: FloatArray, clearance: float) -> tuple[list[Meetin
 
 
 def _nearest(points: FloatArray, beside: IntArray) -> tuple[int, int, float]:
-    """A corner and an edge that are as near to each other as any that nothing lies between, and their distance.
+    """A corner, an edge and their distance: the least among neighbours, between which there is no other part.
 
-    Strips along x find edges above and below, those along y find steep edges, a tree finds corners.
+    Strips along x find edges above and below, strips along y find steep edges, and a tree finds corners.
     """
     k = len(points)
-    near = cKDTree(points).query(points, k=4)[1]  # itself, both neighbours, one more
+    near = cKDTree(points).query(points, k=4)[1]  # the corner, its two neighbours and one more
     near = np.stack([np.repeat(np.arange(k), 4), near.ravel()], axis=1)
     pairs = np.concatenate([beside, _Strips.of(points[:, ::-1]).beside_corners(), near, (near - [0, 1]) % k])
     pairs = pairs[(pairs[:, 0] != pairs[:, 1]) & (pairs[:, 0] != (pairs[:, 1] + 1) % k)]
@@ -140,11 +142,11 @@ def _nearest(points: FloatArray, beside: IntArray) -> tuple[int, int, float]:
 
 @dataclass(frozen=True, eq=False)
 class _Strips:
-    """A segment tree over the corners of an outline (k, 2) in the order in which they lie along x.
+    """A segment tree over the corners of an outline (k, 2), in their order along x.
 
-    order (k,): the corners along x. nodes, edges (m,): the edges that cross the strip of each node from side to side
-    and not that of the node above it, by node and from bottom to top as they lie in the middle of the strip. Leaf
-    `size` + r lies between the corners r and r + 1 of the order; node i has the children 2 i and 2 i + 1.
+    order (k,): the corners along x. nodes, edges (m,): for each node of the tree the edges that cross its strip from
+    side to side, but not the strip of its parent; sorted by node, and from bottom to top in the middle of the strip.
+    Leaf `size` + r is the strip between the corners r and r + 1 of the order; node i has the children 2 i and 2 i + 1.
     """
 
     points: FloatArray
@@ -165,21 +167,21 @@ class _Strips:
         nodes, edges = [], []
         while (low < high).any():
             for end, at in ((low, low), (high, high - 1)):
-                taken = np.flatnonzero((low < high) & (end & 1 == 1))
-                nodes.append(at[taken])
-                edges.append(taken)
+                crossing = np.flatnonzero((low < high) & (end & 1 == 1))
+                nodes.append(at[crossing])
+                edges.append(crossing)
             low, high = (low + 1) >> 1, high >> 1
         flat = cls(points, order, size, np.concatenate(nodes), np.concatenate(edges))
         middle = np.lexsort((flat._heights(flat.edges, flat._middles()), flat.nodes))
         return cls(points, order, size, flat.nodes[middle], flat.edges[middle])
 
     def above_each_other(self) -> IntArray:
-        """(n, 2) edges next to each other in a strip."""
+        """(n, 2) pairs of edges next to each other in a strip."""
         same = np.flatnonzero(self.nodes[1:] == self.nodes[:-1])
         return np.stack([self.edges[same], self.edges[same + 1]], axis=1)
 
     def beside_corners(self) -> IntArray:
-        """(n, 2) each corner, with the edges next to it in each strip that it lies in."""
+        """(n, 2) pairs of a corner and an edge next to it, in each strip that contains the corner."""
         k = len(self.points)
         corners = np.repeat(self.order, self.size.bit_length())
         ranks = np.minimum(np.arange(k), k - 2)
@@ -190,24 +192,24 @@ class _Strips:
         corners, first, last = corners[full], first[full], last[full]
         low, high = first.copy(), last.copy()
         x, y = self.points[corners].T
-        while len(rest := np.flatnonzero(low < high)):
-            middle = (low[rest] + high[rest]) // 2
-            below = self._heights(self.edges[middle], x[rest]) < y[rest]
-            low[rest[below]] = middle[below] + 1
-            high[rest[~below]] = middle[~below]
+        while len(searching := np.flatnonzero(low < high)):
+            middle = (low[searching] + high[searching]) // 2
+            below = self._heights(self.edges[middle], x[searching]) < y[searching]
+            low[searching[below]] = middle[below] + 1
+            high[searching[~below]] = middle[~below]
         places = low[:, None] + np.arange(-3, 3)  # two of these may be edges of the corner itself
         within = (places >= first[:, None]) & (places < last[:, None])
         return np.stack([np.repeat(corners, within.sum(axis=1)), self.edges[places[within]]], axis=1)
 
     def _middles(self) -> FloatArray:
         """(m,) x in the middle of the strip of each node."""
-        level = self.size.bit_length() - np.frexp(self.nodes)[1].astype(np.int64)  # of leaves, 0
+        level = self.size.bit_length() - np.frexp(self.nodes)[1].astype(np.int64)  # 0 for leaves
         left = (self.nodes << level) - self.size
         right = np.minimum(left + (1 << level), len(self.order) - 1)
         return np.asarray(self.points[self.order[[left, right]], 0].mean(axis=0))
 
     def _heights(self, edges: IntArray, x: FloatArray) -> FloatArray:
-        """(n,) y of edges (n,) at x (n,); of an upright one, its middle."""
+        """(n,) y of edges (n,) at x (n,); of a vertical edge, y of its midpoint."""
         tail, head = self.points[edges], self.points[(edges + 1) % len(self.points)]
         along = head - tail
         share = np.divide(x - tail[:, 0], along[:, 0], out=np.full(len(x), 0.5), where=along[:, 0] != 0)

@@ -1,4 +1,4 @@
-"""Put right what real mesh files get wrong, and say so: vertices, corners and faces too many, faces turned about."""
+"""Mending of common defects of mesh files, each reported: superfluous vertices, corners and faces, reversed faces."""
 
 from __future__ import annotations
 
@@ -30,38 +30,36 @@ from geometry.mesh.origin import whole_origin
 __all__ = ["mend", "mend_polygons", "mended_polygons", "tidied"]
 
 MAX_WELDED_STEPS = 10
-"""Largest distance of two vertices that become one, over the tolerance of coincidence. Copies of one vertex lie within
-a step or two of each other; vertices joined by more such steps are a chain of short edges with its own shape."""
+"""Largest distance of two vertices that become one, over the tolerance of coincidence. Copies of one vertex are within
+one or two steps of each other; vertices joined by more steps are a chain of short edges that has a shape."""
 
 
 def mend(
     vertices: Any, faces: Iterable[Sequence[int]], *, flip: bool = False, coincidence: float = COINCIDENCE_TOLERANCE
 ) -> tuple[Mesh, tuple[str, ...]]:
-    """The mesh that is meant by positions (N, 3) and faces counted from 0, and what had to be mended for it.
+    """The mesh described by positions (N, 3) and faces counted from 0, and a sentence for each thing that was mended.
 
     - Corners: a vertex that a face names twice in a row, or at its end again, counts once.
-    - Faces with fewer than three corners are dropped, and so is what is written again: faces with the same ring of
-      vertices as one before, from wherever and whichever way they run, and pieces of the mesh all of whose faces
-      lie on others.
+    - Faces with fewer than three corners are removed, and so are copies: faces with the same ring of vertices as an
+      earlier one, whatever their first vertex and orientation, and connected parts of the mesh all of whose faces
+      coincide with others.
     - Unused vertices are removed.
-    - Vertices of open edges within `coincidence` times the mean edge length of each other become one (the first of them
-      stays where it is), which closes the gaps between faces that do not share their vertices; so do the ends of
-      any edge as short as that. What then has no corners left is dropped as above.
-    - In each component connected over edges all faces are turned to agree: the way most of them run, or the
-      first where they are even; a component without boundary gets positive volume.
-
-    `flip` turns everything round at the end.
-
-    Raises MeshError where that does not give a mesh: see the checks of geometry.files.face_checks; a surface with one
-    side only. Sentences count vertices and faces as given, and name the first of a kind; the error's `elements` are all
-    of them, counted from 0.
+    - Vertices of open edges within `coincidence` times the mean edge length of each other become one (at the
+      position of the first), which closes the gaps between faces that do not share their vertices; so do the ends of
+      any edge as short as that. Faces that lose corners in this way are removed as above.
+    - In each component connected over edges all faces get the same orientation: that of the majority, or of the first
+      face if there is none; a component without boundary gets positive volume.
+    `flip` reverses all faces at the end.
+    Raises MeshError where that does not give a mesh: see the checks of geometry.files.face_checks; also for a surface
+    with only one side. Messages count vertices and faces as given, and name the first with each defect; `elements` of
+    the error are all of them, counted from 0.
 
     >>> from geometry.files import mend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0]]
     >>> mesh, mended = mend(vertices, [[0, 1, 2, 3], [4, 7, 6, 5]])
     >>> mesh
     Mesh(6 vertices, 2 faces, 7 edges)
-    >>> len(mended)  # vertices welded, a face turned
+    >>> len(mended)  # vertices welded, a face reversed
     2
     """
     return mend_polygons(RawPolygons.from_faces(vertices, faces), flip=flip, coincidence=coincidence)
@@ -70,18 +68,17 @@ def mend(
 def mend_polygons(
     raw: RawPolygons, *, flip: bool = False, coincidence: float = COINCIDENCE_TOLERANCE
 ) -> tuple[Mesh, tuple[str, ...]]:
-    """As `mend`, for what a file reader returns."""
+    """As `mend`, for the raw polygons that a file reader returns."""
     raw = mended_polygons(raw, coincidence)
     mesh = Mesh(raw.vertices, Combinatorics(raw.n_vertices, raw.corners, raw.face_starts))
     if flip:
-        return mesh.reversed(), (*raw.mended, "all faces turned round, as asked")
+        return mesh.reversed(), (*raw.mended, "all faces reversed, as requested")
     return mesh, raw.mended
 
 
 def mended_polygons(raw: RawPolygons, coincidence: float = COINCIDENCE_TOLERANCE) -> RawPolygons:
-    """As `mend`, before it becomes a mesh: faces keep their order, and a companion its vertices beside theirs.
-
-    Raises MeshError also where vertices are to become one that are apart in the companion.
+    """As `mend`, but raw polygons are returned. Faces keep their order; a companion has its vertices in the new order,
+    too. Raises MeshError also where vertices would be welded that are not at one point in the companion.
     """
     raw = _drop_unused(tidied(raw))
     origin = whole_origin(raw.vertices)
@@ -90,9 +87,10 @@ def mended_polygons(raw: RawPolygons, coincidence: float = COINCIDENCE_TOLERANCE
 
 
 def _mended_near_zero(raw: RawPolygons, coincidence: float) -> RawPolygons:
-    """What is welded and turned round must not depend on where a mesh lies, so its origin is taken out before."""
+    """Mending after the origin is subtracted, so that welding and orientation do not depend on the position of the
+    mesh."""
     check_size(raw)
-    raw = _without_pieces_written_again(raw, coincidence)
+    raw = _without_copied_components(raw, coincidence)
     while (welded := _welded(raw, coincidence)) is not raw:
         raw = _without_copies(_with_three_corners(_without_welded_corners(welded), "after welding"))
     raw = _drop_unused(raw)
@@ -104,9 +102,8 @@ def _mended_near_zero(raw: RawPolygons, coincidence: float) -> RawPolygons:
 
 
 def tidied(raw: RawPolygons) -> RawPolygons:
-    """What the numbers of the vertices alone show: corners and faces that are written twice, faces that are none.
-
-    Raises MeshError for vertices that are not finite, corners that do not exist, and where no face is left.
+    """Without defects that the numbers of vertices show: repeated corners and faces, faces with fewer than three
+    corners. Raises MeshError for vertices that are not finite, corners that do not exist, and where no face remains.
     """
     check_indices(raw)
     raw = _with_three_corners(_without_doubled_corners(raw), "in the file")
@@ -118,10 +115,10 @@ def tidied(raw: RawPolygons) -> RawPolygons:
 
 
 def _without_doubled_corners(raw: RawPolygons) -> RawPolygons:
-    """No face names a vertex twice in a row, nor its first one again at the end."""
+    """Without corners that repeat the vertex before them, or the first vertex at the end of a face."""
     doubled = _doubled(raw)
     if doubled.any():
-        fault = _once_enough(raw, raw.corner_face[doubled], "named a vertex twice in a row")
+        fault = _repetition_sentence(raw, raw.corner_face[doubled], "named a vertex twice in a row")
         raw = raw.without_corners(doubled, fault)
     closing = _closing(raw)
     if not closing.any():
@@ -131,14 +128,14 @@ def _without_doubled_corners(raw: RawPolygons) -> RawPolygons:
 
 
 def _without_welded_corners(raw: RawPolygons) -> RawPolygons:
-    """The same where corners have become one."""
+    """The same after welding, where two corners have become one vertex."""
     doubled = _doubled(raw)
     rest = raw.without_corners(doubled)
     closing = _closing(rest)
     faces = np.concatenate([raw.corner_face[doubled], rest.corner_face[closing]])
     if not len(faces):
         return raw
-    return rest.without_corners(closing, _once_enough(raw, faces, "had corners at one place"))
+    return rest.without_corners(closing, _repetition_sentence(raw, faces, "had corners at one place"))
 
 
 def _doubled(raw: RawPolygons) -> BoolArray:
@@ -149,7 +146,7 @@ def _doubled(raw: RawPolygons) -> BoolArray:
 
 
 def _closing(raw: RawPolygons) -> BoolArray:
-    """(C,) last corners at the same vertex as the first."""
+    """(C,) last corners of faces at the same vertex as the first."""
     full = np.flatnonzero(raw.face_sizes > 1)
     last = raw.face_starts[full + 1] - 1
     closing = np.zeros(len(raw.corners), dtype=bool)
@@ -157,14 +154,14 @@ def _closing(raw: RawPolygons) -> BoolArray:
     return closing
 
 
-def _once_enough(raw: RawPolygons, faces: IntArray, fault: str) -> str:
+def _repetition_sentence(raw: RawPolygons, faces: IntArray, fault: str) -> str:
     faces = np.unique(faces)
     named = f"{len(faces)} of {raw.n_faces} faces {fault}, where once is enough: {raw.face_names(faces)}"
     return f"{named} {raw.counting}"
 
 
 def _with_three_corners(raw: RawPolygons, when: str) -> RawPolygons:
-    """The faces with three corners and more."""
+    """Without faces that have fewer than three corners."""
     small = raw.face_sizes < 3
     if not small.any():
         return raw
@@ -175,47 +172,48 @@ def _with_three_corners(raw: RawPolygons, when: str) -> RawPolygons:
 
 
 def _without_copies(raw: RawPolygons) -> RawPolygons:
-    """Each ring of vertices once, the first time that it is written."""
+    """Without faces that repeat the ring of vertices of an earlier face."""
     copies = first_with_same(raw.corners, raw.face_starts) != np.arange(raw.n_faces)
-    return raw.without_faces(copies, _written_again(raw, copies)) if copies.any() else raw
+    return raw.without_faces(copies, _copies_sentence(raw, copies)) if copies.any() else raw
 
 
-def _written_again(raw: RawPolygons, copies: BoolArray) -> str:
+def _copies_sentence(raw: RawPolygons, copies: BoolArray) -> str:
     faces = np.flatnonzero(copies)
     named = f"{len(faces)} of {raw.n_faces} faces were written before; dropped: {raw.face_names(faces)}"
     return f"{named} {raw.counting}"
 
 
-def _without_pieces_written_again(raw: RawPolygons, coincidence: float) -> RawPolygons:
-    """Without the components, connected over edges, all of whose faces lie on faces of others, corner on corner.
-
-    Faces that two components share, as boxes that stand side by side do, are not copies.
+def _without_copied_components(raw: RawPolygons, coincidence: float) -> RawPolygons:
+    """Without the components, connected over edges, all of whose faces coincide with faces of other components.
+    Faces that two components have in common, such as boxes side by side, are not copies.
     """
-    place = _places(raw, _reach(raw, coincidence))
-    if len(np.unique(place)) == raw.n_vertices:
+    point_number = _point_numbers(raw, _reach(raw, coincidence))
+    if len(np.unique(point_number)) == raw.n_vertices:
         return raw
-    rings = place[raw.corners]
+    rings = point_number[raw.corners]
     keys = np.sort(raw.corner_face * raw.n_vertices + rings)
-    slit = np.zeros(raw.n_faces, dtype=bool)  # with two corners at one place
-    slit[keys[1:][keys[1:] == keys[:-1]] // raw.n_vertices] = True
+    has_coinciding_corners = np.zeros(raw.n_faces, dtype=bool)  # faces with two corners at one point
+    has_coinciding_corners[keys[1:][keys[1:] == keys[:-1]] // raw.n_vertices] = True
     first = first_with_same(rings, raw.face_starts)
     order = np.argsort(raw.corner_edge, kind="stable")
-    meet = np.flatnonzero(np.diff(raw.corner_edge[order]) == 0)
-    component = joined(raw.n_faces, raw.corner_face[np.stack([order[meet], order[meet + 1]], axis=1)])
-    copied = ~slit & (component[first] != component)
-    whole = np.bincount(component, ~copied) == 0
-    again = whole[component]
-    return _drop_unused(raw.without_faces(again, _written_again(raw, again))) if again.any() else raw
+    at_inner_edges = np.flatnonzero(np.diff(raw.corner_edge[order]) == 0)
+    component = joined(
+        raw.n_faces, raw.corner_face[np.stack([order[at_inner_edges], order[at_inner_edges + 1]], axis=1)]
+    )
+    copied = ~has_coinciding_corners & (component[first] != component)
+    is_copied_component = np.bincount(component, ~copied) == 0
+    is_copy = is_copied_component[component]
+    return _drop_unused(raw.without_faces(is_copy, _copies_sentence(raw, is_copy))) if is_copy.any() else raw
 
 
-def _places(raw: RawPolygons, reach: float) -> IntArray:
-    """(N,) a number for the place of each vertex, in the companion too."""
-    place = clusters_within(raw.vertices, reach)
+def _point_numbers(raw: RawPolygons, reach: float) -> IntArray:
+    """(N,) a number for the point of each vertex; vertices with the same number coincide, also in the companion."""
+    point_number = clusters_within(raw.vertices, reach)
     if raw.companion is None:
-        return place
+        return point_number
     edges = raw.companion[raw.heads] - raw.companion[raw.corners]
     other = clusters_within(raw.companion, reach / _mean_edge(raw) * float(np.linalg.norm(edges, axis=1).mean()))
-    return np.unique(np.stack([place, other], axis=1), axis=0, return_inverse=True)[1].ravel()
+    return np.unique(np.stack([point_number, other], axis=1), axis=0, return_inverse=True)[1].ravel()
 
 
 # --- vertices
@@ -233,24 +231,23 @@ def _mean_edge(raw: RawPolygons) -> float:
 
 
 def _reach(raw: RawPolygons, coincidence: float) -> float:
-    """The distance up to which vertices are one; edges as short as that say nothing of the size of the mesh."""
+    """The distance up to which vertices coincide; edges as short as that are left out of the mean edge length."""
     lengths = raw.edge_lengths
     longer = lengths[lengths > coincidence * lengths.mean()]
     return coincidence * float(longer.mean()) if len(longer) else 0.0
 
 
 def _welded(raw: RawPolygons, coincidence: float) -> RawPolygons:
-    """Make one vertex of those of open edges that coincide, and of the ends of edges without length.
-
-    Closed parts of a mesh that touch are left as they are.
+    """With coinciding vertices of open edges merged, and the ends of edges without length.
+    Closed parts of a mesh that touch stay separate.
     """
     on_rim = np.zeros(raw.n_vertices, dtype=bool)
     on_rim[raw.corners[raw.is_open]] = on_rim[raw.heads[raw.is_open]] = True
     rim = np.flatnonzero(on_rim)
     reach = _reach(raw, coincidence)
     short = np.flatnonzero(raw.edge_lengths <= reach)
-    together = clusters_within(raw.vertices[rim], reach)
-    at_rim = np.stack([rim, rim[np.unique(together, return_index=True)[1][together]]], axis=1)
+    rim_clusters = clusters_within(raw.vertices[rim], reach)
+    at_rim = np.stack([rim, rim[np.unique(rim_clusters, return_index=True)[1][rim_clusters]]], axis=1)
     pairs = np.concatenate([at_rim, np.stack([raw.corners[short], raw.heads[short]], axis=1)])
     label = joined(raw.n_vertices, pairs)
     target = np.unique(label, return_index=True)[1][label]
@@ -269,17 +266,16 @@ def _welded(raw: RawPolygons, coincidence: float) -> RawPolygons:
 
 
 def _check_chains(raw: RawPolygons, target: IntArray, moves: FloatArray, reach: float) -> None:
-    """What becomes one vertex is no longer than copies of one are apart."""
+    """Raise MeshError where vertices would be merged that are farther apart than copies of one vertex."""
     far = np.flatnonzero(moves > MAX_WELDED_STEPS * reach)
     if not len(far):
         return
     worst = int(moves.argmax())
     unit = _mean_edge(raw)
     raise MeshError(
-        f"vertices {raw.vertex_name(target[worst])} and {raw.vertex_name(worst)} are {moves[worst] / unit:.2g} of "
-        f"the mean edge length apart, but joined by steps of at most {reach / unit:.2g}, which count as none; make "
-        f"these longer, or fewer{raw.likewise_vertices(far[far != worst])} "
-        f"{raw.counting}",
+        f"vertices {raw.vertex_name(target[worst])} and {raw.vertex_name(worst)} are {moves[worst] / unit:.2g} of the "
+        f"mean edge length apart, but joined by steps of at most {reach / unit:.2g}, which count as no length; make "
+        f"these steps longer, or fewer{raw.likewise_vertices(far[far != worst])} {raw.counting}",
         elements=np.union1d(raw.origins[far], raw.origins[target[far]]).tolist(),
         value=float(moves[worst] / unit),
         bound=MAX_WELDED_STEPS * reach / unit,
@@ -287,7 +283,7 @@ def _check_chains(raw: RawPolygons, target: IntArray, moves: FloatArray, reach: 
 
 
 def _check_companion(raw: RawPolygons, target: IntArray, coincidence: float) -> None:
-    """Vertices that become one must be one in the companion too."""
+    """Raise MeshError where vertices would be merged that are apart in the companion."""
     if raw.companion is None:
         return
     edges = raw.companion[raw.heads] - raw.companion[raw.corners]
@@ -299,8 +295,8 @@ def _check_companion(raw: RawPolygons, target: IntArray, coincidence: float) -> 
     worst = int(apart.argmax())
     first, second = raw.vertex_name(target[worst]), raw.vertex_name(worst)
     raise MeshError(
-        f"vertices {first} and {second} lie at one point and would become one, but in the other mesh they are "
-        f"{apart[worst]:.2g} apart, allowed {bound:.2g}: make them one vertex in both files, or move them apart in both"
+        f"vertices {first} and {second} coincide and would be merged, but in the other mesh they are "
+        f"{apart[worst]:.2g} apart, allowed {bound:.2g}: merge them in both files, or move them apart in both"
         f"{raw.likewise_vertices(wrong[wrong != worst])} {raw.counting}",
         elements=np.union1d(raw.origins[wrong], raw.origins[target[wrong]]).tolist(),
         value=float(apart[worst]),

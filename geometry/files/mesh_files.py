@@ -1,4 +1,4 @@
-"""Read and write polygon meshes: OBJ, OFF, PLY; read triangles also from STL, GLB and glTF files."""
+"""Reading and writing of polygon meshes (OBJ, OFF, PLY), and reading of triangles from STL, GLB and glTF files."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ _WRITERS: dict[str, Callable[[Mesh, ElementColours | None], str]] = {
 }
 
 _LONGEST_NAME = 240
-"""Characters of a path in a sentence."""
+"""Largest number of characters of a path in a message."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeshFile:
-    """A mesh as read: where from, and a sentence for each thing that was mended on the way.
+    """A mesh as read: its path, and a sentence for each thing that was mended.
 
-    origin (3,): what is taken out of the coordinates, which are those of `mesh` plus the origin in the file. As read it
-    is zero: the mesh stands where the file has it, and nothing is to be put back. sha256: of the bytes it
-    was read from, which are read once; companion_sha256: of those of the second file of a pair.
+    origin (3,): it is added to the vertices of `mesh` to get the coordinates of the file. After reading it is zero, and
+    the vertices of `mesh` are those of the file; see `near_zero`. sha256: of the bytes of the file; companion_sha256:
+    of those of the second file of a pair.
 
     >>> import tempfile
     >>> from pathlib import Path
@@ -72,15 +72,16 @@ class MeshFile:
 
     @property
     def rounding(self) -> float:
-        """How far doubles are apart where the file has the mesh, if its coordinates were rounded to them; else zero."""
+        """The spacing of doubles at the coordinates of the file, if these were rounded; else zero."""
         return rounding(self.mesh.vertices + self.origin)
 
     def near_zero(self) -> MeshFile:
-        """The same with the mesh near zero, by whole numbers that go into the origin, so that nothing is rounded.
+        """The same with the mesh moved near zero, by whole numbers that are added to the origin, so that nothing is
+        rounded.
 
-        Compute with this one, since far from zero coordinates are coarse: then it does not matter where a mesh lies.
-        `write_mesh` puts the origin back. What belongs to the same place, such as a surface beside a mesh, has to be
-        moved with it: `surface.translated(-file.origin)`.
+        Compute with this one, since coordinates far from zero are coarse; then results do not depend on the position of
+        the mesh. `write_mesh` adds the origin again. Other geometry at the same position, such as a surface, has to be
+        moved by -file.origin, too.
         """
         mesh, origin = self.mesh.near_zero()
         return replace(self, mesh=mesh, origin=floats(self.origin + origin))
@@ -91,13 +92,12 @@ def read_mesh(path: str | PathLike[str], *, flip: bool = False, coincidence: flo
 
     OBJ, OFF and PLY files hold polygons; STL, GLB and glTF files, which trimesh reads, hold triangles.
 
-    `flip` turns all faces round at the end, where outside came out inside. `coincidence`, a part of the mean edge
-    length, is the distance below which vertices are one. Coordinates stay those of the file, in its unit; where they
-    are map coordinates, go on with `MeshFile.near_zero`.
-
-    Raises MeshFileError where the file cannot be read and MeshError where it does not hold a usable mesh. Sentences
-    begin with the path and number vertices and faces as the file does: OBJ from 1, PLY from 0, OFF from 0 unless the
-    file's own indices start at 1; they say which. The error's `elements` count from 0, or are numbers of lines.
+    `flip` reverses all faces at the end, if the outside came out as the inside. `coincidence`, over the mean edge
+    length, is the distance below which vertices coincide. Coordinates stay those of the file, in its unit; if they are
+    map coordinates, continue with `MeshFile.near_zero`.
+    Raises MeshFileError where the file cannot be read and MeshError where it does not hold a usable mesh. Messages
+    begin with the path and count vertices and faces as the file does, and say so: OBJ from 1, PLY from 0, OFF from 0
+    unless the indices in the file start at 1. `elements` of the error count from 0, or are numbers of lines.
 
     >>> import tempfile
     >>> from pathlib import Path
@@ -132,14 +132,14 @@ def write_mesh(
     value_range: tuple[float, float] | None = None,
     origin: Any = (0.0, 0.0, 0.0),
 ) -> None:
-    """Write OBJ, OFF or PLY (by suffix), as text from which `read_mesh` gets the same doubles back.
+    """Write OBJ, OFF or PLY (by suffix), as text from which `read_mesh` reads the same doubles.
 
     values: numbers (F,) of faces or (N,) of vertices to be shown as colours, see `geometry.colours.ColourScale`; NaN is
     grey. value_range: the numbers at the two ends of the scale; otherwise the least and the largest, as far below zero
     as above if they have both signs. colours: instead of values, red, green and blue (F, 3) or (N, 3), integers up to
     255 or other numbers up to 1. on: whether they belong to faces or vertices, where the mesh has as many of both.
     OBJ has colours of faces in materials, of `COLOUR_STEPS` values, which are written to a file .mtl of the same name.
-    origin (3,): what was taken out of the mesh and is put back, see `MeshFile.near_zero`.
+    origin (3,): it is added to the vertices, see `MeshFile.near_zero`.
 
     Raises MeshFileError for another suffix, a folder that does not exist, and where a file cannot be written;
     GeometryError where values or colours fit neither faces nor vertices, or may belong to both.
@@ -187,7 +187,7 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def read_polygons(path: Path) -> tuple[RawPolygons, str]:
-    """What a file holds, before anything is mended, and the sha256 of its bytes.
+    """The polygons of a file before anything is mended, and the sha256 of its bytes.
 
     Raises MeshFileError where it cannot be read.
     """
@@ -210,17 +210,17 @@ def _polygons(data: bytes, suffix: str, folder: Path) -> RawPolygons:
 
 
 def path_name(path: Path) -> str:
-    """A path as a sentence may say it, whatever bytes it is made of."""
+    """A path as text for messages, also where its bytes are not printable."""
     return printable(path, _LONGEST_NAME)
 
 
 def about(name: str, error: MeshFileError | MeshError) -> MeshFileError | MeshError:
-    """The same error, its sentence begun with a name."""
+    """The same error with a name before its message."""
     return type(error)(f"{name}: {error.message}", elements=error.elements, value=error.value, bound=error.bound)
 
 
 def _contents(path: Path) -> bytes:
-    """All bytes of a file. Devices and pipes, which may never end, are none."""
+    """All bytes of a file. Raises MeshFileError also for devices and pipes, which may never end."""
     try:
         mode = path.stat().st_mode
         if S_ISREG(mode):
@@ -231,11 +231,11 @@ def _contents(path: Path) -> bytes:
         raise MeshFileError(f"the file cannot be read: {_reason(error)}") from error
     if S_ISDIR(mode):
         raise MeshFileError("there is no such file; check the path, which is that of a folder")
-    raise MeshFileError("this is a pipe or a device, not a file; write what comes from it into a file, and give that")
+    raise MeshFileError("this is a pipe or a device, not a file; write its output to a file, and give the path of that")
 
 
 def _reason(error: OSError | ValueError) -> str:
-    """What the system says, without the path."""
+    """The reason that the system gives, without the path."""
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 

@@ -1,4 +1,4 @@
-"""Read two files that hold combinatorially equivalent meshes, such as M and its Gauss image."""
+"""Reading of two files with combinatorially equivalent meshes, such as M and its Gauss image."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def read_mesh_pair(
     """The mesh in the first file, mended as `read_mesh` does, and the mesh over the same combinatorics in the second.
 
     Vertices correspond by their number in the files, counted from the first one of each, whatever the formats. Only
-    the first mesh is judged and mended: the second may have edges without length, faces without area and overfoldings,
-    and takes over vertices, faces and orientation of the first. Both files must list the same faces; their order, the
-    corners they start with and the way they run do not matter.
+    the first mesh is checked and mended. The second may have edges without length, faces without area and folds; its
+    vertices and faces are merged, removed and reversed as those of the first. Both files must list the same faces;
+    their order, first corners and orientations do not matter.
 
     Raises MeshFileError where a file cannot be read; MeshError where the first does not hold a usable mesh, where
-    the second has other vertices or faces or coordinates that are not finite, and where vertices that become one in
-    the first are apart in the second.
+    the second has other vertices or faces or coordinates that are not finite, and where vertices that are merged
+    in the first are apart in the second.
 
     >>> import tempfile
     >>> from pathlib import Path
@@ -48,7 +48,7 @@ def read_mesh_pair(
     Pair(8 vertices, 6 faces, 12 edges)
     """
     first, second = Path(path), Path(other)
-    (raw, sha256), (companion, of_second) = _polygons(first), _polygons(second)
+    (raw, sha256), (companion, second_sha256) = _polygons(first), _polygons(second)
     try:
         _check_equivalent(raw, companion)
         mended = mended_polygons(replace(raw, companion=companion.vertices), coincidence)
@@ -56,7 +56,7 @@ def read_mesh_pair(
         raise about(f"{path_name(first)} with {printable(second.name)}", error) from error
     mesh = Mesh(mended.vertices, Combinatorics(mended.n_vertices, mended.corners, mended.face_starts))
     assert mended.companion is not None
-    return MeshFile(first, mesh, mended.mended, sha256, of_second), mesh.with_vertices(mended.companion)
+    return MeshFile(first, mesh, mended.mended, sha256, second_sha256), mesh.with_vertices(mended.companion)
 
 
 def _polygons(path: Path) -> tuple[RawPolygons, str]:
@@ -68,7 +68,8 @@ def _polygons(path: Path) -> tuple[RawPolygons, str]:
 
 
 def _check_equivalent(raw: RawPolygons, other: RawPolygons) -> None:
-    """The same number of vertices and the same faces, each as a ring of vertices that may run either way."""
+    """Raise MeshError unless both have equally many vertices and the same faces, as rings of vertices of either
+    orientation."""
     counts, others = (f"{s.n_vertices} vertices and {s.n_faces} faces" for s in (raw, other))
     if counts != others:
         raise MeshError(
@@ -78,15 +79,15 @@ def _check_equivalent(raw: RawPolygons, other: RawPolygons) -> None:
     known = {rings.shape[1]: rings for _, rings in rings_by_size(other.corners, other.face_starts)}
     for faces, rings in rings_by_size(raw.corners, raw.face_starts):
         size = rings.shape[1]
-        theirs = known.get(size, np.zeros((0, size), dtype=np.int64))
-        same = np.unique(np.concatenate([theirs, rings]), axis=0, return_inverse=True)[1].ravel()
-        missing = faces[~np.isin(same[len(theirs) :], same[: len(theirs)])]
+        other_rings = known.get(size, np.zeros((0, size), dtype=np.int64))
+        same = np.unique(np.concatenate([other_rings, rings]), axis=0, return_inverse=True)[1].ravel()
+        missing = faces[~np.isin(same[len(other_rings) :], same[: len(other_rings)])]
         if len(missing):
             _raise_other_faces(raw, missing)
-        if len(rings) != len(theirs):
+        if len(rings) != len(other_rings):
             raise MeshError(
                 f"the two do not have the same faces: the first has {len(rings)} with {size} corners, the second "
-                f"{len(theirs)}; write both from one model, with the same numbers of vertices"
+                f"{len(other_rings)}; write both from one model, with the same numbers of vertices"
             )
 
 

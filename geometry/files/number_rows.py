@@ -1,4 +1,4 @@
-"""Numbers in text, line by line; the ground of the OFF and PLY readers."""
+"""Numbers in text, line by line, for the OBJ, OFF and PLY readers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from geometry.errors import MeshFileError, listed, printable
 __all__ = ["NumberRows", "likewise", "parse_numbers", "whole", "word_lines"]
 
 MAX_COUNT_DIGITS = 15
-"""Digits of a number of vertices or faces in a header; no file holds more of them."""
+"""Largest number of digits of a number of vertices or faces in a header."""
 
 LARGEST_WHOLE_NUMBER = 2.0**53
 """Largest number in a file that may be an index; up to it a double represents every whole number."""
@@ -55,13 +55,14 @@ class NumberRows:
 
 
 def word_lines(text: str, *, first_line: int = 1) -> list[tuple[int, list[str]]]:
-    """The words of each line that has any, with its number; # begins a comment."""
+    """The number and the words of each line that has any; # begins a comment."""
     split = ((number, line.partition("#")[0].split()) for number, line in enumerate(text.split("\n"), first_line))
     return [(number, words) for number, words in split if words]
 
 
 def parse_numbers(words: Iterable[str], lines: IntArray) -> FloatArray:
-    """(n,) the numbers that the words say; `lines` (n,) is where they stand, for the error."""
+    """(n,) the values of words; lines (n,): their line numbers, for messages. Raises MeshFileError where a word is not
+    a number."""
     words = list(words)
     try:
         numbers = np.array(words, dtype=np.float64)
@@ -78,8 +79,8 @@ def parse_numbers(words: Iterable[str], lines: IntArray) -> FloatArray:
 
 
 def whole(values: FloatArray, lines: IntArray, what: str, place: str = "line") -> IntArray:
-    """These numbers (n,), from these lines (n,) or other places, as integers. Raises MeshFileError where one is not
-    whole."""
+    """Numbers (n,) as integers; lines (n,): their line numbers, or numbers of other things that `place` names, for
+    messages. Raises MeshFileError where one is not whole."""
     indices = np.where(np.abs(values) < LARGEST_WHOLE_NUMBER, values, 0.0).astype(np.int64)
     wrong = np.flatnonzero(indices != values)
     if len(wrong):
@@ -93,7 +94,7 @@ def whole(values: FloatArray, lines: IntArray, what: str, place: str = "line") -
 
 
 def likewise(lines: IntArray, place: str = "line") -> str:
-    """What a sentence about the first of some lines (n,) adds about the others; nothing where there are none."""
+    """The end of a message about the first of lines (n,), which names the others; empty if there are none."""
     others = np.setdiff1d(lines, lines[:1])
     return f"; likewise {place}{'s' * (len(others) != 1)} {listed(others, len(others))}" if len(others) else ""
 
@@ -103,4 +104,4 @@ def _is_number(word: str) -> bool:
         float(word)
     except ValueError:
         return False
-    return "_" not in word  # which Python reads over
+    return "_" not in word  # Python ignores underscores in numbers

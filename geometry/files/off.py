@@ -21,10 +21,10 @@ _HEADER = re.compile(r"(ST)?C?N?(?P<homogeneous>4)?(?P<any>n)?OFF")
 def read_off(text: str) -> RawPolygons:
     """Vertices and faces of a file whose header is OFF, STOFF, COFF, NOFF, 4OFF or a mixture of these, or missing.
 
-    The header may be in small letters. Faces may run over lines or share one. Where they do not come out exactly so,
-    each vertex and each face is taken to stand on a line of its own, and what follows (colours, normals, texture) is
-    passed over. Where no index is 0 and the largest is the number of vertices, they count from 1.
-    Raises MeshFileError where the header cannot be read, a word is not a number, or the file ends too early.
+    The header may be in small letters. Faces may extend over several lines or share a line. If the numbers of the file
+    do not fit exactly, each vertex and each face is read from a separate line, and further numbers (colours, normals,
+    texture) are ignored. If no index is 0 and the largest one is the number of vertices, indices count from 1. Raises
+    MeshFileError where the header cannot be read, a word is not a number, or the file ends too early.
     """
     rows = word_lines(text)
     homogeneous, plain, rows = _header(rows)
@@ -34,26 +34,25 @@ def read_off(text: str) -> RawPolygons:
     found = _stream(numbers, n_vertices, n_faces) if plain else None
     vertices, corners, sizes = found or _lines(numbers, n_vertices, n_faces, line, 4 if homogeneous else 3)
     if homogeneous:
-        far = np.flatnonzero(vertices[:, 3] == 0)
-        if len(far):
+        at_infinity = np.flatnonzero(vertices[:, 3] == 0)
+        if len(at_infinity):
             raise MeshFileError(
-                f"vertex {far[0]} of the 4OFF file is at infinity: its fourth coordinate is 0{likewise(far, 'vertex')} "
-                "(vertices counted from 0)",
-                elements=far.tolist(),
+                f"vertex {at_infinity[0]} of the 4OFF file is at infinity: its fourth coordinate is "
+                f"0{likewise(at_infinity, 'vertex')} (vertices counted from 0)",
+                elements=at_infinity.tolist(),
             )
-        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused later
+        with np.errstate(over="ignore", invalid="ignore"):  # infinity and NaN are refused later
             vertices = vertices[:, :3] / vertices[:, 3:]
     if len(corners) and corners.min() >= 1 and corners.max() == n_vertices:
-        said = "face indices started at 1; counted from 0"
-        return RawPolygons.from_arrays(vertices, corners - 1, sizes, count_from=1, mended=(said,))
+        sentence = "face indices started at 1; counted from 0"
+        return RawPolygons.from_arrays(vertices, corners - 1, sizes, count_from=1, mended=(sentence,))
     return RawPolygons.from_arrays(vertices, corners, sizes)
 
 
 def off_text(mesh: Mesh, colours: ElementColours | None = None) -> str:
-    """A mesh as OFF, coordinates in as many digits as give back the same double.
-
-    Colours of vertices make it a COFF file, with red, green, blue and opacity from 0 to 255 behind the coordinates.
-    Those of faces stand behind their corners as fractions, which cannot be taken for the number of corners of a face.
+    """A mesh as OFF, coordinates with the fewest digits that are read back as the same double.
+    Colours of vertices make it a COFF file, with red, green, blue and opacity from 0 to 255 after the coordinates.
+    Colours of faces follow their corners as fractions, which cannot be mistaken for the number of corners of a face.
     """
     vertices = [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.vertices.tolist()]
     faces = [" ".join(map(str, [len(face), *face.tolist()])) for face in mesh.faces]
@@ -74,7 +73,8 @@ Elements = tuple[FloatArray, IntArray, IntArray]  # vertices, corners, face size
 
 
 def _header(rows: Rows) -> tuple[bool, bool, Rows]:
-    """Whether vertices have a fourth coordinate, whether they have no other columns; the rows from the counts on."""
+    """Whether vertices have a fourth coordinate, whether they have no further columns, and the rows from the counts
+    on."""
     if not rows:
         raise MeshFileError("the file is empty: there is no OFF header and no mesh")
     line, words = rows[0]
@@ -95,20 +95,20 @@ def _header(rows: Rows) -> tuple[bool, bool, Rows]:
 
 
 def _counts(rows: Rows) -> tuple[int, int, int]:
-    """Numbers of vertices and faces, and the line that says them."""
+    """Numbers of vertices and faces, and the number of their line."""
     if not rows:
         raise MeshFileError("the file ends after its header: the numbers of vertices and faces are missing")
     line, words = rows[0]
     if len(words) < 2 or not all(word.isdecimal() and len(word) <= MAX_COUNT_DIGITS for word in words[:3]):
         raise MeshFileError(
-            f"line {line} should say the numbers of vertices, faces and edges, it says '{printable(' '.join(words))}'",
+            f"line {line} should give the numbers of vertices, faces and edges, but is '{printable(' '.join(words))}'",
             elements=[line],
         )
     return int(words[0]), int(words[1]), line
 
 
 def _stream(numbers: NumberRows, n_vertices: int, n_faces: int) -> Elements | None:
-    """Elements that follow each other wherever lines end; None where that does not use up the numbers exactly."""
+    """Elements that follow each other regardless of lines; None where this does not use all the numbers exactly."""
     values = numbers.values[3 * n_vertices :].tolist()
     sizes, position = [], 0
     for _ in range(n_faces):
@@ -128,7 +128,7 @@ def _stream(numbers: NumberRows, n_vertices: int, n_faces: int) -> Elements | No
 
 
 def _lines(numbers: NumberRows, n_vertices: int, n_faces: int, header_line: int, n_columns: int) -> Elements:
-    """Elements on a line each; the numbers after the coordinates and after the corners are passed over."""
+    """Elements on one line each; numbers after the coordinates and after the corners are ignored."""
     if numbers.n_rows != n_vertices + n_faces:
         raise MeshFileError(
             f"line {header_line} announces {n_vertices} vertices and {n_faces} faces, but {numbers.n_rows} lines of "
@@ -138,12 +138,12 @@ def _lines(numbers: NumberRows, n_vertices: int, n_faces: int, header_line: int,
             bound=n_vertices + n_faces,
         )
     starts, widths, lines = numbers.starts[:-1], numbers.widths, numbers.lines
-    thin = np.flatnonzero(widths[:n_vertices] < n_columns)
-    if len(thin):
+    too_short = np.flatnonzero(widths[:n_vertices] < n_columns)
+    if len(too_short):
         raise MeshFileError(
-            f"line {lines[thin[0]]}: vertex {thin[0]} has {widths[thin[0]]} coordinates, {n_columns} are needed "
-            f"(counted from 0){likewise(lines[thin])}",
-            elements=lines[thin].tolist(),
+            f"line {lines[too_short[0]]}: vertex {too_short[0]} has {widths[too_short[0]]} coordinates, {n_columns} "
+            f"are needed (counted from 0){likewise(lines[too_short])}",
+            elements=lines[too_short].tolist(),
         )
     vertices = numbers.values[starts[:n_vertices, None] + np.arange(n_columns)]
     sizes = whole(numbers.values[starts[n_vertices:]], lines[n_vertices:], "the number of corners of a face")
@@ -160,5 +160,5 @@ def _lines(numbers: NumberRows, n_vertices: int, n_faces: int, header_line: int,
 
 
 def _indices(numbers: NumberRows, places: IntArray) -> IntArray:
-    """The vertex indices that stand at these places of the numbers."""
+    """The vertex indices at positions (n,) of the numbers."""
     return whole(numbers.values[places], numbers.value_lines[places], "a vertex index of a face")

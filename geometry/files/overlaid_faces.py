@@ -1,4 +1,4 @@
-"""Faces over faces: those with the same vertices, and those that lie on a larger one whose vertices include theirs."""
+"""Duplicate faces: with the same vertices, or lying on a larger face whose vertices include theirs."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.files.face_rings import first_with_same
 from geometry.files.raw_polygons import RawPolygons
 from geometry.mesh.polygons import perpendicular_pair
-from geometry.mesh.ragged_arrays import next_in_run
+from geometry.mesh.ragged_arrays import next_in_row
 
 __all__ = ["overlaid_faces", "same_vertices"]
 
-UPRIGHT_AREA_RATIO = 0.5
-"""Area of a face seen along the normal of another over its own, below which it stands on it rather than lies on it."""
+LEAST_PROJECTED_SHARE = 0.5
+"""Area of a face projected along the normal of another one, over its area, above which it can lie on the other one; a
+steeper face stands on it."""
 
 
 def same_vertices(raw: RawPolygons) -> IntArray:
-    """(n, 2) faces with the same vertices, in whatever order: the first of them, and each other one."""
+    """(n, 2) pairs of faces with the same vertices in any order: the first such face, and each of the others."""
     ordered = raw.corners[np.lexsort((raw.corners, raw.corner_face))]
     first = first_with_same(ordered, raw.face_starts)
     again = np.flatnonzero(first != np.arange(raw.n_faces))
@@ -28,20 +29,19 @@ def same_vertices(raw: RawPolygons) -> IntArray:
 
 
 def overlaid_faces(raw: RawPolygons) -> IntArray:
-    """(n, 2) a face, and a smaller one that lies on it and has no vertex but those of the larger one; sorted.
+    """(n, 2) pairs of a face and a smaller one that lies on it and has only vertices of the larger one; sorted.
 
-    So does a triangle of a quad that is written too. A triangle in the notch of a face that is not convex lies beside
-    it.
+    An example is a quad with one of its triangles. A triangle in the notch of a face that is not convex is beside it.
     """
     pairs = _nested(raw)
-    return pairs[_lie_on(raw, pairs)] if len(pairs) else pairs
+    return pairs[_is_lying_on(raw, pairs)] if len(pairs) else pairs
 
 
 def _nested(raw: RawPolygons) -> IntArray:
-    """(n, 2) a face, and a smaller one all of whose vertices it has; sorted.
+    """(n, 2) pairs of a face and a smaller one all of whose vertices it has; sorted.
 
-    They are looked for at that vertex of the smaller one which has the fewest faces: where very many meet at one
-    vertex, they are not all compared.
+    The smaller face is compared with the faces at that one of its vertices which has the fewest, so that the faces at a
+    crowded vertex are not all compared.
     """
     n_at = np.bincount(raw.corners, minlength=raw.n_vertices)
     by_vertex = np.argsort(raw.corners, kind="stable")
@@ -58,22 +58,23 @@ def _nested(raw: RawPolygons) -> IntArray:
     pairs = np.stack([hosts, guests], axis=1)[raw.face_sizes[hosts] > raw.face_sizes[guests]]
     corners, owner = _corners_of(raw, pairs[:, 1])
     known = np.sort(raw.corner_face * raw.n_vertices + raw.corners)
-    asked = pairs[owner, 0] * raw.n_vertices + raw.corners[corners]
-    missing = known[np.minimum(np.searchsorted(known, asked), len(known) - 1)] != asked
+    wanted_keys = pairs[owner, 0] * raw.n_vertices + raw.corners[corners]
+    missing = known[np.minimum(np.searchsorted(known, wanted_keys), len(known) - 1)] != wanted_keys
     nested: IntArray = pairs[np.bincount(owner, missing, minlength=len(pairs)) == 0]
     return nested[np.lexsort(nested.T[::-1])]
 
 
 def _corners_of(raw: RawPolygons, faces: IntArray) -> tuple[IntArray, IntArray]:
-    """All corners (n,) of faces (k,), and which of the k each belongs to (n,)."""
+    """All corners (n,) of faces (k,), and the index into `faces` (n,) for each."""
     sizes = raw.face_sizes[faces]
     owner = np.repeat(np.arange(len(faces)), sizes)
     within = np.arange(len(owner)) - (np.cumsum(sizes) - sizes)[owner]
     return raw.face_starts[faces][owner] + within, owner
 
 
-def _lie_on(raw: RawPolygons, pairs: IntArray) -> BoolArray:
-    """(n,) whether the second of each pair of faces has a point within the first, seen along the normal of that."""
+def _is_lying_on(raw: RawPolygons, pairs: IntArray) -> BoolArray:
+    """(n,) whether the second of each pair of faces has a point inside the first, in the projection along its
+    normal."""
     centre = raw.vertices[raw.corners[raw.face_starts[pairs[:, 0]]]]
     hosts, host = np.unique(pairs[:, 0], return_inverse=True)
     areas = _areas(raw, hosts)
@@ -82,10 +83,12 @@ def _lie_on(raw: RawPolygons, pairs: IntArray) -> BoolArray:
         np.divide(areas, lengths, out=np.tile([0.0, 0.0, 1.0], (len(hosts), 1)), where=lengths > 0)
     )
     origin = raw.vertices[raw.corners[raw.face_starts[hosts]]]
-    larger, smaller = _seen(raw, hosts, origin, axes), _seen(raw, pairs[:, 1], centre, axes[host])
-    own = np.linalg.norm(_areas(raw, pairs[:, 1]), axis=1)
+    larger, smaller = _projected(raw, hosts, origin, axes), _projected(raw, pairs[:, 1], centre, axes[host])
+    guest_areas = np.linalg.norm(_areas(raw, pairs[:, 1]), axis=1)
     lies = (
-        shapely.is_valid(smaller) & shapely.is_valid(larger)[host] & (shapely.area(smaller) > UPRIGHT_AREA_RATIO * own)
+        shapely.is_valid(smaller)
+        & shapely.is_valid(larger)[host]
+        & (shapely.area(smaller) > LEAST_PROJECTED_SHARE * guest_areas)
     )
     shapely.prepare(larger)
     lies[lies] = shapely.contains(larger[host[lies]], shapely.point_on_surface(smaller[lies]))
@@ -93,15 +96,15 @@ def _lie_on(raw: RawPolygons, pairs: IntArray) -> BoolArray:
 
 
 def _areas(raw: RawPolygons, faces: IntArray) -> FloatArray:
-    """(k, 3) vector areas."""
+    """(k, 3) vector areas of faces (k,)."""
     corners, owner = _corners_of(raw, faces)
     here = raw.vertices[raw.corners[corners]] - raw.vertices[raw.corners[raw.face_starts[faces]]][owner]
-    ahead = here[next_in_run(np.concatenate([[0], np.cumsum(raw.face_sizes[faces])]))]
+    ahead = here[next_in_row(np.concatenate([[0], np.cumsum(raw.face_sizes[faces])]))]
     return np.asarray(np.stack([np.bincount(owner, along) for along in np.cross(here, ahead).T], axis=1) / 2)
 
 
-def _seen(raw: RawPolygons, faces: IntArray, origin: FloatArray, axes: FloatArray) -> npt.NDArray[np.object_]:
-    """(k,) shapely polygons of faces (k,), from points (k, 3), along two axes (k, 2, 3) each."""
+def _projected(raw: RawPolygons, faces: IntArray, origin: FloatArray, axes: FloatArray) -> npt.NDArray[np.object_]:
+    """(k,) shapely polygons: the projections of faces (k,) to two axes (k, 2, 3) each, relative to points (k, 3)."""
     corners, owner = _corners_of(raw, faces)
     here = raw.vertices[raw.corners[corners]] - origin[owner]
     flat = np.einsum("kai,ki->ka", axes[owner], here)

@@ -30,7 +30,7 @@ _FACE_LISTS = ("vertex_indices", "vertex_index")
 
 @dataclass(frozen=True)
 class _Property:
-    """A value of `type`, or as many of them as a count of `count_type` before them says."""
+    """A value of `type`; or a list of such values after their number, which is of `count_type`."""
 
     name: str
     type: str
@@ -45,7 +45,7 @@ class _Element:
 
 
 class _TextData:
-    """The numbers of a text body; places count numbers."""
+    """The numbers of a text body; a place is the position of a number."""
 
     def __init__(self, body: bytes, first_line: int) -> None:
         self._numbers = NumberRows.from_words(word_lines(decoded(body), first_line=first_line))
@@ -67,7 +67,7 @@ class _TextData:
 
 
 class _BinaryData:
-    """The bytes of a binary body; places count bytes."""
+    """The bytes of a binary body; a place is the position of a byte."""
 
     def __init__(self, body: bytes, order: str) -> None:
         self._bytes = np.frombuffer(body, dtype=np.uint8)
@@ -83,7 +83,7 @@ class _BinaryData:
         return value
 
     def floats(self, places: IntArray, type_: str) -> FloatArray:
-        with np.errstate(invalid="ignore"):  # of what is no number; it is refused later
+        with np.errstate(invalid="ignore"):  # NaN is refused later
             values: FloatArray = self._gather(places, type_).astype(np.float64)
         return values
 
@@ -99,9 +99,8 @@ _Data = _TextData | _BinaryData
 
 
 def read_ply(data: bytes) -> RawPolygons:
-    """Vertices (x, y, z) and faces (vertex_indices) of a file; all other elements and properties are passed over.
-
-    Words of the header may be in capitals. Sentences count vertices and faces from 0.
+    """Vertices (x, y, z) and faces (vertex_indices) of a file; all other elements and properties are ignored.
+    Words of the header may be in capitals. Messages count vertices and faces from 0.
 
     Raises MeshFileError where the header cannot be read or lacks these, and where the data end too early.
     """
@@ -128,7 +127,8 @@ def read_ply(data: bytes) -> RawPolygons:
 
 
 def ply_text(mesh: Mesh, colours: ElementColours | None = None) -> str:
-    """A mesh as PLY text, coordinates in as many digits as give back the same double; colours in 8 bits."""
+    """A mesh as PLY text, coordinates with the fewest digits that are read back as the same double; colours in 8
+    bits."""
     size_type = "uchar" if mesh.combinatorics.face_sizes.max() < 256 else "uint"
     channels = [f"property uchar {channel}" for channel in ("red", "green", "blue")]
     header = ["ply", "format ascii 1.0"]
@@ -153,7 +153,7 @@ def _with_columns(lines: list[str], colours: ElementColours) -> list[str]:
 
 
 def _header(data: bytes) -> tuple[str, list[_Element], int, int]:
-    """Format, elements, where the body begins, and how many lines the header has."""
+    """Format, elements, the position of the first byte of the body, and the number of lines of the header."""
     start = re.match(rb"\s*ply[ \t]*(\r\n|\n|\r)", data, re.IGNORECASE)
     if start is None:
         raise MeshFileError("a PLY file begins with a line 'ply', this one does not")
@@ -184,7 +184,7 @@ def _header(data: bytes) -> tuple[str, list[_Element], int, int]:
 
 
 def _check_elements(elements: list[_Element]) -> None:
-    """What is needed is there, once."""
+    """Raise MeshFileError unless the header has all needed elements and properties, each once."""
     for element in elements:
         if element.name in ("vertex", "face") and sum(other.name == element.name for other in elements) > 1:
             raise MeshFileError(f"the PLY header describes its elements '{element.name}' twice: write the file again")
@@ -203,7 +203,8 @@ def _check_elements(elements: list[_Element]) -> None:
 
 
 def _walk(element: _Element, data: _Data, place: int) -> tuple[dict[str, IntArray], dict[str, IntArray], int]:
-    """For each property: where its values begin in each row, and how many there are; the place after the last row."""
+    """For each property the places where its values begin in each row, and their numbers; and the place after the last
+    row."""
     widths = [data.width(item.type) for item in element.properties]
     if not element.properties:
         return {}, {}, place

@@ -1,4 +1,4 @@
-"""Polygons as a file holds them: nothing is known yet about how they are connected."""
+"""Polygons as a file holds them, before anything is checked."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 from geometry.errors import MAX_NAMED_FINDINGS, MeshError, listed
 from geometry.mesh import Mesh
 from geometry.mesh.combinatorics import corners_and_sizes
-from geometry.mesh.ragged_arrays import next_in_run, run_of_place
+from geometry.mesh.ragged_arrays import next_in_row, row_of_entry
 
 __all__ = ["RawPolygons"]
 
 
 @dataclass(frozen=True, eq=False)
 class RawPolygons:
-    """Vertices and faces without any promise, and how sentences about them count.
+    """Vertices and faces that may have any defect, and how messages count them.
 
     vertices (N, 3); corners (C,) and face_starts (F+1,) as in Combinatorics.
-    origins (N,), face_origins (F,): which vertex and which face of the file, counted from 0, each vertex and face is;
-    vertices may be welded, and both may be dropped.
+    origins (N,), face_origins (F,): the number in the file, counted from 0, of each vertex and each face; vertices may
+    have been welded, and both may have been removed.
     count_from: the number that the file gives to its first vertex and to its first face.
-    mended: what was put right on the way, a sentence each.
-    companion (N, 3): where another mesh over the same faces has these vertices; it goes through the same mending.
+    mended: a sentence for each thing that was mended.
+    companion (N, 3): the positions of these vertices in another mesh over the same faces, which is mended likewise.
 
     Raises MeshError where vertices do not have three coordinates each.
     """
@@ -59,12 +59,12 @@ class RawPolygons:
 
     @classmethod
     def from_faces(cls, vertices: Any, faces: Iterable[Sequence[int]]) -> RawPolygons:
-        """From positions (N, 3) and one sequence of vertices, counted from 0, a face."""
+        """From positions (N, 3) and one sequence of vertices, counted from 0, for each face."""
         return cls.from_arrays(np.asarray(vertices, dtype=np.float64), *corners_and_sizes(faces))
 
     @classmethod
     def from_mesh(cls, mesh: Mesh) -> RawPolygons:
-        """The faces of a mesh, with its own numbers."""
+        """The faces of a mesh, with the numbers they have there."""
         c = mesh.combinatorics
         return cls(mesh.vertices, c.corners, c.face_starts, np.arange(c.n_vertices), np.arange(c.n_faces))
 
@@ -84,12 +84,12 @@ class RawPolygons:
     @cached_property
     def corner_face(self) -> IntArray:
         """(C,) face of each corner."""
-        return run_of_place(self.face_starts)
+        return row_of_entry(self.face_starts)
 
     @cached_property
     def heads(self) -> IntArray:
-        """(C,) the vertex after each corner's own in its face; no face may be empty."""
-        return integers(self.corners[next_in_run(self.face_starts)])
+        """(C,) the vertex of the next corner of the face; no face may be empty."""
+        return integers(self.corners[next_in_row(self.face_starts)])
 
     @cached_property
     def corner_edge(self) -> IntArray:
@@ -111,21 +111,22 @@ class RawPolygons:
         return str(int(self.face_origins[face]) + self.count_from)
 
     def face_names(self, faces: IntArray) -> str:
-        """Faces (n,) in a sentence: "face 3", "faces 3 and 5", "faces 1, 2, 3, 4, 5 and 37 more"."""
+        """Faces (n,) in a message: "face 3", "faces 3 and 5", "faces 1, 2, 3, 4, 5 and 37 more"."""
         return f"face{'s' * (len(faces) != 1)} {listed(map(self.face_name, faces), len(faces))}"
 
     def corner_names(self, face: int) -> str:
-        """The vertices of a face in a sentence, in their order around it."""
+        """The vertices of a face in a message, in their order around it."""
         corners = self.corners[self.face_starts[face] : self.face_starts[face + 1]]
         more = f" and {len(corners) - MAX_NAMED_FINDINGS} more" if len(corners) > MAX_NAMED_FINDINGS else ""
         return ", ".join(map(self.vertex_name, corners[:MAX_NAMED_FINDINGS])) + more
 
     def likewise(self, faces: IntArray) -> str:
-        """What a sentence about a face adds about others of which it is true too; nothing where there are none."""
+        """The end of a message about a face, which names the other faces with the same defect; empty if there are
+        none."""
         return f"; likewise {self.face_names(faces)}" if len(faces) else ""
 
     def likewise_vertices(self, vertices: IntArray) -> str:
-        """The same of vertices."""
+        """The same for vertices."""
         return f"; likewise {listed(map(self.vertex_name, vertices), len(vertices))}" if len(vertices) else ""
 
     def faces_of_file(self, faces: IntArray) -> list[int]:
@@ -148,27 +149,27 @@ class RawPolygons:
 
     @property
     def counting(self) -> str:
-        """How the numbers in a sentence are meant."""
+        """The end of a message, which says from what number it counts."""
         return f"(vertices and faces counted from {self.count_from})"
 
     def with_faces(self, corners: Any, face_starts: Any, *mended: str) -> RawPolygons:
-        """The same vertices with other faces, and what was mended by that."""
+        """The same vertices with other faces; `mended`: sentences that are added."""
         return replace(self, corners=corners, face_starts=face_starts, mended=self.mended + tuple(mended))
 
-    def without_corners(self, gone: BoolArray, *mended: str) -> RawPolygons:
-        """The same faces without some of the corners (C,), and what was mended by that."""
-        left = np.bincount(self.corner_face, ~gone, minlength=self.n_faces)
-        starts = np.concatenate([[0], np.cumsum(left, dtype=np.int64)])
-        return self.with_faces(self.corners[~gone], starts, *mended)
+    def without_corners(self, is_removed: BoolArray, *mended: str) -> RawPolygons:
+        """The same faces without the removed corners (C,); `mended`: sentences that are added."""
+        remaining = np.bincount(self.corner_face, ~is_removed, minlength=self.n_faces)
+        starts = np.concatenate([[0], np.cumsum(remaining, dtype=np.int64)])
+        return self.with_faces(self.corners[~is_removed], starts, *mended)
 
-    def without_faces(self, gone: BoolArray, *mended: str) -> RawPolygons:
-        """The same vertices without some of the faces (F,), and what was mended by that."""
-        starts = np.concatenate([[0], np.cumsum(self.face_sizes[~gone])])
-        kept = self.corners[~gone[self.corner_face]]
-        return replace(self.with_faces(kept, starts, *mended), face_origins=self.face_origins[~gone])
+    def without_faces(self, is_removed: BoolArray, *mended: str) -> RawPolygons:
+        """The same vertices without the removed faces (F,); `mended`: sentences that are added."""
+        starts = np.concatenate([[0], np.cumsum(self.face_sizes[~is_removed])])
+        kept = self.corners[~is_removed[self.corner_face]]
+        return replace(self.with_faces(kept, starts, *mended), face_origins=self.face_origins[~is_removed])
 
     def without_unused(self, *mended: str) -> RawPolygons:
-        """Only the vertices that belong to a face, and what was mended by that."""
+        """Without vertices that belong to no face; `mended`: sentences that are added."""
         used = self.is_used
         return replace(
             self,

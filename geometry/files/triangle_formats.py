@@ -1,4 +1,4 @@
-"""Formats of triangles that trimesh reads: STL, GLB and glTF."""
+"""Triangle formats that are read by trimesh: STL, GLB and glTF."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ __all__ = ["TRIANGLE_SUFFIXES", "read_triangles"]
 
 TRIANGLE_SUFFIXES = (".stl", ".glb", ".gltf")
 
-_UPRIGHT = (".glb", ".gltf")
-"""Formats in which +Y is upwards by their definition."""
+_Y_UP_SUFFIXES = (".glb", ".gltf")
+"""Formats that define +Y as upwards."""
 
 
 def read_triangles(data: bytes, suffix: str, folder: Path) -> RawPolygons:
-    """All triangles of a file, where its scene places them; folder: where files that it names are looked for.
+    """All triangles of a file, at their positions in its scene; folder: where other files that it names are searched.
 
     Raises MeshFileError where trimesh cannot read it, and where there is no triangle.
     """
@@ -34,9 +34,9 @@ def read_triangles(data: bytes, suffix: str, folder: Path) -> RawPolygons:
                 io.BytesIO(data), file_type=suffix[1:], resolver=FilePathResolver(str(folder)), process=False
             )
             meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
-    except Exception as error:  # whatever a damaged file makes of the readers of another library
+    except Exception as error:  # readers of another library may raise anything for a damaged file
         raise MeshFileError(
-            f"this is no {suffix[1:].upper()} file that can be read ({type(error).__name__}: {printable(error)}); "
+            f"this is not a readable {suffix[1:].upper()} file ({type(error).__name__}: {printable(error)}); "
             "export it again, or as OBJ, OFF or PLY"
         ) from error
     if not meshes:
@@ -45,7 +45,7 @@ def read_triangles(data: bytes, suffix: str, folder: Path) -> RawPolygons:
     vertices = np.concatenate([np.asarray(mesh.vertices, dtype=np.float64) for mesh in meshes])
     faces = np.concatenate([np.asarray(mesh.faces) + first for mesh, first in zip(meshes, firsts[:-1], strict=True)])
     mended: tuple[str, ...] = ()
-    if suffix in _UPRIGHT:
+    if suffix in _Y_UP_SUFFIXES:
         vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
-        mended = ("turned from +Y upwards, as the format has it, to +Z upwards",)
+        mended = ("turned from +Y upwards, as the format defines it, to +Z upwards",)
     return RawPolygons.from_arrays(vertices, faces.ravel(), np.full(len(faces), 3), mended=mended)

@@ -5,9 +5,9 @@ where a mesh is nearly flat, and nearly coincide in pairs where it is nearly a c
 circle through them is ill-determined, and Newton's method on it goes astray. With four faces the condition can be
 freed of the curvature: the normals n_i, n_i+1 on either side of an edge differ by a vector perpendicular to it, so
 whether the four lie on a circle depends on the directions of the four edges only, namely on their angles w_i:
-conical if and only if w_1 + w_3 = w_2 + w_4 [PottmannWallner2007]. This is asked here of vertices with four faces; it
-holds for the limits of conical vertices. Where all normals coincide, or in pairs on either side of a straight line,
-they are on a circle whatever the angles are: there the equation asks for more than the definition.
+conical if and only if w_1 + w_3 = w_2 + w_4 [PottmannWallner2007]. This condition is used here for vertices with four
+faces; it holds for the limits of conical vertices. Where all normals coincide, or in pairs on either side of a straight
+line, they are on a circle whatever the angles are: there the equation asks for more than the definition.
 
 With five faces and more, the condition depends on how the curvatures in the edges compare, which nothing says in a flat
 mesh. There the residuals are distances of the normals from their best plane, over the sine of the cone's

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray, floats
-from geometry.functionals.pair_distances import by_area_of, face_rows
+from geometry.functionals.pair_distances import derivatives_by_corners, face_rows
 from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import face_sums, vector_areas
 from geometry.optimise import SparseMatrix
@@ -49,7 +49,7 @@ class ConstantCurvature:
         corner_normals = normals[c.corner_face]
         diagonals = [each[c.corners[c.next_corner]] - each[c.corners[c.previous_corner]] for each in (mesh, image)]
         by_other, by_self = (np.cross(each, corner_normals) / (4 if self.mixed else 2) for each in diagonals)
-        by_mesh = by_area_of(c, x, by_area[:, None])
+        by_mesh = derivatives_by_corners(c, x, by_area[:, None])
         if self.mixed:
             by_mesh = by_mesh + by_self[:, None]
         sizes = self.sizes[c.corner_face, None, None]

@@ -23,7 +23,7 @@ __all__ = [
     "FacesAtUnitDistance",
     "UprightFaces",
     "VerticesAtUnitDistance",
-    "by_area_of",
+    "derivatives_by_corners",
     "face_rows",
 ]
 
@@ -47,7 +47,7 @@ class EdgesAtUnitDistance:
     def jacobian(self, x: FloatArray) -> SparseMatrix:
         feet, along, lengths = self._feet(x)
         directions = feet / np.linalg.norm(feet, axis=1, keepdims=True)
-        turning = (along / lengths)[:, None] * directions  # with the edge of M, about the middle
+        turning = (along / lengths)[:, None] * directions  # by the rotation of the edge of M
         values = np.stack([turning, -turning, directions / 2, directions / 2], axis=1)
         c = self.combinatorics
         columns = coordinates(np.concatenate([c.edges, c.edges + c.n_vertices], axis=1))
@@ -114,7 +114,9 @@ class FacesAtUnitDistance:
         heights = np.einsum("fi,fi->f", normals, centres)
         by_area = (centres - heights[:, None] * normals) / areas[:, None]
         by_corner = (normals / self.combinatorics.face_sizes[:, None])[self.combinatorics.corner_face]
-        return face_rows(self.combinatorics, by_area_of(self.combinatorics, x, by_area[:, None]), by_corner[:, None])
+        return face_rows(
+            self.combinatorics, derivatives_by_corners(self.combinatorics, x, by_area[:, None]), by_corner[:, None]
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,13 +139,14 @@ class UprightFaces:
     def jacobian(self, x: FloatArray) -> SparseMatrix:
         normals, areas, _ = _faces(self.combinatorics, x)
         across = normals[:, :, None] * normals[:, None, :] - np.eye(3)
-        by_mesh = by_area_of(self.combinatorics, x, across / areas[:, None, None])
+        by_mesh = derivatives_by_corners(self.combinatorics, x, across / areas[:, None, None])
         sizes = self.combinatorics.face_sizes[self.combinatorics.corner_face]
         return face_rows(self.combinatorics, by_mesh, np.eye(3) / sizes[:, None, None])
 
 
-def by_area_of(combinatorics: Combinatorics, x: FloatArray, derivatives: FloatArray) -> FloatArray:
-    """(C, r, 3) derivatives by the corners in M from those (F, r, 3) by the vector areas of the faces of M.
+def derivatives_by_corners(combinatorics: Combinatorics, x: FloatArray, derivatives: FloatArray) -> FloatArray:
+    """(C, r, 3) derivatives with respect to the corners in M, from those (F, r, 3) with respect to the vector areas of
+    M.
 
     With A the vector area of a face, dA is half the sum of dp_i x (p_i+1 - p_i-1).
     """

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, floats
-from geometry.functionals.pair_distances import by_area_of, face_rows
+from geometry.functionals.pair_distances import derivatives_by_corners, face_rows
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import vector_areas
@@ -131,16 +131,16 @@ class FaceNormalCosines:
         object.__setattr__(self, "normals", floats(self.normals))
 
     def residual(self, x: FloatArray) -> FloatArray:
-        return np.asarray(np.einsum("fi,fi->f", self._now(x)[0], self.normals))
+        return np.asarray(np.einsum("fi,fi->f", self._normals_and_areas(x)[0], self.normals))
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
-        now, areas = self._now(x)
-        cosines = np.einsum("fi,fi->f", now, self.normals)
-        by_area = (self.normals - cosines[:, None] * now) / areas[:, None]
-        by_mesh = by_area_of(self.combinatorics, x, by_area[:, None])
+        face_normals, areas = self._normals_and_areas(x)
+        cosines = np.einsum("fi,fi->f", face_normals, self.normals)
+        by_area = (self.normals - cosines[:, None] * face_normals) / areas[:, None]
+        by_mesh = derivatives_by_corners(self.combinatorics, x, by_area[:, None])
         return face_rows(self.combinatorics, by_mesh, np.zeros_like(by_mesh))
 
-    def _now(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _normals_and_areas(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         areas = vector_areas(x.reshape(2, -1, 3)[0], self.combinatorics)
         sizes = np.linalg.norm(areas, axis=1)
         return areas / sizes[:, None], sizes

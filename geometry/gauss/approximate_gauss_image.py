@@ -42,18 +42,18 @@ def approximate_pair(
 
     [Pottmann2007, 4.2 and (3)]. f_faces asks for faces at distance 1 from the origin, f_edges the same of edge lines,
     in the direction halfway between the normals of their faces (beam heights), f_vert for vertices at the
-    normals of M, f_Laplacian for a fair S: beam heights hardly need that, and it doubles the time.
+    normals of M, f_Laplacian for a fair S, which hardly improves beam heights and doubles the time.
     normals (N, 3): unit vectors, if the surface is known; left out, they are estimated: `extrapolated_normals`, with
     which mean curvatures converge at the boundary too.
-    S shares the combinatorics of M, and depends neither on the size nor on the place of M. Vertices that belong to no
-    face are at the origin.
+    S shares the combinatorics of M, and depends neither on the size nor on the position of M. Vertices that belong to
+    no face are at the origin.
 
-    The paper takes one round. Each further one takes the directions of edges and vertices from the S before, and asks
-    of the vertices not to be at normals but only at distance 1: the rounds lower
+    The paper takes one round. Each further round takes the directions of edges and vertices from the previous S, and
+    requires vertices to be only at distance 1, not at normals. The rounds reduce
     faces sum (dist_F - 1)^2 + edges sum (dist_e - 1)^2 + vertices sum (|s_i| - 1)^2 + fairness f_Laplacian,
-    and what this leaves free stays; see `approach_unit_distances`. So `faces=0, edges=1, vertices=0, rounds=10` finds
-    the S with all beams of equal height, if there is one near. Without faces and edges many rounds lead to S = one
-    point, where |s_i| = 1 too. A round takes about as long as the first.
+    and keep what this does not determine; see `approach_unit_distances`. So `faces=0, edges=1, vertices=0, rounds=10`
+    finds the S with all beams of equal height, if there is one nearby. Without faces and edges many rounds lead to S =
+    one point, where |s_i| = 1 too. A round takes about as long as the first.
 
     Unlike the paper this needs no basis of P(M), hence no singular value decomposition.
 
@@ -112,7 +112,7 @@ def refuse_triangle_mesh(mesh: Mesh) -> None:
     if mesh.combinatorics.face_sizes.max() == 3:
         raise GeometryError(
             "all faces are triangles: meshes parallel to a triangle mesh are only scaled copies of it, so there is no "
-            "Gauss image to be found; lay planar quads on this surface, as `remesh` does"
+            "Gauss image to be found; lay planar quads on this surface by `remesh`"
         )
 
 
@@ -134,7 +134,7 @@ def _check_weights(faces: float, edges: float, vertices: float, fairness: float,
     if vertices < LEAST_VERTEX_WEIGHT * max(faces, edges, fairness, 1e-300):
         raise GeometryError(
             f"the weight vertices is {vertices:g}: at least {LEAST_VERTEX_WEIGHT:g} of the largest weight is needed, "
-            "because faces alone do not determine the Gauss image at the boundary, nor fairness where it lies",
+            "because faces alone do not determine the Gauss image at the boundary, nor fairness its position",
             value=vertices,
             bound=LEAST_VERTEX_WEIGHT * max(faces, edges, fairness),
         )

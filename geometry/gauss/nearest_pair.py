@@ -1,4 +1,4 @@
-"""M and S moved together until they are exactly planar and parallel, as meshes that lost their last digits need it."""
+"""M and S moved together until they are exactly planar and parallel, for meshes whose coordinates were rounded."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PAIR_ANCHORED_STEPS = 2
 """First steps that also minimise the distance from the given pair."""
 
 MAX_PAIR_STEPS = 12
-"""Most Newton steps: two or three reach rounding from six digits, four from four."""
+"""Largest number of Newton steps: from six digits, two or three reach rounding accuracy; from four digits, four."""
 
 
 def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: float = np.inf) -> Pair:

@@ -152,7 +152,8 @@ class Pair:
         return Pair(self.mesh.part(faces), self.gauss_image.part(faces))
 
     def outwards(self) -> Pair:
-        """With the faces turned to the side to which S points: `reversed` where S points inwards, else itself."""
+        """With the faces oriented to the side to which S points: `reversed` where S points inwards, else the pair
+        itself."""
         return self.reversed() if self.is_inwards else self
 
     def laguerre(self, transformation: LaguerreTransformation, *, tolerance: float = DISTANCE_TOLERANCE) -> Pair:
@@ -195,18 +196,18 @@ class Pair:
 
 
 class HasPair(Protocol):
-    """What holds a pair: OptimisedPair, OffsetMesh, SupportStructure, Fins, or a class of one's own."""
+    """An object that holds a pair: OptimisedPair, OffsetMesh, SupportStructure, Fins, or your own class."""
 
     @property
     def pair(self) -> Pair: ...
 
 
 PairLike: TypeAlias = "Pair | HasPair"
-"""A pair, or what holds one as `.pair`."""
+"""A pair, or an object that holds one as `.pair`."""
 
 
 def as_pair(given: Any) -> Pair:
-    """The pair that is meant: a Pair as it is, and of what holds one as `.pair` that one. Raises GeometryError else.
+    """The pair of an argument: a Pair itself, or `.pair` of an object that holds one. Raises GeometryError otherwise.
 
     >>> from geometry import Pair, SupportStructure
     >>> from geometry.mesh.solids import cube

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from geometry.arrays import FloatArray, floats, short_repr
-from geometry.errors import GeometryError, MeshError, raise_worst
+from geometry.errors import GeometryError, MeshError, finite_number, raise_worst
 from geometry.gauss.axes import axis_directions
 from geometry.gauss.pair import Pair, as_pair
 from geometry.mesh import Mesh
@@ -43,7 +43,8 @@ class SupportStructure:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "pair", as_pair(self.pair))
-        if not self.distance > 0:
+        finite_number("the distance between the two meshes", self.distance)
+        if self.distance <= 0:
             raise GeometryError(f"the distance between the two meshes is {self.distance:g}, it must be above 0")
         self._check_heights()
 

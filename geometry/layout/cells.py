@@ -1,4 +1,4 @@
-"""The polygons between isolines: a graph of isolines and boundary, whose faces are found by turning at its nodes."""
+"""The polygons between isolines: faces of the graph of isolines and boundary, from the order of edges about nodes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import GeometryError
-from geometry.layout.exact_maps import ISOLINE_SPACING, ExactMap
+from geometry.layout.exact_maps import CELL_SIZE, ExactMap
 from geometry.layout.grid_points import GridPoints
 from geometry.layout.rays import rays_between
 
@@ -19,8 +19,9 @@ __all__ = ["Cells", "cells_between_isolines"]
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Polygons on a surface. triangles (n,), weights (n, 3): where their vertices are; vertices (n,): of the surface,
-    -1 where there is none. corners, starts: as of Combinatorics.
+    """Polygons on a surface. triangles (n,), weights (n, 3): the triangle of each corner point and its barycentric
+    coordinates; vertices (n,): the vertex of the surface at this point, -1 where there is none. corners, starts: as in
+    `Combinatorics`.
     """
 
     triangles: IntArray
@@ -30,12 +31,12 @@ class Cells:
     starts: IntArray
 
 
-def cells_between_isolines(of: ExactMap) -> Cells:
-    """All faces of the mesh of isolines, those at the boundary with all its vertices.
+def cells_between_isolines(exact_map: ExactMap) -> Cells:
+    """All faces between isolines; those at the boundary also have the vertices of the boundary.
 
-    Raises GeometryError where a boundary loop, or a whole piece, is met by no isoline.
+    Raises GeometryError where no isoline meets a boundary loop or a whole connected part.
     """
-    points = GridPoints(of)
+    points = GridPoints(exact_map)
     rays = rays_between(points)
     rim_tails, rim_heads, ends = _rim(points)
     n_rays, n_rim = len(rays.tails), len(rim_tails)
@@ -54,26 +55,27 @@ def cells_between_isolines(of: ExactMap) -> Cells:
     following = clockwise[twins]
 
     inside = np.arange(n_rays + n_rim)
-    label = connected_components(
+    face_labels = connected_components(
         coo_array((np.ones(len(inside)), (inside, following[inside])), shape=(len(inside), len(inside)))
     )[1].astype(np.int64)
-    _check_rim(points, label, n_rays, ends)
-    corners, starts = _walked(following[: len(inside)], label)
+    _check_rim(points, face_labels, n_rays, ends)
+    corners, starts = _grouped_by_face(following[: len(inside)], face_labels)
     triangles, weights = points.positions
     vertices = np.full(points.n_nodes, -1)
-    at = np.flatnonzero(points.at_vertices >= 0)
-    vertices[points.at_vertices[at]] = at
+    on_nodes = np.flatnonzero(points.at_vertices >= 0)
+    vertices[points.at_vertices[on_nodes]] = on_nodes
     used, numbered = np.unique(tails[corners], return_inverse=True)
     return Cells(triangles[used], weights[used], vertices[used], integers(numbered), starts)
 
 
 def _rim(points: GridPoints) -> tuple[IntArray, IntArray, IntArray]:
-    """Nodes (n,) and (n,) at the ends of pieces of boundary edges, as faces run, and vertices (n,) to name them by."""
-    c, x = points.of.combinatorics, points.crossings
-    at = points.of.values.reshape(-1, 2)
+    """First and last nodes (n,) of the parts of boundary edges between nodes, in the direction of their faces, and a
+    vertex (n,) of the surface to name each part in messages."""
+    c, x = points.exact_map.combinatorics, points.crossings
+    at = points.exact_map.values.reshape(-1, 2)
     halves = np.flatnonzero(c.twin < 0)
     tail, head = at[x.halves, x.components], at[c.next_corner[x.halves], x.components]
-    share = (x.values * ISOLINE_SPACING - tail) / (head - tail)
+    share = (x.values * CELL_SIZE - tail) / (head - tail)
     half = np.concatenate([halves, x.halves, halves])
     place = np.concatenate([np.full(len(halves), -1.0), share, np.full(len(halves), 2.0)])
     heads = c.corners[c.next_corner[halves]]
@@ -84,22 +86,22 @@ def _rim(points: GridPoints) -> tuple[IntArray, IntArray, IntArray]:
     return nodes[:-1][keep], nodes[1:][keep], c.corners[half[1:][keep]]
 
 
-def _check_rim(points: GridPoints, label: IntArray, n_rays: int, ends: IntArray) -> None:
-    alone = np.bincount(label[n_rays:], minlength=label.max() + 1) == np.bincount(label)
-    alone = np.flatnonzero(alone[label[n_rays:]])
-    if len(alone):
+def _check_rim(points: GridPoints, face_labels: IntArray, n_rays: int, ends: IntArray) -> None:
+    meets_no_line = np.bincount(face_labels[n_rays:], minlength=face_labels.max() + 1) == np.bincount(face_labels)
+    meets_no_line = np.flatnonzero(meets_no_line[face_labels[n_rays:]])
+    if len(meets_no_line):
         raise GeometryError(
-            f"the boundary through vertex {ends[alone[0]]} is met by no line of the mesh: the hole or piece is smaller "
-            "than a face; fill it or leave it out, or give a shorter edge length",
-            elements=[int(ends[alone[0]])],
+            f"the boundary through vertex {ends[meets_no_line[0]]} meets no line of the mesh: the hole or connected "
+            "part is smaller than a face; fill it or leave it out, or give a shorter edge length",
+            elements=[int(ends[meets_no_line[0]])],
         )
 
 
-def _walked(following: IntArray, label: IntArray) -> tuple[IntArray, IntArray]:
-    """Half-edges (n,), face after face, in the order in which they follow, and where each begins (F+1,)."""
-    faces, start, sizes = np.unique(label, return_index=True, return_counts=True)
+def _grouped_by_face(following: IntArray, face_labels: IntArray) -> tuple[IntArray, IntArray]:
+    """Half-edges (n,), face after face and in their order around the face, and where each face begins (F+1,)."""
+    faces, start, sizes = np.unique(face_labels, return_index=True, return_counts=True)
     starts = np.concatenate([[0], np.cumsum(sizes)])
-    corners = np.empty(len(label), dtype=np.int64)
+    corners = np.empty(len(face_labels), dtype=np.int64)
     face, at = np.arange(len(faces)), start
     for step in range(int(sizes.max())):
         here = sizes[face] > step

@@ -1,4 +1,4 @@
-"""Where a cross field is singular, and one of its four directions chosen alike in all triangles but across cuts."""
+"""The singularities of a cross field, and one direction of each cross, chosen consistently except across cuts."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from geometry.mesh.spanning_forests import spanning_forest
 
 __all__ = ["CombedField", "comb"]
 
-INDEX_TOLERANCE = 1e-6
-"""Of an index, from the next integer: more than rounding needs."""
+LARGEST_INDEX_DEVIATION = 1e-6
+"""Largest deviation of an index from an integer that rounding can explain."""
 
 
 @dataclass(frozen=True, eq=False)
 class CombedField:
     """first (F,): the first direction of each triangle, a unit vector of its frame; the second is to its left.
 
-    is_cut (E,): edges of the cut graph: what is left of the surface is discs, one a piece. turns (E,): the first
-    direction of the right face is that of the left one, turned by so many quarters; 0 where there is no cut.
+    is_cut (E,): edges of the cut graph, which cuts each connected part of the surface into a disc. turns (E,): the
+    number of quarter turns from the first direction of the left face to that of the right face; 0 where there is no
+    cut.
     indices (N,): quarter turns of the field about each vertex, positive as about an umbilic of an ellipsoid; 0 where
     it is regular, and on the boundary.
     """
@@ -45,34 +46,37 @@ def comb(frames: TangentFrames, field: ComplexArray) -> CombedField:
     indices = _indices(frames, residual)
 
     tree = spanning_forest(frames.n_triangles, c.edge_faces[inner])
-    chosen = np.zeros(frames.n_triangles, dtype=np.int64)
+    combed_quarters = np.zeros(frames.n_triangles, dtype=np.int64)
     is_tree = np.zeros(c.n_edges, dtype=bool)
     for level in tree.levels:
         is_tree[inner[level.edges]] = True
         forward = left[level.edges] == level.parents
-        chosen[level.children] = chosen[level.parents] - np.where(forward, 1, -1) * quarters[level.edges]
+        combed_quarters[level.children] = (
+            combed_quarters[level.parents] - np.where(forward, 1, -1) * quarters[level.edges]
+        )
     turns = np.zeros(c.n_edges, dtype=np.int64)
-    turns[inner] = (quarters + chosen[right] - chosen[left]) % 4
+    turns[inner] = (quarters + combed_quarters[right] - combed_quarters[left]) % 4
     is_cut = pruned(c, ~is_tree & ~c.is_boundary_edge, c.is_boundary_vertex | (indices != 0))
     assert not turns[~is_cut].any()
-    return CombedField(complexes(field * 1j**chosen), is_cut, integers(turns), integers(indices))
+    return CombedField(complexes(field * 1j**combed_quarters), is_cut, integers(turns), integers(indices))
 
 
 def _indices(frames: TangentFrames, residual: np.ndarray) -> IntArray:
-    """(N,) from the angle defects, and the turns (E,) of the field from left to right faces beyond quarters."""
+    """(N,) quarter turns about each vertex, from the angle defects and the angles (E,) by which the field turns between
+    the left and the right face, without whole quarters."""
     c = frames.combinatorics
     sides = frames.sides
     angles = np.angle(-np.roll(sides, 1, axis=1) * sides.conj()).ravel()
     defects = 2 * np.pi - np.bincount(c.corners, angles, c.n_vertices)
     tails, heads = c.edges.T
-    around = np.bincount(heads, residual, c.n_vertices) - np.bincount(tails, residual, c.n_vertices)
-    quarters = (defects + around) / (np.pi / 2)
+    turns_about_vertices = np.bincount(heads, residual, c.n_vertices) - np.bincount(tails, residual, c.n_vertices)
+    quarters = (defects + turns_about_vertices) / (np.pi / 2)
     quarters[c.is_boundary_vertex | ~c.is_used] = 0.0
     indices = np.rint(quarters)
     raise_worst(
         np.abs(quarters - indices),
         "<=",
-        INDEX_TOLERANCE,
+        LARGEST_INDEX_DEVIATION,
         lambda vertex, _: (
             f"the field turns by {quarters[vertex]:.6f} quarters about vertex {vertex}, not by whole ones: "
             "make triangles with angles near 0 or 180 degrees larger"
@@ -82,14 +86,14 @@ def _indices(frames: TangentFrames, residual: np.ndarray) -> IntArray:
 
 
 def pruned(c: Combinatorics, is_cut: BoolArray, is_end: BoolArray) -> BoolArray:
-    """Edges (E,) without branches that end at a vertex which is no end (N,)."""
+    """The cut edges (E,) without dead branches: those that end at a vertex where `is_end` (N,) is false."""
     is_cut = is_cut.copy()
     cut = np.flatnonzero(is_cut)
     degrees = np.bincount(c.edges[cut].ravel(), minlength=c.n_vertices)
     sums = np.bincount(c.edges[cut].ravel(), np.repeat(cut, 2), c.n_vertices).astype(np.int64)
     leaves = np.flatnonzero((degrees == 1) & ~is_end)
     while len(leaves):
-        edges = np.unique(sums[leaves])  # of a leaf, its only one
+        edges = np.unique(sums[leaves])  # the only edge of each leaf
         is_cut[edges] = False
         ends, twice = c.edges[edges].ravel(), np.repeat(edges, 2)
         np.subtract.at(degrees, ends, 1)

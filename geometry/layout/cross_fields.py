@@ -13,7 +13,7 @@ from geometry.arrays import ComplexArray, FloatArray, IntArray
 from geometry.layout.tangent_frames import TangentFrames
 from geometry.optimise import factorise
 
-__all__ = ["cross_field", "followed_closer"]
+__all__ = ["aligned_directions", "cross_field"]
 
 DIFFUSION_STEPS = 20
 """Steps of diffusion, each followed by making all directions of unit length."""
@@ -24,19 +24,19 @@ DIFFUSION_TIME = 4.0
 ANGLE_STEPS = 5
 """Newton steps on the angles of the field."""
 
-LARGEST_ANGLE_STEP = 0.3
+LARGEST_DIRECTION_TURN = 0.3
 """Largest turn of a direction in one of these steps, in radians."""
 
-LONGEST_DIRECTION_WEIGHT = 1e-6
-"""Weight of the longest direction of a piece, over its area: it decides where nothing else does."""
+TIE_BREAKING_WEIGHT = 1e-6
+"""Weight of the longest direction of the surface, over its area: it determines the field where nothing else does."""
 
 
-def cross_field(frames: TangentFrames, wanted: ComplexArray, weights: FloatArray) -> ComplexArray:
+def cross_field(frames: TangentFrames, target: ComplexArray, weights: FloatArray) -> ComplexArray:
     """(F,) unit vectors, one of the four of each cross.
 
-    The crosses wanted (F,), as fourth powers of unit length, count by weights (F,) per area:
-    min of the integral of |grad z|^2 + weight |z - wanted|^2; then z is made unit and diffused in turns
-    [KnoeppelCranePinkallSchroeder2013].
+    target (F,): crosses to follow, as fourth powers of unit length; weights (F,): their weights per area. First the
+    integral of |grad z|^2 + weight |z - target|^2 is minimised; then z is alternately scaled to unit length and
+    diffused [KnoeppelCranePinkallSchroeder2013].
     """
     (inner, left, right), stiffness = frames.inner_edges, frames.stiffness
     carried = stiffness * np.exp(4j * frames.edge_turns[inner])
@@ -44,11 +44,11 @@ def cross_field(frames: TangentFrames, wanted: ComplexArray, weights: FloatArray
     diagonal = np.bincount(left, stiffness, n) + np.bincount(right, stiffness, n)
     rows, columns = np.concatenate([right, left]), np.concatenate([left, right])
     coupling = coo_array((np.concatenate([carried, carried.conj()]), (rows, columns)), shape=(n, n))
-    pull = frames.areas * weights
-    source = pull * wanted
-    floor = LONGEST_DIRECTION_WEIGHT * frames.areas / frames.areas.sum()
-    source = source + floor * longest_direction(frames) ** 4
-    smooth = diags_array(diagonal + pull + floor) - coupling
+    area_weights = frames.areas * weights
+    source = area_weights * target
+    tie_breaking = TIE_BREAKING_WEIGHT * frames.areas / frames.areas.sum()
+    source = source + tie_breaking * longest_direction(frames) ** 4
+    smooth = diags_array(diagonal + area_weights + tie_breaking) - coupling
     z = splu(csc_array(smooth)).solve(source)
     step = frames.areas / (DIFFUSION_TIME * frames.areas.mean())
     factor = splu(csc_array(smooth + diags_array(step)))
@@ -58,7 +58,8 @@ def cross_field(frames: TangentFrames, wanted: ComplexArray, weights: FloatArray
 
 
 def longest_direction(frames: TangentFrames) -> ComplexArray:
-    """(F,) the direction in which the surface is longest, in the tangent planes, made unit; 1 where that is upright."""
+    """(F,) the direction in which the surface is longest, projected to the triangles, of unit length; 1 where it is
+    perpendicular to the triangle."""
     points = frames.centres
     weights = frames.areas / frames.areas.sum()
     offsets = points - weights @ points
@@ -71,12 +72,12 @@ def _unit(z: ComplexArray) -> ComplexArray:
     return np.divide(z, sizes, out=np.ones_like(z), where=sizes > 0)
 
 
-def followed_closer(
-    frames: TangentFrames, first: ComplexArray, turns: IntArray, wanted: ComplexArray, weights: FloatArray
+def aligned_directions(
+    frames: TangentFrames, first: ComplexArray, turns: IntArray, target: ComplexArray, weights: FloatArray
 ) -> ComplexArray:
-    """(F,) the first directions of a combed field turned towards crosses wanted, without a change of singularities.
+    """(F,) the first directions of a combed field, turned towards the target crosses without a change of singularities.
 
-    Angles instead of fourth powers: min of the integral of |grad angle|^2 + weight sin^2(4 (angle - wanted)) / 16,
+    Angles instead of fourth powers: min of the integral of |grad angle|^2 + weight sin^2(4 (angle - target)) / 16,
     where neighbours remain matched by the given quarter turns (E,).
     """
     (inner, left, right), stiffness = frames.inner_edges, frames.stiffness
@@ -85,13 +86,13 @@ def followed_closer(
     signs = np.repeat([1.0, -1.0], m)
     difference = csr_array(coo_array((signs, (rows, np.concatenate([right, left]))), shape=(m, n)))
     smooth = difference.T @ diags_array(stiffness) @ difference
-    pull = frames.areas * weights
-    floor = LONGEST_DIRECTION_WEIGHT * frames.areas / frames.areas.sum()
-    factor = factorise(csr_array(smooth + diags_array(pull + floor)))
+    area_weights = frames.areas * weights
+    tie_breaking = TIE_BREAKING_WEIGHT * frames.areas / frames.areas.sum()
+    factor = factorise(csr_array(smooth + diags_array(area_weights + tie_breaking)))
     for _ in range(ANGLE_STEPS):
         carried = first[left] * np.exp(1j * frames.edge_turns[inner]) * 1j ** (turns[inner] % 4)
         residual = np.angle(first[right] * carried.conj())
-        off = np.angle(wanted * first.conj() ** 4)
-        step = factor.solve(-(difference.T @ (stiffness * residual)) + pull * np.sin(off) / 4)
-        first = first * np.exp(1j * step.clip(-LARGEST_ANGLE_STEP, LARGEST_ANGLE_STEP))
+        angles_to_target = np.angle(target * first.conj() ** 4)
+        step = factor.solve(-(difference.T @ (stiffness * residual)) + area_weights * np.sin(angles_to_target) / 4)
+        first = first * np.exp(1j * step.clip(-LARGEST_DIRECTION_TURN, LARGEST_DIRECTION_TURN))
     return first

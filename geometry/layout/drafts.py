@@ -1,4 +1,4 @@
-"""One pass from a network to a mesh on the surface: integrated, rounded, cut along isolines, tidied at the rim."""
+"""One pass from a network to a mesh on the surface: (u, v), integers, polygons between isolines, a simplified rim."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from geometry.layout.exact_maps import ExactMap
 from geometry.layout.integer_lattices import nearest_integers
 from geometry.layout.integration import Integration
 from geometry.layout.networks import Network
-from geometry.layout.open_rims import Polygons, tidied_rim
+from geometry.layout.open_rims import Polygons, simplified_rim
 from geometry.layout.seams import SeamlessMaps
-from geometry.layout.singular_points import apart
+from geometry.layout.singular_points import singular_differences
 from geometry.mesh import Mesh
 from geometry.surface import boundary_corners, on_curved_triangles
 
 __all__ = ["Draft", "draft"]
 
 EDGE_LENGTH_FACTORS = (1.0, 0.97, 1.03, 0.94, 1.06)
-"""Factors of the edge length, tried in turns where triangles of the surface are turned over by the rounding."""
+"""Factors of the edge length, tried one after another while rounding to integers turns triangles over."""
 
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """A mesh on a surface. vertices (N,): of the surface, -1 where a vertex of the mesh is none of these. derivatives
-    (F, 4): of (u, v) in the triangles of the surface, as in `integration`.
+    """A mesh on a surface. vertices (N,): the vertex of the surface at each vertex of the mesh, -1 where there is none.
+    derivatives (F, 4): of (u, v) in the triangles of the surface, as in `integration`.
     """
 
     mesh: Mesh
@@ -39,15 +39,17 @@ class Draft:
 
 
 def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: float) -> Draft:
-    """About so many faces. Raises FoldedError where triangles of the surface remain turned over in (u, v)."""
+    """A mesh of about n_faces faces. Raises FoldedError where triangles of the surface remain turned over in (u, v)."""
     surface = network.frames.mesh
     c = surface.combinatorics
     problem = Integration(network, maps)
-    relaxed = problem.relaxed()
+    real_solution = problem.real_solution()
     folded = []
     for factor in EDGE_LENGTH_FACTORS:
-        h = factor * np.sqrt(relaxed.predicted / n_faces)
-        t = nearest_integers(relaxed.gram, relaxed.values / h, apart(network.frames, field, maps, h))
+        h = factor * np.sqrt(real_solution.predicted / n_faces)
+        t = nearest_integers(
+            real_solution.gram, real_solution.values / h, singular_differences(network.frames, field, maps, h)
+        )
         x = problem.solved(t, h)
         exact = ExactMap.of(c, maps, field.turns, x, t)
         if not len(exact.folded):
@@ -56,9 +58,9 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     else:
         least = min(folded, key=len)
         raise FoldedError(
-            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are turned over between lines of "
-            f"a mesh of {n_faces:.0f} faces with {np.count_nonzero(field.indices)} singular points, and for slightly "
-            "other numbers of faces, too",
+            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are turned over by "
+            f"the lines of a mesh of {n_faces:.0f} faces with {np.count_nonzero(field.indices)} singular points, as "
+            "they are for slightly different numbers of faces",
             "ask for more faces, or smooth the surface",
             elements=least.tolist(),
             value=float(len(least)),
@@ -68,20 +70,20 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     positions = on_curved_triangles(surface, surface.vertex_normals, cells.triangles, cells.weights)
     kept = (cells.vertices >= 0) & (boundary_corners(surface) | (field.indices != 0))[cells.vertices]
     numbers = integers(np.arange(len(positions)))
-    polygons = tidied_rim(Polygons(positions, numbers, kept, cells.corners, cells.starts), h)
+    polygons = simplified_rim(Polygons(positions, numbers, kept, cells.corners, cells.starts), h)
     mesh = Mesh(polygons.positions, polygons.combinatorics)
     chi = mesh.combinatorics.euler_characteristic
     if chi != c.euler_characteristic or mesh.edge_lengths.min() == 0:
         raise GeometryError(
-            f"a hole or piece of the surface is too small for faces of edge length {h:.3g}: its rim would become a "
-            f"point or an edge, and the Euler characteristic {chi} instead of {c.euler_characteristic}; fill the hole, "
-            "or give a shorter edge length",
+            f"a hole or connected part of the surface is too small for faces of edge length {h:.3g}: its rim would "
+            f"become a point or an edge (the Euler characteristic becomes {chi} instead of {c.euler_characteristic}); "
+            "fill the hole, or give a shorter edge length",
             value=float(chi),
             bound=float(c.euler_characteristic),
         )
     return Draft(
         mesh,
         cells.vertices[polygons.origins],
-        problem.at(x, t.astype(np.float64), h),
+        problem.derivatives(x, t.astype(np.float64), h),
         float(h),
     )

@@ -8,81 +8,85 @@ from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["integer_kernel", "nearest_integers"]
 
-FREE_DIRECTION_REGULARISATION = 1e-9
-"""Of directions in which the integers may move freely, over the mean."""
+LATTICE_REGULARISATION = 1e-9
+"""Added to the diagonal of the Gram matrix, over its mean, so that it is invertible."""
 
 MAX_PAIRED_INTEGERS = 60
-"""Integers up to which pairs of them are moved."""
+"""Largest number of integers for which pairs of them are also changed together."""
 
-MAX_LATTICE_MOVES = 1000
-"""Moves of integers to a better neighbour, at most."""
+MAX_LATTICE_STEPS = 1000
+"""Largest number of steps to a better lattice point."""
 
 GAIN_ROUNDING = 1e-9
-"""Relative gain that may be rounding."""
+"""Gain of a step, over its own length squared, that may be rounding."""
 
 
 def integer_kernel(equations: IntArray) -> IntArray:
-    """(n, m) a basis of all integer solutions of equations (k, n): each solution is one integer combination of columns.
+    """(n, m) a basis of the integer solutions of equations (k, n) x = 0: each is an integer combination of its columns.
 
-    By column operations that are invertible over the integers, as for the Hermite normal form [Cohen1993, 2.4.3].
+    It is found by column operations that are invertible over the integers, as for the Hermite normal form
+    [Cohen1993, 2.4.3].
     """
     n = equations.shape[1]
-    columns = np.concatenate([equations, np.eye(n, dtype=np.int64)]).T.copy()  # a row of this is a column
+    columns = np.concatenate(
+        [equations, np.eye(n, dtype=np.int64)]
+    ).T.copy()  # transposed: each row is a column of the algorithm
     is_free = np.ones(n, dtype=bool)
     for row in range(len(equations)):
         while True:
-            at = np.flatnonzero((columns[:, row] != 0) & is_free)
-            if len(at) < 2:
+            nonzero = np.flatnonzero((columns[:, row] != 0) & is_free)
+            if len(nonzero) < 2:
                 break
-            least = at[np.abs(columns[at, row]).argmin()]
-            others = at[at != least]
+            least = nonzero[np.abs(columns[nonzero, row]).argmin()]
+            others = nonzero[nonzero != least]
             quotients = columns[others, row] // columns[least, row]
             columns[others] -= quotients[:, None] * columns[least]
-        is_free[at] = False
+        is_free[nonzero] = False
     return np.asarray(columns[is_free, len(equations) :].T)
 
 
-def nearest_integers(gram: FloatArray, wanted: FloatArray, apart: IntArray) -> IntArray:
-    """(m,) integers t of small (t - wanted).gram (t - wanted), for which no apart (k, 2, m) @ t is (0, 0).
+def nearest_integers(gram: FloatArray, target: FloatArray, differences: IntArray) -> IntArray:
+    """(m,) integers t with small (t - target) . gram (t - target), such that no differences[k] @ t is (0, 0).
 
-    One after another, the least rounding first and the rest following, and then single integers and pairs of them are
-    moved by 1 while that is better: a search for the closest vector of a lattice [Babai1986]. What must be apart and is
-    not counts more than any distance; where that remains so, the caller sees it in the result.
+    differences (k, 2, m). The integers are rounded one after another, the least change first, and the others adapted;
+    then single integers and pairs of them are changed by 1 while that is an improvement: a search for the closest
+    vector of a lattice [Babai1986]. A difference that is zero costs more than any distance; it may remain zero, which
+    the caller has to check.
     """
-    m = len(wanted)
-    gram = gram + FREE_DIRECTION_REGULARISATION * max(np.trace(gram) / max(m, 1), np.finfo(float).tiny) * np.eye(m)
-    t = _rounded_in_turn(gram, wanted)
+    m = len(target)
+    gram = gram + LATTICE_REGULARISATION * max(np.trace(gram) / max(m, 1), np.finfo(float).tiny) * np.eye(m)
+    t = _rounded_in_turn(gram, target)
     steps = _steps(m)
-    own = np.einsum("ki,ij,kj->k", steps, gram, steps)
-    moved = np.einsum("pcm,km->kpc", apart, steps)
+    step_norms = np.einsum("ki,ij,kj->k", steps, gram, steps)
+    difference_steps = np.einsum("pcm,km->kpc", differences, steps)
     penalty = 1 + 4 * float(np.abs(gram).sum())
-    for _ in range(MAX_LATTICE_MOVES):
-        gains = own + 2 * steps @ (gram @ (t - wanted))
-        now = apart @ t
-        equal = (now + moved == 0).all(axis=2).sum(axis=1) - (now == 0).all(axis=1).sum()
-        gains = gains + penalty * equal
+    for _ in range(MAX_LATTICE_STEPS):
+        gains = step_norms + 2 * steps @ (gram @ (t - target))
+        values = differences @ t
+        added_zeros = (values + difference_steps == 0).all(axis=2).sum(axis=1) - (values == 0).all(axis=1).sum()
+        gains = gains + penalty * added_zeros
         best = int(gains.argmin()) if len(gains) else 0
-        if not len(gains) or gains[best] >= -GAIN_ROUNDING * own[best]:
+        if not len(gains) or gains[best] >= -GAIN_ROUNDING * step_norms[best]:
             break
         t = t + steps[best]
     return t
 
 
-def _rounded_in_turn(gram: FloatArray, wanted: FloatArray) -> IntArray:
-    t, inverse = wanted.copy(), np.linalg.inv(gram)
-    is_open = np.ones(len(t), dtype=bool)
+def _rounded_in_turn(gram: FloatArray, target: FloatArray) -> IntArray:
+    t, inverse = target.copy(), np.linalg.inv(gram)
+    is_real = np.ones(len(t), dtype=bool)
     for _ in range(len(t)):
-        offs = np.where(is_open, np.abs(t - np.rint(t)), np.inf)
-        i = int(offs.argmin())
+        rounding_steps = np.where(is_real, np.abs(t - np.rint(t)), np.inf)
+        i = int(rounding_steps.argmin())
         t = t + inverse[:, i] * (np.rint(t[i]) - t[i]) / inverse[i, i]
         inverse = inverse - np.outer(inverse[:, i], inverse[i]) / inverse[i, i]
-        is_open[i] = False
+        is_real[i] = False
         inverse[i, i] = 1.0
     return np.asarray(np.rint(t).astype(np.int64))
 
 
 def _steps(m: int) -> IntArray:
-    """(k, m) changes by 1 of one integer, and of two while these are few."""
+    """(k, m) changes by 1 of one integer, and of two if there are at most MAX_PAIRED_INTEGERS."""
     one = np.eye(m, dtype=np.int64)
     if m > MAX_PAIRED_INTEGERS:
         return np.concatenate([one, -one])

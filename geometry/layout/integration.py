@@ -1,7 +1,7 @@
-"""(u, v) whose isolines follow a network and are conjugate: seamless functions by least squares, then integers.
+"""Functions (u, v) whose isolines follow a network and are conjugate: least squares for reals, then for integers.
 
-Derivatives of (u, v) along the two directions of the network, times the wanted edge length h, are the matrix
-[[p, q], [r, s]] = h [[du(X), du(Y)], [dv(X), dv(Y)]] of a triangle; all triangles are counted by their areas.
+The derivatives of (u, v) in a triangle along the directions X, Y of the network, times the target edge length h, are
+the matrix [[p, q], [r, s]] = h [[du(X), du(Y)], [dv(X), dv(Y)]]. All triangles are weighted by their areas.
 """
 
 from __future__ import annotations
@@ -18,42 +18,45 @@ from geometry.layout.networks import Network, determinants, forms_of_isolines
 from geometry.layout.seams import SeamlessMaps
 from geometry.optimise import SparseMatrix, apply, factorise
 
-__all__ = ["Integration", "Relaxed"]
+__all__ = ["Integration", "RealSolution"]
 
 LENGTH_WEIGHT = 0.1
-"""Weight of the derivatives' sizes, over that of their directions: lengths give way to directions."""
+"""Weight of p = 1 and s = 1, which ask for edge lengths, over that of q = 0 and r = 0, which ask for directions."""
 
 CONJUGACY_WEIGHT = 30.0
-"""Weight of II(isoline u, isoline v), over the root mean square of the curvature: repairs what smoothing turned."""
+"""Weight of the squared II(isoline u, isoline v), over the root mean square of the curvature: it corrects directions
+that smoothing has made not conjugate."""
 
 ANCHOR_WEIGHT = 1e-9
-"""Weight of (u, v) = 0 at one vertex, over that of a triangle: where a shift of the whole costs nothing."""
+"""Weight of (u, v) = 0 in one triangle of each connected part, which makes the solution unique."""
 
-FREE_INTEGER_ENERGY = 1e-10
-"""Energy of integers, over the largest one, below which they may be any numbers."""
+FREE_INTEGER_RATIO = 1e-10
+"""Singular value of the energy of the integers, over the largest one, below which it does not determine them."""
 
-CONJUGACY_STEPS = 2
-"""Gauss-Newton steps with the term of conjugacy, after the first one."""
+CONJUGACY_NEWTON_STEPS = 2
+"""Number of Gauss-Newton steps with the term of conjugacy, after the first one."""
 
-LEAST_DETERMINANT, WANTED_DETERMINANT = 0.15, 0.3
-"""Of triangles, below which they are opened, and what is asked of them then."""
+LEAST_DETERMINANT, TARGET_DETERMINANT = 0.15, 0.3
+"""Determinant p s - q r of a triangle below which it counts as folded, and its target value while it is unfolded."""
 
-OPENING_ROUNDS = 16
-"""Rounds in which folded triangles are opened, at most."""
+MAX_UNFOLDING_ROUNDS = 16
+"""Largest number of rounds in which folded triangles are unfolded."""
 
-OPENING_WEIGHT = 1.0
+UNFOLDING_WEIGHT = 1.0
 """Weight of the determinant of a folded triangle in the first round; it doubles while the triangle stays folded."""
 
-OPENING_STEP = 0.7
-"""Part of each step that is taken while triangles are opened."""
+UNFOLDING_STEP = 0.7
+"""Share of each Gauss-Newton step that is taken while triangles are unfolded."""
 
 IDENTITY = np.array([1.0, 0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Relaxed:
-    """The best map with real numbers for all integers, for h = 1. values (m,) of the integers; gram (m, m): energy of
-    moving them, the rest following; predicted: area of all triangles in (u, v).
+class RealSolution:
+    """The best map with real numbers in place of the integers, for h = 1.
+
+    values (m,) of the integers; gram (m, m): the quadratic energy of changing them when the real unknowns adapt;
+    predicted: the area of all triangles in (u, v), which is the number of faces.
     """
 
     values: FloatArray
@@ -70,7 +73,7 @@ class Integration:
 
     @cached_property
     def _derivatives(self) -> tuple[SparseMatrix, SparseMatrix]:
-        """(4F, n), (4F, m): p of all triangles, then q, r, s, for h = 1, of reals and of integers."""
+        """(4F, n), (4F, m): p of all triangles, then q, r, s, for h = 1, from the reals and from the integers."""
         frames, n = self.network.frames, self.network.frames.n_triangles
         along = (frames.gradients.conj() * self.network.first[:, None]).real
         across = (frames.gradients.conj() * self.network.second[:, None]).real
@@ -84,104 +87,110 @@ class Integration:
         jacobian = csr_array(coo_array((np.concatenate(values), places), shape=(4 * n, 6 * n)))
         return csr_array(jacobian @ self.maps.reals), csr_array(jacobian @ self.maps.integers)
 
-    def _quadratic(self, at: FloatArray, opening: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """(F, 4, 4) and (F, 4): energy g.M g - 2 m.g of the derivatives g of each triangle, linearised at (F, 4)."""
+    def _quadratic(self, derivatives: FloatArray, unfolding: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(F, 4, 4) M and (F, 4) m: the energy g . M g - 2 m . g of the derivatives g of each triangle, linearised at
+        the given derivatives (F, 4); unfolding (F,): weights of the determinants."""
         areas = self.network.frames.areas / self.network.frames.areas.sum()
         weights = np.array([LENGTH_WEIGHT, 1.0, 1.0, LENGTH_WEIGHT])
-        matrix = np.tile(np.diag(weights), (len(at), 1, 1))
-        right = np.tile(weights * IDENTITY, (len(at), 1))
-        value, slope = conjugacy(self.network.forms, at)
-        trusted = CONJUGACY_WEIGHT / (1 + opening)  # given up where it folds
-        matrix += trusted[:, None, None] * slope[:, :, None] * slope[:, None]
-        right += (trusted * value)[:, None] * slope
-        p, q, r, s = at.T
+        matrix = np.tile(np.diag(weights), (len(derivatives), 1, 1))
+        right = np.tile(weights * IDENTITY, (len(derivatives), 1))
+        value, slope = conjugacy(self.network.forms, derivatives)
+        conjugacy_weights = CONJUGACY_WEIGHT / (1 + unfolding)  # less where triangles fold
+        matrix += conjugacy_weights[:, None, None] * slope[:, :, None] * slope[:, None]
+        right += (conjugacy_weights * value)[:, None] * slope
+        p, q, r, s = derivatives.T
         slope = np.stack([s, -r, -q, p], axis=1)
-        matrix += opening[:, None, None] * slope[:, :, None] * slope[:, None]
-        right += (opening * (WANTED_DETERMINANT + p * s - q * r))[:, None] * slope
+        matrix += unfolding[:, None, None] * slope[:, :, None] * slope[:, None]
+        right += (unfolding * (TARGET_DETERMINANT + p * s - q * r))[:, None] * slope
         return matrix * areas[:, None, None], right * areas[:, None]
 
     def _normal(self, matrix: FloatArray) -> tuple[SparseMatrix, SparseMatrix, SparseMatrix]:
-        """The sparse matrix (4F, 4F) of blocks (F, 4, 4), times reals and integers, and the grounded one of reals."""
+        """The sparse matrix (4F, 4F) of blocks (F, 4, 4) times the derivatives of reals and of integers, and the normal
+        matrix of the reals, with the anchors."""
         n = len(matrix)
         f, i, j = np.indices(matrix.shape).reshape(3, -1)
         blocks = csr_array(coo_array((matrix.ravel(), (i * n + f, j * n + f)), shape=(4 * n, 4 * n)))
         reals, integers = self._derivatives
         times_reals, times_integers = csr_array(blocks @ reals), csr_array(blocks @ integers)
-        whole = csr_array(reals.T @ times_reals)
-        return times_reals, times_integers, csr_array(whole + self._ground * whole.diagonal().mean())
+        normal = csr_array(reals.T @ times_reals)
+        return times_reals, times_integers, csr_array(normal + self._anchors * normal.diagonal().mean())
 
     @cached_property
-    def _ground(self) -> SparseMatrix:
+    def _anchors(self) -> SparseMatrix:
+        """Diagonal matrix of the weights of (u, v) = 0 in the first triangle of each connected part."""
         c = self.network.frames.combinatorics
         first = np.unique(c.face_components, return_index=True)[1]
         corners = (3 * first[:, None] + np.arange(3)).ravel()
         diagonal = np.zeros(self.maps.reals.shape[1])
-        at = self.maps.reals[np.concatenate([2 * corners, 2 * corners + 1])]
-        diagonal[at.indices] = ANCHOR_WEIGHT
+        anchored = self.maps.reals[np.concatenate([2 * corners, 2 * corners + 1])]
+        diagonal[anchored.indices] = ANCHOR_WEIGHT
         n = len(diagonal)
         return csr_array(coo_array((diagonal, (np.arange(n), np.arange(n))), shape=(n, n)))
 
-    def relaxed(self) -> Relaxed:
-        at = np.tile(IDENTITY, (self.network.frames.n_triangles, 1))
-        matrix, right = self._quadratic(at, np.zeros(len(at)))
+    def real_solution(self) -> RealSolution:
+        derivatives = np.tile(IDENTITY, (self.network.frames.n_triangles, 1))
+        matrix, right = self._quadratic(derivatives, np.zeros(len(derivatives)))
         reals, integers = self._derivatives
-        _, times_integers, whole = self._normal(matrix)
-        factor = factorise(whole)
+        _, times_integers, normal = self._normal(matrix)
+        factor = factorise(normal)
         mixed = (reals.T @ times_integers).toarray()
-        following = factor.solve(mixed) if mixed.shape[1] else mixed
-        gram = (integers.T @ times_integers).toarray() - mixed.T @ following
-        side = right.T.ravel()
-        free = factor.solve(_back(reals, side))
+        reals_by_integers = factor.solve(mixed) if mixed.shape[1] else mixed
+        gram = (integers.T @ times_integers).toarray() - mixed.T @ reals_by_integers
+        linear = right.T.ravel()
+        x_without_integers = factor.solve(_transposed_times(reals, linear))
         values = np.zeros(0)
         if len(gram):
-            values = scipy.linalg.lstsq(gram, _back(integers, side) - mixed.T @ free, cond=FREE_INTEGER_ENERGY)[0]
-        x = free - following @ values
-        areas = determinants(self.at(x, values, 1.0))
-        return Relaxed(values, (gram + gram.T) / 2, float(self.network.frames.areas @ areas))
+            values = scipy.linalg.lstsq(
+                gram, _transposed_times(integers, linear) - mixed.T @ x_without_integers, cond=FREE_INTEGER_RATIO
+            )[0]
+        x = x_without_integers - reals_by_integers @ values
+        areas = determinants(self.derivatives(x, values, 1.0))
+        return RealSolution(values, (gram + gram.T) / 2, float(self.network.frames.areas @ areas))
 
-    def at(self, x: FloatArray, t: FloatArray, h: float) -> FloatArray:
-        """(F, 4) p, q, r, s."""
+    def derivatives(self, x: FloatArray, t: FloatArray, h: float) -> FloatArray:
+        """(F, 4) p, q, r, s of the triangles, for real unknowns x (n,) and integers t (m,)."""
         reals, integers = self._derivatives
         return h * (apply(reals, x) + apply(integers, t)).reshape(4, -1).T
 
     def solved(self, t: IntArray, h: float) -> FloatArray:
-        """(n,) the reals for given integers. Triangles that are turned over are opened, as far as they can be."""
+        """(n,) the real unknowns for given integers. Triangles that are turned over are unfolded as far as possible."""
         n = self.network.frames.n_triangles
-        opening = np.zeros(n)
-        at, x = np.tile(IDENTITY, (n, 1)), np.zeros(self.maps.reals.shape[1])
-        whole = t.astype(np.float64)
-        for _ in range(1 + CONJUGACY_STEPS):
-            x = self._step(at, opening, whole, h)
-            at = self.at(x, whole, h)
-        best, most = x, determinants(at).min()
-        for _ in range(OPENING_ROUNDS):
-            folded = determinants(at) < LEAST_DETERMINANT
+        unfolding = np.zeros(n)
+        derivatives, x = np.tile(IDENTITY, (n, 1)), np.zeros(self.maps.reals.shape[1])
+        t_values = t.astype(np.float64)
+        for _ in range(1 + CONJUGACY_NEWTON_STEPS):
+            x = self._step(derivatives, unfolding, t_values, h)
+            derivatives = self.derivatives(x, t_values, h)
+        best, best_determinant = x, determinants(derivatives).min()
+        for _ in range(MAX_UNFOLDING_ROUNDS):
+            folded = determinants(derivatives) < LEAST_DETERMINANT
             if not folded.any():
                 return x
-            opening = np.where(folded, np.maximum(OPENING_WEIGHT, 2 * opening), opening)
-            x = x + OPENING_STEP * (self._step(at, opening, whole, h) - x)
-            at = self.at(x, whole, h)
-            least = determinants(at).min()
-            best, most = (x, least) if least > most else (best, most)
+            unfolding = np.where(folded, np.maximum(UNFOLDING_WEIGHT, 2 * unfolding), unfolding)
+            x = x + UNFOLDING_STEP * (self._step(derivatives, unfolding, t_values, h) - x)
+            derivatives = self.derivatives(x, t_values, h)
+            least = determinants(derivatives).min()
+            best, best_determinant = (x, least) if least > best_determinant else (best, best_determinant)
         return best
 
-    def _step(self, at: FloatArray, opening: FloatArray, t: FloatArray, h: float) -> FloatArray:
-        matrix, right = self._quadratic(at, opening)
+    def _step(self, derivatives: FloatArray, unfolding: FloatArray, t: FloatArray, h: float) -> FloatArray:
+        matrix, right = self._quadratic(derivatives, unfolding)
         reals, integers = self._derivatives
-        times_reals, _, whole = self._normal(matrix)
-        pull = _back(reals, right.T.ravel()) - h * _back(times_reals, apply(integers, t))
-        return np.asarray(factorise(whole).solve(pull) / h)
+        times_reals, _, normal = self._normal(matrix)
+        right_side = _transposed_times(reals, right.T.ravel()) - h * _transposed_times(times_reals, apply(integers, t))
+        return np.asarray(factorise(normal).solve(right_side) / h)
 
 
-def conjugacy(forms: FloatArray, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(F,) II of the isolines' tangents over their area, per h^2, and its derivatives (F, 4); the area as constant."""
-    p, q, r, s = at.T
+def conjugacy(forms: FloatArray, derivatives: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(F,) II of the tangents of the isolines over the area between them, per h^2, and its derivatives (F, 4), with the
+    area taken as constant."""
+    p, q, r, s = derivatives.T
     xx, xy, yy = forms.T
-    area = np.maximum(np.abs(determinants(at)), LEAST_DETERMINANT)
-    value = forms_of_isolines(forms, at)
+    area = np.maximum(np.abs(determinants(derivatives)), LEAST_DETERMINANT)
+    value = forms_of_isolines(forms, derivatives)
     slope = np.stack([xy * s - yy * r, xy * r - xx * s, xy * q - yy * p, xy * p - xx * q], axis=1)
     return value / area, slope / area[:, None]
 
 
-def _back(matrix: SparseMatrix, values: FloatArray) -> FloatArray:
+def _transposed_times(matrix: SparseMatrix, values: FloatArray) -> FloatArray:
     return np.asarray(matrix.T @ values)

@@ -43,7 +43,7 @@ class Network:
 
     @property
     def crossing_angles(self) -> FloatArray:
-        """(2,) angles in radians between the two directions: the one that 5 % of the area is below, and the median."""
+        """(2,) angles in radians between the two directions: the 5 % quantile by area, and the median."""
         angles = np.abs(np.angle(self.second * self.first.conj()))
         angles = np.minimum(angles, np.pi - angles)
         order = np.argsort(angles)
@@ -51,20 +51,20 @@ class Network:
         return floats(angles[order][np.minimum(np.searchsorted(shares, (0.05, 0.5)), len(angles) - 1)])
 
     def corrected(self, twists: FloatArray) -> Network:
-        """With these added to II(first, second), over the root mean square of the curvature."""
+        """The network with twists (F,) added to II(first, second), over the root mean square of the curvature."""
         forms = self.forms.copy()
         forms[:, 1] += twists
         return replace(self, forms=floats(forms))
 
 
-def determinants(at: FloatArray) -> FloatArray:
+def determinants(derivatives: FloatArray) -> FloatArray:
     """(F,) of p, q, r, s (F, 4), see `integration`."""
-    p, q, r, s = at.T
+    p, q, r, s = derivatives.T
     return np.asarray(p * s - q * r)
 
 
-def forms_of_isolines(forms: FloatArray, at: FloatArray) -> FloatArray:
+def forms_of_isolines(forms: FloatArray, derivatives: FloatArray) -> FloatArray:
     """(F,) II of the tangents of the isolines of u and v, times the determinant of p, q, r, s (F, 4), per h^2."""
-    p, q, r, s = at.T
+    p, q, r, s = derivatives.T
     xx, xy, yy = forms.T
     return np.asarray(xy * (s * p + r * q) - xx * s * q - yy * r * p)

@@ -1,4 +1,4 @@
-"""The rim of a mesh of isolines: needless vertices dropped, short edges there contracted."""
+"""The rim of a mesh of isolines: vertices without an inner edge are removed and short edges contracted."""
 
 from __future__ import annotations
 
@@ -8,33 +8,32 @@ import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
 from geometry.mesh import Combinatorics, Mesh
-from geometry.mesh.ragged_arrays import next_in_run, run_of_place
+from geometry.mesh.ragged_arrays import next_in_row, row_of_entry
 
-__all__ = ["Polygons", "tidied_rim"]
+__all__ = ["Polygons", "simplified_rim"]
 
-LONGEST_CONTRACTED_RIM_EDGE = 0.42
-"""Length of edges at the rim that are contracted, over the edge length wanted."""
+SHORT_RIM_EDGE = 0.42
+"""Length below which an edge that touches the rim is contracted, over the target edge length."""
 
-LEAST_RIM_CORNER = np.radians(22.0)
-"""Corner of a face at the rim below which its shortest edge there is contracted, unless it is longer."""
+SHARP_RIM_CORNER = np.radians(22.0)
+"""Angle of a face at the rim, in radians, below which the shortest of its edges that touch the rim is contracted."""
 
 LONGEST_CONTRACTED_EDGE = 0.9
-"""Length of an edge at a sharp corner up to which it is contracted, over the edge length wanted."""
+"""Length below which such an edge of a face with a sharp corner is contracted, over the target edge length."""
 
 MAX_CONTRACTION_ROUNDS = 60
-"""Rounds of contractions at the rim, at most."""
+"""Largest number of rounds of contractions at the rim."""
 
 
 @dataclass(frozen=True, eq=False)
 class Polygons:
-    """Faces as corners and starts, of Combinatorics, over positions (N, 3). origins (N,): numbers in the beginning.
-
-    stays (N,): neither dropped nor contracted into another vertex.
+    """Faces as corners and starts, of Combinatorics, over positions (N, 3). origins (N,): the vertex that each vertex
+    was originally. is_kept (N,): vertices that are neither removed nor contracted into another one.
     """
 
     positions: FloatArray
     origins: IntArray
-    stays: BoolArray
+    is_kept: BoolArray
     corners: IntArray
     starts: IntArray
 
@@ -43,9 +42,10 @@ class Polygons:
         return Combinatorics(len(self.positions), self.corners, self.starts)
 
     def relabelled(self, target: IntArray) -> Polygons:
-        """Each vertex replaced by another one (N,), or left out: -1. Faces of fewer than three corners vanish."""
+        """The faces with each vertex replaced by target (N,), or removed where that is -1. Faces with fewer than three
+        corners are removed."""
         vertex = target[self.corners]
-        face = run_of_place(self.starts)
+        face = row_of_entry(self.starts)
         vertex, face = vertex[vertex >= 0], face[vertex >= 0]
         sizes = np.bincount(face, minlength=len(self.starts) - 1)
         starts = np.cumsum(sizes) - sizes
@@ -60,50 +60,52 @@ class Polygons:
         return Polygons(
             self.positions[used],
             self.origins[used],
-            self.stays[used],
+            self.is_kept[used],
             integers(numbered),
             integers(np.concatenate([[0], np.cumsum(sizes)])),
         )
 
 
-def tidied_rim(polygons: Polygons, edge_length: float) -> Polygons:
-    """Until nothing changes: vertices of the rim where no line ends are dropped, then edges that touch the rim are
-    contracted which are short, or the shortest ones of faces with a sharp corner; each is the shortest of these nearby.
+def simplified_rim(polygons: Polygons, edge_length: float) -> Polygons:
+    """The polygons without rim vertices at which no line ends, and with short edges at the rim contracted.
+
+    Contracted are edges that touch the rim and are shorter than `SHORT_RIM_EDGE`, or the shortest ones of a face with a
+    sharp corner; in each round those that are the shortest ones nearby, until there is none.
     """
-    polygons = _dropped(polygons)
+    polygons = _without_rim_vertices(polygons)
     forbidden = np.zeros(0, dtype=np.int64)
     for _ in range(MAX_CONTRACTION_ROUNDS):
         c = polygons.combinatorics
         costs = _costs(polygons, c, edge_length)
-        keys = _keys(polygons, c.edges)
+        keys = _edge_keys(polygons, c.edges)
         costs[np.isin(keys, forbidden)] = np.inf
         least = np.full(c.n_vertices, np.inf)
         np.minimum.at(least, c.edges.ravel(), np.repeat(costs, 2))
-        around = least.copy()
-        np.minimum.at(around, c.edges[:, 0], least[c.edges[:, 1]])
-        np.minimum.at(around, c.edges[:, 1], least[c.edges[:, 0]])
-        chosen = np.flatnonzero(np.isfinite(costs) & (costs <= around[c.edges].min(axis=1)))
+        least_nearby = least.copy()
+        np.minimum.at(least_nearby, c.edges[:, 0], least[c.edges[:, 1]])
+        np.minimum.at(least_nearby, c.edges[:, 1], least[c.edges[:, 0]])
+        chosen = np.flatnonzero(np.isfinite(costs) & (costs <= least_nearby[c.edges].min(axis=1)))
         if not len(chosen):
             break
-        tried, bad = _contracted(polygons, c, chosen)
-        forbidden = np.union1d(forbidden, keys[bad])
-        polygons = _dropped(tried)
+        contracted, refused = _contracted(polygons, c, chosen)
+        forbidden = np.union1d(forbidden, keys[refused])
+        polygons = _without_rim_vertices(contracted)
     return polygons
 
 
-def _keys(polygons: Polygons, edges: IntArray) -> IntArray:
+def _edge_keys(polygons: Polygons, edges: IntArray) -> IntArray:
     ends = np.sort(polygons.origins[edges], axis=1)
     return np.asarray(ends[:, 0] * (1 << 31) + ends[:, 1])
 
 
-def _dropped(polygons: Polygons) -> Polygons:
-    """Without vertices of the rim that have two edges only."""
+def _without_rim_vertices(polygons: Polygons) -> Polygons:
+    """The polygons without those rim vertices that have only two edges."""
     while True:
         c = polygons.combinatorics
-        drop = c.is_boundary_vertex & (c.vertex_degrees == 2) & ~polygons.stays
-        if not drop.any():
+        is_removed = c.is_boundary_vertex & (c.vertex_degrees == 2) & ~polygons.is_kept
+        if not is_removed.any():
             return polygons
-        smaller = polygons.relabelled(np.where(drop, -1, np.arange(c.n_vertices)))
+        smaller = polygons.relabelled(np.where(is_removed, -1, np.arange(c.n_vertices)))
         if not len(smaller.starts) > 1:
             return polygons
         polygons = smaller
@@ -114,22 +116,22 @@ def _costs(polygons: Polygons, c: Combinatorics, edge_length: float) -> FloatArr
     tail, head = c.edges.T
     lengths = np.linalg.norm(polygons.positions[head] - polygons.positions[tail], axis=1) / edge_length
     at_rim = c.is_boundary_vertex[c.edges]
-    moves = ~polygons.stays[c.edges] & (~at_rim | at_rim[:, ::-1])  # which end may give way
-    possible = at_rim.any(axis=1) & moves.any(axis=1) & (c.is_boundary_edge | ~at_rim.all(axis=1))
-    third = c.corners[c.previous_corner]  # of a triangle; inside, it would lose an edge
-    spoils = (c.face_sizes[c.corner_face] == 3) & ~c.is_boundary_vertex[third]
-    possible[c.corner_edge[spoils]] = False
-    sharpest = _sharpest(polygons, c)
+    can_move = ~polygons.is_kept[c.edges] & (~at_rim | at_rim[:, ::-1])  # the ends that may move to the other end
+    possible = at_rim.any(axis=1) & can_move.any(axis=1) & (c.is_boundary_edge | ~at_rim.all(axis=1))
+    third = c.corners[c.previous_corner]  # the third vertex of a triangle, which loses an edge
+    loses_edge = (c.face_sizes[c.corner_face] == 3) & ~c.is_boundary_vertex[third]
+    possible[c.corner_edge[loses_edge]] = False
+    sharpest = _smallest_angles(polygons, c)
     costs = np.where(possible, lengths, np.inf)
     shortest = np.full(c.n_faces, np.inf)
     np.minimum.at(shortest, c.corner_face, costs[c.corner_edge])
-    of_sharp = (sharpest[c.corner_face] < LEAST_RIM_CORNER) & (costs[c.corner_edge] <= shortest[c.corner_face])
-    is_wanted = lengths < LONGEST_CONTRACTED_RIM_EDGE
-    is_wanted[c.corner_edge[of_sharp]] |= lengths[c.corner_edge[of_sharp]] < LONGEST_CONTRACTED_EDGE
-    return np.asarray(np.where(is_wanted, costs, np.inf))
+    at_sharp_corner = (sharpest[c.corner_face] < SHARP_RIM_CORNER) & (costs[c.corner_edge] <= shortest[c.corner_face])
+    is_contracted = lengths < SHORT_RIM_EDGE
+    is_contracted[c.corner_edge[at_sharp_corner]] |= lengths[c.corner_edge[at_sharp_corner]] < LONGEST_CONTRACTED_EDGE
+    return np.asarray(np.where(is_contracted, costs, np.inf))
 
 
-def _sharpest(polygons: Polygons, c: Combinatorics) -> FloatArray:
+def _smallest_angles(polygons: Polygons, c: Combinatorics) -> FloatArray:
     """(F,) the smallest angle of each face."""
     angles = Mesh(polygons.positions, c).corner_angles
     sharpest = np.full(c.n_faces, np.inf)
@@ -137,47 +139,50 @@ def _sharpest(polygons: Polygons, c: Combinatorics) -> FloatArray:
     return sharpest
 
 
-def _sharpest_around(polygons: Polygons, c: Combinatorics, n_origins: int) -> FloatArray:
-    """(n_origins,) the smallest angle of faces at a vertex with that origin."""
-    around = np.full(n_origins, np.inf)
-    np.minimum.at(around, polygons.origins[c.corners], _sharpest(polygons, c)[c.corner_face])
-    return around
+def _smallest_angles_at(polygons: Polygons, c: Combinatorics, n_origins: int) -> FloatArray:
+    """(n_origins,) for each original vertex the smallest angle in the faces that contain it."""
+    least_nearby = np.full(n_origins, np.inf)
+    np.minimum.at(least_nearby, polygons.origins[c.corners], _smallest_angles(polygons, c)[c.corner_face])
+    return least_nearby
 
 
 def _contracted(polygons: Polygons, c: Combinatorics, chosen: IntArray) -> tuple[Polygons, IntArray]:
-    """With edges contracted to the end that stays, or is on the rim; and those (k,) that cannot be, or would make
-    corners too sharp.
+    """The polygons with chosen edges contracted to the end that is kept or on the rim; and the edges (k,) that are not
+    contracted, since that would damage the mesh or make corners too sharp.
     """
     n_origins = int(polygons.origins.max()) + 1
-    before = _sharpest_around(polygons, c, n_origins)[polygons.origins]
-    bad = np.zeros(0, dtype=np.int64)
+    before = _smallest_angles_at(polygons, c, n_origins)[polygons.origins]
+    refused = np.zeros(0, dtype=np.int64)
     while True:
         target = np.arange(c.n_vertices)
-        good = np.setdiff1d(chosen, bad)
-        tail, head = c.edges[good].T
-        keeps_tail = polygons.stays[tail] | (c.is_boundary_vertex[tail] & ~c.is_boundary_vertex[head])
-        both = c.is_boundary_vertex[tail] & c.is_boundary_vertex[head] & ~polygons.stays[tail] & ~polygons.stays[head]
+        accepted = np.setdiff1d(chosen, refused)
+        tail, head = c.edges[accepted].T
+        keeps_tail = polygons.is_kept[tail] | (c.is_boundary_vertex[tail] & ~c.is_boundary_vertex[head])
+        both = (
+            c.is_boundary_vertex[tail] & c.is_boundary_vertex[head] & ~polygons.is_kept[tail] & ~polygons.is_kept[head]
+        )
         keeps_tail |= both
         target[np.where(keeps_tail, head, tail)] = np.where(keeps_tail, tail, head)
         smaller = polygons.relabelled(target)
-        if not len(good):
-            return smaller, bad
+        if not len(accepted):
+            return smaller, refused
         wrong = _faults(smaller)
         if not len(wrong):
-            after = _sharpest_around(smaller, smaller.combinatorics, n_origins)[polygons.origins]
-            sharp = (after[target] < LEAST_RIM_CORNER) & (after[target] < before)
-            tail, head = c.edges[good].T
-            wrong = polygons.origins[target[tail][sharp[tail] & sharp[head] & c.is_boundary_edge[good]]]
+            after = _smallest_angles_at(smaller, smaller.combinatorics, n_origins)[polygons.origins]
+            sharp = (after[target] < SHARP_RIM_CORNER) & (after[target] < before)
+            tail, head = c.edges[accepted].T
+            wrong = polygons.origins[target[tail][sharp[tail] & sharp[head] & c.is_boundary_edge[accepted]]]
         if not len(wrong):
-            return smaller, bad
-        worse = good[np.isin(polygons.origins[target[c.edges[good]]], wrong).any(axis=1)]
-        bad = np.union1d(bad, worse if len(worse) else good)
+            return smaller, refused
+        damaging = accepted[np.isin(polygons.origins[target[c.edges[accepted]]], wrong).any(axis=1)]
+        refused = np.union1d(refused, damaging if len(damaging) else accepted)
 
 
 def _faults(polygons: Polygons) -> IntArray:
-    """Origins of vertices that a face meets twice, or at directed edges that two faces have, or where fans meet."""
+    """Original vertices of defects: vertices that occur twice in a face, ends of directed edges of two faces, and
+    vertices where two fans of faces meet."""
     corners, starts = polygons.corners, polygons.starts
-    face, following = run_of_place(starts), next_in_run(starts)
+    face, following = row_of_entry(starts), next_in_row(starts)
     n = len(polygons.positions)
     wrong = []
     for keys, vertex in ((face * n + corners, corners), (corners * n + corners[following], corners)):

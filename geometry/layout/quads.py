@@ -12,39 +12,40 @@ from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, float
 from geometry.errors import GeometryError
 from geometry.layout.conjugate_networks import conjugate_network
 from geometry.layout.drafts import draft
-from geometry.layout.mesh_polylines import mesh_polylines
 from geometry.layout.networks import Network
 from geometry.layout.quality import LayoutQuality, along_network, layout_quality
 from geometry.layout.seams import seamless_maps
 from geometry.layout.tangent_frames import TangentFrames
 from geometry.layout.twists import twist_corrections
 from geometry.mesh import Mesh
+from geometry.mesh.mesh_polylines import mesh_polylines
 from geometry.surface import Surface
 from geometry.surface.surface import check_points
 
 __all__ = ["Boundary", "LaidMesh", "boundary_lengths", "lay_quads"]
 
 Boundary = Literal["open", "aligned"]
-"""Lines run out of the boundary, or it consists of lines."""
+"""Whether lines end at the boundary ("open") or the boundary consists of lines ("aligned")."""
 
 LARGEST_ALIGNED_ANGLE = np.radians(40.0)
-"""Angle of a boundary edge from a direction of the network up to which it becomes a line of the mesh."""
+"""Largest angle, in radians, between a boundary edge and a direction of the network for the edge to become part of a
+line of the mesh."""
 
 FEWEST_FACES = 4
-"""Faces that a surface must have room for; with fewer there are no lines to lay."""
+"""Least number of faces for which lines can be laid on a surface."""
 
-LEAST_MAP_DETERMINANT = 1e-6
+SINGULAR_DETERMINANT = 1e-6
 """Determinant of an affine map over the cube of its size, below which it is not invertible."""
 
 
 @dataclass(frozen=True, eq=False)
 class LaidMesh:
-    """A mesh with its vertices on the surface, near to planar: `planarise` moves them a little.
+    """A mesh with its vertices on the surface and nearly planar faces, which `planarise` makes planar.
 
-    polylines: of two families, each the vertices along a polyline of inner edges, see `mesh_polylines`. Those of the
-    first family are nearer to the first direction of the network at most of their edges; about singularities of odd
-    index the families change places. singularities (k,): vertices; singular_indices (k,): their valence is 4 - index.
-    edge_length: of the grid, as asked for or found. network: what the edges follow.
+    polylines: two families, each the vertices along a polyline of inner edges, see `mesh_polylines`. Most edges of
+    the first family are nearer to the first direction of the network than to the second; around singularities of odd
+    index the families are exchanged. singularities (k,): vertices; singular_indices (k,): their valence is 4 - index.
+    edge_length: the typical one, given or computed from n_faces. network: the directions that the edges follow.
 
     >>> import numpy as np
     >>> from geometry import Mesh, Surface, lay_quads
@@ -77,14 +78,14 @@ def lay_quads(
 ) -> LaidMesh:
     """Quads of about one size along principal lines, or along other conjugate lines.
 
-    n_faces, or edge_length: how fine, one of them. affine (3, 3): lines are those that this map makes principal ones of
-    its image; crossing angles become smaller the more it stretches.
-    boundary: "open", lines run out of it; or "aligned", it consists of lines, which costs singularities; or one of them
-    for each boundary loop, longest first, as `boundary_lengths` has them.
-    strokes: polylines (k, 3) near the surface, of any lengths, whose directions lines follow.
-
-    Where the surface is flat or umbilic, directions come from around, or from its longest direction if all of it is.
-    Raises GeometryError for numbers that do not fit the surface, curvature that cannot be determined, boundary loops
+    n_faces or edge_length: one of the two gives the size of the quads. affine (3, 3): a map; the lines are the curves
+    that become principal lines of the image of the surface. The more it stretches, the smaller their crossing angles.
+    boundary: "open", lines end there; or "aligned", it consists of lines, which may add singularities; or a list with
+    one of these words for each boundary loop, the longest first, in the order of `boundary_lengths`.
+    strokes: polylines (k, 3) near the surface, of any length, whose directions the lines follow.
+    Where the surface is flat or umbilic, directions continue from its surroundings; if it is so everywhere, they follow
+    the longest direction of the surface.
+    Raises GeometryError for numbers that do not fit the surface, curvature that cannot be estimated, boundary loops
     smaller than a face, and FoldedError where the lines cannot be laid without a fold.
 
     >>> import numpy as np
@@ -105,7 +106,7 @@ def lay_quads(
     count = float(n_faces) if n_faces is not None else float(frames.areas.sum()) / float(edge_length or 1) ** 2
     first = draft(network, field, maps, count)
     twists = twist_corrections(network, first.derivatives, first.mesh, first.edge_length)
-    corrected = count * count / first.mesh.n_faces  # as rims take and give
+    corrected = count * count / first.mesh.n_faces  # the rim adds or removes faces
     final = draft(network.corrected(twists), field, maps, corrected)
     indices = np.where(final.vertices >= 0, field.indices[final.vertices], 0)
     singular = np.flatnonzero(indices)
@@ -134,7 +135,7 @@ def boundary_lengths(surface: Surface) -> FloatArray:
 
 def _check(surface: Surface, n_faces: int | None, edge_length: float | None) -> None:
     if not isinstance(surface, Surface):
-        raise GeometryError(f"the surface is a {type(surface).__name__}: make it one by Surface(mesh)")
+        raise GeometryError(f"the surface is a {type(surface).__name__}: wrap the mesh in Surface(mesh)")
     if (n_faces is None) == (edge_length is None):
         raise GeometryError("give either a number of faces or an edge length")
     area = float(np.linalg.norm(surface.triangulated.vector_areas, axis=1).sum())
@@ -162,7 +163,7 @@ def _loops(mesh: Mesh) -> list[tuple[IntArray, float]]:
 
 
 def _aligned_edges(mesh: Mesh, boundary: Boundary | Sequence[Boundary]) -> BoolArray:
-    """(E,) which are to be lines of the mesh. Raises GeometryError for other words, and another number of them."""
+    """(E,) which are to be lines of the mesh. Raises GeometryError for other words, or a wrong number of them."""
     c = mesh.combinatorics
     is_rim = c.is_boundary_edge
     for word in [boundary] if isinstance(boundary, str) else boundary:
@@ -186,7 +187,7 @@ def _aligned_edges(mesh: Mesh, boundary: Boundary | Sequence[Boundary]) -> BoolA
 
 
 def _strokes(given: Sequence[Any], origin: FloatArray) -> list[FloatArray]:
-    """Polylines (k, 3) from the origin. Raises GeometryError where one is no polyline."""
+    """The given polylines (k, 3) minus the origin (3,). Raises GeometryError where one has no direction."""
     strokes = []
     for number, points in enumerate(given):
         stroke = check_points(points)
@@ -203,7 +204,7 @@ def _affine(given: Any) -> FloatArray | None:
     if (
         affine.shape != (3, 3)
         or not np.isfinite(affine).all()
-        or abs(np.linalg.det(affine)) <= LEAST_MAP_DETERMINANT * (affine**2).sum() ** 1.5
+        or abs(np.linalg.det(affine)) <= SINGULAR_DETERMINANT * (affine**2).sum() ** 1.5
     ):
         raise GeometryError(
             f"the affine map is {affine.tolist()}: an invertible matrix of 3 rows of 3 numbers is needed"
@@ -212,26 +213,29 @@ def _affine(given: Any) -> FloatArray | None:
 
 
 def _lines(network: Network, align: BoolArray) -> BoolArray:
-    """(C, 2) boundary sides along which u, or v, is to be constant."""
+    """(C, 2) for each half-edge whether it is on an aligned boundary where u (column 0) or v (column 1) is constant."""
     c = network.frames.combinatorics
     sides = network.frames.sides.ravel()
-    owner = np.arange(c.n_corners) // 3
-    offs = np.stack([_off(sides, network.second[owner]), _off(sides, network.first[owner])], axis=1)
-    nearest = offs.argmin(axis=1)
+    triangles = np.arange(c.n_corners) // 3
+    angles = np.stack(
+        [_line_angles(sides, network.second[triangles]), _line_angles(sides, network.first[triangles])], axis=1
+    )
+    nearest = angles.argmin(axis=1)
     lines = np.zeros((c.n_corners, 2), dtype=bool)
-    at = np.flatnonzero((c.twin < 0) & align[c.corner_edge] & (offs.min(axis=1) < LARGEST_ALIGNED_ANGLE))
-    lines[at, nearest[at]] = True
+    aligned = np.flatnonzero((c.twin < 0) & align[c.corner_edge] & (angles.min(axis=1) < LARGEST_ALIGNED_ANGLE))
+    lines[aligned, nearest[aligned]] = True
     return lines
 
 
-def _off(a: ComplexArray, b: ComplexArray) -> FloatArray:
-    """(n,) angles between lines along vectors (n,)."""
+def _line_angles(a: ComplexArray, b: ComplexArray) -> FloatArray:
+    """(n,) angles in radians, at most pi / 2, between lines with directions a (n,) and b (n,)."""
     angles = np.abs(np.angle(a * b.conj()))
     return np.asarray(np.minimum(angles, np.pi - angles))
 
 
 def _families(mesh: Mesh, along: FloatArray) -> tuple[tuple[IntArray, ...], tuple[IntArray, ...]]:
-    """By which direction most edges inside the mesh are nearer to; along (2, n): see `along_network`."""
+    """Polylines of the first and of the second family: by the direction of the network to which most of their edges are
+    nearer. along (2, n): see `along_network`."""
     lines, line_of_edge = mesh_polylines(mesh.combinatorics)
     votes = np.bincount(line_of_edge[line_of_edge >= 0], np.sign(along[0] - along[1]), minlength=len(lines))
     first = tuple(line for line, vote in zip(lines, votes.tolist(), strict=True) if vote >= 0)

@@ -1,4 +1,4 @@
-"""What is measured of a mesh laid on a surface along a network."""
+"""Measures of the quality of a mesh laid on a surface along a network."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ __all__ = ["LayoutQuality", "along_network", "layout_quality"]
 class LayoutQuality:
     """Lengths in mean edge lengths of the mesh, angles in radians.
 
-    quad_share: of the faces. valences: of inner vertices other than 4, how many of each. corner_angles (C,).
-    edge_lengths (E,). off_network (n,): angles of the edges inside the mesh from the nearer direction of the network.
-    planarity (F,): see Mesh. off_surface (F,): distance of the centres of faces, as vertices are on the surface.
-    undirected_share: of the area, where the surface is flat or umbilic and any directions are conjugate.
+    quad_share: share of the faces that are quads. valences: numbers of inner vertices by valence, without 4.
+    corner_angles (C,). edge_lengths (E,). off_network (n,): angles between the edges inside the mesh and the nearer
+    direction of the network. planarity (F,): see `Mesh`. off_surface (F,): distances of the centres of faces from the
+    surface; vertices are on it. undirected_share: share of the area where the surface is flat or umbilic, so that any
+    directions are conjugate.
     """
 
     quad_share: float

@@ -1,4 +1,4 @@
-"""Singular vertices near to each other, which must not come to lie in one point of the grid."""
+"""Singular vertices near each other, which must not get the same integer (u, v)."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from geometry.layout.seams import SeamlessMaps
 from geometry.layout.tangent_frames import TangentFrames
 from geometry.optimise import SparseMatrix
 
-__all__ = ["apart"]
+__all__ = ["singular_differences"]
 
-SINGULARITY_PAIR_DISTANCE = 3.0
-"""Distance of singular vertices that are looked at, in edge lengths. Farther ones may have the same (u, v)."""
+SINGULAR_PAIR_DISTANCE = 3.0
+"""Distance below which two singular vertices must have different (u, v), in edge lengths."""
 
 
-def apart(frames: TangentFrames, field: CombedField, maps: SeamlessMaps, edge_length: float) -> IntArray:
-    """(k, 2, m) for pairs of near singular vertices: the difference of their (u, v), of the integers t of the maps, in
-    the chart of one triangle.
+def singular_differences(frames: TangentFrames, field: CombedField, maps: SeamlessMaps, edge_length: float) -> IntArray:
+    """(k, 2, m) for pairs of singular vertices near each other: the matrices from the integers t of the maps to the
+    difference of their (u, v), both in the (u, v) of one triangle.
     """
     m = maps.integers.shape[1]
     singular = np.flatnonzero(field.indices)
     places = frames.mesh.vertices[singular]
     near = (
-        KDTree(places).query_pairs(SINGULARITY_PAIR_DISTANCE * edge_length, output_type="ndarray")
+        KDTree(places).query_pairs(SINGULAR_PAIR_DISTANCE * edge_length, output_type="ndarray")
         if len(singular)
         else np.zeros((0, 2))
     )
@@ -46,20 +46,23 @@ def apart(frames: TangentFrames, field: CombedField, maps: SeamlessMaps, edge_le
     found = []
     for i in np.unique(pairs[:, 0]).tolist():
         before = integers(dijkstra(graph, directed=False, indices=corner[i] // 3, return_predecessors=True)[1])
-        own = _rows(rows, np.array([corner[i]]))[0]
+        first_rows = _rows(rows, np.array([corner[i]]))[0]
         others = corner[pairs[pairs[:, 0] == i, 1]].tolist()
-        found += [_carried(frames, field, rows, before, other) - own for other in others]
+        found += [_carried(frames, field, rows, before, other) - first_rows for other in others]
     return integers(np.array(found).swapaxes(1, 2))
 
 
 def _rows(rows: SparseMatrix, corners: IntArray) -> IntArray:
-    """(n, m, 2) u and v of the integers at corners (n,)."""
+    """(n, m, 2) the rows of u and v at corners (n,), for the integers of the maps."""
     dense = rows[integers(2 * corners[:, None] + [0, 1]).ravel()].toarray()
     return np.rint(dense).astype(np.int64).reshape(len(corners), 2, -1).swapaxes(1, 2)
 
 
 def _carried(frames: TangentFrames, field: CombedField, rows: SparseMatrix, before: IntArray, corner: int) -> IntArray:
-    """(m, 2) u and v at a corner, in the chart of the triangle that a way of triangles begins with."""
+    """(m, 2) the rows of u and v at a corner, carried along a path of triangles to its first triangle.
+
+    before (F,): the triangle before each one on the path, negative at its beginning.
+    """
     c = frames.combinatorics
     value, triangle = _rows(rows, np.array([corner]))[0], corner // 3
     while before[triangle] >= 0:

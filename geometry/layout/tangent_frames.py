@@ -1,4 +1,4 @@
-"""Triangles as flat pieces of the complex plane, each in a frame of its own; vectors in it are complex numbers."""
+"""Triangles as parts of the complex plane, each with its own frame; vectors in a frame are complex numbers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from geometry.mesh import Combinatorics, Mesh
 __all__ = ["TangentFrames"]
 
 AXIS_PAIRS = ((0, 0), (0, 1), (1, 1))
-"""Pairs of axes of a frame, of which the entries xx, xy and yy of a tensor are."""
+"""Pairs of axes of a frame that belong to the entries xx, xy and yy of a tensor."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +41,12 @@ class TangentFrames:
 
     @cached_property
     def areas(self) -> FloatArray:
-        """(F,)"""
+        """(F,) areas of the triangles."""
         return floats(np.linalg.norm(self.mesh.vector_areas, axis=1))
 
     @cached_property
     def axes(self) -> FloatArray:
-        """(F, 2, 3) unit vectors."""
+        """(F, 2, 3) the axes of the frames: unit vectors in space."""
         normals = self.mesh.vector_areas / self.areas[:, None]
         points = self.mesh.vertices[self.triangles]
         first = points[:, 1] - points[:, 0]
@@ -55,18 +55,18 @@ class TangentFrames:
 
     @cached_property
     def sides(self) -> ComplexArray:
-        """(F, 3)"""
+        """(F, 3) vectors along the sides, from each corner to the next."""
         points = self.mesh.vertices[self.triangles]
         return complexes(self.flat(np.roll(points, -1, axis=1) - points))
 
     @cached_property
     def gradients(self) -> ComplexArray:
-        """(F, 3) of the linear functions that are 1 at one corner and 0 at the two others."""
+        """(F, 3) gradients of the linear functions that are 1 at one corner and 0 at the two others."""
         return complexes(1j * np.roll(self.sides, -1, axis=1) / (2 * self.areas[:, None]))
 
     @cached_property
     def centres(self) -> FloatArray:
-        """(F, 3)"""
+        """(F, 3) centroids of the triangles, in space."""
         return floats(self.mesh.vertices[self.triangles].mean(axis=1))
 
     @cached_property
@@ -79,7 +79,7 @@ class TangentFrames:
 
     @cached_property
     def stiffness(self) -> FloatArray:
-        """(n,) of the edges inside: weights of squared steps across them in the integral of |grad|^2."""
+        """(n,) for the inner edges: weights of the squared differences across them in the integral of |grad|^2."""
         inner, left, right = self.inner_edges
         return floats(3 * self.mesh.edge_lengths[inner] ** 2 / (self.areas[left] + self.areas[right]))
 
@@ -92,7 +92,8 @@ class TangentFrames:
         return np.asarray(self._tree.query(points)[1])
 
     def flat(self, vectors: FloatArray) -> ComplexArray:
-        """Vectors (F, ..., 3) in the frames, as (F, ...); components along normals are lost."""
+        """Vectors (F, ..., 3) in space as vectors (F, ...) of the frames, without their components along the
+        normals."""
         x, y = np.einsum("f...i,fai->af...", vectors, self.axes)
         return np.asarray(x + 1j * y)
 
@@ -101,15 +102,16 @@ class TangentFrames:
         return np.asarray(vectors.real[:, None] * self.axes[:, 0] + vectors.imag[:, None] * self.axes[:, 1])
 
     def traceless(self, tensors: FloatArray) -> ComplexArray:
-        """(F,) of symmetric bilinear forms (F, 3, 3): |q| is half the difference of their two values, and q has twice
-        the angle of the direction of the larger one.
+        """(F,) the traceless part q of symmetric bilinear forms (F, 3, 3): |q| is half the difference of their two
+        principal values, and the angle of q is twice that of the direction of the larger one.
         """
         xx, xy, yy = (np.einsum("fi,fij,fj->f", self.axes[:, a], tensors, self.axes[:, b]) for a, b in AXIS_PAIRS)
         return np.asarray((xx - yy) / 2 + 1j * xy)
 
     @cached_property
     def edge_turns(self) -> FloatArray:
-        """(E,) what is added to the angle of a vector when it goes flat from the left to the right face of an edge.
+        """(E,) the change of the angle of a vector that is carried across an edge from the left to the right face, as
+        if both were in one plane.
 
         Zero at the boundary.
         """

@@ -1,4 +1,4 @@
-"""How much the quads of a mesh are twisted, and the correction of a network by it."""
+"""The twist of the quads of a mesh, and the correction of a network that reduces it."""
 
 from __future__ import annotations
 
@@ -12,20 +12,22 @@ from geometry.mesh import Mesh
 __all__ = ["twist_corrections"]
 
 AVERAGED_QUADS = 4
-"""Quads that a triangle's correction is the mean of."""
+"""Number of nearest quads that the correction of a triangle is averaged over."""
 
-AVERAGING_DISTANCE = 0.3
-"""Distance over the edge length that quads count alike within."""
+QUAD_WEIGHT_OFFSET = 0.3
+"""Added to the distance of a quad, over the edge length, so that all quads within about this distance have the same
+weight."""
 
 LARGEST_TWIST_CORRECTION = 1.0
-"""Correction, over the root mean square of the curvature, beyond which it is no small one."""
+"""Largest correction, over the root mean square of the curvature."""
 
 
-def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) -> FloatArray:
-    """(F,) what to add to II(first, second) of triangles, over the curvature's root mean square: deferred correction.
+def twist_corrections(network: Network, derivatives: FloatArray, mesh: Mesh, h: float) -> FloatArray:
+    """(F,) the amounts to be added to II(first, second) of triangles, over the root mean square of the curvature.
 
-    The twist (p0 - p1 + p2 - p3).n of a quad is what II of its isolines' tangents, at (F, 4) as in `integration`, would
-    be if the surface were quadratic and the quad a point. The difference from II is what the quads still lack.
+    derivatives (F, 4): as in `integration`. For small quads the twist (p0 - p1 + p2 - p3) . n equals II of the tangents
+    of the isolines. For quads of the actual size it differs, and the correction is this difference (a deferred
+    correction).
     """
     c = mesh.combinatorics
     frames = network.frames
@@ -41,20 +43,22 @@ def twist_corrections(network: Network, at: FloatArray, mesh: Mesh, h: float) ->
     side = points[:, 1] - points[:, 0] + points[:, 2] - points[:, 3]
     first, second = frames.in_space(network.first), frames.in_space(network.second)
 
-    p, q, r, s = at.T
-    form = forms_of_isolines(network.forms, at)
-    measured = network.curvature * h**2
+    p, q, r, s = derivatives.T
+    form = forms_of_isolines(network.forms, derivatives)
+    twist_scale = network.curvature * h**2
     sign = _along(side, first[nearest], second[nearest])
-    lacks = sign * twists * determinants(at)[nearest] ** 2 / measured - form[nearest]
-    lacks = (lacks / np.maximum(p * s + q * r, 0.2)[nearest]).clip(-LARGEST_TWIST_CORRECTION, LARGEST_TWIST_CORRECTION)
+    corrections = sign * twists * determinants(derivatives)[nearest] ** 2 / twist_scale - form[nearest]
+    corrections = (corrections / np.maximum(p * s + q * r, 0.2)[nearest]).clip(
+        -LARGEST_TWIST_CORRECTION, LARGEST_TWIST_CORRECTION
+    )
 
     distance, quad = KDTree(centres).query(frames.centres, AVERAGED_QUADS)
-    weights = (np.asarray(distance) / h + AVERAGING_DISTANCE) ** -2
-    alike = sign[quad] * _along(side[quad], first[:, None], second[:, None])
-    return np.asarray((weights * alike * lacks[quad]).sum(axis=1) / weights.sum(axis=1))
+    weights = (np.asarray(distance) / h + QUAD_WEIGHT_OFFSET) ** -2
+    signs = sign[quad] * _along(side[quad], first[:, None], second[:, None])
+    return np.asarray((weights * signs * corrections[quad]).sum(axis=1) / weights.sum(axis=1))
 
 
 def _along(side: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
-    """1 where a side runs along the first direction, -1 where along the second."""
+    """1 where a side is nearer to the first direction, -1 where it is nearer to the second."""
     by_first, by_second = (np.abs((side * axis).sum(axis=-1)) for axis in (first, second))
     return np.asarray(np.where(by_first >= by_second, 1.0, -1.0))

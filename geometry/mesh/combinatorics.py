@@ -1,8 +1,8 @@
 """Which vertices belong to which faces and edges: a mesh without its positions.
 
-Vocabulary. A *corner* is a vertex within a face; the corners of all faces stand in one flat array, face after face.
-Corner c also stands for the half-edge from its vertex to the vertex of the next corner. An *edge* is directed as
-its left face runs along it; the right face, where there is one, runs along it the other way.
+Vocabulary. A *corner* is a vertex within a face; the corners of all faces are in one flat array, face after face.
+Corner c also denotes the half-edge from its vertex to the vertex of the next corner. An *edge* has the direction in
+which its left face runs along it; the right face, if there is one, runs along it in the other direction.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, IntArray, integers, short_repr
 from geometry.errors import MeshError, described
-from geometry.mesh.ragged_arrays import next_in_run, run_of_place, runs_by_size
+from geometry.mesh.ragged_arrays import next_in_row, row_of_entry, rows_by_size
 
 __all__ = ["Combinatorics", "corners_and_sizes"]
 
@@ -27,7 +27,7 @@ __all__ = ["Combinatorics", "corners_and_sizes"]
 def corners_and_sizes(faces: Iterable[Sequence[int]]) -> tuple[IntArray, IntArray]:
     """The vertices of all corners (C,) and the numbers of corners (F,) of faces given as one sequence of vertices each.
 
-    Raises MeshError for vertices that are no whole numbers.
+    Raises MeshError for vertices that are not whole numbers.
     """
     if isinstance(faces, np.ndarray) and faces.ndim == 2:
         given, sizes = faces.ravel(), integers(np.full(len(faces), faces.shape[1]))
@@ -38,7 +38,7 @@ def corners_and_sizes(faces: Iterable[Sequence[int]]) -> tuple[IntArray, IntArra
     if given.ndim != 1 or given.dtype.kind != "f":
         raise MeshError("faces are sequences of the numbers of their vertices, such as [[0, 1, 2], [0, 2, 3, 4]]")
     with np.errstate(invalid="ignore"):
-        broken = given.astype(np.float64) % 1 != 0  # so is what is not finite
+        broken = given.astype(np.float64) % 1 != 0  # true for infinity and NaN, too
     if broken.any():
         places = np.flatnonzero(broken)
         wrong = np.unique(np.repeat(np.arange(len(sizes)), sizes)[places])
@@ -53,7 +53,7 @@ def _flattened(faces: Iterable[Sequence[int]]) -> tuple[NDArray[Any], IntArray]:
     try:
         lists = [list(face) for face in faces]
         return np.array([vertex for face in lists for vertex in face]), integers([len(face) for face in lists])
-    except (TypeError, ValueError) as error:  # what is no sequence, or has sequences for vertices
+    except (TypeError, ValueError) as error:  # no sequence, or sequences in place of vertices
         raise MeshError(
             f"faces are sequences of the numbers of their vertices, such as [[0, 1, 2], [0, 2, 3, 4]], not "
             f"{described(faces)}"
@@ -93,13 +93,14 @@ class Combinatorics:
 
     @classmethod
     def from_faces(cls, n_vertices: int, faces: Iterable[Sequence[int]]) -> Combinatorics:
-        """From one sequence of vertex indices a face. Raises MeshError also where one is no whole number."""
+        """From one sequence of vertex indices for each face. Raises MeshError also where an index is not a whole
+        number."""
         corners, sizes = corners_and_sizes(faces)
         return cls(n_vertices, corners, np.concatenate([[0], np.cumsum(sizes)]))
 
     @classmethod
     def grid(cls, m: int, n: int, *, closed: tuple[bool, bool] = (False, False)) -> Combinatorics:
-        """Quads over m by n vertices, of which (i, j) has number i n + j; see `Mesh.from_grid`."""
+        """Quads over m by n vertices; vertex (i, j) has number i n + j. See `Mesh.from_grid`."""
         i, j = np.indices((m - (not closed[0]), n - (not closed[1]))).reshape(2, -1)
         here, there, above = i * n, (i + 1) % m * n, (j + 1) % n
         corners = np.stack([here + j, there + j, there + above, here + above], axis=1)
@@ -123,12 +124,12 @@ class Combinatorics:
     @cached_property
     def corner_face(self) -> IntArray:
         """(C,) face of each corner."""
-        return run_of_place(self.face_starts)
+        return row_of_entry(self.face_starts)
 
     @cached_property
     def next_corner(self) -> IntArray:
         """(C,) the corner after each corner, counter-clockwise in its face."""
-        return next_in_run(self.face_starts)
+        return next_in_row(self.face_starts)
 
     @cached_property
     def previous_corner(self) -> IntArray:
@@ -143,15 +144,15 @@ class Combinatorics:
 
     @cached_property
     def faces(self) -> tuple[IntArray, ...]:
-        """The vertices of each face, read-only, so that `vertices[face]` are its corners."""
+        """The vertices of each face, read-only: `mesh.vertices[face]` are the positions of its corners."""
         return tuple(np.split(self.corners, self.face_starts[1:-1]))
 
     def faces_by_size(self) -> list[tuple[IntArray, IntArray]]:
         """For each size k: the faces with k corners (n,) and their corners (n, k)."""
-        return runs_by_size(self.face_starts)
+        return rows_by_size(self.face_starts)
 
     def corners_of(self, faces: IntArray) -> tuple[IntArray, IntArray]:
-        """All corners (n,) of faces (k,), one face after another, and which of the k each belongs to (n,)."""
+        """All corners (n,) of faces (k,), one face after another, and the index into `faces` (n,) for each."""
         sizes = self.face_sizes[faces]
         owner = np.repeat(np.arange(len(faces)), sizes)
         before = np.cumsum(sizes) - sizes
@@ -166,7 +167,7 @@ class Combinatorics:
         low, high = np.minimum(tail, head), np.maximum(tail, head)
         keys = low * self.n_vertices + high
         _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
-        rank = np.argsort(np.argsort(first))  # number the edges in the order in which faces meet them
+        rank = np.argsort(np.argsort(first))  # edges are numbered in the order in which they occur in faces
         corner_edge = rank[inverse]
         left = np.sort(first)
         right = np.full(len(first), -1, dtype=np.int64)
@@ -177,7 +178,7 @@ class Combinatorics:
 
     @property
     def edges(self) -> IntArray:
-        """(E, 2) tail and head of each edge, directed as its left face runs."""
+        """(E, 2) tail and head of each edge, in the direction of its left face."""
         return self._edge_tables[0]
 
     @property
@@ -195,7 +196,7 @@ class Combinatorics:
         return self._edge_tables[2]
 
     def edge_name(self, edge: int) -> str:
-        """What an error calls an edge."""
+        """The name of an edge in messages."""
         i, j = self.edges[edge].tolist()
         return f"edge {edge} from vertex {i} to vertex {j}"
 
@@ -216,7 +217,7 @@ class Combinatorics:
 
     @cached_property
     def runs_along_edge(self) -> BoolArray:
-        """(C,) whether a corner's half-edge runs as its edge is directed, so that its face is the left one."""
+        """(C,) whether the half-edge of a corner has the direction of its edge, so that its face is the left one."""
         along: BoolArray = self.edge_corners[self.corner_edge, 0] == np.arange(self.n_corners)
         return along
 
@@ -258,11 +259,12 @@ class Combinatorics:
         rows, columns = np.concatenate([i, j]), np.concatenate([j, i])
         return coo_array((ones, (rows, columns)), shape=(self.n_vertices, self.n_vertices)).tocsr()
 
-    # --- the whole
+    # --- global properties
 
     @cached_property
     def boundary_loops(self) -> list[IntArray]:
-        """Vertices of each boundary loop, the mesh to the left; a vertex where two fans meet is in both loops."""
+        """The vertices of each boundary loop, with the mesh to the left; a vertex where two fans of faces meet occurs
+        twice."""
         starts = np.flatnonzero(self.twin < 0)
         following = self.next_corner[starts]
         while (inner := self.twin[following] >= 0).any():  # turn about the head until the next boundary edge
@@ -292,7 +294,7 @@ class Combinatorics:
         return integers(connected_components(pairs, directed=False)[1])
 
     def same_as(self, other: Combinatorics) -> bool:
-        """Combinatorially equivalent vertex by vertex: the same object, or equal faces."""
+        """Whether both have the same vertices and faces, with the same numbers."""
         return self is other or (
             self.n_vertices == other.n_vertices
             and np.array_equal(self.corners, other.corners)
@@ -340,6 +342,6 @@ class Combinatorics:
             i, j = divmod(int(keys[order[twice[0]]]), self.n_vertices)
             raise MeshError(
                 f"faces {first} and {second} both run from vertex {i} to vertex {j}: "
-                "the edge has more than two faces, or the faces are not oriented alike",
+                "the edge has more than two faces, or the faces have different orientations",
                 elements=[first, second],
             )

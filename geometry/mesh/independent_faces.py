@@ -14,9 +14,9 @@ __all__ = ["disjoint_faces"]
 def disjoint_faces(combinatorics: Combinatorics) -> IntArray:
     """(m,) faces of which no two share a vertex, and to which none can be added.
 
-    Preferred are faces at an even distance from the first face, both along common vertices and along common edges: on a
-    grid of quads that is every second face of every second row, and all vertices are taken. Ties are broken by chance,
-    always in the same way.
+    Faces at an even distance from the first face are preferred, where distances count steps across common vertices and
+    across common edges. On a grid of quads these are every second face of every second row, which use all vertices.
+    Ties are broken by random numbers with a fixed seed.
     """
     c = combinatorics
     by_vertex = _depths(c.n_faces + c.n_vertices, np.stack([c.corner_face, c.n_faces + c.corners], axis=1))
@@ -35,18 +35,19 @@ def _depths(n_nodes: int, links: IntArray) -> IntArray:
 
 
 def _greedy(c: Combinatorics, rank: IntArray) -> IntArray:
-    """What taking faces in the order of their ranks leads to: at once all that are first at each of their vertices."""
-    taken, chosen = np.zeros(c.n_vertices, dtype=bool), []
-    corners, of_corner = c.corners, c.corner_face
+    """The faces that are chosen one by one in the order of their ranks (F,), without those that share a vertex with a
+    chosen one; found in rounds, each of which chooses all faces that have the least rank at all of their vertices."""
+    is_used, chosen = np.zeros(c.n_vertices, dtype=bool), []
+    corners, corner_face = c.corners, c.corner_face
     while len(corners):
         first = np.full(c.n_vertices, 2 * c.n_faces)
-        np.minimum.at(first, corners, rank[of_corner])
+        np.minimum.at(first, corners, rank[corner_face])
         is_first = np.ones(c.n_faces, dtype=bool)
-        is_first[of_corner[rank[of_corner] != first[corners]]] = False
-        taken[corners[is_first[of_corner]]] = True
-        chosen.append(np.unique(of_corner[is_first[of_corner]]))
-        lost = np.zeros(c.n_faces, dtype=bool)
-        lost[of_corner[taken[corners]]] = True
-        keep = ~lost[of_corner]
-        corners, of_corner = corners[keep], of_corner[keep]
+        is_first[corner_face[rank[corner_face] != first[corners]]] = False
+        is_used[corners[is_first[corner_face]]] = True
+        chosen.append(np.unique(corner_face[is_first[corner_face]]))
+        is_excluded = np.zeros(c.n_faces, dtype=bool)
+        is_excluded[corner_face[is_used[corners]]] = True
+        keep = ~is_excluded[corner_face]
+        corners, corner_face = corners[keep], corner_face[keep]
     return integers(np.sort(np.concatenate(chosen)))

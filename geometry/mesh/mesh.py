@@ -1,4 +1,4 @@
-"""A mesh: positions over a combinatorics. M, a parallel mesh, a Gauss image, a Koebe polyhedron: all are this."""
+"""A mesh: vertex positions over combinatorics. M, a parallel mesh, a Gauss image and a Koebe polyhedron are meshes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["Mesh"]
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Vertices (N, 3), read-only, over a combinatorics shared by reference.
+    """Vertices (N, 3), read-only, over combinatorics shared by reference.
 
     Meshes over the same combinatorics form a vector space: `+`, `-`, `sum`, and `*` and `/` with a number.
     Raises MeshError where the shape does not fit or a coordinate is not finite.
@@ -37,7 +37,7 @@ class Mesh:
 
     __repr__ = short_repr
 
-    __array_ufunc__ = None  # arrays and numbers of numpy leave the operators to the mesh
+    __array_ufunc__ = None  # so that numpy uses the operators of the mesh, as in 2.0 * mesh
 
     vertices: FloatArray
     combinatorics: Combinatorics
@@ -45,24 +45,24 @@ class Mesh:
     def __post_init__(self) -> None:
         if not isinstance(self.combinatorics, Combinatorics):
             raise MeshError(
-                f"Mesh(vertices, combinatorics) takes a Combinatorics, not {described(self.combinatorics)}: from faces "
-                "a mesh is made by Mesh.from_faces(vertices, faces)"
+                f"Mesh(vertices, combinatorics) takes a Combinatorics, not {described(self.combinatorics)}: make a "
+                "mesh from faces by Mesh.from_faces(vertices, faces)"
             )
         object.__setattr__(self, "vertices", _positions(self.vertices))
         expected = (self.combinatorics.n_vertices, 3)
         if self.vertices.shape != expected:
             raise MeshError(f"vertices have shape {self.vertices.shape}, the faces need {expected}")
-        broken = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))
-        if len(broken):
-            vertex = int(broken[0])
+        not_finite = np.flatnonzero(~np.isfinite(self.vertices).all(axis=1))
+        if len(not_finite):
+            vertex = int(not_finite[0])
             raise MeshError(
                 f"vertex {vertex} is {self.vertices[vertex].tolist()}: coordinates must be finite numbers",
-                elements=broken.tolist(),
+                elements=not_finite.tolist(),
             )
 
     @classmethod
     def from_faces(cls, vertices: Any, faces: Iterable[Sequence[int]]) -> Mesh:
-        """From positions (N, 3) and one sequence of vertices a face, counter-clockwise seen from outside.
+        """From positions (N, 3) and one sequence of vertices for each face, counter-clockwise seen from outside.
 
         Raises MeshError where they make no mesh; where the other order would, it says that they are exchanged.
         """
@@ -83,8 +83,8 @@ class Mesh:
         """Quads over a grid of points (m, n, 3); vertex (i, j) has number i n + j.
 
         closed: whether the last row i = m - 1 is joined to the first one, and the last column j = n - 1 to the first;
-        the first points are not to be written again at the end. The normals are those of "along i" x "along j": points
-        whose i runs with x and whose j runs with y are seen from above, for others there is `reversed`.
+        do not repeat the first points at the end. The normals point along (direction of i) x (direction of j), so
+        upwards if i increases with x and j with y; `reversed` turns them over.
 
         Raises MeshError for another shape and for too few points: 2 in a direction, 3 where it is closed.
 
@@ -164,31 +164,32 @@ class Mesh:
         other = getattr(other, "mesh", other)
         if not isinstance(other, Mesh):
             raise MeshError(
-                f"to a mesh one adds a mesh with the same faces, not {described(other)}: a vector moves it by "
-                "mesh.translated(vector), an array of positions becomes one by mesh.with_vertices(positions)"
+                f"only a mesh with the same faces can be added to a mesh, not {described(other)}: move it by a vector "
+                "with mesh.translated(vector), or make a mesh from positions with mesh.with_vertices(positions)"
             )
         if not self.combinatorics.same_as(other.combinatorics):
             raise MeshError("the two meshes do not have the same faces: linear combinations need equal combinatorics")
         return other
 
     def translated(self, vector: Any) -> Mesh:
-        """All vertices moved by a vector (3,). Translates of a Gauss image are Gauss images [Pottmann2007, 4.4]."""
+        """The mesh moved by a vector (3,). A translated Gauss image is a Gauss image, too [Pottmann2007, 4.4]."""
         shift = _positions(vector)
         if shift.shape != (3,):
             raise MeshError(f"a mesh is translated by a vector of 3 numbers, not by an array of shape {shift.shape}")
         return self.with_vertices(self.vertices + shift)
 
     def near_zero(self) -> tuple[Mesh, FloatArray]:
-        """This mesh moved to zero by whole numbers, so that nothing is rounded, and the origin (3,) that was taken out.
+        """This mesh moved to zero by whole numbers, so that nothing is rounded, and the origin (3,) that was
+        subtracted.
 
-        What is computed of a mesh far from zero, as at map coordinates, is coarse as its coordinates are: begin here,
-        and put the origin back at the end, by `translated` or `write_mesh`. See `geometry.mesh.origin`.
+        Results for a mesh far from zero, as at map coordinates, are only as accurate as its coordinates. So begin with
+        this and add the origin at the end, by `translated` or `write_mesh`. See `geometry.mesh.origin`.
         """
         origin = whole_origin(self.vertices[self.combinatorics.is_used])
         return self.with_vertices(self.vertices - origin), origin
 
     def part(self, faces: IntArray) -> Mesh:
-        """A mesh of some of the faces (k,), in that order, and of the vertices they use, in the order these have."""
+        """A mesh of some of the faces (k,), in the given order, and of the vertices that they use, in their order."""
         c = self.combinatorics
         starts = np.concatenate([[0], np.cumsum(c.face_sizes[faces])])
         used, numbered = np.unique(c.corners[c.corners_of(faces)[0]], return_inverse=True)
@@ -208,7 +209,7 @@ class Mesh:
 
     @cached_property
     def edge_lengths(self) -> FloatArray:
-        """(E,)"""
+        """(E,) lengths of the edges."""
         return floats(np.linalg.norm(self.edge_vectors, axis=1))
 
     @cached_property
@@ -298,7 +299,7 @@ def _number(factor: Any) -> float:
     if isinstance(factor, (int, float, np.number)) and not isinstance(factor, np.complexfloating):
         return float(factor)
     raise MeshError(
-        f"a mesh is multiplied by or divided by a number, not {described(factor)}: scale along axes by "
+        f"a mesh is multiplied by or divided by a number, not {described(factor)}: scale it along the axes with "
         "mesh.with_vertices(mesh.vertices * factors)"
     )
 
@@ -306,6 +307,6 @@ def _number(factor: Any) -> float:
 def _make_a_mesh(vertices: Any, faces: Any) -> bool:
     try:
         Mesh(vertices, Combinatorics.from_faces(len(vertices), faces))
-    except (MeshError, TypeError):  # such as what has no length
+    except (MeshError, TypeError):  # TypeError: `vertices` has no length
         return False
     return True

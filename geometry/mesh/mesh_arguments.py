@@ -1,4 +1,4 @@
-"""What functions take where they ask for a mesh: a Mesh, what holds one, or a mesh of another library.
+"""What functions accept as a mesh: a Mesh, an object that holds one as `.mesh`, or a mesh of another library.
 
 Meshes of other libraries are recognised by what they offer, so that none of these libraries is needed.
 """
@@ -18,7 +18,8 @@ __all__ = ["CombinatoricsLike", "HasMesh", "MeshLike", "as_combinatorics", "as_g
 
 
 class HasMesh(Protocol):
-    """What holds a mesh: MeshFile, OptimisedMesh, KoebePolyhedron, LaidMesh, Pair, Surface, or a class of one's own.
+    """An object that holds a mesh: MeshFile, OptimisedMesh, KoebePolyhedron, LaidMesh, Pair, Surface, or your own
+    class.
 
     >>> from geometry import planarise
     >>> from geometry.mesh.solids import cube
@@ -33,22 +34,22 @@ class HasMesh(Protocol):
 
 
 MeshLike: TypeAlias = "Mesh | HasMesh"
-"""A mesh, or what holds one as `.mesh`."""
+"""A mesh, or an object that holds one as `.mesh`."""
 
 CombinatoricsLike: TypeAlias = "Combinatorics | Mesh | HasMesh"
 """Combinatorics, or a mesh that has them."""
 
 
 def as_mesh(given: Any) -> Mesh:
-    """The mesh that is meant; every function of this package that asks for a mesh calls this.
+    """The mesh of an argument; every function of this package with an argument for a mesh calls this.
 
-    A Mesh is returned as it is, and of what holds one as `.mesh` that one (of a `Pair` M). A tuple (vertices, faces),
-    and meshes of trimesh, compas and meshio become a new Mesh: vertices and faces in their order, faces as they run,
-    coordinates as doubles, and nothing else, such as colours. Of meshio, points and lines are left out, and volumes
-    refused. Files are read by `read_mesh`. What has gaps, or faces that do not run alike, is mended by
-    `geometry.files.mend`.
+    A Mesh is returned as it is; for an object that holds one as `.mesh`, that mesh is returned (for a `Pair`, M). A
+    tuple (vertices, faces), and meshes of trimesh, compas and meshio become a new Mesh: with the vertices and faces in
+    their order, the faces with their orientation, the coordinates as doubles, and nothing else, such as colours. Points
+    and lines of meshio are left out, volumes refused. Files are read by `read_mesh`. Meshes with gaps, or with faces of
+    different orientations, are mended by `geometry.files.mend`.
 
-    Raises MeshError for anything else, saying what to do, and for faces that make no mesh.
+    Raises MeshError for anything else, with the cure, and for faces that make no mesh.
 
     >>> import trimesh
     >>> from geometry import as_mesh
@@ -69,7 +70,8 @@ def as_mesh(given: Any) -> Mesh:
 
 
 def as_gauss_image(given: Any) -> Mesh:
-    """The mesh that is meant where a Gauss image S is asked for: of a `Pair`, and of what holds one, S; else `as_mesh`.
+    """The Gauss image S of an argument: S of a `Pair` or of an object that holds one; of all else the mesh, by
+    `as_mesh`.
 
     >>> from geometry import Pair
     >>> from geometry.mesh.solids import cube
@@ -81,7 +83,7 @@ def as_gauss_image(given: Any) -> Mesh:
 
 
 def as_combinatorics(given: Any) -> Combinatorics:
-    """The combinatorics that are meant: those given, or those of a mesh, see `as_mesh`.
+    """The combinatorics of an argument: those given, or those of a mesh, see `as_mesh`.
 
     >>> from geometry.mesh.solids import cube
     >>> as_combinatorics(cube()).n_edges
@@ -91,7 +93,7 @@ def as_combinatorics(given: Any) -> Combinatorics:
 
 
 def _refusal(given: Any) -> str:
-    """What was given, and what to do."""
+    """The message for an argument that is no mesh: what it is, and the cure."""
     if isinstance(given, (str, PathLike)):
         return f"a mesh is needed, not the path {printable(given)}: read the file by read_mesh(path)"
     if isinstance(given, Combinatorics):
@@ -101,23 +103,25 @@ def _refusal(given: Any) -> str:
             f"a mesh is needed, not {described(given)}: positions become one by Mesh.from_faces(vertices, faces), or "
             "by mesh.with_vertices(vertices) over the faces of another mesh"
         )
+    if hasattr(given, "to_mesh"):
+        return f"a mesh is needed, not {described(given)}: a scene of trimesh becomes one mesh by scene.to_mesh()"
     return (
-        f"a mesh is needed, not {described(given)}: give a Mesh, what holds one as `.mesh`, a tuple (vertices, faces), "
-        "or a mesh of trimesh, compas or meshio"
+        f"a mesh is needed, not {described(given)}: give a Mesh, an object that holds one as `.mesh`, a tuple "
+        "(vertices, faces), or a mesh of trimesh, compas or meshio"
     )
 
 
 # --- other libraries
 
 FACE_CELLS = ("triangle", "quad", "polygon")
-"""What the names of cells of meshio that are faces begin with; digits after "triangle" or "quad" are curved ones."""
+"""Types of cells of meshio that are faces. A digit after "triangle" or "quad" means a curved cell, which is refused."""
 
-PASSED_OVER_CELLS = ("vertex", "line")
-"""Cells of meshio that may stand beside faces."""
+IGNORED_CELLS = ("vertex", "line")
+"""Types of cells of meshio that are ignored beside faces."""
 
 
 def _of_other_library(given: Any) -> tuple[Any, Any] | None:
-    """The positions and the faces of a mesh of another library; None for what is none."""
+    """The positions and the faces of a mesh of another library; None for anything else."""
     if callable(getattr(given, "to_vertices_and_faces", None)):  # compas
         vertices, faces = given.to_vertices_and_faces()
         return vertices, faces
@@ -135,7 +139,7 @@ def _faces_of_cells(cells: list[Any]) -> list[list[int]]:
     for block in cells:
         if block.type in FACE_CELLS:
             faces += block.data.tolist()
-        elif block.type not in PASSED_OVER_CELLS:
+        elif block.type not in IGNORED_CELLS:
             unknown.append(block.type)
     if unknown:
         raise MeshError(

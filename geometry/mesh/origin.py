@@ -1,8 +1,7 @@
-"""The place of a mesh: far from zero doubles are coarse, so a whole number is taken out and nothing is rounded.
+"""The origin of a mesh: whole numbers that are subtracted from coordinates far from zero, where doubles are coarse.
 
-At map coordinates of 5e6 m a double is 1e-9 m, and what is computed from differences, products and means of such
-numbers rounds at every step. The origin of a mesh is taken out before anything is computed, and put back where the
-result is written.
+At map coordinates of 5e6 m doubles are 1e-9 m apart, and differences, products and means of them are rounded at every
+step. So the origin is subtracted, exactly, before anything is computed, and added where the result is written.
 """
 
 from __future__ import annotations
@@ -14,14 +13,14 @@ from geometry.arrays import BoolArray, FloatArray, floats
 __all__ = ["rounding", "whole_origin"]
 
 FREE_BITS_FACTOR = 4.0
-"""Multiples of this many spacings of doubles leave their last two bits free; of rounded numbers a quarter does."""
+"""Multiples of this many spacings of doubles have two zero bits at their end, which one in four rounded numbers has."""
 
 
 def whole_origin(points: FloatArray) -> FloatArray:
     """(3,) the whole numbers nearest to the middle of the bounding box of points (n, 3), if there are any.
 
-    Points that move by whole numbers take it along. It is zero in an axis where taking it out would round a
-    coordinate: only where the points come nearer to zero than about their own extent, so that nothing is lost.
+    It moves with points that move by whole numbers. It is zero along an axis where subtracting it would round a
+    coordinate; this happens only where points are nearer to zero than about their extent, so that no accuracy is lost.
     """
     if not len(points):
         return floats(np.zeros(3))
@@ -30,18 +29,19 @@ def whole_origin(points: FloatArray) -> FloatArray:
 
 
 def _exact(points: FloatArray, origin: FloatArray) -> BoolArray:
-    """(n, 3) whether the difference of two doubles is one: what is left of it beside its rounded value is zero [the
-    sum with its error of Moller and Knuth]."""
+    """(n, 3) whether points - origin is exact in doubles: its rounding error, computed by the two-sum algorithm of
+    Moller and Knuth, is zero."""
     difference = points - origin
-    taken = points - difference
-    left: BoolArray = (points - (difference + taken)) + (taken - origin) == 0
-    return left
+    subtracted = points - difference
+    is_exact: BoolArray = (points - (difference + subtracted)) + (subtracted - origin) == 0
+    return is_exact
 
 
 def rounding(points: FloatArray) -> float:
-    """How far doubles are apart at the furthest coordinate that had to be rounded to one; zero if none had.
+    """The spacing of doubles at the largest coordinate that was rounded; zero if none was.
 
-    Coordinates that were rounded use all their bits; those of a mesh that stands far away exactly leave some free.
+    Rounded coordinates use all their bits; a coordinate whose last bits are zero counts as exact, as those of a mesh
+    that was moved far away by whole numbers.
     """
     spacing = np.spacing(np.abs(points))
     return float(np.where(np.mod(points / spacing, FREE_BITS_FACTOR) == 0, 0.0, spacing).max(initial=0.0))

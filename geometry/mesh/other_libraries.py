@@ -1,4 +1,4 @@
-"""Meshes given to other libraries, which are imported when they are asked for and need not be installed."""
+"""Meshes for other libraries, which are imported only when such a function is called."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ __all__ = ["to_compas", "to_meshio", "to_trimesh"]
 def to_trimesh(mesh: MeshLike) -> Any:
     """A trimesh.Trimesh with the same vertices in their order; faces with more corners are cut into triangles.
 
-    Triangles run as their faces; `metadata["face"]` (T,) is the face of each, ascending. Convex faces become fans about
-    their first corner, others constrained Delaunay triangulations; no vertex is added, none is merged.
+    Triangles have the orientation of their faces; `metadata["face"]` (T,) is the face of each, ascending. Convex faces
+    become fans about their first corner, others constrained Delaunay triangulations; no vertex is added, none is
+    merged.
 
     Raises GeometryError where trimesh is not installed, and MeshError for a face whose outline crosses itself.
 
@@ -51,7 +52,7 @@ def to_compas(mesh: MeshLike) -> Any:
 def to_meshio(mesh: MeshLike) -> Any:
     """A meshio.Mesh with the same vertices; its blocks are the triangles, the quads and so on, in this order.
 
-    Faces keep their order within a block; `cell_data["face"]` has their numbers here.
+    Faces keep their order within a block; `cell_data["face"]` has their numbers in this mesh.
 
     Raises GeometryError where meshio is not installed.
 

@@ -43,12 +43,12 @@ def mixed_areas(
 ) -> FloatArray:
     """(F,) mixed area of the faces P of one mesh and the parallel faces Q of another [Pottmann2007, (4)].
 
-    vertices_p, vertices_q (N, 3): the two meshes; normals (F, 3): unit normals of the planes of the faces, which say
-    what counts as counter-clockwise. Symmetric and bilinear in P and Q, the same for translated faces; with Q = P the
-    signed area.
+    vertices_p, vertices_q (N, 3): the two meshes; normals (F, 3): unit normals of the planes of the faces, from which
+    areas of counter-clockwise faces are positive. Symmetric and bilinear in P and Q, unchanged when faces are
+    translated; with Q = P the signed area.
     """
     corners, faces = combinatorics.corners, combinatorics.corner_face
-    # about the centroids: far from the origin, products of coordinates would round
+    # relative to the centroids, since products of coordinates far from the origin lose digits
     p = vertices_p[corners] - face_centroids(vertices_p, combinatorics)[faces]
     q = vertices_q[corners] - face_centroids(vertices_q, combinatorics)[faces]
     following = combinatorics.next_corner
@@ -62,7 +62,7 @@ def best_planes(vertices: FloatArray, combinatorics: Combinatorics) -> tuple[Flo
     Normals point to the side of the vector area. A face whose corners lie on a line has no best plane; any
     plane through the line is returned for it.
     """
-    local = vertices - vertices.mean(axis=0)  # far from the origin, sums of coordinates would round
+    local = vertices - vertices.mean(axis=0)  # sums of coordinates far from the origin lose digits
     faces = combinatorics.corner_face
     here = local[combinatorics.corners] - face_centroids(local, combinatorics)[faces]
     normals = np.linalg.eigh(face_sums(combinatorics, here[:, :, None] * here[:, None, :]))[1][:, :, 0]

@@ -1,4 +1,4 @@
-"""Exact meshes by name, with what is known about each. Faces run counter-clockwise seen from outside.
+"""Exact meshes and their known properties. Faces run counter-clockwise seen from outside.
 
 The Platonic solids are found here too; the Archimedean ones are in `geometry.mesh.solids`.
 """
@@ -68,8 +68,8 @@ def rotational_mesh(profile: Any, n: int, *, closed: bool = True) -> Mesh:
     """A profile (m, 2) of radii and heights, turned n times about the z axis: isosceles trapezoids.
 
     Planar, circular and conical. Vertex (i, j) has number i m + j: meridian i, point j of the profile. With `closed`
-    the meridians stand 2 pi / n apart, all around: an annulus; otherwise the n of them are
-    spread evenly over half a turn: a disc. A profile that runs upwards is seen from outside, away from the axis.
+    the n meridians are 2 pi / n apart all around, which makes an annulus; otherwise they are evenly spread over half a
+    turn, which makes a disc. For a profile that runs upwards the normals point away from the axis.
 
     Raises MeshError where a radius is not positive or n is less than 3 (closed) or 2.
 
@@ -85,8 +85,8 @@ def rotational_mesh(profile: Any, n: int, *, closed: bool = True) -> Mesh:
 def torus(profile: Any, n: int) -> Mesh:
     """A closed profile (m, 2) of radii and heights, turned n times about the z axis: genus 1.
 
-    Planar, circular and conical; numbered as `rotational_mesh`. A profile that runs counter-clockwise, radii to the
-    right and heights upwards, is seen from outside. The last point of the profile is not the first one again.
+    Planar, circular and conical; numbered as `rotational_mesh`. For a profile that runs counter-clockwise, with radii
+    to the right and heights upwards, the normals point outwards. Do not repeat the first point at the end.
 
     Raises MeshError where a radius is not positive or n is less than 3.
 
@@ -137,8 +137,8 @@ def hexagonal_paraboloid(nx: int, ny: int) -> Mesh:
     """A disc of nx by ny planar hexagons that touch the paraboloid z = (x^2 + y^2) / 2 at their centres.
 
     Seen from above, regular hexagons of edge 1; interior vertices have valence 3, so it is conical. All vertices lie
-    on the paraboloid that is lower by 1/2. Row j is shifted by half a hexagon against row j - 1, to and fro; the
-    plan is centred at the origin.
+    on the paraboloid that is lower by 1/2. Odd rows are shifted by half a hexagon; the plan is centred at the
+    origin.
 
     >>> from geometry.mesh import shapes
     >>> shapes.hexagonal_paraboloid(3, 2)
@@ -188,10 +188,11 @@ def box(length: float, width: float, height: float) -> Mesh:
 
 
 def double_ring() -> Mesh:
-    """A closed mesh of genus 2: 28 planar quads, 26 vertices of valence 4 and, where three ridges meet, 6.
+    """A closed mesh of genus 2: 28 planar quads and 26 vertices of valence 4, or 6 where three ridges meet.
 
-    A figure of eight of bars, each a roof of slope 1 above the plane z = 0 and its mirror image below; a bar is 1 wide
-    at its foot and 1/2 high. As all faces are equally steep it is conical; no two that share an edge are coplanar.
+    It is a figure of eight made of bars. Each bar is a roof of slope 1 above the plane z = 0, 1 wide and 1/2 high, and
+    its mirror image below. Since all faces have the same slope it is conical; faces with a common edge are never
+    coplanar.
 
     >>> from geometry.mesh import shapes
     >>> shapes.double_ring()
@@ -218,7 +219,7 @@ def cap(mesh: Mesh, height: float) -> Mesh:
     """The faces of a mesh whose centroids are higher than `height`, with the vertices they need.
 
     Of a convex solid: a disc; of `rhombicosidodecahedron` it has triangles, squares and pentagons.
-    Raises MeshError where no face is so high.
+    Raises MeshError where no face is higher.
 
     >>> from geometry.mesh import shapes, solids
     >>> shapes.cap(solids.rhombicosidodecahedron(), 2.5)

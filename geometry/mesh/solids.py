@@ -1,7 +1,7 @@
 """The Platonic and the Archimedean solids about the origin, in closed form.
 
-Each says its edge length and the mid-radius, at which it touches all its edges: over its mid-radius it is a Koebe
-polyhedron. All are circular; those with three faces at each vertex are conical too.
+The docstring of each gives its edge length and its mid-radius, the radius of the sphere that touches all edges: divided
+by it, the solid is a Koebe polyhedron. All are circular; those with three faces at each vertex are conical too.
 g is the golden ratio (1 + sqrt(5)) / 2.
 """
 
@@ -257,14 +257,14 @@ def snub_dodecahedron() -> Mesh:
 
 
 def _signed(*points: tuple[float, float, float], product_of_signs: int | None = None) -> FloatArray:
-    """(n, 3) the points with their coordinates times +-1: in all ways, or in those of a given product."""
+    """(n, 3) the points with their coordinates times +-1, with all signs or only those with a given product."""
     signs = np.array([s for s in product((-1.0, 1.0), repeat=3) if product_of_signs in (None, np.prod(s))])
     signed: FloatArray = (signs[:, None, :] * np.array(points)).reshape(-1, 3) + 0.0  # no negative zeros
     return signed
 
 
 def _cyclic(points: FloatArray) -> FloatArray:
-    """(3n, 3) the points, and with their coordinates moved on once and twice: the even permutations."""
+    """(3n, 3) the points with their coordinates in the three cyclic orders."""
     return np.concatenate([np.roll(points, shift, axis=1) for shift in range(3)])
 
 
@@ -276,10 +276,12 @@ def _permuted(points: FloatArray) -> FloatArray:
 def _convex(points: FloatArray) -> Mesh:
     """The convex polyhedron with these vertices, which may be given more than once."""
     vertices = points[np.sort(np.unique(points, axis=0, return_index=True)[1])]
-    planes = ConvexHull(vertices).equations  # one for each triangle of its own triangulation
+    planes = ConvexHull(vertices).equations  # one for each triangle of the triangulated hull
     below = vertices @ planes[:, :3].T + planes[:, 3]
     faces = []
-    for on_face in np.unique(below.T > -1e-9, axis=0):  # rounding; other vertices are lower by 0.05 and more
+    for on_face in np.unique(
+        below.T > -1e-9, axis=0
+    ):  # a tolerance for rounding; other vertices are lower by at least 0.05
         face = np.flatnonzero(on_face)
         spokes = vertices[face] - vertices[face].mean(axis=0)
         outwards = vertices[face].mean(axis=0)

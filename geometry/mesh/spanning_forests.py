@@ -1,4 +1,4 @@
-"""From vertex to neighbouring vertex over a whole mesh: a spanning forest, breadth first, level by level."""
+"""A spanning forest of a graph, such as the vertices and edges of a mesh: breadth first, level by level."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ __all__ = ["Level", "SpanningForest", "spanning_forest"]
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """Vertices first reached in the same step: parents (n,) of the level before, children (n,), edges (n,) between."""
+    """The vertices that are reached in one step: children (n,), their parents (n,) in the level before, and the edges
+    (n,) between them."""
 
     parents: IntArray
     children: IntArray
@@ -24,7 +25,8 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class SpanningForest:
-    """roots (c,): a vertex of each component; components (N,): the component of each vertex; levels: outwards."""
+    """roots (c,): a vertex of each component; components (N,): the component of each vertex; levels: from the roots
+    outwards."""
 
     roots: IntArray
     components: IntArray
@@ -32,11 +34,10 @@ class SpanningForest:
 
 
 def spanning_forest(n_vertices: int, edges: IntArray, *, start: int = 0) -> SpanningForest:
-    """The forest over all vertices along edges (E, 2), with as few levels as its roots allow.
+    """The forest over all vertices along edges (E, 2), breadth first.
 
-    Several edges may join the same two vertices.
-
-    The root of a component is its first vertex, or `start`. A vertex without edges is a component of its own.
+    Several edges may join the same two vertices. The root of a component is its first vertex, or `start`. A vertex
+    without edges is a separate component.
     """
     n = n_vertices
     ends = np.concatenate([edges, edges[:, ::-1]])
@@ -45,10 +46,10 @@ def spanning_forest(n_vertices: int, edges: IntArray, *, start: int = 0) -> Span
     roots = np.unique(components, return_index=True)[1]
     roots[components[start]] = start
 
-    rooted = np.stack([np.full(len(roots), n), roots], axis=1)  # vertex n stands above all roots
-    above = np.concatenate([ends, rooted])
-    ones = np.ones(len(above))
-    order, parents = breadth_first_order(coo_array((ones, above.T), shape=(n + 1, n + 1)).tocsr(), n)
+    rooted = np.stack([np.full(len(roots), n), roots], axis=1)  # an additional vertex n is the parent of all roots
+    rooted_ends = np.concatenate([ends, rooted])
+    ones = np.ones(len(rooted_ends))
+    order, parents = breadth_first_order(coo_array((ones, rooted_ends.T), shape=(n + 1, n + 1)).tocsr(), n)
     place = np.empty(n + 1, dtype=np.int64)
     place[order] = np.arange(n + 1)
     parent_places = place[parents[order[1:]]]  # ascending
@@ -58,8 +59,8 @@ def spanning_forest(n_vertices: int, edges: IntArray, *, start: int = 0) -> Span
     while last < n + 1:
         first, last = last, int(np.searchsorted(parent_places, last)) + 1
         children = order[first:last].astype(np.int64)
-        its_parents = parents[children].astype(np.int64)
-        pairs = np.minimum(its_parents, children) * n + np.maximum(its_parents, children)
-        its_edges = any_edge[np.searchsorted(keys, pairs)]
-        levels.append(Level(integers(its_parents), integers(children), integers(its_edges)))
+        level_parents = parents[children].astype(np.int64)
+        pairs = np.minimum(level_parents, children) * n + np.maximum(level_parents, children)
+        level_edges = any_edge[np.searchsorted(keys, pairs)]
+        levels.append(Level(integers(level_parents), integers(children), integers(level_edges)))
     return SpanningForest(integers(roots), integers(components), tuple(levels))

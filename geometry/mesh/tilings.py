@@ -1,4 +1,4 @@
-"""Combinatorics to make Koebe polyhedra of, by name, and the dual of any."""
+"""Combinatorics from which Koebe polyhedra are made, and the dual of any combinatorics."""
 
 from __future__ import annotations
 
@@ -38,11 +38,10 @@ def hexagon_patch(nx: int, ny: int) -> Combinatorics:
 def pentagon_patch(nx: int, ny: int, *, closed: bool = False) -> Combinatorics:
     """Pentagons of the Cairo tiling, two vertices of valence 4 and three of valence 3 each [Pottmann2007, Fig. 11].
 
-    Of a grid of nx by ny squares, each edge between two squares becomes a pentagon: its ends, and one or two points
-    inside each square, which is cut across by a short edge, this way and that in turns. closed: the first column of
-    squares follows the last one, around an axis: an annulus; nx must be even then, and at least 4.
-
-    Raises MeshError for other numbers. A departure from the paper: it shows its pattern in a picture only.
+    In a grid of nx by ny squares, each edge between two squares becomes a pentagon: its two ends, and one or two points
+    inside each of the squares, which have a short edge inside, alternately horizontal and vertical. closed: the first
+    column of squares follows the last one around an axis, which makes an annulus; nx must then be even and at least 4.
+    Raises MeshError for other numbers. The paper shows its pattern in a picture only, so this is an interpretation.
 
     >>> from geometry.mesh import tilings
     >>> tilings.pentagon_patch(4, 3)
@@ -52,15 +51,15 @@ def pentagon_patch(nx: int, ny: int, *, closed: bool = False) -> Combinatorics:
     """
     _check_counts(columns=(nx, 4 if closed else 1), rows=(ny, 1), squares=(nx * ny, 2))
     if closed and nx % 2:
-        raise MeshError(f"{nx} columns around an axis: squares are cut this way and that in turns, give an even number")
+        raise MeshError(f"{nx} columns around an axis: the edges inside squares alternate, so give an even number")
     n_columns = nx + (not closed)
     corner = np.arange(n_columns * (ny + 1)).reshape(n_columns, ny + 1)
-    inside = corner.size + np.arange(2 * nx * ny).reshape(nx, ny, 2)  # to the left and right, or below and above
-    i, j = np.indices((nx, ny - 1)).reshape(2, -1)  # squares with one above
+    inside = corner.size + np.arange(2 * nx * ny).reshape(nx, ny, 2)  # left and right, or lower and upper point
+    i, j = np.indices((nx, ny - 1)).reshape(2, -1)  # squares with another one above
     p, q, here, above = corner[i, j + 1], corner[(i + 1) % n_columns, j + 1], inside[i, j].T, inside[i, j + 1].T
     level = ((i + j) % 2 == 0)[:, None]
     upwards = np.where(level, _rows(p, here[0], here[1], q, above[0]), _rows(p, here[1], q, above[1], above[0]))
-    i, j = np.indices((nx - (not closed), ny)).reshape(2, -1)  # squares with one to the right
+    i, j = np.indices((nx - (not closed), ny)).reshape(2, -1)  # squares with another one to the right
     right = (i + 1) % n_columns
     p, q, here, there = corner[right, j], corner[right, j + 1], inside[i, j].T, inside[right, j].T
     level = ((i + j) % 2 == 0)[:, None]
@@ -69,7 +68,7 @@ def pentagon_patch(nx: int, ny: int, *, closed: bool = False) -> Combinatorics:
 
 
 def rotational_quads(n: int, rings: int) -> Combinatorics:
-    """An annulus of n quads around an axis in each of some rings; vertex (i, j) has number i (rings + 1) + j.
+    """An annulus of `rings` rings of n quads around an axis; vertex (i, j) has number i (rings + 1) + j.
 
     >>> from geometry.mesh import tilings
     >>> tilings.rotational_quads(12, 3)
@@ -81,10 +80,10 @@ def rotational_quads(n: int, rings: int) -> Combinatorics:
 
 
 def rotational_hexagons(n: int, rings: int) -> Combinatorics:
-    """An annulus of n hexagons around an axis in each of some rings, every other ring shifted by half a hexagon.
+    """An annulus of `rings` rings of n hexagons around an axis, every other ring shifted by half a hexagon.
 
-    Vertex (k, j), the k-th of 2 n around on the j-th of rings + 1 lines, has number 2 n j + k; those with k + j even
-    have an edge to the next line.
+    Vertex (k, j), the k-th of the 2 n vertices on line j of rings + 1 lines around the axis, has number 2 n j + k;
+    vertices with even k + j have an edge to the next line.
 
     >>> from geometry.mesh import tilings
     >>> tilings.rotational_hexagons(12, 3)
@@ -99,10 +98,10 @@ def rotational_hexagons(n: int, rings: int) -> Combinatorics:
 
 
 def dual(combinatorics: CombinatoricsLike) -> Combinatorics:
-    """A face for each inner vertex, through the faces around it; a vertex for each face that has an inner vertex.
+    """The dual: a face for each inner vertex, and a vertex for each face that has an inner vertex, in the same order.
 
-    Both in their order. Of a closed polyhedron the dual of the dual is the same again. Raises MeshError where no vertex
-    is inside.
+    For a closed polyhedron the dual of the dual is the original one. Raises MeshError where the mesh has no inner
+    vertex.
 
     >>> from geometry.mesh import tilings, solids
     >>> tilings.dual(solids.cube())
@@ -114,19 +113,19 @@ def dual(combinatorics: CombinatoricsLike) -> Combinatorics:
     c = combinatorics
     inner = np.flatnonzero(c.is_used & ~c.is_boundary_vertex)
     if not len(inner):
-        raise MeshError("no vertex is inside the mesh, so the dual has no face")
+        raise MeshError("no vertex is inside the mesh, so the dual would have no face: add a ring of faces")
     following = c.twin[c.previous_corner]  # counter-clockwise around its vertex
     any_corner = np.empty(c.n_vertices, dtype=np.int64)
     any_corner[c.corners] = np.arange(c.n_corners)
     sizes = c.vertex_degrees[inner]
     starts = np.concatenate([[0], np.cumsum(sizes)])
-    around = np.empty(starts[-1], dtype=np.int64)
+    fan_corners = np.empty(starts[-1], dtype=np.int64)
     corner = any_corner[inner]
     for step in range(int(sizes.max())):
-        going = sizes > step
-        around[starts[:-1][going] + step] = corner[going]
+        has_more = sizes > step
+        fan_corners[starts[:-1][has_more] + step] = corner[has_more]
         corner = following[corner]
-    used, corners = np.unique(c.corner_face[around], return_inverse=True)
+    used, corners = np.unique(c.corner_face[fan_corners], return_inverse=True)
     return Combinatorics(len(used), corners, starts)
 
 
@@ -135,13 +134,13 @@ def _rows(*columns: IntArray) -> IntArray:
 
 
 def _numbered(faces: IntArray) -> Combinatorics:
-    """Faces (F, k) whose vertices are numbered anew, without gaps."""
+    """The combinatorics of faces (F, k) after their vertices are renumbered without gaps."""
     used, corners = np.unique(faces, return_inverse=True)
     return Combinatorics(len(used), corners.ravel(), np.arange(0, faces.size + 1, faces.shape[1]))
 
 
 def _check_counts(**counts: tuple[int, int]) -> None:
-    """Each count and the least it may be."""
+    """Raises MeshError for a count that is not an integer or less than the second number, its least value."""
     for name, (count, least) in counts.items():
         if not isinstance(count, (int, np.integer)) or count < least:
             raise MeshError(

@@ -1,4 +1,4 @@
-"""Faces cut into triangles between their own corners, for libraries that know triangles only."""
+"""Faces cut into triangles between their corners, for libraries that accept only triangles."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from geometry.mesh.polygons import perpendicular_pair
 __all__ = ["triangulated"]
 
 STRAIGHT_CORNER = 1e-9
-"""Sine of the turn at a corner, up to which it counts as straight: rounding, far below what can be seen."""
+"""Sine of the turning angle at a corner, up to which it counts as straight; it covers rounding and is far below what
+can be seen."""
 
 
 def triangulated(mesh: Mesh) -> tuple[IntArray, IntArray]:
@@ -38,14 +39,14 @@ def triangulated(mesh: Mesh) -> tuple[IntArray, IntArray]:
     first = c.face_starts[faces]
     corners = np.stack([first, first + step + 1, first + step + 2], axis=1)
     if not convex.all():
-        others, of_others = _constrained(mesh, np.flatnonzero(~convex))
-        faces, corners = np.concatenate([faces, of_others]), np.concatenate([corners, others])
+        others, other_faces = _constrained(mesh, np.flatnonzero(~convex))
+        faces, corners = np.concatenate([faces, other_faces]), np.concatenate([corners, others])
     order = np.argsort(faces, kind="stable")
     return integers(c.corners[corners[order]]), integers(faces[order])
 
 
 def _convex(mesh: Mesh) -> BoolArray:
-    """(F,) whether a face is a triangle, or turns to the left at each of its corners."""
+    """(F,) whether a face is a triangle or has a left turn at each of its corners."""
     c = mesh.combinatorics
     ahead = mesh.vertices[c.corners[c.next_corner]] - mesh.vertices[c.corners]
     behind = ahead[c.previous_corner]
@@ -71,17 +72,17 @@ def _constrained(mesh: Mesh, faces: IntArray) -> tuple[IntArray, IntArray]:
             "(faces counted from 0)",
             elements=faces[crossing].tolist(),
         )
-    pieces, of_piece = shapely.get_parts(shapely.constrained_delaunay_triangles(polygons), return_index=True)
+    pieces, piece_faces = shapely.get_parts(shapely.constrained_delaunay_triangles(polygons), return_index=True)
     rings = shapely.get_coordinates(pieces).reshape(-1, 4, 2)[:, :3]
-    found = _places_of(flat, owner, rings.reshape(-1, 2), np.repeat(of_piece, 3)).reshape(-1, 3)
+    found = _matching_rows(flat, owner, rings.reshape(-1, 2), np.repeat(piece_faces, 3)).reshape(-1, 3)
     (ax, ay), (bx, by), (cx, cy) = rings.transpose(1, 2, 0)
     clockwise = (bx - ax) * (cy - ay) < (by - ay) * (cx - ax)
     found[clockwise] = found[clockwise, ::-1]
-    return corners[found], faces[of_piece]
+    return corners[found], faces[piece_faces]
 
 
-def _places_of(flat: FloatArray, owner: IntArray, points: FloatArray, of_point: IntArray) -> IntArray:
-    """Which row of flat (c, 2), of the same owner, each of the points is, coordinate by coordinate."""
-    rows = np.concatenate([np.column_stack([owner, flat]), np.column_stack([of_point, points])]) + 0.0
+def _matching_rows(flat: FloatArray, owner: IntArray, points: FloatArray, point_owners: IntArray) -> IntArray:
+    """For each point the row of flat (c, 2) with the same owner and exactly the same coordinates."""
+    rows = np.concatenate([np.column_stack([owner, flat]), np.column_stack([point_owners, points])]) + 0.0
     _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return integers(first[inverse.ravel()[len(flat) :]]).copy()

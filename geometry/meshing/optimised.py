@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, floats, integers, short_repr
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, described
 from geometry.functionals import ConvexFaces, OnCurve, OnSurface, PlanarFaces, relative_plane_deviations, strain
 from geometry.mesh import Mesh
 from geometry.meshing.result_checks import (
@@ -94,6 +94,10 @@ def optimised(
     Raises as `MeshGuides.of` does, ConvergenceError where a residual is larger than the tolerance, and FoldedError
     where an edge or face folds over.
     """
+    if not isinstance(guides, Guides):
+        raise GeometryError(f"the guides are {described(guides)}: write Guides(fairness=0.3, fixed=[0])")
+    if not isinstance(effort, Effort):
+        raise GeometryError(f"the effort is {described(effort)}: write Effort(max_steps=100)")
     mesh_guides = MeshGuides.of(mesh, guides)
     problem = _Problem(mesh, _with_advice(mesh, requirement, mesh_guides), mesh_guides)
     if problem.is_solved(effort.tolerance):

@@ -10,7 +10,7 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.errors import FoldedError, raise_worst
 from geometry.functionals import ConvexFaces, OnCurve, relative_plane_deviations
 from geometry.mesh import Mesh
-from geometry.mesh.place import cure_of_place
+from geometry.mesh.coordinate_rounding import far_from_zero_cure
 from geometry.meshing.vertex_guides import MeshGuides, in_edge_lengths
 from geometry.optimise import ConvergenceError, Functional, Reason, Solution, max_norm
 
@@ -31,9 +31,9 @@ ROUNDING_LIMITED_RATIO = 100.0
 class Requirement:
     """The constraint on a mesh beside planar faces, if there is one, and the words of its messages.
 
-    activity: what is being done, as in "while planarising". advice: what to do where the constraint is not met.
-    anchored_steps: used where `Effort` does not set them. functional: its residuals (m,) belong to `elements` (m,),
-    which are faces or vertices, as `noun` says. violation, unit: how messages describe a residual.
+    activity: the words after "while" in messages, such as "planarising". advice: the cure where the constraint is not
+    met. anchored_steps: their number where `Effort` does not set it. functional: its residuals (m,) belong to
+    `elements` (m,), which are faces or vertices, as `noun` says. violation, unit: how messages describe a residual.
     """
 
     activity: str
@@ -75,7 +75,7 @@ def check_free_vertices(mesh: Mesh, requirement: Requirement, guides: MeshGuides
     """Raise ConvergenceError, before any step, where all vertices are fixed."""
     if not guides.is_free(mesh).any():
         raise ConvergenceError(
-            "the mesh does not meet what is required, and cannot change, as all its vertices are fixed, or ends, "
+            "the mesh does not meet the requirements and cannot change, since all its vertices are fixed, or ends, "
             f"corners or crossings of curves: free some of them before {requirement.activity}",
             solution=Solution(in_edge_lengths(mesh).ravel(), np.zeros(0), np.inf, 0, Reason.INFEASIBLE),
             value=0.0,
@@ -89,7 +89,7 @@ def check_result(
     """Raise ConvergenceError where a face is not planar or not convex, the requirement is not met or a vertex is off
     its curve, and FoldedError where an edge or face folded over.
     """
-    if solution.reason is Reason.CONVERGED:  # first: other measures of collapsed faces mean nothing
+    if solution.reason is Reason.CONVERGED:  # first, since other measures of collapsed faces are meaningless
         _check_not_folded(before, after, requirement)
     if solution.reason is Reason.INFEASIBLE:  # equations and inequalities contradict each other
         _check_convex(after, requirement, guides, solution, tolerance)
@@ -101,10 +101,10 @@ def check_result(
 
 
 def _ending(after: Mesh, requirement: Requirement, solution: Solution, value: float) -> str:
-    """The end of a message: why a residual of this value remains, and what to do."""
+    """The end of a message: why a residual of this value remains, and the cure."""
     rounding = float(np.spacing(np.abs(after.vertices).max())) / after.mean_edge_length
     if solution.reason is Reason.CONVERGED or solution.violation <= ROUNDING_LIMITED_RATIO * rounding:
-        cure = cure_of_place(after, value)
+        cure = far_from_zero_cure(after, value)
         coarse = f"because coordinates are rounded to {rounding:.0e} mean edge lengths; allow more"
         return f"because {cure}, or allow more" if cure else coarse
     return f"after {solution.steps} steps: {solution.reason.value}; {requirement.advice}"

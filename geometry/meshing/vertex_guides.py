@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers, short_repr
-from geometry.errors import GeometryError, MeshError, described, printable, raise_worst
+from geometry.errors import GeometryError, MeshError, described, finite_number, printable, raise_worst
 from geometry.mesh import Mesh
 from geometry.surface import Curve, Surface
 
@@ -73,11 +72,11 @@ class Guides:
             )
 
     def expected_dimension(self, mesh: Mesh) -> int:
-        """Coordinates that are free, less the equations that planar faces and curves make of them: a guide.
+        """The number of free coordinates minus the number of equations for planar faces and curves, as an estimate.
 
-        A face with a free vertex makes one equation for each corner beyond three. Where the number is negative, or 0,
-        the faces cannot become planar in general, unless equations depend on each other as those of planar meshes do:
-        fix fewer vertices. Circular and conical meshes have as many equations again. Raises as `planarise` does for
+        A face with a free vertex makes one equation for each corner beyond three. Where the number is not positive, the
+        faces cannot become planar in general, unless equations depend on each other as those of planar meshes do: fix
+        fewer vertices. Circular and conical meshes have twice as many equations. Raises as `planarise` does for
         vertices, faces and curves that do not fit the mesh.
 
         >>> from geometry import Guides
@@ -122,7 +121,7 @@ class Effort:
 
 
 def _check_number(name: str, number: float) -> None:
-    if not 0 <= number < inf:
+    if finite_number(name, number) < 0:
         raise GeometryError(f"{name} is {number}: a number from 0 upwards is needed", value=number, bound=0)
 
 
@@ -130,9 +129,9 @@ def _check_number(name: str, number: float) -> None:
 class MeshGuides:
     """Guides checked and evaluated for one mesh.
 
-    surface: on which vertices glide, if any. is_fixed (N,): vertices that keep their positions. curves: each with the
-    vertices that slide on it, relative to the centroid of the mesh and in mean edge lengths. convex: faces that have
-    to be convex.
+    surface: the one on which vertices slide, or None. is_fixed (N,): vertices that keep their positions. curves: each
+    with the vertices that slide on it, relative to the centroid of the mesh and in mean edge lengths. convex: faces
+    that have to be convex.
     """
 
     fairness: float
@@ -143,7 +142,7 @@ class MeshGuides:
 
     @classmethod
     def of(cls, mesh: Mesh, guides: Guides) -> MeshGuides:
-        """Ends and corners of curves are fixed, and so are vertices on two curves.
+        """The guides for a mesh. Ends and corners of curves are fixed, and so are vertices on two curves.
 
         Raises MeshError for an edge without length, and GeometryError for a vertex or face that does not exist and for
         a curve that does not run along edges or meets itself.
@@ -180,9 +179,9 @@ class MeshGuides:
     def expected_dimension(self, mesh: Mesh) -> int:
         """See `Guides.expected_dimension`."""
         c, free = mesh.combinatorics, self.is_free(mesh)
-        moves = np.logical_or.reduceat(free[c.corners], c.face_starts[:-1])
+        has_free_vertex = np.logical_or.reduceat(free[c.corners], c.face_starts[:-1])
         on_curves = sum(len(vertices) for _, vertices in self.curves)
-        return int(3 * free.sum() - (c.face_sizes[moves] - 3).sum() - 2 * on_curves)
+        return int(3 * free.sum() - (c.face_sizes[has_free_vertex] - 3).sum() - 2 * on_curves)
 
 
 def _check_edges(mesh: Mesh) -> None:
@@ -200,7 +199,7 @@ def _indices(name: str, values: Any, count: int, noun: str) -> IntArray:
     found = np.array([]) if isinstance(values, str) else np.asarray(values)
     if isinstance(values, str) or found.ndim != 1 or (found.size and found.dtype.kind not in "iu"):
         given = described(values) if isinstance(values, np.ndarray) else printable(repr(values))
-        cure = "; np.flatnonzero makes numbers of a mask" if found.dtype.kind == "b" else ""
+        cure = "; np.flatnonzero turns a mask into numbers" if found.dtype.kind == "b" else ""
         raise GeometryError(f"{name} is {given}: {noun} are given by their numbers, in a sequence{cure}")
     wrong = found[(found < 0) | (found >= count)]
     if len(wrong):
@@ -224,11 +223,14 @@ def _path(mesh: Mesh, number: int, curve: Indices) -> tuple[IntArray, bool]:
     values, counts = np.unique(once, return_counts=True)
     if counts.max() > 1:
         vertex = int(values[counts.argmax()])
-        raise GeometryError(f"{name} meets vertex {vertex} twice: make two curves of it", elements=[vertex])
+        raise GeometryError(f"{name} passes vertex {vertex} twice: split it into two curves", elements=[vertex])
     steps = np.sort(np.stack([path[:-1], path[1:]], axis=1), axis=1) @ [mesh.n_vertices, 1]
     edges = np.sort(mesh.combinatorics.edges, axis=1) @ [mesh.n_vertices, 1]
-    off = np.flatnonzero(~np.isin(steps, edges))
-    if len(off):
-        i, j = path[off[0] : off[0] + 2].tolist()
-        raise GeometryError(f"{name} goes from vertex {i} to vertex {j}, where there is no edge", elements=[i, j])
+    without_edge = np.flatnonzero(~np.isin(steps, edges))
+    if len(without_edge):
+        i, j = path[without_edge[0] : without_edge[0] + 2].tolist()
+        raise GeometryError(
+            f"{name} runs from vertex {i} to vertex {j}, which no edge joins: list all vertices along it",
+            elements=[i, j],
+        )
     return once, closed

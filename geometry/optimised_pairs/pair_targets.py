@@ -63,15 +63,15 @@ class PairTargets:
             )
         if not (self.heights or self.upright or self.circular or self.conical or self.curved):
             raise GeometryError(
-                "nothing is asked of the pair: give a target, such as edges for beams of constant height, or upright"
+                "the pair has no target: give one, such as edges for beams of constant height, or upright"
             )
 
     @property
     def heights(self) -> bool:
-        """Whether distances from the origin are asked for."""
+        """Whether distances from the origin are a target."""
         return self.edges or self.vertices or self.faces
 
     @property
     def curved(self) -> bool:
-        """Whether a curvature is asked for."""
+        """Whether a curvature is a target."""
         return self.mean is not None or self.gaussian is not None

@@ -71,7 +71,7 @@ def _check_term(position: int, weight: float, term: LinearFunctional, n: int) ->
     if columns != n or term.target.shape != (rows,):
         raise GeometryError(
             f"quadratic term {position} has {columns} unknowns, {rows} residuals and {len(term.target)} targets, but "
-            f"the mesh has {n} coordinates",
+            f"the mesh has {n} coordinates: make it for all vertices of this mesh",
             elements=[position],
             value=columns,
             bound=n,

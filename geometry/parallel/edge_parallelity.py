@@ -8,7 +8,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import MeshError, ParallelityError, raise_worst
 from geometry.functionals import relative_plane_deviations
 from geometry.mesh import Mesh, MeshLike, as_mesh
-from geometry.mesh.place import cure_of_place
+from geometry.mesh.coordinate_rounding import far_from_zero_cure
 
 __all__ = ["PLANARITY_TOLERANCE", "check_parallel", "check_planar", "edge_factors", "parallelity", "perpendicular_part"]
 
@@ -65,7 +65,8 @@ def check_parallel(mesh: Mesh, other: Mesh, bound: float, *, what: str) -> None:
         bound,
         lambda edge, value: (
             f"{mesh.combinatorics.edge_name(edge)} of {what} is off the direction of its mesh edge by "
-            f"{value:.1e}, allowed {bound:.1e}: the two meshes are not parallel"
+            f"{value:.1e}, allowed {bound:.1e}: the two meshes are not parallel; the nearest that is comes from "
+            "ParallelSpace(mesh).project(other)"
         ),
         error=ParallelityError,
     )
@@ -79,7 +80,7 @@ def check_planar(mesh: Mesh) -> None:
         PLANARITY_TOLERANCE,
         lambda face, value: (
             f"face {face} is off its plane by {value:.1e} of the mean edge length, allowed {PLANARITY_TOLERANCE:.0e}; "
-            f"{' and '.join(filter(None, [cure_of_place(mesh, value), 'planarise the mesh first']))}"
+            f"{' and '.join(filter(None, [far_from_zero_cure(mesh, value), 'planarise the mesh first']))}"
         ),
     )
 

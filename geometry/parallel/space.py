@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import csr_array, eye_array
 
 from geometry.arrays import FloatArray, IntArray, floats, short_repr
-from geometry.errors import GeometryError, MeshError
+from geometry.errors import GeometryError, MeshError, finite_number
 from geometry.functionals import parallel_to
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.optimise import ConstrainedQuadratic, LinearFunctional, SparseMatrix
@@ -233,8 +233,7 @@ class ParallelSpace:
         if len(weights) != len(meshes) or not len(meshes):
             raise GeometryError(f"{len(weights)} weights are given for {len(meshes)} meshes: give one for each mesh")
         for place, (weight, mesh) in enumerate(zip(weights, meshes, strict=True)):
-            if not np.isfinite(weight):
-                raise GeometryError(f"the weight of mesh {place} is {weight}", elements=[place], value=weight)
+            finite_number(f"the weight of mesh {place}", weight)
             check_parallel(self.mesh, mesh, self._allowed(mesh), what=f"mesh {place}")
 
     def minimise(

@@ -10,7 +10,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray
 from geometry.colours import ColourScale, ElementColours, Elements, element_colours
-from geometry.errors import GeometryError
+from geometry.errors import GeometryError, described, finite_number
 from geometry.mesh import Mesh, MeshLike, as_mesh
 from geometry.pictures.mesh_polygons import mesh_polygons
 from geometry.pictures.rendering import Polygons, View, fit, render
@@ -98,10 +98,19 @@ def plot(
     axes.set_title(title)
     if painted and painted.scale and painted.values is not None:
         _add_bar(axes, painted.values, painted.scale, label)
-    _add_picture(axes, mesh, painted, View(*(view or default_view(mesh))), edges)
+    _add_picture(axes, mesh, painted, _view(mesh, view), edges)
     if path is not None:
         _save(axes.figure, Path(path))
     return axes
+
+
+def _view(mesh: Mesh, given: tuple[float, float] | None) -> View:
+    if given is None:
+        return View(*default_view(mesh))
+    if np.shape(given) != (2,):
+        raise GeometryError(f"the view is {described(given)}: two angles in degrees are needed, such as (-60, 35)")
+    azimuth, elevation = given
+    return View(finite_number("the azimuth of the view", azimuth), finite_number("its elevation", elevation))
 
 
 def default_view(mesh: MeshLike) -> tuple[float, float]:

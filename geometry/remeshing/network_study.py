@@ -18,20 +18,22 @@ from geometry.surface import Surface
 __all__ = ["NetworkTrial", "affine_stretches", "study_networks"]
 
 STRETCH_FACTORS = (0.5, 2.0)
-"""Factors of the maps that are tried: crossing angles go down to 2 atan(1/2), that is 53 degrees, on most surfaces."""
+"""Factors of the affine maps that are compared: on most surfaces the crossing angles are at least 2 atan(1/2), which
+is 53 degrees."""
 
-HEIGHT_SHARES = (0.05, 0.95)
-"""Shares of the edges between whose heights the spread is measured."""
+HEIGHT_SPREAD_QUANTILES = (0.05, 0.95)
+"""Quantiles of the edge distances; the height spread is their difference."""
 
 
 @dataclass(frozen=True, eq=False)
 class NetworkTrial:
-    """A network, seen by a coarse mesh along it.
+    """A network, judged by a coarse mesh along it.
 
-    affine (3, 3): the map whose principal lines these are. crossing_angles (2,): in radians, the angle that 5 % of the
-    area is below, and the median. n_singularities. remeshed, pair: the coarse mesh and its Gauss image; None where they
-    could not be made, for `reason`. height_spread: between 5 and 95 % of the distances of its edges, infinite without
-    a pair: what beam heights will vary by, somewhat less in finer meshes. lean: in radians, of 95 % of the node axes.
+    affine (3, 3): the map whose principal lines these are. crossing_angles (2,): in radians, the 5 % quantile by area,
+    and the median. n_singularities. remeshed, pair: the coarse mesh, and it with its Gauss image; None where they
+    could not be made, and `reason` says why. height_spread: difference between the 5 % and 95 % quantiles of the edge
+    distances, by which beam heights would vary (somewhat less in finer meshes); infinite without a pair. lean: in
+    radians, the 95 % quantile over the node axes.
 
     >>> from geometry import Surface, study_networks
     >>> from geometry.mesh import shapes
@@ -54,12 +56,12 @@ class NetworkTrial:
     def height_spread(self) -> float:
         if self.pair is None:
             return float("inf")
-        low, high = np.quantile(self.pair.edge_distances, HEIGHT_SHARES)
+        low, high = np.quantile(self.pair.edge_distances, HEIGHT_SPREAD_QUANTILES)
         return float(high - low)
 
     @property
     def lean(self) -> float:
-        return float("inf") if self.pair is None else float(np.quantile(self.pair.leans, HEIGHT_SHARES[1]))
+        return float("inf") if self.pair is None else float(np.quantile(self.pair.leans, HEIGHT_SPREAD_QUANTILES[1]))
 
 
 def affine_stretches(surface: Surface) -> tuple[FloatArray, ...]:
@@ -89,13 +91,13 @@ def study_networks(
     maps: Sequence[Any] | None = None,
     n_faces: int = 300,
     progress: Callable[[float], None] | None = None,
-    **line_options: Any,
+    **options: Any,
 ) -> tuple[NetworkTrial, ...]:
     """The networks of many affine maps, the one whose beams would vary least in height first.
 
     maps: affine maps (3, 3); None: those of `affine_stretches`. n_faces: of the coarse mesh that is laid along each,
-    made planar and given a Gauss image. line_options: `boundary` and `strokes` of `remesh`. progress: called with
-    the share of maps that are done. Maps along whose lines no such mesh was found come last, with the reason.
+    made planar and given a Gauss image. options: `boundary` and `strokes` of `remesh`. progress: called with the share
+    of maps that are done. Maps along whose lines no such mesh was found come last, with the reason.
 
     Raises GeometryError where there is no map.
 
@@ -113,18 +115,18 @@ def study_networks(
         raise GeometryError("there is no affine map to study: give at least one")
     trials = []
     for k, affine in enumerate(chosen):
-        trials.append(_tried(surface, affine, n_faces, line_options))
+        trials.append(_trial(surface, affine, n_faces, options))
         if progress is not None:
             progress((k + 1) / len(chosen))
     return tuple(sorted(trials, key=lambda trial: trial.height_spread))
 
 
-def _tried(surface: Surface, affine: FloatArray, n_faces: int, line_options: dict[str, Any]) -> NetworkTrial:
-    nothing = floats(np.full(2, np.nan))
+def _trial(surface: Surface, affine: FloatArray, n_faces: int, options: dict[str, Any]) -> NetworkTrial:
+    no_angles = floats(np.full(2, np.nan))
     try:
-        remeshed = remesh(surface, n_faces=n_faces, affine=affine, **line_options)
+        remeshed = remesh(surface, n_faces=n_faces, affine=affine, **options)
     except GeometryError as error:
-        return NetworkTrial(affine, nothing, -1, None, None, error.message)
+        return NetworkTrial(affine, no_angles, -1, None, None, error.message)
     angles = remeshed.laid.network.crossing_angles
     count = len(remeshed.laid.singularities)
     try:

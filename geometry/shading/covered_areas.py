@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
-from geometry.mesh.ragged_arrays import runs_by_size
+from geometry.mesh.ragged_arrays import rows_by_size
 
 __all__ = ["covered_areas"]
 
@@ -21,15 +21,14 @@ MAX_EDGE_PAIRS = 2**20
 def covered_areas(polygons: FloatArray, covers: FloatArray, covered: IntArray) -> FloatArray:
     """(f,) covered area of simple polygons (f, k, 2) by convex polygons (c, q, 2), each of which covers one, (c,).
 
-    Corners may be repeated: so do polygons with fewer corners fill their place. Where both meet is looked up for all
-    pairs of a polygon with the covers of its own.
+    Polygons with fewer than k corners repeat a corner. The pairs that may meet are found first.
     """
     areas = np.zeros(len(polygons))
     polygons, covers = polygons - polygons[:, :1], covers - polygons[covered, :1]  # products of large numbers round
     meet = np.flatnonzero(_may_meet(covers, polygons[covered]))
     order = meet[np.argsort(covered[meet], kind="stable")]
     some, counts = np.unique(covered[order], return_counts=True)
-    for runs, places in runs_by_size(np.concatenate([[0], np.cumsum(counts)])):
+    for runs, places in rows_by_size(np.concatenate([[0], np.cumsum(counts)])):
         edges = places.shape[1] * covers.shape[1] + polygons.shape[1]
         for part in np.array_split(np.arange(len(runs)), min(len(runs), 1 + len(runs) * edges**2 // MAX_EDGE_PAIRS)):
             own = some[runs[part]]

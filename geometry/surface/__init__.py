@@ -1,4 +1,4 @@
-"""The design surface, and curves on it: the nearest point, the normal there, its curvature."""
+"""The design surface and curves on it: nearest points, normals, curvature, smoothing, subdivision."""
 
 from geometry.surface.curvature import Curvature, Umbilics
 from geometry.surface.curve import Curve

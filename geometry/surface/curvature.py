@@ -19,21 +19,21 @@ from geometry.mesh import Mesh, MeshLike, as_mesh
 __all__ = ["Curvature", "Umbilics"]
 
 QUADRIC_RINGS = 3
-"""Rings of neighbours that a quadric is fitted to: two see noise, five and more are biased."""
+"""Number of rings of neighbours to which a quadric is fitted: two rings are sensitive to noise, five or more biased."""
 
-LEAST_NEIGHBOURS = 5
-"""Points that determine the quadric through a point, z = a x + b y + c x^2 + d x y + e y^2."""
+LEAST_QUADRIC_NEIGHBOURS = 5
+"""Least number of points that determine the quadric z = a x + b y + c x^2 + d x y + e y^2 through a vertex."""
 
-LEAST_SINGULAR_RATIO = 1e-6
+LEAST_QUADRIC_SINGULAR_VALUE = 1e-6
 """Singular value over the largest one, below which points do not determine a quadric."""
 
 
 @dataclass(frozen=True, eq=False)
 class Umbilics:
-    """Where the two principal curvatures are equal: triangles (n,), and indices (n,) of the principal lines there.
+    """Points with equal principal curvatures: their triangles (n,), and the indices (n,) of the principal lines there.
 
-    The index is 1/2 or -1/2; an umbilic of higher order shows as several of these. Areas of umbilics, as on a sphere
-    or a plane, have none or very many.
+    The index is 1/2 or -1/2; an umbilic of higher order appears as several of these. On a sphere or a plane, where all
+    points are umbilics, none or very many are found.
 
     >>> import trimesh
     >>> from geometry import Curvature, as_mesh
@@ -51,7 +51,7 @@ class Umbilics:
 
 @dataclass(frozen=True, eq=False)
 class Curvature:
-    """Curvature at the vertices of triangles. normals (N, 3) unit; tensors (N, 3, 3) II, as bilinear form in space.
+    """Curvature at the vertices of triangles. normals (N, 3) unit; tensors (N, 3, 3): II as a bilinear form in space.
 
     >>> import trimesh
     >>> from geometry import Curvature, as_mesh
@@ -70,10 +70,9 @@ class Curvature:
 
     @classmethod
     def of(cls, mesh: MeshLike) -> Curvature:
-        """Of a triangle mesh, by the quadric through each vertex that fits the vertices up to three edges away best.
-
-        Quadrics are graphs over the tangent planes [CazalsPouget2003]. Raises MeshError where a vertex has fewer than
-        five neighbours so near.
+        """The curvature of a triangle mesh, from the quadric through each vertex that best fits the vertices up to
+        three edges away. Quadrics are graphs over the tangent planes [CazalsPouget2003]. Raises MeshError where a
+        vertex has fewer than five such neighbours.
         """
         mesh = as_mesh(mesh)
         rows, columns = _neighbours(mesh)
@@ -92,7 +91,7 @@ class Curvature:
                 normal_matrix[:, i, j] = np.bincount(rows, terms[i] * terms[j], mesh.n_vertices)
                 normal_matrix[:, j, i] = normal_matrix[:, i, j]
         right = np.stack([np.bincount(rows, term * z, mesh.n_vertices) for term in terms], axis=1)
-        inverse = np.linalg.pinv(normal_matrix, rcond=LEAST_SINGULAR_RATIO**2, hermitian=True)
+        inverse = np.linalg.pinv(normal_matrix, rcond=LEAST_QUADRIC_SINGULAR_VALUE**2, hermitian=True)
         slope_x, slope_y, xx, xy, yy = np.einsum("nij,nj->in", inverse, right)
         root = np.sqrt(1 + slope_x**2 + slope_y**2)
         form = np.stack([xx, xy, xy, yy], axis=1).reshape(-1, 2, 2) / (root * sizes)[:, None, None]
@@ -134,7 +133,8 @@ class Curvature:
 
     @cached_property
     def umbilics(self) -> Umbilics:
-        """Zeros of the traceless part of II, which is taken as linear in each triangle. MeshError for larger faces."""
+        """The zeros of the traceless part of II, which is interpolated linearly in each triangle. Raises MeshError for
+        faces with more than three corners."""
         c = self.mesh.combinatorics
         if c.face_sizes.max() > 3:
             raise MeshError(
@@ -163,24 +163,25 @@ def _neighbours(mesh: Mesh) -> tuple[IntArray, IntArray]:
         reach = csr_array(reach @ step)
     pairs = reach.tocoo()
     rows, columns = pairs.coords
-    apart = rows != columns
-    rows, columns = rows[apart].astype(np.int64), columns[apart].astype(np.int64)
+    is_other = rows != columns
+    rows, columns = rows[is_other].astype(np.int64), columns[is_other].astype(np.int64)
     counts = np.bincount(rows, minlength=c.n_vertices)
-    few = np.flatnonzero(c.is_used & (counts < LEAST_NEIGHBOURS))
-    if len(few):
+    with_too_few = np.flatnonzero(c.is_used & (counts < LEAST_QUADRIC_NEIGHBOURS))
+    if len(with_too_few):
         raise MeshError(
-            f"vertex {few[0]} of the surface has {counts[few[0]]} others within {QUADRIC_RINGS} edges, its curvature "
-            f"needs {LEAST_NEIGHBOURS}: divide the triangles into smaller ones, or leave out pieces of a few triangles",
-            elements=few.tolist(),
-            value=float(counts[few[0]]),
-            bound=LEAST_NEIGHBOURS,
+            f"vertex {with_too_few[0]} of the surface has {counts[with_too_few[0]]} others within {QUADRIC_RINGS} "
+            f"edges, its curvature needs {LEAST_QUADRIC_NEIGHBOURS}: divide the triangles into smaller ones, or leave "
+            "out separate parts of a few triangles",
+            elements=with_too_few.tolist(),
+            value=float(counts[with_too_few[0]]),
+            bound=LEAST_QUADRIC_NEIGHBOURS,
         )
     return rows, columns
 
 
 def _tangents(normals: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Two unit vectors (n, 3) perpendicular to each normal (n, 3) and to each other, right-handed with it."""
-    away = np.eye(3)[np.abs(normals).argmin(axis=1)]
-    first = np.cross(normals, away)
+    least_aligned_axis = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    first = np.cross(normals, least_aligned_axis)
     first = first / np.maximum(np.linalg.norm(first, axis=1, keepdims=True), np.finfo(float).tiny)
     return first, np.cross(normals, first)

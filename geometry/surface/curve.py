@@ -1,4 +1,4 @@
-"""A curve through given points: what boundary and feature vertices glide on."""
+"""A curve through given points, on which vertices of boundaries and feature lines slide."""
 
 from __future__ import annotations
 
@@ -19,21 +19,23 @@ CORNER_ANGLE = np.radians(50.0)
 """Turn of the polyline at a point above which the curve has a corner there; a circle through 8 points turns by 45."""
 
 SAMPLES_PER_SPAN = 16
-"""Samples for each span. Between two of them, the distance from a point has one least value."""
+"""Number of samples for each span, so that the distance from a point has only one minimum between two of them."""
 
 NEAREST_SAMPLES = 4
-"""Nearest samples looked at: where parts of the curve are equally far, the nearest sample may be on the wrong one."""
+"""Number of nearest samples that are tried: where parts of the curve are nearly equally far, the nearest sample may be
+on the wrong one."""
 
 TIED_DISTANCE_ROUNDING = 1e-12
 """Relative difference of distances that may be rounding."""
 
 MAX_FOOT_STEPS = 60
-"""Of Newton's method, kept in an interval; 5 mostly do, and halving alone would find every bit."""
+"""Largest number of steps of Newton's method, safeguarded by bisection; 5 mostly suffice, and bisection alone would
+reach full precision."""
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Cubic spans, one after the other, smooth but at the corners.
+    """Cubic spans, one after the other, smooth except at the corners.
 
     spans (S, 4, 3): coefficients of t^3, t^2, t, 1 for t from 0 to 1; span s begins at point s. corners: indices of the
     points where the curve turns sharply.
@@ -54,10 +56,10 @@ class Curve:
 
     @classmethod
     def through(cls, points: FloatArray, *, closed: bool, corner_angle: float = CORNER_ANGLE) -> Curve:
-        """The cubic spline, by chord length, through points (k, 3) in order; `closed` continues to the first one.
+        """The cubic spline, by chord length, through points (k, 3) in order; if `closed`, it returns to the first one.
 
         Where the polyline of the points turns by more than `corner_angle` (radians) the curve has a corner. Two
-        points give a straight segment. Raises GeometryError for less than 2 points (closed: 3), for points that are
+        points give a straight segment. Raises GeometryError for fewer than 2 points (closed: 3), for points that are
         not finite, and where two points in a row are the same.
         """
         points = _checked(points, closed)
@@ -70,9 +72,10 @@ class Curve:
         return cls(_splines(points, lengths, corners, closed), closed, integers(corners))
 
     def closest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Feet (n, 3) of points (n, 3), the nearest points of the curve, and unit tangents (n, 3) there.
+        """Feet (n, 3) of points (n, 3), which are the nearest points of the curve, and unit tangents (n, 3) there.
 
-        Tangents run from point to point; at a corner, the one that is more across the way to the point.
+        Tangents have the direction of the curve; at a corner, it is the tangent that is more nearly perpendicular to
+        the vector to the point.
         Raises GeometryError for points that are not finite.
         """
         points = check_points(points)
@@ -83,16 +86,16 @@ class Curve:
         intervals = intervals % n_intervals if self.closed else intervals.clip(0, n_intervals - 1)
         feet, tangents = self._feet(np.repeat(points, 2 * NEAREST_SAMPLES, axis=0), intervals.ravel())
         feet, tangents = (part.reshape(len(points), 2 * NEAREST_SAMPLES, 3) for part in (feet, tangents))
-        away = points[:, None] - feet
-        distances = np.linalg.norm(away, axis=2)
+        offsets = points[:, None] - feet
+        distances = np.linalg.norm(offsets, axis=2)
         ties = distances <= distances.min(axis=1, keepdims=True) * (1 + TIED_DISTANCE_ROUNDING)
-        along = np.abs(np.einsum("nki,nki->nk", away, tangents))
+        along = np.abs(np.einsum("nki,nki->nk", offsets, tangents))
         best = np.where(ties, along, np.inf).argmin(axis=1)
         rows = np.arange(len(points))
         return feet[rows, best], tangents[rows, best]
 
     def _feet(self, points: FloatArray, intervals: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Feet (n, 3) of points in an interval between samples each, and unit tangents (n, 3)."""
+        """Feet (n, 3) of points (n, 3), each on one interval (n,) between samples, and unit tangents (n, 3)."""
         spans, places = np.divmod(intervals, SAMPLES_PER_SPAN)
         low, high = places / SAMPLES_PER_SPAN, (places + 1) / SAMPLES_PER_SPAN
         coefficients = self.spans[spans]
@@ -105,7 +108,7 @@ class Curve:
 
     @cached_property
     def _tree(self) -> KDTree:
-        """Of the samples; sample j begins interval j."""
+        """The tree of the samples; interval j begins at sample j."""
         t = np.arange(SAMPLES_PER_SPAN) / SAMPLES_PER_SPAN
         powers = np.stack([t**3, t**2, t, np.ones(SAMPLES_PER_SPAN)], axis=1)
         samples = np.einsum("tp,spi->sti", powers, self.spans).reshape(-1, 3)
@@ -122,20 +125,20 @@ def _evaluate(coefficients: FloatArray, t: FloatArray) -> tuple[FloatArray, Floa
 def _slopes(coefficients: FloatArray, t: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(p - c(t)) . c'(t), positive where the curve comes nearer, and its derivative by t."""
     here, first, second = _evaluate(coefficients, t)
-    away = points - here
-    change = np.einsum("ni,ni->n", away, second) - np.einsum("ni,ni->n", first, first)
-    return np.einsum("ni,ni->n", away, first), change
+    offsets = points - here
+    change = np.einsum("ni,ni->n", offsets, second) - np.einsum("ni,ni->n", first, first)
+    return np.einsum("ni,ni->n", offsets, first), change
 
 
 def _roots(coefficients: FloatArray, low: FloatArray, high: FloatArray, points: FloatArray) -> FloatArray:
     """Where `_slopes` is zero, between parameters (n,) where it is positive and negative."""
     t = (low + high) / 2
     for _ in range(MAX_FOOT_STEPS):
-        ahead, change = _slopes(coefficients, t, points)
-        low, high = np.where(ahead > 0, t, low), np.where(ahead < 0, t, high)
-        newton = t - np.divide(ahead, change, out=np.zeros_like(t), where=change < 0)
+        slopes, change = _slopes(coefficients, t, points)
+        low, high = np.where(slopes > 0, t, low), np.where(slopes < 0, t, high)
+        newton = t - np.divide(slopes, change, out=np.zeros_like(t), where=change < 0)
         inside = (newton > low) & (newton < high) & (change < 0)
-        following = np.where(ahead == 0, t, np.where(inside, newton, (low + high) / 2))
+        following = np.where(slopes == 0, t, np.where(inside, newton, (low + high) / 2))
         step, t = np.abs(following - t).max(initial=0.0), following
         if step <= np.finfo(float).eps:
             break

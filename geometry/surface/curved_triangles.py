@@ -14,8 +14,8 @@ __all__ = ["on_curved_triangles", "refined"]
 def on_curved_triangles(mesh: Mesh, normals: FloatArray, triangles: IntArray, weights: FloatArray) -> FloatArray:
     """(n, 3) points at barycentric coordinates (n, 3) in triangles (n,) of a mesh with unit normals (N, 3).
 
-    The cubic triangles of [Vlachos2001]: continuous across edges, and within k h^4 of a smooth surface where a flat
-    triangle is k h^2 / 8 off.
+    The cubic triangles of [Vlachos2001]: they are continuous across edges. For edges of length h on a smooth surface of
+    curvature k, their error is of the order h^4, while flat triangles are off by k h^2 / 8.
 
     >>> import numpy as np
     >>> from geometry.mesh import solids
@@ -41,7 +41,8 @@ def on_curved_triangles(mesh: Mesh, normals: FloatArray, triangles: IntArray, we
 
 
 def refined(surface: Surface, pieces: int = 3) -> Surface:
-    """The surface of the curved triangles of a surface, each edge divided into so many pieces; an exact one as it is.
+    """The surface of the curved triangles, each edge divided into a number of pieces; an exact surface is returned as
+    it is.
 
     >>> from geometry import Surface, refined
     >>> from geometry.mesh import solids
@@ -54,26 +55,27 @@ def refined(surface: Surface, pieces: int = 3) -> Surface:
     c, k = mesh.combinatorics, pieces
     steps = np.array([(k - i - j, i, j) for i in range(k + 1) for j in range(k + 1 - i)])
     numbers = np.empty((c.n_faces, len(steps)), dtype=np.int64)
-    for place, step in enumerate(steps):
+    for number, step in enumerate(steps):
         ends = np.flatnonzero(step)
         if len(ends) == 1:
-            numbers[:, place] = c.corners[3 * np.arange(c.n_faces) + ends[0]]
+            numbers[:, number] = c.corners[3 * np.arange(c.n_faces) + ends[0]]
         elif len(ends) == 2:
-            corner = 3 * np.arange(c.n_faces) + np.flatnonzero(np.roll(step, 1) == 0)[0]  # whose side has no third part
-            way = step[(corner[0] + 1) % 3]
-            way = np.where(c.runs_along_edge[corner], way, k - way)
-            numbers[:, place] = c.n_vertices + c.corner_edge[corner] * (k - 1) + way - 1
+            # the corner at the beginning of the side that contains the point
+            corner = 3 * np.arange(c.n_faces) + np.flatnonzero(np.roll(step, 1) == 0)[0]
+            step_along_edge = step[(corner[0] + 1) % 3]
+            step_along_edge = np.where(c.runs_along_edge[corner], step_along_edge, k - step_along_edge)
+            numbers[:, number] = c.n_vertices + c.corner_edge[corner] * (k - 1) + step_along_edge - 1
         else:
-            inner = (steps[:place] > 0).all(axis=1).sum()
+            inner = (steps[:number] > 0).all(axis=1).sum()
             n_inner = (k - 1) * (k - 2) // 2
-            numbers[:, place] = c.n_vertices + c.n_edges * (k - 1) + np.arange(c.n_faces) * n_inner + inner
-    place_of = {tuple(step): place for place, step in enumerate(steps.tolist())}
+            numbers[:, number] = c.n_vertices + c.n_edges * (k - 1) + np.arange(c.n_faces) * n_inner + inner
+    number_of = {tuple(step): number for number, step in enumerate(steps.tolist())}
     cut = []
     for a, i, j in steps.tolist():
         if a > 0:
-            cut.append([place_of[a, i, j], place_of[a - 1, i + 1, j], place_of[a - 1, i, j + 1]])
+            cut.append([number_of[a, i, j], number_of[a - 1, i + 1, j], number_of[a - 1, i, j + 1]])
         if a > 1:
-            cut.append([place_of[a - 1, i + 1, j], place_of[a - 2, i + 1, j + 1], place_of[a - 1, i, j + 1]])
+            cut.append([number_of[a - 1, i + 1, j], number_of[a - 2, i + 1, j + 1], number_of[a - 1, i, j + 1]])
     weights = np.tile(steps / k, (c.n_faces, 1))
     points = on_curved_triangles(mesh, mesh.vertex_normals, np.repeat(np.arange(c.n_faces), len(steps)), weights)
     vertices = np.empty((int(numbers.max()) + 1, 3))

@@ -1,4 +1,4 @@
-"""Corners of the boundary of a surface: vertices that smoothing keeps in place and meshes have, too."""
+"""Corners of the boundary of a surface: vertices that smoothing keeps in place and that laid meshes keep as well."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from geometry.mesh import Mesh
 
 __all__ = ["boundary_corners"]
 
-LEAST_CORNER_TURN = np.radians(35.0)
-"""Turn of the boundary at a vertex, from which on it is a corner."""
+SHARP_BOUNDARY_TURN = np.radians(35.0)
+"""Turn of the boundary at a vertex, in radians, above which it is a corner."""
 
 
 def boundary_corners(mesh: Mesh) -> BoolArray:
-    """(N,) where the boundary turns by more than LEAST_CORNER_TURN.
+    """(N,) whether the boundary turns at the vertex by more than `SHARP_BOUNDARY_TURN`, 35 degrees.
 
     >>> from geometry.mesh import shapes
     >>> from geometry.surface import boundary_corners
@@ -27,5 +27,5 @@ def boundary_corners(mesh: Mesh) -> BoolArray:
     into, out = np.zeros((2, c.n_vertices, 3))
     out[tails] = into[heads] = mesh.vertices[heads] - mesh.vertices[tails]
     turns = np.arctan2(np.linalg.norm(np.cross(into, out), axis=1), np.einsum("ni,ni->n", into, out))
-    corners: BoolArray = turns > LEAST_CORNER_TURN
+    corners: BoolArray = turns > SHARP_BOUNDARY_TURN
     return corners

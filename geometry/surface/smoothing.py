@@ -1,4 +1,4 @@
-"""Noise taken out of a design surface, and how far its vertices move by that."""
+"""Removal of noise from a design surface, and how far its vertices move."""
 
 from __future__ import annotations
 
@@ -38,11 +38,12 @@ class SmoothedSurface:
 
 
 def smoothed(surface: Surface, wavelength: float) -> SmoothedSurface:
-    """Without waves that are much shorter than the wavelength: halved at that, damped with the fourth power below.
+    """The surface without waves that are much shorter than the wavelength.
 
-    min of the integral of |x - x0|^2 + s^4 |Laplacian x|^2 with s = wavelength / 2 pi, where along the boundary the
-    second derivative of the curve stands for the Laplacian; corners of the boundary stay.
-    Raises GeometryError for a wavelength that is no positive number.
+    Waves of this length are halved, shorter ones damped with the fourth power of their frequency. The result minimises
+    the integral of |x - x0|^2 + s^4 |Laplacian x|^2 with s = wavelength / 2 pi; along the boundary the second
+    derivative of the curve replaces the Laplacian. Corners of the boundary keep their positions. Raises GeometryError
+    for a wavelength that is not a positive number.
 
     >>> import numpy as np
     >>> from geometry import Surface, smoothed
@@ -65,28 +66,31 @@ def smoothed(surface: Surface, wavelength: float) -> SmoothedSurface:
     bending = diags_array(inner) @ stiffness + _along_boundary(mesh)
     scale = (wavelength / (2 * np.pi)) ** 4
     data = diags_array(masses)
-    held = np.where(boundary_corners(mesh), masses.sum(), 0.0)  # as good as fixed
-    matrix = data + diags_array(held) + scale * (bending.T @ data @ bending)
-    vertices = splu(csc_array(matrix)).solve((masses + held)[:, None] * mesh.vertices)
+    corner_weights = np.where(boundary_corners(mesh), masses.sum(), 0.0)  # a weight so large that corners are fixed
+    matrix = data + diags_array(corner_weights) + scale * (bending.T @ data @ bending)
+    vertices = splu(csc_array(matrix)).solve((masses + corner_weights)[:, None] * mesh.vertices)
     moves = np.linalg.norm(vertices - mesh.vertices, axis=1)
     return SmoothedSurface(Surface(mesh.with_vertices(vertices)), floats(moves))
 
 
 def _boundary_steps(mesh: Mesh) -> tuple[IntArray, IntArray]:
-    """(N, 2) vertex before and after each one on the boundary, -1 elsewhere; which is on it (n,)."""
+    """(N, 2) the vertices before and after each vertex of the boundary, -1 elsewhere; and the vertices (n,) of the
+    boundary."""
     c = mesh.combinatorics
     halves = np.flatnonzero(c.twin < 0)
     tails, heads = c.corners[halves], c.corners[c.next_corner[halves]]
-    around = np.full((c.n_vertices, 2), -1)
-    around[heads, 0], around[tails, 1] = tails, heads
-    return around, np.flatnonzero(c.is_boundary_vertex)
+    boundary_neighbours = np.full((c.n_vertices, 2), -1)
+    boundary_neighbours[heads, 0], boundary_neighbours[tails, 1] = tails, heads
+    return boundary_neighbours, np.flatnonzero(c.is_boundary_vertex)
 
 
 def _along_boundary(mesh: Mesh) -> csr_array[np.float64, tuple[int, int]]:
     """(N, N) second derivatives along the boundary; rows of other vertices are empty."""
-    around, rim = _boundary_steps(mesh)
-    before, after = (np.linalg.norm(mesh.vertices[around[rim, k]] - mesh.vertices[rim], axis=1) for k in (0, 1))
+    boundary_neighbours, rim = _boundary_steps(mesh)
+    before, after = (
+        np.linalg.norm(mesh.vertices[boundary_neighbours[rim, k]] - mesh.vertices[rim], axis=1) for k in (0, 1)
+    )
     half = (before + after) / 2
     values = np.concatenate([1 / (before * half), 1 / (after * half), -1 / (before * half) - 1 / (after * half)])
-    places = (np.tile(rim, 3), np.concatenate([around[rim, 0], around[rim, 1], rim]))
+    places = (np.tile(rim, 3), np.concatenate([boundary_neighbours[rim, 0], boundary_neighbours[rim, 1], rim]))
     return csr_array(coo_array((values, places), shape=(mesh.n_vertices, mesh.n_vertices)))

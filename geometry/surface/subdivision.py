@@ -1,4 +1,4 @@
-"""Finer meshes by subdivision: the scheme of Catmull and Clark, for faces with any number of corners."""
+"""Finer meshes by Catmull-Clark subdivision, for faces with any number of corners."""
 
 from __future__ import annotations
 
@@ -15,33 +15,32 @@ from geometry.surface.rim_corners import boundary_corners
 __all__ = ["subdivided"]
 
 LARGEST_SUBDIVISION = 5_000_000
-"""Faces of a subdivided mesh, at most: some gigabytes while it is made."""
+"""Largest number of faces of a subdivided mesh, which takes some gigabytes of memory while it is made."""
 
 
 def subdivided(mesh: MeshLike, times: int = 1, *, corners: Sequence[int] | IntArray | None = None) -> Mesh:
-    """The mesh with each face of k corners cut into k quads, some times, and its vertices moved to make it smooth.
+    """The mesh after each face of k corners is divided into k quads, `times` times, with its vertices moved to smooth
+    it.
 
     The scheme is that of [CatmullClark1978]: on regular quads the meshes converge to a bicubic B-spline. The
     boundary converges to cubic B-splines that depend on vertices of the boundary alone [BiermannLevinZorin2000], so
-    that two patches with the same boundary fit together still. Faces are not planar afterwards: `planarise` them
+    that two patches with a common boundary still fit together. Faces are not planar afterwards: `planarise` them
     [Pottmann2007, Fig. 13].
 
-    times: how often; a mesh of quads has 4 times as many faces each time, the same mesh comes back for 0.
-    corners: vertices of the boundary that stay where they are, so that the boundary may have a kink there. Left out,
-    these are the vertices where it turns by more than `LEAST_CORNER_TURN`, 35 degrees; () makes the whole boundary
-    smooth. At others the boundary moves, to the inside of the angle. A vertex where several pieces of the boundary meet
-    stays.
-
-    Vertices come in this order: the old ones, one for each edge, one for each face; faces in the order of the corners
-    of the old mesh. Vertices that belong to no face stay.
-
-    Raises GeometryError where times is no whole number from 0 upwards or the faces would be more than
+    times: the number of subdivisions; each makes 4 quads of a quad, and 0 returns the same mesh.
+    corners: vertices of the boundary that keep their positions, so that the boundary may have a kink there. The default
+    are the vertices where it turns by more than `SHARP_BOUNDARY_TURN`, 35 degrees; () makes the whole boundary smooth.
+    At other vertices the boundary moves to the inside of its angle. A vertex where several parts of the boundary meet
+    keeps its position, and so do vertices without faces.
+    The vertices are, in this order, the old ones, one for each edge and one for each face; the faces are in the order
+    of the corners of the old mesh.
+    Raises GeometryError where times is not a whole number from 0 upwards or there would be more faces than
     `LARGEST_SUBDIVISION`; MeshError for a corner that is not a vertex on the boundary.
 
     >>> from geometry import subdivided
     >>> from geometry.mesh import shapes, solids
     >>> fine = subdivided(shapes.grid(3, 2), 2)
-    >>> fine.n_faces, fine.vertices[[0, 3 * 4 - 1]].tolist()  # the corners stay
+    >>> fine.n_faces, fine.vertices[[0, 3 * 4 - 1]].tolist()  # the corners keep their positions
     (96, [[0.0, 0.0, 0.0], [3.0, 2.0, 0.0]])
     >>> ball = subdivided(solids.cube(), 3)
     >>> ball.n_faces, set(ball.combinatorics.face_sizes.tolist())
@@ -49,27 +48,28 @@ def subdivided(mesh: MeshLike, times: int = 1, *, corners: Sequence[int] | IntAr
     """
     mesh = as_mesh(mesh)
     _check_times(mesh, times)
-    stay = boundary_corners(mesh) if corners is None else _chosen(mesh, integers(corners))
+    is_kept = boundary_corners(mesh) if corners is None else _chosen(mesh, integers(corners))
     for _ in range(times):
-        mesh = _once(mesh, stay)
-        stay = np.append(stay, np.zeros(mesh.n_vertices - len(stay), dtype=bool))
+        mesh = _once(mesh, is_kept)
+        is_kept = np.append(is_kept, np.zeros(mesh.n_vertices - len(is_kept), dtype=bool))
     return mesh
 
 
-def _once(mesh: Mesh, stay: BoolArray) -> Mesh:
-    """stay (N,): vertices of the boundary that do not move."""
+def _once(mesh: Mesh, is_kept: BoolArray) -> Mesh:
+    """The mesh after one subdivision; is_kept (N,): vertices of the boundary that do not move."""
     c, vertices = mesh.combinatorics, mesh.vertices
     centroids = face_centroids(vertices, c)
     middles = vertices[c.edges].mean(axis=1)
     inner = ~c.is_boundary_edge
-    of_edges = middles.copy()
-    of_edges[inner] = (middles[inner] + centroids[c.edge_faces[inner]].mean(axis=1)) / 2
-    moved = np.where(c.is_boundary_vertex[:, None], _along_boundary(mesh, stay), _inside(mesh, centroids, middles))
-    return Mesh(np.concatenate([moved, of_edges, centroids]), _quads(c))
+    edge_points = middles.copy()
+    edge_points[inner] = (middles[inner] + centroids[c.edge_faces[inner]].mean(axis=1)) / 2
+    moved = np.where(c.is_boundary_vertex[:, None], _along_boundary(mesh, is_kept), _inside(mesh, centroids, middles))
+    return Mesh(np.concatenate([moved, edge_points, centroids]), _quads(c))
 
 
 def _quads(c: Combinatorics) -> Combinatorics:
-    """One for each corner: its vertex, the edge ahead, the face, the edge behind."""
+    """A quad for each corner, with the vertices of the corner, of the edge after it, of the face and of the edge before
+    it."""
     ahead, behind = c.corner_edge, c.corner_edge[c.previous_corner]
     n, m = c.n_vertices, c.n_edges
     corners = np.stack([c.corners, n + ahead, n + m + c.corner_face, n + behind], axis=1)
@@ -87,14 +87,15 @@ def _inside(mesh: Mesh, centroids: FloatArray, middles: FloatArray) -> FloatArra
     return np.where(c.is_used[:, None], moved, mesh.vertices)
 
 
-def _along_boundary(mesh: Mesh, stay: BoolArray) -> FloatArray:
-    """(N, 3) v / 2 and a quarter of the middles of the two boundary edges at v, unless v stays."""
+def _along_boundary(mesh: Mesh, is_kept: BoolArray) -> FloatArray:
+    """(N, 3) v / 2 plus a quarter of the sum of the midpoints of the two boundary edges at v; v itself if it is
+    kept."""
     c, vertices = mesh.combinatorics, mesh.vertices
     edges = c.edges[c.is_boundary_edge]
     middles, count = np.zeros((c.n_vertices, 3)), np.zeros(c.n_vertices, dtype=np.int64)
     np.add.at(middles, edges, vertices[edges].mean(axis=1)[:, None, :])
     np.add.at(count, edges, 1)
-    return np.where((stay | (count != 2))[:, None], vertices, vertices / 2 + middles / 4)
+    return np.where((is_kept | (count != 2))[:, None], vertices, vertices / 2 + middles / 4)
 
 
 def _check_times(mesh: Mesh, times: int) -> None:
@@ -111,16 +112,16 @@ def _check_times(mesh: Mesh, times: int) -> None:
 
 
 def _chosen(mesh: Mesh, corners: IntArray) -> BoolArray:
-    """(N,) which vertices are corners."""
+    """(N,) whether a vertex is one of the corners."""
     n = mesh.n_vertices
     outside = corners[(corners < 0) | (corners >= n)]
     if not len(outside):
         outside = corners[~mesh.combinatorics.is_boundary_vertex[corners]]
     if len(outside):
         raise MeshError(
-            f"vertex {outside[0]} is to be a corner of the boundary, but it is no vertex on the boundary",
+            f"vertex {outside[0]} is to be a corner of the boundary, but it is not on the boundary",
             elements=outside.tolist(),
         )
-    stay = np.zeros(n, dtype=bool)
-    stay[corners] = True
-    return stay
+    is_kept = np.zeros(n, dtype=bool)
+    is_kept[corners] = True
+    return is_kept

@@ -1,4 +1,4 @@
-"""A design surface Phi: what a mesh is laid on, and glides on."""
+"""A design surface Phi, on which meshes are laid and vertices slide."""
 
 from __future__ import annotations
 
@@ -12,34 +12,40 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers, short_repr
-from geometry.errors import GeometryError, MeshError, raise_worst
+from geometry.errors import GeometryError, MeshError, described, raise_worst
 from geometry.mesh import Combinatorics, Mesh, as_mesh
 from geometry.mesh.polygons import face_centroids
 
 __all__ = ["Surface", "check_points"]
 
-LEAST_AREA = 1e-9
-"""Area of a triangle over the square of its longest edge, below which it has no direction: six digits say no more."""
+LEAST_TRIANGLE_AREA = 1e-9
+"""Area of a triangle over the square of its longest edge, below which its normal is uncertain: coordinates have
+six digits."""
 
 MAX_COORDINATE = 1e100
-"""Largest coordinate of a point: the square of a distance must be a number."""
+"""Largest coordinate of a point, so that the square of a distance is finite."""
 
-ON_EDGE_TOLERANCE = 1e-9
+EDGE_TOLERANCE = 1e-9
 """Barycentric coordinate up to which a foot is on an edge, and offset over the size of a triangle up to which a
-point is straight above it: well above rounding, and of no consequence otherwise."""
+point is straight above it: well above rounding, and otherwise without effect."""
 
 
 def check_points(points: FloatArray) -> FloatArray:
-    """The points (n, 3) as floats. Raises GeometryError for another shape, and where a coordinate is no number."""
-    array = np.ascontiguousarray(points, dtype=np.float64)
+    """The points (n, 3) as floats. Raises GeometryError for another shape, and where a coordinate is not finite."""
+    try:
+        array = np.ascontiguousarray(points, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise GeometryError(
+            f"points are numbers in an array (n, 3), such as mesh.vertices, not {described(points)}"
+        ) from None
     if array.ndim != 2 or array.shape[1] != 3:
         raise GeometryError(f"points have shape {array.shape}, (n, 3) is needed")
-    broken = np.flatnonzero(~(np.abs(array) <= MAX_COORDINATE).all(axis=1))
-    if len(broken):
+    not_finite = np.flatnonzero(~(np.abs(array) <= MAX_COORDINATE).all(axis=1))
+    if len(not_finite):
         raise GeometryError(
-            f"point {broken[0]} is {array[broken[0]].tolist()}: coordinates must be finite numbers up to "
+            f"point {not_finite[0]} is {array[not_finite[0]].tolist()}: coordinates must be finite numbers up to "
             f"{MAX_COORDINATE:.0e}",
-            elements=broken.tolist(),
+            elements=not_finite.tolist(),
             bound=MAX_COORDINATE,
         )
     return array
@@ -49,8 +55,8 @@ def check_points(points: FloatArray) -> FloatArray:
 class Surface:
     """The surface of the triangles of a mesh; faces with more corners are cut into triangles about their centroids.
 
-    Normals are interpolated from those at the vertices, so that they turn steadily along the surface. Raises
-    MeshError for triangles without area, faces that cannot be cut that way, and vertices without a normal.
+    Normals are interpolated from those at the vertices, so that they are continuous. Raises MeshError for triangles
+    without area, faces that cannot be cut in this way, and vertices without a normal.
 
     >>> import numpy as np
     >>> from geometry import Surface
@@ -75,8 +81,8 @@ class Surface:
         if (lengths == 0).any():
             vertex = int(self._triangles[lengths == 0][0])
             raise MeshError(
-                f"the faces at vertex {vertex} look in opposite directions, so that the surface has no normal there: "
-                "take one of its two layers",
+                f"the faces at vertex {vertex} face opposite directions, so that the surface has no normal there: "
+                "keep only one of its two layers",
                 elements=[vertex],
             )
 
@@ -95,23 +101,25 @@ class Surface:
     def distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Distances (n,) of points (n, 3) along the normals at their feet, and their gradients (n, 3).
 
-        Positive on the side of the normals. Beyond the boundary, the surface is continued perpendicular to its
-        normals. The gradients are exact up to terms of the order of the distance from the foot. They are not quite the
-        normals at the feet, which the flat triangles are not perpendicular to.
+        Positive on the side of the normals. Beyond the boundary, the surface continues perpendicular to its
+        normals. The gradients are exact up to terms of the order of the distance from the foot. They differ slightly
+        from the normals at the feet, since interpolated normals are not perpendicular to the flat triangles.
         """
         points = check_points(points)
         feet, triangles, normals, weights = self._locate(points)
-        away = points - feet
+        offsets = points - feet
         flat, size = self._triangle_normals[triangles], self._sizes[triangles]
-        aside = away - np.einsum("ni,ni->n", away, flat)[:, None] * flat
-        moves = weights > ON_EDGE_TOLERANCE  # a foot moves in its triangle, along its edge, or not at all
-        above = moves.all(axis=1) | (np.linalg.norm(aside, axis=1) <= ON_EDGE_TOLERANCE * size)
+        sideways = offsets - np.einsum("ni,ni->n", offsets, flat)[:, None] * flat
+        moves = (
+            weights > EDGE_TOLERANCE
+        )  # whether a foot moves in its triangle, along its edge, or not at all, when its point moves
+        above = moves.all(axis=1) | (np.linalg.norm(sideways, axis=1) <= EDGE_TOLERANCE * size)
         on_edge = ~above & (moves.sum(axis=1) == 2)
         gradients = normals.copy()
         gradients[above] = _along(normals[above], flat[above])
         edges = self._opposite_edges(triangles[on_edge], ~moves[on_edge])
         gradients[on_edge] -= _along(normals[on_edge], edges)
-        return np.einsum("ni,ni->n", away, normals), gradients
+        return np.einsum("ni,ni->n", offsets, normals), gradients
 
     def _locate(self, points: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
         """Feet (n, 3), their triangles (n,), normals (n, 3) and barycentric coordinates (n, 3) in the triangles."""
@@ -126,7 +134,8 @@ class Surface:
         return feet, triangles, normals / np.linalg.norm(normals, axis=1, keepdims=True), weights
 
     def _opposite_edges(self, triangles: IntArray, corners: BoolArray) -> FloatArray:
-        """(n, 3) unit vectors along the edges opposite to one corner of each triangle; corners (n, 3) marks it."""
+        """(n, 3) unit vectors along the edges opposite to one corner of each triangle; corners (n, 3) is true at this
+        corner."""
         corner = corners.argmax(axis=1)
         vertices = self._triangles[triangles]
         rows = np.arange(len(vertices))
@@ -137,11 +146,15 @@ class Surface:
 
     @cached_property
     def triangulated(self) -> Mesh:
-        """The triangles as a mesh without loose vertices. A vertex where fans of triangles meet is one of each fan."""
+        """The triangles as a mesh without unused vertices. A vertex where several fans of triangles meet becomes one
+        vertex for each fan."""
         c = Combinatorics(len(self._vertices), self._triangles.ravel(), 3 * np.arange(len(self._triangles) + 1))
-        across = np.flatnonzero(c.twin[c.previous_corner] >= 0)
-        pairs = (across, c.twin[c.previous_corner[across]])  # corners of one vertex in neighbouring triangles
-        fans = coo_array((np.ones(len(across)), pairs), shape=(c.n_corners, c.n_corners))
+        at_inner_edges = np.flatnonzero(c.twin[c.previous_corner] >= 0)
+        pairs = (
+            at_inner_edges,
+            c.twin[c.previous_corner[at_inner_edges]],
+        )  # corners of one vertex in neighbouring triangles
+        fans = coo_array((np.ones(len(at_inner_edges)), pairs), shape=(c.n_corners, c.n_corners))
         corners = connected_components(fans, directed=False)[1]
         _, first = np.unique(corners, return_index=True)
         if len(first) == self.mesh.n_vertices and self.mesh.combinatorics.face_sizes.max() == 3:
@@ -153,7 +166,7 @@ class Surface:
 
     @cached_property
     def _pieces(self) -> tuple[IntArray, IntArray]:
-        """Triangles (T, 3), and their faces (T,); centroid f stands at number N + f."""
+        """Triangles (T, 3), and their faces (T,); the centroid of face f has the vertex number N + f."""
         c = self.mesh.combinatorics
         whole = np.flatnonzero(c.face_sizes == 3)
         cut = np.flatnonzero(c.face_sizes[c.corner_face] > 3)
@@ -167,7 +180,7 @@ class Surface:
 
     @cached_property
     def _vertices(self) -> FloatArray:
-        """(N + F, 3)"""
+        """(N + F, 3) vertices, then centroids of faces."""
         vertices = self.mesh.vertices
         return floats(np.concatenate([vertices, face_centroids(vertices, self.mesh.combinatorics)]))
 
@@ -184,12 +197,12 @@ class Surface:
 
     @cached_property
     def _triangle_normals(self) -> FloatArray:
-        """(T, 3)"""
+        """(T, 3) unit normals of the triangles."""
         return floats(self._areas / np.linalg.norm(self._areas, axis=1, keepdims=True))
 
     @cached_property
     def _sizes(self) -> FloatArray:
-        """(T,) longest edges."""
+        """(T,) lengths of the longest edges of triangles."""
         corners = self._vertices[self._triangles]
         return floats(np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(axis=1))
 
@@ -208,11 +221,11 @@ class Surface:
             larger = self.mesh.combinatorics.face_sizes[face] > 3
             what = "cannot be cut into triangles about its centroid" if larger else "has no area"
             return (
-                f"face {face} {what}: a triangle of it has {value:.1e} times the square of its longest edge, "
-                f"more than {LEAST_AREA:.0e} is needed; {'cut the face into triangles' if larger else 'remove it'}"
+                f"face {face} {what}: a triangle of it has {value:.1e} times the square of its longest edge, more "
+                f"than {LEAST_TRIANGLE_AREA:.0e} is needed; {'cut the face into triangles' if larger else 'remove it'}"
             )
 
-        raise_worst(relative, ">", LEAST_AREA, say, elements=faces, error=MeshError)
+        raise_worst(relative, ">", LEAST_TRIANGLE_AREA, say, elements=faces, error=MeshError)
 
 
 def _along(vectors: FloatArray, directions: FloatArray) -> FloatArray:

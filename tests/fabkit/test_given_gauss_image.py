@@ -249,7 +249,7 @@ def test_an_inspection_says_how_a_pair_fits(tmp_path: Path) -> None:
 def test_the_image_says_which_side_is_outside(tmp_path: Path) -> None:
     up = built(tmp_path)
     turned = built(tmp_path, M.reversed(), S)
-    assert turned.summary.mended[-1] == "all faces turned round to the outside that S.off shows"
+    assert turned.summary.mended[-1] == "all faces reversed to face the outside that S.off shows"
     for made in (up, turned):
         structure = made.structure
         np.testing.assert_array_equal(structure.gauss_image.vertices, S.vertices)
@@ -258,7 +258,7 @@ def test_the_image_says_which_side_is_outside(tmp_path: Path) -> None:
     flipped = built(tmp_path, M, S, flip=True)
     for made in (inwards, flipped):
         np.testing.assert_array_equal(made.structure.gauss_image.vertices, -S.vertices)
-    assert flipped.summary.mended == ("all faces turned round, as asked",)
+    assert flipped.summary.mended == ("all faces reversed, as requested",)
 
 
 # --- the project file

@@ -77,7 +77,7 @@ def test_faces_of_any_number_of_corners_come_back(tmp_path: Path, suffix: str, m
 def test_flip_turns_the_faces_round(read: Read) -> None:
     mesh, said = read("a.obj", V_ROWS + "f 1 2 3 4", flip=True)
     assert mesh.vector_areas[:, 2].tolist() == [-1]
-    assert said[-1] == "all faces turned round, as asked"
+    assert said[-1] == "all faces reversed, as requested"
 
 
 # --- OBJ
@@ -262,7 +262,7 @@ PLY += "property list uchar int vertex_indices\nend_header\n"
             V_ROWS + "f 1 2 6\n",
             "face 1 names vertex 6, but the 5 vertices end at 5 (vertices and faces counted",
         ),
-        ("a.obj", V_ROWS + "f 1 2\nf\n", "there are no faces: none of 2 has three corners that are apart"),
+        ("a.obj", V_ROWS + "f 1 2\nf\n", "there are no faces: none of 2 has three separate corners"),
         ("a.obj", "v 1 2\n", "line 1: vertex 1 has 2 coordinates, 3 are needed"),
         ("a.obj", V_ROWS + "v nan 0 0\nf 1 2 3\n", "vertex 6 is (nan, 0.0, 0.0): coordinates must be finite"),
         ("a.obj", V_ROWS + "f 1 2 3 4\nf 3 2 4 1\n", "faces 1 and 2 have the same vertices (1, 2, 3, 4)"),
@@ -270,7 +270,7 @@ PLY += "property list uchar int vertex_indices\nend_header\n"
         ("a.off", "OFF\n", "the file ends after its header: the numbers of vertices and faces are missing"),
         ("a.off", "OFF BINARY\n", "line 1: this OFF file is binary; save it as a plain one"),
         ("a.off", "nOFF\n3\n", "line 1: this OFF file is n-dimensional; save it as a plain one"),
-        ("a.off", "OFF\n5 two 0\n", "line 2 should say the numbers of vertices, faces and edges, it says '5 two 0'"),
+        ("a.off", "OFF\n5 two 0\n", "line 2 should give the numbers of vertices, faces and edges, but is '5 two 0'"),
         (
             "a.off",
             OFF + "4 0 1 2 3\n",

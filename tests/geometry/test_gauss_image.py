@@ -270,7 +270,7 @@ def test_faces_that_are_not_planar_are_refused() -> None:
         ({"fairness": float("nan")}, "the weight fairness is nan"),
         ({"vertices": float("inf")}, "the weight vertices is inf"),
         ({"vertices": 0.0}, "faces alone do not determine the Gauss image at the boundary"),
-        ({"faces": 0.0, "vertices": 0.0, "fairness": 1.0}, "nor fairness where it lies"),
+        ({"faces": 0.0, "vertices": 0.0, "fairness": 1.0}, "nor fairness its position"),
         ({"faces": 0.0, "vertices": 0.0}, "the weight vertices is 0"),
         ({"edges": -1.0}, "the weight edges is -1"),
         ({"vertices": 1e-9, "edges": 2.0, "faces": 0.0}, "at least 1e-08 of the largest weight"),

@@ -57,7 +57,7 @@ def test_where_no_vertex_is_free_nothing_is_returned() -> None:
     plane = shapes.grid(3, 2)  # planar, but not on the surface
     surface = Surface(shapes.grid(3, 2).translated([0, 0, 0.5]))
     everything = range(plane.n_vertices)
-    with pytest.raises(ConvergenceError, match=r"cannot change, as all its vertices are fixed.* before planarising"):
+    with pytest.raises(ConvergenceError, match=r"cannot change, since all its vertices are fixed.* before planarising"):
         planarise(plane, Guides(surface=surface, fixed=everything))
     assert planarise(plane, Guides(fixed=everything)).mesh is plane  # as it is asked for
     kite = Mesh.from_faces([[0, 0, 0], [2, 0, 0], [1, 1, 0], [0, 1, 0], [5, 5, 5]], [[0, 1, 2, 3]])
@@ -165,8 +165,8 @@ def test_closed_curves_have_no_ends() -> None:
     [
         ([[0, 99]], "curve 0 names 99, but vertices have the numbers 0 to 47"),
         ([[0, 1], [-1, 0]], "curve 1 names -1"),
-        ([[0, 1, 2, 7]], "curve 0 goes from vertex 2 to vertex 7, where there is no edge"),
-        ([[0, 1, 2, 1]], "curve 0 meets vertex 1 twice"),
+        ([[0, 1, 2, 7]], "curve 0 runs from vertex 2 to vertex 7, which no edge joins"),
+        ([[0, 1, 2, 1]], "curve 0 passes vertex 1 twice"),
         ([[0]], "curve 0 has 1 vertices"),
         ([[]], "curve 0 has 0 vertices"),
         ([[0, 1, 0]], "curve 0 has 2 vertices"),

@@ -115,7 +115,7 @@ def test_all_that_meet_are_found_without_comparing_all(seed: int, hubs: int, pla
     moved = moved + 100 * np.ptp(moved, axis=0)
     with pytest.MonkeyPatch.context() as patch:
         for module, name in (
-            (face_neighbours, "MANY_FACES"),
+            (face_neighbours, "CROWDED_VERTEX_FACES"),
             (flat_faces, "MANY_CORNERS"),
             (intersections, "MANY_CORNERS"),
         ):
@@ -135,7 +135,7 @@ def test_faces_that_share_two_vertices_and_cross_between_them(many: int) -> None
     other = one * [-1, 1, 1] + [10, 0, 0]
     mesh = Mesh.from_faces([*one, *other[[1, 3, 4]]], [[0, 1, 2, 3, 4], [2, 7, 6, 0, 5]])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(face_neighbours, "MANY_FACES", many)
+        patch.setattr(face_neighbours, "CROWDED_VERTEX_FACES", many)
         assert intersecting_faces(mesh).tolist() == [[0, 1]]
 
 

@@ -15,7 +15,7 @@ from geometry.layout.cells import cells_between_isolines
 from geometry.layout.combed_fields import CombedField, comb
 from geometry.layout.conjugate_networks import conjugate_network
 from geometry.layout.cross_fields import cross_field
-from geometry.layout.exact_maps import ISOLINE_SPACING, ExactMap, cross
+from geometry.layout.exact_maps import CELL_SIZE, ExactMap, cross
 from geometry.layout.integer_lattices import integer_kernel, nearest_integers
 from geometry.layout.quarter_turns import quarter_turned
 from geometry.layout.seams import SeamlessMaps, seamless_maps
@@ -75,9 +75,9 @@ def assert_seamless(frames: TangentFrames, field: CombedField, maps: SeamlessMap
     inner = np.flatnonzero(c.twin >= 0)
     for end, other in ((inner, c.next_corner[c.twin[inner]]), (c.next_corner[inner], c.twin[inner])):
         jumps = at[other] - quarter_turned(at[end], exact.turns[inner])
-        assert np.array_equal(jumps, exact.shifts[inner] * ISOLINE_SPACING)
+        assert np.array_equal(jumps, exact.shifts[inner] * CELL_SIZE)
         assert not jumps[~field.is_cut[c.corner_edge[inner]]].any()
-    assert not (at[field.indices[c.corners] != 0] % ISOLINE_SPACING).any()
+    assert not (at[field.indices[c.corners] != 0] % CELL_SIZE).any()
     assert (at[field.indices[c.corners] == 0] % 2 == 1).all()  # on no line
 
 
@@ -135,10 +135,10 @@ def test_cells_divide_the_surface_whatever_the_lines(seed: int) -> None:
         return
     shift = rng.integers(0, 2, 2) / 2
     values = surface.mesh.vertices[:, :2] @ linear.T + shift
-    odd = 2 * np.floor(values * ISOLINE_SPACING / 2).astype(np.int64) + 1
+    odd = 2 * np.floor(values * CELL_SIZE / 2).astype(np.int64) + 1
     exact = ExactMap(frames.combinatorics, odd[frames.triangles], 0 * frames.triangles.ravel())
     cells = cells_between_isolines(exact)
-    at = (exact.values[cells.triangles] * cells.weights[:, :, None]).sum(axis=1) / ISOLINE_SPACING
+    at = (exact.values[cells.triangles] * cells.weights[:, :, None]).sum(axis=1) / CELL_SIZE
     corners = np.split(at[cells.corners], cells.starts[1:-1])
     areas = np.array([0.5 * cross(ring, np.roll(ring, -1, axis=0)).sum() for ring in corners])
     assert maps.integers.shape[1] == 0
@@ -151,5 +151,5 @@ def test_a_triangle_with_too_many_lines_is_refused() -> None:
     frames, field = combed(chart(4, 4, lambda u, v: (u, v, 0 * u)))
     maps = seamless_maps(frames.combinatorics, field)
     x = np.repeat(1e4 * frames.mesh.vertices[:, :2], 1, axis=0).ravel()
-    with pytest.raises(GeometryError, match="is crossed by 2500 lines, 512 at most"):
+    with pytest.raises(GeometryError, match="is crossed by 2500 lines, allowed 512"):
         ExactMap.of(frames.combinatorics, maps, field.turns, x, np.zeros(0, dtype=np.int64))

@@ -153,7 +153,7 @@ def test_meshes_are_added_up_negated_and_divided() -> None:
 # --- refused in a sentence
 
 ARRAY = r"not an array of shape \(16, 3\): positions become one by Mesh.from_faces\(vertices, faces\)"
-TO_ADD = "to a mesh one adds a mesh with the same faces, not "
+TO_ADD = "only a mesh with the same faces can be added to a mesh, not "
 TO_SCALE = "a mesh is multiplied by or divided by a number, not "
 
 MISTAKES: list[tuple[str, Callable[[], Any], str]] = [
@@ -171,7 +171,7 @@ MISTAKES: list[tuple[str, Callable[[], Any], str]] = [
     ("planarise((M, S))", lambda: planarise((GRID, GRID)), "coordinates are numbers in an array"),  # type: ignore[arg-type]
     ("face_curvatures(M)", lambda: face_curvatures(GRID), "a Pair is needed, not a value of type Mesh: make one"),  # type: ignore[arg-type]
     ("SupportStructure(M)", lambda: SupportStructure(GRID, 1.0), "a Pair is needed, not a value of type Mesh"),  # type: ignore[arg-type]
-    ("Mesh(V, F)", lambda: Mesh(GRID.vertices, GRID.faces), r"made by Mesh.from_faces\(vertices, faces\)"),  # type: ignore[arg-type]
+    ("Mesh(V, F)", lambda: Mesh(GRID.vertices, GRID.faces), r"from faces by Mesh.from_faces\(vertices, faces\)"),  # type: ignore[arg-type]
     ("from_faces(F, V)", lambda: Mesh.from_faces(GRID.faces, GRID.vertices), "vertices and faces are exchanged"),  # type: ignore[arg-type]
     ("from_faces(V, 5)", lambda: Mesh.from_faces(GRID.vertices, 5), "faces are sequences of the numbers"),  # type: ignore[arg-type]
     ("from_faces(V, flat)", lambda: Mesh.from_faces(GRID.vertices, [0, 1, 2]), "faces are sequences"),  # type: ignore[list-item]

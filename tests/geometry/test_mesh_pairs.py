@@ -120,9 +120,7 @@ def test_vertices_that_become_one_must_be_one_in_both(tmp_path: Path) -> None:
     images = vertices.copy()
     images[4, 2] += 0.25
     write(tmp_path / "S.obj", images, faces)
-    with pytest.raises(
-        MeshError, match=r"vertices \d and 5 lie at one point .* in the other mesh they are 0\.25 apart"
-    ):
+    with pytest.raises(MeshError, match=r"vertices \d and 5 coincide .* in the other mesh they are 0\.25 apart"):
         read_mesh_pair(tmp_path / "M.obj", tmp_path / "S.obj")
     with pytest.raises(MeshFileError, match=r"none\.obj: there is no such file"):
         read_mesh_pair(tmp_path / "M.obj", tmp_path / "none.obj")

@@ -272,7 +272,7 @@ def test_faces_off_the_rim() -> None:
         ({"edges": True, "height_error": float("nan")}, "height_error is nan"),
         ({"mean": 0.1, "gaussian": 0.1}, "exclude each other"),
         ({"mean": float("inf")}, "mean curvature is inf"),
-        ({}, "nothing is asked"),
+        ({}, "the pair has no target"),
     ],
 )
 def test_aims_that_cannot_be(numbers: dict[str, object], message: str) -> None:

@@ -71,7 +71,7 @@ def test_what_is_about_zero_stays() -> None:
 
 @given(st.integers(0, 99), WHOLE, st.booleans())
 def test_mending_does_not_depend_on_the_place(seed: int, move: FloatArray, closed: bool) -> None:
-    """Faces that do not share their vertices, some turned round."""
+    """Faces that do not share their vertices, some reversed."""
     mesh = dyadic(shapes.dodecahedron()) if closed else rough_dome(seed)
     rng = np.random.default_rng(seed)
     corners = mesh.combinatorics.corners
@@ -147,7 +147,8 @@ def test_what_is_planar_far_away_is_taken_as_near_zero() -> None:
 
 def test_the_cure_of_the_place_helps() -> None:
     far = rough_dome().translated([2_600_000.0, -1_200_000.0, 400.0])
-    cure = r"the mesh lies \de\+05 mean edge lengths from the origin, where coordinates are coarse: begin with mesh"
+    cure = r"the mesh is \de\+05 mean edge lengths from the origin, where coordinates are rounded coarsely: begin "
+    cure += "with mesh"
     with pytest.raises(ConvergenceError, match=cure):
         planarise(far)
     with pytest.raises(GeometryError, match=cure + r".near_zero\(\)\[0\] and planarise the mesh first"):

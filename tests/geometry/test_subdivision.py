@@ -151,5 +151,7 @@ def test_what_is_refused() -> None:
     with pytest.raises(GeometryError, match=r"subdivided 12 times the mesh would have 1.5e\+08 faces, at most 5e\+06"):
         subdivided(grid, 12)
     for vertex in (5, 16, -1):
-        with pytest.raises(MeshError, match=f"vertex {vertex} is to be a corner of the boundary, but it is no vertex"):
+        with pytest.raises(
+            MeshError, match=f"vertex {vertex} is to be a corner of the boundary, but it is not on the boundary"
+        ):
             subdivided(grid, corners=[0, vertex])

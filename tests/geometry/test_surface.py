@@ -201,5 +201,5 @@ def test_a_face_that_its_centroid_does_not_see_is_refused() -> None:
 
 def test_two_layers_back_to_back_are_refused() -> None:
     vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
-    with pytest.raises(MeshError, match="the faces at vertex 0 look in opposite directions"):
+    with pytest.raises(MeshError, match="the faces at vertex 0 face opposite directions"):
         Surface(Mesh.from_faces(vertices, [[0, 1, 2], [0, 2, 1]]))

@@ -1,4 +1,4 @@
-"""Where a mesh meets or crosses itself, in n log n."""
+"""Where a mesh meets or crosses itself, in n log n time."""
 
 from geometry.mesh.intersections.meeting_faces import (
     intersecting_faces,

@@ -1,8 +1,8 @@
-"""Which of many small point sets may meet which others: binary trees of boxes turned as their points lie.
+"""Pairs of many small point sets that may meet, found by binary trees of oriented boxes.
 
-Slender sets askew to the axes have boxes along the axes that all overlap; boxes along their own principal axes do not
-[Gottschalk1996]. Sets that share a point always meet: where that is known by name, whole
-branches with a name in common are passed over.
+For slender sets that are oblique to the coordinate axes, boxes along these axes would all overlap; boxes along the
+principal axes of the sets do not [Gottschalk1996]. Sets that share a point always meet. Shared points can be given
+names, and whole branches with a common name are skipped.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ PAIRS_AT_ONCE = 2**15
 """Pairs of boxes or polygons that are compared at once: they bound the memory."""
 
 PARALLEL_AXES_MARGIN = 1e-10
-"""Added to cosines: the cross product of nearly parallel axes separates nothing."""
+"""Added to cosines, so that the rounded cross product of nearly parallel axes never separates two boxes."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Level:
-    """Boxes (m, ...): centres (m, 3), axes (m, 3, 3) in rows, half extents along them and along x, y, z (m, 3) each.
-
-    starts (m+1,): the boxes of the next level within each. names (m, 2): what all sets within share, -1 for none.
+    """m boxes: centres (m, 3), axes (m, 3, 3) in rows, half extents along these axes (halves) and along x, y, z
+    (upright), (m, 3) each. starts (m+1,): box k contains the boxes starts[k] .. starts[k+1] - 1 of the next level.
+    names (m, 2): the names that all sets in the box share, -1 for none.
     """
 
     starts: IntArray
@@ -40,17 +40,19 @@ class _Level:
 
 @dataclass(frozen=True, eq=False)
 class BoxTree:
-    """Levels from one box about everything to one around each set; the sets in the order of the last level (n,)."""
+    """levels: from one box around everything to one box for each set; order (n,): the sets in the order of the last
+    level."""
 
     levels: list[_Level]
     order: IntArray
 
 
 def box_trees(points: FloatArray, starts: IntArray, margins: FloatArray, names: IntArray) -> list[BoxTree]:
-    """One tree of the sets with names and one of those without, of n sets, none of them empty.
+    """One tree of the sets with names and one of those without, of n sets that are not empty.
 
-    points (C, 3): set k has points[starts[k]:starts[k + 1]]; starts (n+1,). margins (n,): how far sets reach beyond
-    their hull. names (n, 2): names, >= 0, of up to two points of each set that are in very many sets; -1 for none.
+    points (C, 3): set k has points[starts[k]:starts[k + 1]]; starts (n+1,). margins (n,): distances by which
+    sets extend beyond their convex hulls. names (n, 2): names, >= 0, of up to two points of each set that belong to
+    very many sets; -1 for none.
     """
     means = np.add.reduceat(points, starts[:-1], axis=0) / np.diff(starts)[:, None]
     groups = np.unique(np.sort(names, axis=1), axis=0, return_inverse=True)[1].ravel()
@@ -64,7 +66,7 @@ def box_trees(points: FloatArray, starts: IntArray, margins: FloatArray, names: 
 def _box_tree(
     points: FloatArray, starts: IntArray, margins: FloatArray, names: IntArray, keys: FloatArray, order: IntArray
 ) -> BoxTree:
-    """The tree of the sets in `order`; keys (2, n, 3): places in space by which they are sorted, as for `_halved`."""
+    """The tree of the sets in `order`; keys (2, n, 3): points by which they are sorted, as in `_halved`."""
     n, found = len(order), []
     depth = n.bit_length() - 1
     for level in range(depth + 1):
@@ -83,7 +85,8 @@ def _box_tree(
 
 
 def meeting_sets(ones: list[BoxTree], others: list[BoxTree]) -> Iterator[tuple[IntArray, IntArray]]:
-    """Pairs (k,) of a set of ones and a set of others whose boxes meet and that share no name, part by part."""
+    """Pairs (k,) of a set of the first trees and a set of the other trees whose boxes meet and that share no name, part
+    by part."""
     for one in ones:
         for other in others:
             yield from _meeting(one, other)
@@ -97,14 +100,14 @@ def _meeting(one: BoxTree, other: BoxTree) -> Iterator[tuple[IntArray, IntArray]
         i, j, first, second = parts.pop()
         meet = _meet(one.levels[i], other.levels[j], first, second)
         first, second = first[meet], second[meet]
-        left = last[0] - i, last[1] - j
-        if left == (0, 0):
+        remaining = last[0] - i, last[1] - j
+        if remaining == (0, 0):
             yield one.order[first], other.order[second]
             continue
-        if left[0] >= left[1]:
+        if remaining[0] >= remaining[1]:
             first, again = _within(one.levels[i].starts, first)
             second, i = second[again], i + 1
-        if left[1] >= left[0]:
+        if remaining[1] >= remaining[0]:
             second, again = _within(other.levels[j].starts, second)
             first, j = first[again], j + 1
         pieces = range(0, len(first), PAIRS_AT_ONCE)
@@ -114,7 +117,7 @@ def _meeting(one: BoxTree, other: BoxTree) -> Iterator[tuple[IntArray, IntArray]
 
 
 def _within(starts: IntArray, boxes: IntArray) -> tuple[IntArray, IntArray]:
-    """The boxes (n,) of the next level within boxes (k,), and which of the k each is in (n,)."""
+    """The boxes (n,) of the next level within boxes (k,), and the index into `boxes` (n,) for each."""
     counts = starts[boxes + 1] - starts[boxes]
     owner = np.repeat(np.arange(len(boxes)), counts)
     before = np.cumsum(counts) - counts
@@ -127,7 +130,8 @@ def _within(starts: IntArray, boxes: IntArray) -> tuple[IntArray, IntArray]:
 def _boxes(
     points: FloatArray, starts: IntArray, margins: FloatArray, order: IntArray, bounds: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Centres, axes, half extents along them and along x, y, z of boxes around runs of the sets in this order."""
+    """Centres, axes, half extents along them and along x, y, z of boxes: box k is around the sets
+    order[bounds[k] : bounds[k+1]]."""
     places, _ = _within(starts, order)
     first = np.concatenate([[0], np.cumsum(np.diff(starts)[order])])[bounds]
     count = np.diff(first)
@@ -136,7 +140,7 @@ def _boxes(
     spread = np.add.reduceat(here[:, :, None] * here[:, None, :], first[:-1], axis=0) / count[:, None, None]
     axes = np.linalg.eigh(spread)[1].swapaxes(1, 2)
     along = np.einsum("cai,ci->ca", np.repeat(axes, count, axis=0), here)
-    low, high = (reach.reduceat(along, first[:-1]) for reach in (np.minimum, np.maximum))
+    low, high = (extreme.reduceat(along, first[:-1]) for extreme in (np.minimum, np.maximum))
     centres = means + np.einsum("mai,ma->mi", axes, (low + high) / 2)
     halves = (high - low) / 2 + np.maximum.reduceat(margins[order], bounds[:-1])[:, None]
     return centres, axes, halves, np.einsum("mai,ma->mi", np.abs(axes), halves)
@@ -145,21 +149,21 @@ def _boxes(
 def _halved(
     points: FloatArray, starts: IntArray, keys: FloatArray, axes: FloatArray, order: IntArray, ends: IntArray
 ) -> IntArray:
-    """The sets within each box in another order (n,), so that the boxes around both halves become small.
+    """The sets in a new order (n,) within each box, so that the boxes around both halves become small.
 
-    keys (2, n, 3): by what sets are sorted along one of the axes (m, 3, 3) of the boxes, by the second where
-    the first is equal; where it differs, along an axis on which it does so clearly. Boxes hold runs of the present
-    order (n,), the halves of box k run from ends[2 k] and from ends[2 k + 1].
+    keys (2, n, 3): points by which sets are sorted along one of the axes (m, 3, 3) of their box, by the second where
+    the first are equal; otherwise along an axis on which the first differ clearly. Each box contains consecutive sets
+    of the given order (n,); the halves of box k begin at ends[2 k] and at ends[2 k + 1].
     """
     box = np.repeat(np.arange(len(axes)), np.diff(ends[::2]))
     places, owner = _within(starts, order)
     along = np.einsum("cai,ci->ca", axes[box[owner]], points[places])
     first = np.concatenate([[0], np.cumsum(np.diff(starts)[order])[:-1]])
-    low, high = (reach.reduceat(along, first, axis=0) for reach in (np.minimum, np.maximum))
-    from_first = keys[:, order] - keys[:, order[ends[:-1:2]]][:, box]  # exactly 0 where it does not differ
+    low, high = (extreme.reduceat(along, first, axis=0) for extreme in (np.minimum, np.maximum))
+    from_first = keys[:, order] - keys[:, order[ends[:-1:2]]][:, box]  # exactly 0 where keys are equal
     sorting = np.einsum("nai,kni->akn", axes[box], from_first)
     orders = np.stack([np.lexsort((*by[::-1], box)) for by in sorting])
-    spans = [reach.reduceat(sorting[:, 0], ends[:-1:2], axis=1) for reach in (np.maximum, np.minimum)]
+    spans = [extreme.reduceat(sorting[:, 0], ends[:-1:2], axis=1) for extreme in (np.maximum, np.minimum)]
     clear = spans[0] - spans[1] >= (spans[0] - spans[1]).max(axis=0) / 2
     sizes = []
     for found in orders:
@@ -175,22 +179,26 @@ def _in_common(one: IntArray, other: IntArray) -> IntArray:
 
 
 def _meet(one: _Level, other: _Level, first: IntArray, second: IntArray) -> BoolArray:
-    """(k,) whether boxes of two levels meet, and no name is common to all that is in both."""
-    apart = other.centres[second] - one.centres[first]
-    meet: BoolArray = np.all(np.abs(apart) <= one.upright[first] + other.upright[second], axis=1)
+    """(k,) whether boxes of two levels meet and share no name."""
+    between_centres = other.centres[second] - one.centres[first]
+    meet: BoolArray = np.all(np.abs(between_centres) <= one.upright[first] + other.upright[second], axis=1)
     for column in (0, 1):
         name = one.names[first, column]
         meet &= (name < 0) | (name[:, None] != other.names[second]).all(axis=1)
-    for separate in (_beside_faces, _beside_edges):
-        left = np.flatnonzero(meet)
-        a, b = first[left], second[left]
+    for separate in (_separated_by_face, _separated_by_edges):
+        remaining = np.flatnonzero(meet)
+        a, b = first[remaining], second[remaining]
         cosines = one.axes[a] @ other.axes[b].swapaxes(1, 2)
-        along = np.einsum("kai,ki->ka", one.axes[a], apart[left])
-        meet[left] = ~separate(cosines, np.abs(cosines) + PARALLEL_AXES_MARGIN, along, one.halves[a], other.halves[b])
+        along = np.einsum("kai,ki->ka", one.axes[a], between_centres[remaining])
+        meet[remaining] = ~separate(
+            cosines, np.abs(cosines) + PARALLEL_AXES_MARGIN, along, one.halves[a], other.halves[b]
+        )
     return meet
 
 
-def _beside_faces(cosines: FloatArray, size: FloatArray, along: FloatArray, a: FloatArray, b: FloatArray) -> BoolArray:
+def _separated_by_face(
+    cosines: FloatArray, size: FloatArray, along: FloatArray, a: FloatArray, b: FloatArray
+) -> BoolArray:
     """(k,) whether a plane parallel to a face of either box separates them.
 
     cosines (k, 3, 3) between axes of both, and their absolute values; along (k, 3): from centre to centre, in the axes
@@ -201,10 +209,13 @@ def _beside_faces(cosines: FloatArray, size: FloatArray, along: FloatArray, a: F
     return np.asarray((of_first | of_second).any(axis=1))
 
 
-def _beside_edges(cosines: FloatArray, size: FloatArray, along: FloatArray, a: FloatArray, b: FloatArray) -> BoolArray:
-    """(k,) whether a plane parallel to an edge of either box separates them, given as for `_beside_faces`."""
+def _separated_by_edges(
+    cosines: FloatArray, size: FloatArray, along: FloatArray, a: FloatArray, b: FloatArray
+) -> BoolArray:
+    """(k,) whether a plane parallel to an edge of either box separates them, with the arguments of
+    `_separated_by_face`."""
     following, before = [1, 2, 0], [2, 0, 1]
     distance = np.abs(along[:, before, None] * cosines[:, following] - along[:, following, None] * cosines[:, before])
-    reach = a[:, following, None] * size[:, before] + a[:, before, None] * size[:, following]
-    reach += b[:, None, following] * size[:, :, before] + b[:, None, before] * size[:, :, following]
-    return np.asarray((distance > reach).any(axis=(1, 2)))
+    extreme = a[:, following, None] * size[:, before] + a[:, before, None] * size[:, following]
+    extreme += b[:, None, following] * size[:, :, before] + b[:, None, before] * size[:, :, following]
+    return np.asarray((distance > extreme).any(axis=(1, 2)))

@@ -1,4 +1,4 @@
-"""Faces that have a vertex in common and may share area besides, without comparing all with all where many meet."""
+"""Pairs of faces with a common vertex that may also share area, without comparing all faces at crowded vertices."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import numpy as np
 from geometry.arrays import FloatArray, IntArray
 from geometry.mesh import Mesh
 from geometry.mesh.intersections.box_trees import BoxTree, box_trees, meeting_sets
-from geometry.mesh.intersections.flat_faces import PLANE_CLEARANCE, heights_over
-from geometry.mesh.ragged_arrays import runs_by_size
+from geometry.mesh.intersections.flat_faces import CLEARANCE, heights_over
+from geometry.mesh.ragged_arrays import rows_by_size
 
 __all__ = ["edge_trees", "face_trees", "neighbours"]
 
-MANY_FACES = 16
-"""Faces at a vertex, above which not every two of them are compared."""
+CROWDED_VERTEX_FACES = 16
+"""Largest number of faces at a vertex for which all pairs of them are compared."""
 
 
 def face_trees(mesh: Mesh) -> list[BoxTree]:
-    """The faces, in their planes."""
+    """Trees of the faces, as polygons in their best planes."""
     c = mesh.combinatorics
     points = mesh.vertices[c.corners]
     points = points - heights_over(mesh, c.corner_face, points)[:, None] * mesh.face_normals[c.corner_face]
@@ -27,42 +27,46 @@ def face_trees(mesh: Mesh) -> list[BoxTree]:
 
 
 def edge_trees(mesh: Mesh, edges: IntArray) -> list[BoxTree]:
-    """Edges (k,) by their places in this array."""
+    """Trees of edges (k,), which are numbered by their positions in this array."""
     ends = mesh.combinatorics.edges[edges]
     points, starts = _local(mesh, mesh.vertices[ends.ravel()]), 2 * np.arange(len(edges) + 1)
     return box_trees(points, starts, np.full(len(edges), _margin(mesh)), _names(mesh, ends))
 
 
 def neighbours(mesh: Mesh) -> IntArray:
-    """(n, 2) two faces that share a vertex, every pair in one plane that shares area among them; any number of times.
+    """(n, 2) pairs of faces that share a vertex, among them all coplanar pairs that share area; pairs may be repeated.
 
-    At a vertex with few faces all pairs; with many, those whose angles there overlap. What meets away from such a
-    vertex is met by an edge that does not end there, or else edges from two such vertices cross.
+    At a vertex with few faces these are all pairs; at a crowded one, those whose angles there overlap. Faces that meet
+    elsewhere than at a crowded vertex are met by an edge that does not end there, or edges from two crowded vertices
+    cross.
     """
     c = mesh.combinatorics
-    of_corner = _faces_at_vertices(mesh)[c.corners]
+    corner_face_counts = _faces_at_vertices(mesh)[c.corners]
     order = np.argsort(c.corners, kind="stable")
     starts = np.concatenate([[0], np.cumsum(_faces_at_vertices(mesh))])
-    found = [_overlapping_angles(mesh, np.flatnonzero(of_corner > MANY_FACES)), _crossing_edges(mesh)]
-    for _, places in runs_by_size(starts):
-        if 2 <= places.shape[1] <= MANY_FACES:
+    found = [
+        _overlapping_angles(mesh, np.flatnonzero(corner_face_counts > CROWDED_VERTEX_FACES)),
+        _crossing_edges(mesh),
+    ]
+    for _, places in rows_by_size(starts):
+        if 2 <= places.shape[1] <= CROWDED_VERTEX_FACES:
             first, second = np.triu_indices(places.shape[1], 1)
             faces = c.corner_face[order[places]]
             found.append(np.stack([faces[:, first].ravel(), faces[:, second].ravel()], axis=1))
     return np.concatenate(found)
 
 
-# --- vertices with very many faces
+# --- crowded vertices
 
 
 def _faces_at_vertices(mesh: Mesh) -> IntArray:
-    """(N,)"""
+    """(N,) number of faces at each vertex."""
     return np.bincount(mesh.combinatorics.corners, minlength=mesh.n_vertices)
 
 
 def _names(mesh: Mesh, vertices: IntArray) -> IntArray:
     """The vertices where many faces meet, -1 for others."""
-    return np.where(_faces_at_vertices(mesh)[vertices] > MANY_FACES, vertices, -1)
+    return np.where(_faces_at_vertices(mesh)[vertices] > CROWDED_VERTEX_FACES, vertices, -1)
 
 
 def _overlapping_angles(mesh: Mesh, corners: IntArray) -> IntArray:
@@ -73,19 +77,19 @@ def _overlapping_angles(mesh: Mesh, corners: IntArray) -> IntArray:
     here, normals = mesh.vertices[c.corners[corners]], mesh.face_normals[c.corner_face[corners]]
     sides = np.stack([mesh.vertices[c.corners[at[corners]]] - here for at in (c.next_corner, c.previous_corner)])
     lengths = np.maximum(np.linalg.norm(sides, axis=2), np.finfo(np.float64).tiny)
-    margins = np.minimum(_margin(mesh) / lengths, 2.0)  # no direction is known of a side as short as the clearance
+    margins = np.minimum(_margin(mesh) / lengths, 2.0)  # the direction of a side as short as the clearance is uncertain
     rays = sides / lengths[:, :, None]
     across = np.cross(normals, rays[0])
     angles = np.arctan2(np.einsum("ki,ki->k", across, rays[1]), np.einsum("ki,ki->k", rays[0], rays[1]))
     angles = np.where(angles < 0, angles + 2 * np.pi, angles)
-    # an arc lies within its ends and the corners of the outline of tangents around it
+    # an arc lies within the hull of its ends and the corners of a polygon of tangents around it
     turns = angles[:, None] * (np.arange(4) + 0.5) / 4
     tangents = np.cos(turns)[:, :, None] * rays[0][:, None] + np.sin(turns)[:, :, None] * across[:, None]
     tangents /= np.cos(angles / 8)[:, None, None]
     arcs = np.concatenate([rays[0][:, None], tangents, rays[1][:, None]], axis=1)
 
     hubs = np.unique(c.corners[corners], return_inverse=True)[1]
-    shift = 4.0 * hubs[:, None] * np.eye(3)[0]  # every vertex has a unit sphere of its own
+    shift = 4.0 * hubs[:, None] * np.eye(3)[0]  # a separate unit sphere for each vertex
     k, nameless = len(corners), np.full((2 * len(corners), 2), -1)
     ends = (rays + shift).reshape(-1, 3)
     one = box_trees(ends, np.arange(2 * k + 1), margins.ravel(), nameless)
@@ -111,16 +115,16 @@ def _crossing_edges(mesh: Mesh) -> IntArray:
     return np.concatenate(found)
 
 
-# --- numbers
+# --- coordinates and margins
 
 
 def _local(mesh: Mesh, points: FloatArray) -> FloatArray:
-    """Points (k, 3) from the middle of the mesh: far from the origin, boxes along other axes would round."""
+    """Points (k, 3) relative to the centre of the mesh, since far from the origin oriented boxes would lose digits."""
     return np.asarray(points - mesh.vertices[mesh.combinatorics.corners].mean(axis=0))
 
 
 def _margin(mesh: Mesh) -> float:
-    """By which sets are taken larger than they are: whatever may still count as meeting, and rounding."""
+    """The margin of the boxes: the clearance within which parts count as meeting, and rounding."""
     size = float(np.abs(_local(mesh, mesh.vertices)).max())
     far = float(np.abs(mesh.vertices).max())
-    return 2 * PLANE_CLEARANCE * mesh.mean_edge_length + 1e-14 * size + 1e-15 * far
+    return 2 * CLEARANCE * mesh.mean_edge_length + 1e-14 * size + 1e-15 * far

@@ -1,4 +1,4 @@
-"""Faces as polygons in their planes: which are simple, which lie in one plane, and which of these share area."""
+"""Faces as polygons in their best planes: which are simple, which are coplanar, and which of these share area."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from geometry.mesh import Mesh
 from geometry.mesh.intersections.box_trees import PAIRS_AT_ONCE, BoxTree, box_trees, meeting_sets
 from geometry.mesh.polygons import perpendicular_pair
 
-__all__ = ["PLANE_CLEARANCE", "are_simple", "coplanar", "extreme_corners", "heights_over", "outlines", "overlapping"]
+__all__ = ["CLEARANCE", "are_simple", "coplanar", "extreme_corners", "heights_over", "outlines", "overlapping"]
 
-PLANE_CLEARANCE = 1e-9
-"""Distance from a plane over the mean edge length, up to which a vertex lies in it: faces are planar to 1e-12, and
-their planes are known to about that over how thin they are."""
+CLEARANCE = 1e-9
+"""Distance from a plane over the mean edge length, up to which a vertex counts as in the plane. Faces are planar to
+1e-12; the planes of thin faces are less accurate in proportion to how thin they are."""
 
 LEAST_OVERLAP_SHARE = 1e-6
-"""Area that two faces in one plane share, over that of the smaller one, below which they only touch."""
+"""Area that two coplanar faces share, over the area of the smaller one, below which they only touch."""
 
 MANY_CORNERS = 64
-"""Corners of a face, above which it is cut into pieces, or its edges are put into a tree, before many other faces or
-points are compared with it."""
+"""Largest number of corners of a face that is compared with others as a whole; larger ones are cut into triangles or
+prepared with a tree of their edges."""
 
-OVERLAY_ROUNDING = 2.0**-42
-"""Places to which overlays round, over the largest coordinate. Without, where corners are off an edge by rounding, GEOS
-takes some per cent of polygons that touch for polygons that share area, and some that share area for apart."""
+OVERLAY_GRID = 2.0**-42
+"""Grid to which overlays are rounded, over the largest coordinate. Without it, where corners are off an edge by
+rounding, GEOS finds shared area for some per cent of the polygons that only touch, and none for some that overlap."""
 
 
 def outlines(mesh: Mesh, faces: IntArray, planes: IntArray) -> npt.NDArray[np.object_]:
@@ -38,24 +38,25 @@ def outlines(mesh: Mesh, faces: IntArray, planes: IntArray) -> npt.NDArray[np.ob
 
 
 def are_simple(mesh: Mesh) -> BoolArray:
-    """(F,) whether no two edges of a face meet elsewhere than in a common corner."""
+    """(F,) whether the edges of a face meet only in common corners."""
     faces = np.arange(mesh.n_faces)
     return np.asarray(shapely.is_valid(outlines(mesh, faces, faces)))
 
 
 def heights_over(mesh: Mesh, faces: IntArray, points: FloatArray) -> FloatArray:
-    """(k,) of points (k, 3) above the planes of faces (k,), zero within the clearance."""
+    """(k,) heights of points (k, 3) above the planes of faces (k,), zero within the clearance."""
     first = mesh.vertices[mesh.combinatorics.corners[mesh.combinatorics.face_starts[faces]]]
     heights = np.einsum("ki,ki->k", points - first, mesh.face_normals[faces])
-    heights[np.abs(heights) <= PLANE_CLEARANCE * mesh.mean_edge_length] = 0.0
+    heights[np.abs(heights) <= CLEARANCE * mesh.mean_edge_length] = 0.0
     return np.asarray(heights)
 
 
-# --- faces in one plane
+# --- coplanar faces
 
 
 def extreme_corners(mesh: Mesh) -> IntArray:
-    """(F, 4) the vertices of each face that are farthest to four sides: where they are in a plane, mostly all are."""
+    """(F, 4) the extreme vertices of each face in four directions: if they are in a plane, the others mostly are,
+    too."""
     c = mesh.combinatorics
     across = perpendicular_pair(mesh.face_normals)[c.corner_face]
     found = []
@@ -66,16 +67,16 @@ def extreme_corners(mesh: Mesh) -> IntArray:
 
 
 def coplanar(mesh: Mesh, extremes: IntArray, pairs: IntArray) -> BoolArray:
-    """(k,) whether all corners of one of two faces (k, 2) lie in the plane of the other."""
+    """(k,) whether all corners of one face of each pair (k, 2) lie in the plane of the other."""
     small, large = _by_size(mesh, pairs)
     found = _in_plane(mesh, extremes, large, small)
-    rest = np.flatnonzero(~found)
-    found[rest] = _in_plane(mesh, extremes, small[rest], large[rest])
+    remaining = np.flatnonzero(~found)
+    found[remaining] = _in_plane(mesh, extremes, small[remaining], large[remaining])
     return found
 
 
 def _by_size(mesh: Mesh, pairs: IntArray) -> tuple[IntArray, IntArray]:
-    """Of two faces (k, 2) that with less corners (k,), and the other (k,)."""
+    """The face with fewer corners (k,) of each pair (k, 2), and the other one (k,)."""
     sizes = mesh.combinatorics.face_sizes[pairs]
     swapped = sizes[:, 0] > sizes[:, 1]
     return np.where(swapped, pairs[:, 1], pairs[:, 0]), np.where(swapped, pairs[:, 0], pairs[:, 1])
@@ -86,20 +87,20 @@ def _in_plane(mesh: Mesh, extremes: IntArray, faces: IntArray, others: IntArray)
     c, vertices = mesh.combinatorics, mesh.vertices
     found = np.ones(len(faces), dtype=bool)
     for column in range(4):
-        left = np.flatnonzero(found)
-        found[left] = heights_over(mesh, faces[left], vertices[extremes[others[left], column]]) == 0
-    rest = np.flatnonzero(found)
-    corners, owner = c.corners_of(others[rest])
-    off = heights_over(mesh, faces[rest][owner], vertices[c.corners[corners]]) != 0
-    found[rest] = np.bincount(owner, off, minlength=len(rest)) == 0
+        remaining = np.flatnonzero(found)
+        found[remaining] = heights_over(mesh, faces[remaining], vertices[extremes[others[remaining], column]]) == 0
+    remaining = np.flatnonzero(found)
+    corners, owner = c.corners_of(others[remaining])
+    is_off_plane = heights_over(mesh, faces[remaining][owner], vertices[c.corners[corners]]) != 0
+    found[remaining] = np.bincount(owner, is_off_plane, minlength=len(remaining)) == 0
     return found
 
 
-# --- those that share area
+# --- shared area
 
 
 def overlapping(mesh: Mesh, pairs: IntArray) -> IntArray:
-    """(n, 2) those of the pairs (k, 2) of faces in one plane that are simple and share area."""
+    """(n, 2) those of the pairs (k, 2) of coplanar faces that are simple and share area."""
     pairs = pairs[are_simple(mesh)[pairs].all(axis=1)]
     small, large = _by_size(mesh, pairs)
     is_large = mesh.combinatorics.face_sizes[large] > MANY_CORNERS
@@ -124,7 +125,8 @@ def _share_area(mesh: Mesh, small: IntArray, large: IntArray) -> BoolArray:
 
 
 def _share_area_with(mesh: Mesh, small: IntArray, large: IntArray) -> BoolArray:
-    """The same of (k,) faces with one that has very many corners, k times: it is cut once, and not searched anew."""
+    """(k,) whether faces (k,) share area with one face of very many corners, repeated k times, which is cut only
+    once."""
     polygon, others = outlines(mesh, large[:1], large[:1]), outlines(mesh, small, large)
     least = _least_areas(mesh, polygon, others)
     wide = np.flatnonzero(np.isfinite(least))
@@ -137,7 +139,7 @@ def _share_area_with(mesh: Mesh, small: IntArray, large: IntArray) -> BoolArray:
 
 
 def _boxes(polygons: npt.NDArray[np.object_]) -> list[BoxTree]:
-    """Trees of polygons (k,), as large as they are: what they share beyond is rounding."""
+    """Trees of polygons (k,) without margin, since area that they share in a margin is only rounding."""
     points, owner = shapely.get_coordinates(polygons, include_z=True, return_index=True)
     starts = np.searchsorted(owner, np.arange(len(polygons) + 1))
     return box_trees(np.nan_to_num(points), starts, np.zeros(len(polygons)), np.full((len(polygons), 2), -1))
@@ -146,22 +148,22 @@ def _boxes(polygons: npt.NDArray[np.object_]) -> list[BoxTree]:
 def _shared_areas(polygons: npt.NDArray[np.object_], others: npt.NDArray[np.object_]) -> FloatArray:
     """(k,) area that polygons (k,) share with others (k,)."""
     areas = np.zeros(len(polygons))
-    meet = np.flatnonzero(~shapely.relate_pattern(polygons, others, "F********"))  # else they only touch, exactly
+    meet = np.flatnonzero(~shapely.relate_pattern(polygons, others, "F********"))  # the others only touch, exactly
     areas[meet] = shapely.area(_overlay(polygons[meet], others[meet]))
     return areas
 
 
 def _overlay(polygons: npt.NDArray[np.object_], others: npt.NDArray[np.object_]) -> npt.NDArray[np.object_]:
-    """(k,) what polygons (k,) and others (k,) have in common, on a grid."""
+    """(k,) the intersections of polygons (k,) with others (k,), on a grid."""
     size = np.abs(shapely.bounds(polygons)).max(initial=0.0)
-    return np.asarray(shapely.intersection(polygons, others, grid_size=OVERLAY_ROUNDING * size))
+    return np.asarray(shapely.intersection(polygons, others, grid_size=OVERLAY_GRID * size))
 
 
 def _least_areas(mesh: Mesh, polygons: npt.NDArray[np.object_], others: npt.NDArray[np.object_]) -> FloatArray:
-    """(k,) the area that polygons share with others (k,) if they overlap; infinite where one has none but for rounding.
+    """(k,) the area above which polygons and others (k,) overlap; infinite where one has no area except by rounding.
 
-    So has a simple face that crosses itself in the plane of the other one.
+    A simple face that crosses itself in the projection to the plane of the other one counts as without area.
     """
     smaller = np.minimum(shapely.area(polygons), shapely.area(others))
-    wide = shapely.is_valid(others) & (smaller > (PLANE_CLEARANCE * mesh.mean_edge_length) ** 2)
+    wide = shapely.is_valid(others) & (smaller > (CLEARANCE * mesh.mean_edge_length) ** 2)
     return np.where(wide, LEAST_OVERLAP_SHARE * smaller, np.inf)

@@ -1,7 +1,6 @@
-"""Where a mesh meets itself: faces whose outline crosses itself, and faces that cross each other.
+"""Where a mesh meets itself: faces whose outline crosses itself, and faces that intersect each other.
 
-Faces are taken as polygons in their best planes, convex or not. What two of them share by combinatorics, a vertex or
-an edge, does not count.
+Faces are polygons in their best planes, convex or not. Vertices and edges that belong to two faces do not count.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ __all__ = ["intersecting_faces", "is_embedded", "meeting_boxes", "self_crossing_
 
 
 def self_crossing_faces(mesh: Mesh) -> IntArray:
-    """The faces (n,) that are no simple polygons: two edges meet elsewhere than in a common corner.
+    """The faces (n,) that are not simple polygons: two edges meet elsewhere than in a common corner.
 
     >>> from geometry import Mesh
     >>> from geometry.mesh.intersections import self_crossing_faces
@@ -40,10 +39,10 @@ def self_crossing_faces(mesh: Mesh) -> IntArray:
 
 
 def intersecting_faces(mesh: Mesh) -> IntArray:
-    """(n, 2) every two faces that meet elsewhere than in the vertices and edges they share, the lower first; sorted.
+    """(n, 2) pairs of faces that meet elsewhere than in their common vertices and edges, the lower first; sorted.
 
-    They cross each other, a vertex of one lies in the other, or they overlap in one plane. Where boundaries only just
-    touch, rounding decides. A self-crossing face contains what its outline runs around an odd number of times.
+    They cross each other, a vertex of one lies in the other, or they overlap in one plane. Where boundaries just touch,
+    rounding decides. A self-crossing face contains the points around which its outline runs an odd number of times.
 
     >>> import numpy as np
     >>> from geometry import Mesh
@@ -54,15 +53,15 @@ def intersecting_faces(mesh: Mesh) -> IntArray:
     [[0, 1]]
     """
     c, extremes = mesh.combinatorics, extreme_corners(mesh)
-    around = neighbours(mesh)
-    through, flat = [], [around[coplanar(mesh, extremes, around)]]
-    of_corners = np.sort(c.corner_face * c.n_vertices + c.corners)
+    neighbour_pairs = neighbours(mesh)
+    crossing_pairs, flat = [], [neighbour_pairs[coplanar(mesh, extremes, neighbour_pairs)]]
+    corner_keys = np.sort(c.corner_face * c.n_vertices + c.corners)
     for pairs in meeting_sets(edge_trees(mesh, np.arange(c.n_edges)), face_trees(mesh)):
-        edges, faces = _apart(mesh, of_corners, *pairs)
-        through.append(_edges_through(mesh, edges, faces))
-        beside = _at_edges(mesh, edges, faces)
-        flat.append(beside[coplanar(mesh, extremes, beside)])
-    edges, faces = _within(mesh, *np.concatenate([np.zeros((2, 0), dtype=np.int64), *through], axis=1))
+        edges, faces = _without_common_vertex(mesh, corner_keys, *pairs)
+        crossing_pairs.append(_edges_through_planes(mesh, edges, faces))
+        pairs_with_edge_faces = _at_edges(mesh, edges, faces)
+        flat.append(pairs_with_edge_faces[coplanar(mesh, extremes, pairs_with_edge_faces)])
+    edges, faces = _within(mesh, *np.concatenate([np.zeros((2, 0), dtype=np.int64), *crossing_pairs], axis=1))
     shared = overlapping(mesh, np.unique(np.sort(np.concatenate(flat), axis=1), axis=0))
     return np.unique(np.sort(np.concatenate([_at_edges(mesh, edges, faces), shared]), axis=1), axis=0)
 
@@ -78,15 +77,18 @@ def is_embedded(mesh: Mesh) -> bool:
     return bool(are_simple(mesh).all()) and not len(intersecting_faces(mesh))
 
 
-# --- edges that pass through faces: where two faces cross in a segment, it ends at edges of theirs
+# --- edges through faces: where two faces cross in a segment, its ends are on edges of the two
 
 
-def _apart(mesh: Mesh, of_corners: IntArray, edges: IntArray, faces: IntArray) -> tuple[IntArray, IntArray]:
-    """Those of edges (k,) and faces (k,) that share no vertex. of_corners (C,): the keys of all corners, sorted."""
+def _without_common_vertex(
+    mesh: Mesh, corner_keys: IntArray, edges: IntArray, faces: IntArray
+) -> tuple[IntArray, IntArray]:
+    """Those of edges (k,) and faces (k,) that share no vertex. corner_keys (C,): face and vertex of all corners
+    as one number, sorted."""
     c = mesh.combinatorics
     keys = faces[:, None] * c.n_vertices + c.edges[edges]
-    places = np.minimum(np.searchsorted(of_corners, keys), c.n_corners - 1)
-    apart = (of_corners[places] != keys).all(axis=1)
+    places = np.minimum(np.searchsorted(corner_keys, keys), c.n_corners - 1)
+    apart = (corner_keys[places] != keys).all(axis=1)
     return edges[apart], faces[apart]
 
 
@@ -97,16 +99,16 @@ def _at_edges(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
     return np.asarray(pairs[sides >= 0])
 
 
-def _edges_through(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
-    """(2, n) those of edges (k,) and faces (k,) where the edge meets the plane of the face and does not lie in it."""
+def _edges_through_planes(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
+    """(2, n) those of edges (k,) and faces (k,) where the edge meets the plane of the face without lying in it."""
     heights = _end_heights(mesh, edges, faces)
-    within = (heights == 0).all(axis=0)  # the plane: what is there shows where faces overlap, or at other edges
+    within = (heights == 0).all(axis=0)  # in the plane: found as overlapping faces, or at other edges
     passes = (heights.min(axis=0) <= 0) & (heights.max(axis=0) >= 0) & ~within
     return np.stack([edges[passes], faces[passes]])
 
 
 def _within(mesh: Mesh, edges: IntArray, faces: IntArray) -> tuple[IntArray, IntArray]:
-    """Those of edges (k,) that meet the planes of faces (k,) within the faces, and these."""
+    """Those of edges (k,) that meet the planes of faces (k,) within the faces, and these faces."""
     heights = _end_heights(mesh, edges, faces)
     share = heights[0] / (heights[0] - heights[1])
     tails = mesh.vertices[mesh.combinatorics.edges[edges, 0]]
@@ -115,7 +117,7 @@ def _within(mesh: Mesh, edges: IntArray, faces: IntArray) -> tuple[IntArray, Int
 
 
 def _end_heights(mesh: Mesh, edges: IntArray, faces: IntArray) -> FloatArray:
-    """(2, k) of the ends of edges (k,) over faces (k,)."""
+    """(2, k) heights of the ends of edges (k,) above the planes of faces (k,)."""
     ends = mesh.vertices[mesh.combinatorics.edges[edges]]
     return np.stack([heights_over(mesh, faces, ends[:, end]) for end in (0, 1)])
 
@@ -141,7 +143,7 @@ def _contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
 
 
 def _large_contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray:
-    """The same for faces of very many corners, each of which is searched once and not anew for every point."""
+    """(k,) the same for faces of very many corners; each is prepared once for all of its points."""
     which, face = np.unique(faces, return_inverse=True)
     polygons = outlines(mesh, which, which)
     shapely.prepare(polygons)
@@ -155,7 +157,7 @@ def _large_contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray
 def meeting_boxes(
     lower: FloatArray, upper: FloatArray, lower_2: FloatArray, upper_2: FloatArray
 ) -> tuple[IntArray, IntArray]:
-    """Which boxes (n, 3) meet which others (m, 3).
+    """Pairs of boxes (n, 3) and other boxes (m, 3) that meet, as two arrays (k,) of their numbers.
 
     >>> import numpy as np
     >>> from geometry.mesh.intersections import meeting_boxes
@@ -166,7 +168,7 @@ def meeting_boxes(
     """
     if not len(lower_2):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    z, x, y = np.argsort(np.ptp(lower_2, axis=0))  # the tree is flat: its plane is that of the two longest extents
+    z, x, y = np.argsort(np.ptp(lower_2, axis=0))  # shapely's tree is two-dimensional: the two longest extents are used
     boxes = shapely.box(lower[:, x], lower[:, y], upper[:, x], upper[:, y])
     others = shapely.box(lower_2[:, x], lower_2[:, y], upper_2[:, x], upper_2[:, y])
     first, second = shapely.STRtree(others).query(boxes)
