@@ -116,6 +116,9 @@ assert (Path("roof") / "model.step").is_file() and (Path("roof-in-one-step") / "
 """,
     "shading.md": """
 assert found.after.share > found.before.share
+assert Path("shade.png").stat().st_size > 20_000
+rows = np.genfromtxt("shade.csv", delimiter=",", names=True)
+assert len(rows) == before.facing.sum()
 """,
 }
 """What holds when the code of a page has run."""

@@ -21,7 +21,8 @@ as `python -m examples.figure_03_parallel_meshes`. `python -m docs.tools.gallery
 Lengths without unit are in units of the example; d is the nominal distance between M and M'.
 
 An interactive page, [parameters.html](parameters.html), shows the free parameters of edge offset meshes: open it in a
-browser, move a slider, and see M and S change.
+browser, move a slider, and see M and S change. How far vertices of real meshes move for beams of nearly constant
+height is drawn in [constant-heights.md](../howto/constant-heights.md).
 """
 
 ROUNDING = 1e-9

@@ -74,8 +74,11 @@ LEAN_WEIGHT = 1.0
 LARGEST_UPRIGHT_LEAN = np.radians(15.0)
 """Lean in radians up to which axes count as upright."""
 
+UPRIGHT_MARGIN = np.radians(0.5)
+"""Lean in radians below `LARGEST_UPRIGHT_LEAN` from which it is penalised, as a penalty leaves a small excess."""
+
 UPRIGHT_WEIGHT = 100.0
-"""Weight of the lean above `LARGEST_UPRIGHT_LEAN`."""
+"""Weight of the lean above `LARGEST_UPRIGHT_LEAN` less `UPRIGHT_MARGIN`."""
 
 LEAST_FACE_TURN_COSINE = 0.8
 """Cosine of the turn of a face, below which the turn is penalised. A face that turns further has upright axes on
@@ -226,7 +229,9 @@ class Objective:
             return [(FACE_AXES_WEIGHT, UprightFaces(c))] if self.targets.curved else []
         found: list[tuple[float, Functional]] = [(LEAN_WEIGHT, CloseToNormals(c, self._normals))]
         if self.targets.upright:
-            found.append((UPRIGHT_WEIGHT, Hinge(InsideCones(c, self._normals, LARGEST_UPRIGHT_LEAN), 0.0)))
+            found.append(
+                (UPRIGHT_WEIGHT, Hinge(InsideCones(c, self._normals, LARGEST_UPRIGHT_LEAN - UPRIGHT_MARGIN), 0.0))
+            )
         return found
 
     def _normals(self, positions: FloatArray) -> FloatArray:

@@ -47,6 +47,8 @@ class Shading:
     >>> shading = cast_shadows(Fins(upright, 0.0, 0.5), Suns([[1, 0, 1], [0, 0, 1]], weights=[1, 3]))
     >>> shading.shares.round(6).tolist(), round(shading.share, 6)
     ([[0.5], [0.0]], 0.125)
+    >>> shading.table.round(6).tolist()
+    [[0.0, 0.0, 1.0, 0.5, 0.5], [1.0, 0.0, 1.0, 0.0, 0.0]]
     """
 
     fins: Fins
@@ -67,6 +69,14 @@ class Shading:
     def shares(self) -> FloatArray:
         """(k, F) part of each panel that is in the shade under each sun, from 0 to 1; NaN where it faces away."""
         return floats(np.where(self.facing, self.shadow_areas / self.panel_areas, np.nan))
+
+    @property
+    def table(self) -> FloatArray:
+        """(r, 5) a row for each sun and each panel that faces it: numbers of the sun and of the panel, counted from 0,
+        areas of the panel and of its shadow, and the share of it that is in the shade."""
+        sun, panel = np.nonzero(self.facing)
+        columns = (sun, panel, self.panel_areas[panel], self.shadow_areas[sun, panel], self.shares[sun, panel])
+        return floats(np.column_stack(columns))
 
     @property
     def total(self) -> float:

@@ -22,6 +22,7 @@ from geometry.optimise import ConvergenceError
 from geometry.optimised_pairs import OptimisedPair, PairTargets, height_trade_off, optimise_pair
 from geometry.optimised_pairs.pair_measures import faces_off_the_rim, independent_curvatures
 from geometry.parallel import parallelity
+from geometry.remeshing import remesh
 from geometry.surface import Surface
 from tests.geometry.bent_meshes import rotation
 from tests.geometry.junctions import three_tubes
@@ -311,6 +312,17 @@ def test_yas_island() -> None:
     assert found.after.surface_distance[0] < 0.05
     assert found.boundary_distance[0] < 0.05
     assert found.boundary_distance[1] < 0.25
+
+
+@needs_data
+def test_a_laid_mesh_gets_even_heights_and_upright_axes() -> None:
+    made = remesh(Surface(read("directional/train-station.off").near_zero()[0]), n_faces=300)
+    found = optimise_pair(approximate_pair(made.mesh), PairTargets(edges=True, upright=True), surface=made.surface)
+    assert_exact(found)
+    assert found.before.edge_spread > 0.2
+    assert found.before.lean[1] > np.radians(30)
+    assert found.after.edge_spread < 0.04
+    assert found.after.lean[1] < np.radians(15)
 
 
 @needs_data
