@@ -12,7 +12,7 @@ import numpy as np
 from fabkit.checking import FIT_MM, check_fit
 from fabkit.detailing import Detailed
 from fabkit.parts import Assembly, Parts
-from fabkit.production import BuildFacts, Nest, OnSurface, Summary, build_facts, share_equal_parts
+from fabkit.production import BuildFacts, Nest, Summary, SurfaceSummary, build_facts, share_equal_parts
 from fabkit.project import Project
 from fabkit.surface import LaidSurface
 from geometry.files import MeshFile
@@ -56,9 +56,9 @@ class Built:
         return build_facts(self.summary, self.assembly, self.nest)
 
     def with_parts(self, parts: Parts[Any]) -> Built:
-        """With parts of a kind of one's own, in the place of those of that kind: equal ones share a mark.
+        """The build with the parts of one kind replaced by these; equal ones share a mark. For kinds of one's own.
 
-        Raises DetailingError where they share volume with other parts, or two of them stand for one mesh element.
+        Raises DetailingError where they share volume with other parts, or two of them belong to one mesh element.
         """
         within = self.summary.equal_within_mm
         (shared,) = share_equal_parts(Assembly(self.assembly.name, (parts,)), within_mm=within).groups
@@ -75,7 +75,7 @@ def summary_of(
     structure: SupportStructure,
     detailed: Detailed,
 ) -> Summary:
-    """The figures of a build before its parts got marks; scale: millimetres for a unit of the file."""
+    """The figures of a build that are known before its parts have marks. scale: millimetres in a unit of the file."""
     mesh = structure.mesh
     moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
     return Summary(
@@ -99,13 +99,13 @@ def summary_of(
         twists_deg=np.degrees(structure.twists),
         underside_mm=detailed.underside_mm,
         underside_reason=detailed.underside_reason,
-        surface=None if laid is None else _on_surface(laid, mesh, scale),
+        surface=None if laid is None else _surface_summary(laid, mesh, scale),
     )
 
 
-def _on_surface(laid: LaidSurface, mesh: Mesh, scale: float) -> OnSurface:
+def _surface_summary(laid: LaidSurface, mesh: Mesh, scale: float) -> SurfaceSummary:
     quality, angles = laid.laid.quality, np.degrees(laid.laid.network.crossing_angles)
-    return OnSurface(
+    return SurfaceSummary(
         n_triangles=laid.n_triangles,
         lines=laid.lines,
         affine=laid.affine,
@@ -119,7 +119,7 @@ def _on_surface(laid: LaidSurface, mesh: Mesh, scale: float) -> OnSurface:
 
 
 def manifest_of(built: Built) -> dict[str, Any]:
-    """What manifest.json says beside the facts and the list of files."""
+    """The contents of manifest.json, without the facts and the list of files."""
     project, summary, assembly = built.project, built.summary, built.assembly
     return {
         "name": summary.name,

@@ -1,4 +1,4 @@
-"""What fabkit says when something cannot be made: a sentence that names parts, value, bound and what to do."""
+"""Errors of fabkit: each message is one sentence that names the parts, the value, the bound and what to do."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["DetailingError", "FabkitError", "NestingError", "OutputError", "Proj
 
 
 class FabkitError(ValueError):
-    """Base of all errors of this package; `str(error)` is meant for the person at the keyboard.
+    """Base of all errors of this package; `str(error)` is a sentence for the user.
 
     >>> from fabkit import FabkitError, Project, build
     >>> try:
@@ -28,7 +28,7 @@ class DetailingError(FabkitError):
 
 
 class NestingError(FabkitError):
-    """A part fits on no sheet, or a nest breaks its own rules."""
+    """A panel does not fit on a sheet, or a nest violates gaps or borders."""
 
 
 class OutputError(FabkitError):
@@ -36,11 +36,11 @@ class OutputError(FabkitError):
 
 
 def error_sentence(error: FabkitError | GeometryError) -> str:
-    """What an error says; where it numbers elements of a mesh, from where it counts: from 0, but for what is said of
-    lines and elements of a file, which says so itself."""
-    said = str(error)
+    """The message of an error. If it numbers elements of a mesh, it says that they are counted from 0; messages about
+    lines and elements of a file already say from where they count."""
+    sentence = str(error)
     if isinstance(error, GeometryError) and not isinstance(error, MeshFileError) and error.elements:
-        if "counted from" in said:
-            return said
-        return f"{said} (vertices, edges and faces counted from 0)"
-    return said
+        if "counted from" in sentence:
+            return sentence
+        return f"{sentence} (vertices, edges and faces counted from 0)"
+    return sentence

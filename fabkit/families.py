@@ -1,4 +1,4 @@
-"""The choices that a design offers, by the words in which they are typed."""
+"""The choices of `fabkit design`; the values are the words to type."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["Bend", "Faces", "MinimalShape", "Tiles"]
 
 
 class Tiles(StrEnum):
-    """Faces of a patch."""
+    """Shape of the faces of a patch."""
 
     QUADS = "quads"
     HEXAGONS = "hexagons"
@@ -16,7 +16,7 @@ class Tiles(StrEnum):
 
 
 class Bend(StrEnum):
-    """How a mesh bends that is parallel to a Koebe polyhedron."""
+    """Form of a mesh that is parallel to a Koebe polyhedron."""
 
     DOME = "dome"
     SADDLE = "saddle"
@@ -24,14 +24,14 @@ class Bend(StrEnum):
 
 
 class MinimalShape(StrEnum):
-    """Minimal surfaces that have meshes in closed form, or nearly so."""
+    """Minimal surfaces whose meshes have formulas, at least in part."""
 
     CATENOID = "catenoid"
     ENNEPER = "enneper"
 
 
 class Faces(StrEnum):
-    """Faces around an axis."""
+    """Shape of the faces of a mesh around an axis."""
 
     QUADS = "quads"
     HEXAGONS = "hexagons"

@@ -1,4 +1,4 @@
-"""The Gauss image to build with: what is asked of it, and reading it where it is given as a file."""
+"""The rules for the Gauss image to build with, and reading it if it is given as a file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from geometry.parallel import parallelity
 __all__ = ["GIVEN_PAIR_TOLERANCE", "GaussImageRules", "GivenPair", "read_given_pair"]
 
 GIVEN_PAIR_TOLERANCE = 1e-3
-"""Default of the largest deviation of a given pair from parallel, in radii of the unit sphere. Up to it the pair is
+"""Default of the largest deviation of a given pair from parallel, in radii of the unit sphere, up to which the pair is
 made exact."""
 
 LEAST_MEDIAN_DISTANCE, LARGEST_MEDIAN_DISTANCE = 0.5, 2.0
@@ -64,8 +64,11 @@ class GaussImageRules(BaseModel):
 
 @dataclass(frozen=True, eq=False)
 class GivenPair:
-    """A mesh as read, near zero, turned to the outside that its Gauss image shows; that image, parallel but for the
-    digits that files lose, so that a `Pair` is still to be made of both; name and sha256 of its file."""
+    """A mesh and its Gauss image as read, before they are made an exact `Pair`.
+
+    file: the mesh near zero, its faces oriented to the outside that the Gauss image shows. gauss_image: parallel to the
+    mesh up to the digits that files lose. name, sha256: of the file of the Gauss image.
+    """
 
     file: MeshFile
     gauss_image: Mesh
@@ -76,12 +79,13 @@ class GivenPair:
 def read_given_pair(mesh: Path, gauss_image: Path, *, flip: bool, tolerance: float) -> GivenPair:
     """Read M and S from two files with the same faces; vertices correspond by their numbers.
 
-    S points to the outside: where most of its edges lie on the other side of the faces of M, M is reversed. `flip`
-    turns both about at the end, so that S points inwards, negated. S is in radii of the unit sphere.
+    S points to the outside of M: if most of its edges lie on the inner side of the faces of M, the faces of M are
+    reversed. `flip` then reverses both meshes and negates S, which exchanges outside and inside. S is in radii of the
+    unit sphere.
 
     Raises GeometryError where a file cannot be read or used or the faces differ; where the edges of S are not near the
-    unit sphere; and ParallelityError, naming the worst edge, where one of S is off the direction of its edge of M by
-    more than `tolerance` of the sphere's radius.
+    unit sphere; and ParallelityError, naming the worst edge, where an edge of S deviates from the direction of its
+    edge of M by more than `tolerance` of the sphere's radius.
     """
     file, S = read_mesh_pair(mesh, gauss_image)
     file = file.near_zero()
@@ -101,7 +105,7 @@ def _check_size(mesh: Mesh, gauss_image: Mesh, path: Path) -> None:
     median = float(np.median(edge_distances(gauss_image, mesh.edge_directions)))
     if not LEAST_MEDIAN_DISTANCE <= median <= LARGEST_MEDIAN_DISTANCE:
         raise MeshError(
-            f"the edges of {path.name} have a distance of {median:.3g} from the origin in the median, and from "
+            f"the median distance of the edges of {path.name} from the origin is {median:.3g}, and "
             f"{LEAST_MEDIAN_DISTANCE:g} to {LARGEST_MEDIAN_DISTANCE:g} is needed: a Gauss "
             "image lies near the unit sphere about the origin, whatever the unit of the mesh; scale and move it there",
             value=median,
@@ -110,16 +114,16 @@ def _check_size(mesh: Mesh, gauss_image: Mesh, path: Path) -> None:
 
 
 def _check_parallel(mesh: Mesh, gauss_image: Mesh, tolerance: float, path: Path) -> None:
-    sideways = parallelity(mesh, gauss_image)
+    deviations = parallelity(mesh, gauss_image)
     raise_worst(
-        sideways,
+        deviations,
         "<=",
         tolerance,
         lambda edge, value: (
             f"{mesh.combinatorics.edge_name(edge)} (counted from 0) of {path.name} is off the direction of its mesh "
             f"edge by {value:.1e} of the unit sphere's radius, allowed {tolerance:.0e}, and "
-            f"{(sideways > tolerance).sum()} of {mesh.n_edges} edges are off by more than that: the two meshes are not "
-            "parallel; give the Gauss image of this mesh, with its vertices in the same order"
+            f"{(deviations > tolerance).sum()} of {mesh.n_edges} edges are off by more than that: the two meshes are "
+            "not parallel; give the Gauss image of this mesh, with its vertices in the same order"
         ),
         error=ParallelityError,
     )

@@ -1,4 +1,4 @@
-"""The pipeline: from a mesh file to a folder with everything that a workshop needs."""
+"""The pipeline: from a mesh file to a folder with all documents for the workshop."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ __all__ = [
 ]
 
 COPY_ROUNDING = 4.0
-"""Difference that rounding of file coordinates makes between equal parts, in the spacing of doubles there. It is 2 at
-map coordinates of symmetric meshes, where each coordinate of two parts is off by half a spacing."""
+"""Largest difference of equal parts that is put down to rounding, over the spacing of double numbers at the coordinates
+in the file. For symmetric meshes at map coordinates it is 2: each coordinate of two parts is off by half a spacing."""
 
 
 def build(project: Project, *, force: bool = False, listener: Listener | None = None) -> Built:
-    """Design the structure and write all documents to the folder `project.out`, which appears whole or not at all.
+    """Design the structure and write all documents to the folder `project.out`, which appears complete or not at all.
 
-    An earlier result there is replaced only with `force`. Raises GeometryError or FabkitError, in one sentence,
-    where something in the mesh, the project or the output folder is not as it must be.
+    An earlier result there is replaced only with `force`. Raises GeometryError or FabkitError, with one sentence, if
+    the mesh, the project or the output folder is invalid, or a part cannot be built.
 
     >>> from fabkit import Project, build
     >>> from geometry.mesh.shapes import dome
@@ -68,7 +68,7 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
 
 
 def write_built(built: Built, *, force: bool = False, listener: Listener | None = None) -> None:
-    """Write what was designed to the folder `built.project.out`, as `build` does.
+    """Write the documents of a design to the folder `built.project.out`, as `build` does.
 
     >>> from fabkit import Project, design, write_built
     >>> from geometry.mesh.shapes import dome
@@ -84,7 +84,7 @@ def write_built(built: Built, *, force: bool = False, listener: Listener | None 
 def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path]:
     _check_project(project)
     if project.out is None:
-        raise ProjectError("there is no output folder: say -o FOLDER, or out = 'FOLDER' in the project file")
+        raise ProjectError("there is no output folder: give -o FOLDER, or out = 'FOLDER' in the project file")
     strokes = None if project.surface is None else project.surface.strokes
     inputs = [path for path in (project.mesh, project.gauss_image.file, strokes) if isinstance(path, Path)]
     return whole_folder(project.out, force=force, inputs=inputs)
@@ -145,7 +145,7 @@ def _check_project(given: object) -> None:
 
 
 def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
-    """The mesh near zero, and its Gauss image where that is given."""
+    """The mesh near zero, and its Gauss image if one is given."""
     rules = project.gauss_image
     if rules.file is None:
         return mesh_file(project), None
@@ -154,7 +154,7 @@ def _read(project: Project) -> tuple[MeshFile, GivenPair | None]:
 
 
 def mesh_file(project: Project) -> MeshFile:
-    """The mesh of a project without its Gauss image, near zero; one in memory is checked as a file is."""
+    """The mesh of a project, near zero, without its Gauss image; a mesh in memory is checked like a file."""
     if isinstance(project.mesh, Path) and project.mesh.suffix.lower() in EXACT_SUFFIXES:
         return read_exact_file(project.mesh, project.surface, flip=project.flip).near_zero()
     if not isinstance(project.mesh, Mesh):
@@ -165,7 +165,7 @@ def mesh_file(project: Project) -> MeshFile:
 
 
 def _laid(project: Project, file: MeshFile, stages: Stages) -> tuple[MeshFile, LaidSurface | None]:
-    """With the mesh that is laid on the surface in the file, if that is asked for."""
+    """The file, with a mesh laid on its surface if the project requests it."""
     if project.surface is None:
         return file, None
     mm = None if project.unit is None else MM_PER_UNIT[project.unit]
@@ -174,8 +174,8 @@ def _laid(project: Project, file: MeshFile, stages: Stages) -> tuple[MeshFile, L
 
 
 def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None, Surface | None]:
-    """The mesh of a project, how coarse its coordinates were, in mm; its Gauss image where that is given, and its
-    surface, in mm, where it is laid on one."""
+    """The mesh of a project in mm, and the rounding of its coordinates in mm; its Gauss image if one is given; its
+    surface in mm if it is laid on one."""
     file, given = _read(project)
     file, laid = _laid(project, file, Stages())
     scale = _scale(project, file.mesh)
@@ -202,7 +202,7 @@ def _unusual_parts(
 
 
 def _scale(project: Project, mesh: Mesh) -> float:
-    """Millimetres a unit of the mesh file."""
+    """Millimetres in a unit of the mesh file."""
     if project.unit is not None:
         return MM_PER_UNIT[project.unit]
     assert project.mean_edge_mm is not None  # a project has one of the two
@@ -214,11 +214,12 @@ def _sheet(project: Project) -> Sheet:
 
 
 def _without_too_large(assembly: Assembly, reasons: dict[int, str]) -> Assembly:
-    """Without the panels that fit on no sheet, for these reasons by index."""
+    """The assembly without the panels that do not fit on a sheet. reasons: a sentence for each, by its index."""
     panels = assembly.of(PANEL)
     if len(reasons) == len(panels) > 0:
         raise NestingError(
-            f"with what fits on no sheet left out, no panel remains of {len(reasons)}: {next(iter(reasons.values()))}; "
+            f"none of the {len(reasons)} panels fits on a sheet, so leaving them out leaves no panel: "
+            f"{next(iter(reasons.values()))}; "
             "take larger sheets (--sheet), or turn nesting off (--nest off)"
         )
     if not reasons:

@@ -60,7 +60,8 @@ MeshSource = Annotated[
 class PlanariseWeights(BaseModel):
     """Weight of the shape of the edges against closeness to the given vertices when faces are made planar.
 
-    keep_boundary: vertices of the boundary slide on the curve through them.
+    keep_boundary: vertices of the boundary slide on the curve through them; where they glide on a surface, too, they
+    are attracted to that curve.
     """
 
     model_config = _STRICT

@@ -1,4 +1,4 @@
-"""The shop's parameters, and the only home of default millimetres.
+"""The parameters of the shop; all default dimensions are here.
 
 Values are checked when a rule is made; pydantic's ValidationError names the key and the bound.
 """
@@ -16,8 +16,8 @@ from fabkit.wording import echo
 __all__ = ["BeamRules", "DetailingRules", "HeightReference", "NodeRules", "PanelRules", "Setbacks", "SheetRules"]
 
 LARGEST_LENGTH_MM = 1e9
-"""Largest length in mm that a project may state: a thousand kilometres, far below where products of lengths
-overflow."""
+"""Largest length in mm that a project may state: a thousand kilometres, far below the
+lengths whose products overflow."""
 
 Positive = Annotated[float, Field(gt=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
@@ -31,8 +31,7 @@ _STRICT = ConfigDict(extra="forbid")
 class BeamRules:
     """Solid rectangular bars, symmetric about the central plane of their edge.
 
-    reference: which side of the bar lies on the mesh. least_length_mm: shortest bar, between its two cuts, that is
-    worth making.
+    reference: the side of the bar that lies on the mesh. least_length_mm: minimum length of a bar between its two cuts.
     """
 
     width_mm: Positive = 50.0
@@ -44,10 +43,11 @@ class BeamRules:
 
 @dataclass(frozen=True, config=_STRICT)
 class NodeRules:
-    """Prisms along the node axes. clearance_mm: how much further from the axis than needed the facets stand.
+    """Prisms along the node axes. clearance_mm: added to the minimum distance of the facets from the axis.
 
-    setbacks: "least" gives each beam the least that its neighbours ask, "equal" all beams of a node the largest of
-    these; "auto" takes equal ones where that levels the beams' ends, as in edge offset meshes, and the least elsewhere.
+    setbacks: "least" gives each beam the minimum setback at which it does not touch its neighbours; "equal" gives all
+    beams of a node the largest of these; "auto" uses equal setbacks where these bring the beams' ends to one level, as
+    in edge offset meshes, and the minimum ones elsewhere.
     """
 
     clearance_mm: Positive = 5.0
@@ -59,9 +59,9 @@ class NodeRules:
 class PanelRules:
     """One layer of plates with square edges.
 
-    joint_mm: between two panels. seat_mm: free height between panels and what stands highest under them.
-    underside_mm: height of the panels' lower side above the mesh; left out, the least that clears beams and nodes, plus
-    the seat. least_edge_mm: shortest edge of a panel that is worth making.
+    joint_mm: gap between two panels. seat_mm: free height between the panels and the highest node block under them.
+    underside_mm: height of the panels' lower side above the mesh; by default the minimum that clears beams and nodes,
+    plus the seat. least_edge_mm: minimum length of an edge of a panel.
     """
 
     thickness_mm: Positive = 10.0
@@ -86,7 +86,7 @@ class SheetRules:
 
 @dataclass(frozen=True, config=_STRICT)
 class DetailingRules:
-    """Everything a shop decides. densities_kg_m3: by the name of the material."""
+    """All parameters of the shop. densities_kg_m3: by the name of the material."""
 
     beams: BeamRules = field(default_factory=BeamRules)
     nodes: NodeRules = field(default_factory=NodeRules)

@@ -1,4 +1,4 @@
-"""Signals that end a program: while it starts, while it works, and while names of folders are exchanged."""
+"""Signals that end a program: how they are handled at the start, during the work, and while folders are renamed."""
 
 from __future__ import annotations
 
@@ -14,25 +14,26 @@ from typing import Any
 __all__ = ["EXIT_SIGNALS", "DeferredSignals", "exit_at_once", "exit_if_signalled", "exit_on_signal"]
 
 _received: list[int] = []
-"""Signals that have come inside `exit_on_signal`."""
+"""Numbers of the signals received inside `exit_on_signal`."""
 
 EXIT_SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK") if hasattr(signal, name)
 )
-"""What an interrupt, a kill and a terminal that closes send, as far as the system has them."""
+"""Signals sent by an interrupt, by a kill and by a closed terminal, as far as the system has them."""
 
 
 def exit_at_once() -> None:
-    """From now on such a signal leaves with 128 + its number at once: where there is nothing to tidy up."""
-    _answer(_handlers(), lambda number, frame: os._exit(128 + number))
+    """From now on, one of `EXIT_SIGNALS` ends the program at once with exit code 128 + its number, without cleaning
+    up."""
+    _set_handler(_handlers(), lambda number, frame: os._exit(128 + number))
 
 
 @contextmanager
 def exit_on_signal() -> Iterator[None]:
-    """Inside, such a signal leaves with 128 + its number through everything that tidies up on the way.
+    """Inside, one of `EXIT_SIGNALS` ends the program with exit code 128 + its number, after all `finally` blocks.
 
-    Also where what is left turns the exit into an error of its own, as numpy does that was comparing just then. Where
-    Python drops it, as it does in destructors, `exit_if_signalled` leaves all the same.
+    This holds also where interrupted code turns the exit into another error, as a comparison in numpy does. Where
+    Python drops the exit, as it does in destructors, `exit_if_signalled` ends the program later.
     """
     before = _handlers()
 
@@ -41,7 +42,7 @@ def exit_on_signal() -> Iterator[None]:
         sys.exit(128 + number)
 
     try:
-        _answer(before, end)
+        _set_handler(before, end)
         yield
         exit_if_signalled()
     except BaseException:
@@ -53,59 +54,60 @@ def exit_on_signal() -> Iterator[None]:
 
 
 def exit_if_signalled() -> None:
-    """Leave where such a signal has come, and its exit was lost on the way."""
+    """Exit if one of `EXIT_SIGNALS` was received and its exit was lost."""
     if _received:
         raise SystemExit(128 + _received[0])
 
 
 class DeferredSignals:
-    """Inside, such signals wait as long as `waiting`, and are answered as before when they no longer need to, and while
-    it is False. It is an attribute, so that nothing comes between a `finally` and waiting."""
+    """Inside, `EXIT_SIGNALS` are deferred while `deferring` is True; at the end they are handled as before. While it is
+    False they are handled at once. It is an attribute, and not a method, so that no signal can come between the start
+    of a `finally` block and the assignment."""
 
     def __init__(self) -> None:
-        self.waiting = True
-        self._arrived: list[int] = []
+        self.deferring = True
+        self._deferred: list[int] = []
         self._before = _handlers()
 
     def __enter__(self) -> DeferredSignals:
         try:
-            _answer(self._before, self._hear)
+            _set_handler(self._before, self._receive)
         except BaseException:
             _restore(self._before)
             raise
         return self
 
     def __exit__(self, *error: object) -> None:
-        self.waiting = False
+        self.deferring = False
         _restore(self._before)
-        self.answer()
+        self.handle()
 
-    def answer(self) -> None:
-        """Answer those that have waited."""
-        while self._arrived:
-            signal.raise_signal(self._arrived.pop(0))
+    def handle(self) -> None:
+        """Handle the deferred signals."""
+        while self._deferred:
+            signal.raise_signal(self._deferred.pop(0))
 
-    def _hear(self, number: int, frame: FrameType | None) -> None:
+    def _receive(self, number: int, frame: FrameType | None) -> None:
         handler = self._before[number]
-        if self.waiting:
-            self._arrived.append(number)
+        if self.deferring:
+            self._deferred.append(number)
         elif callable(handler):
             handler(number, frame)
-        else:  # what the system does
+        else:  # the default of the system
             signal.signal(number, handler)
             signal.raise_signal(number)
 
 
 def _handlers() -> dict[int, Any]:
-    """What answers each signal now. Not those that are ignored, as under nohup, nor those that Python does not answer;
-    none in a thread but the main one, which alone can change them."""
+    """The present handler of each signal, without signals that are ignored, as under nohup, or not handled by Python;
+    empty outside the main thread, which alone can change handlers."""
     if threading.current_thread() is not threading.main_thread():
         return {}
     handlers = {number: signal.getsignal(number) for number in EXIT_SIGNALS}
     return {number: found for number, found in handlers.items() if found not in (None, signal.SIG_IGN)}
 
 
-def _answer(signals: Iterable[int], handler: Any) -> None:
+def _set_handler(signals: Iterable[int], handler: Any) -> None:
     for number in signals:
         signal.signal(number, handler)
 

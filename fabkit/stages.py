@@ -1,4 +1,4 @@
-"""The stages of a build: what is going on, and how long each took."""
+"""The stages of a build: reports which one is running, and measures how long each takes."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ __all__ = ["Listener", "Stages"]
 
 
 class Listener(Protocol):
-    """Called when a stage begins (share 0), how far it is (share 0 to 1, where known), and when it ends (share 1)."""
+    """Called when a stage begins (share 0), while it runs (completed share, where known) and when it ends (share 1)."""
 
     def __call__(self, stage: str, share: float) -> None: ...
 
 
 class Stages:
-    """Runs stages one after another. seconds: by stage, in the order in which they ended."""
+    """Runs stages one after another. seconds: duration of each stage, in the order in which they ended."""
 
     def __init__(self, listener: Listener | None = None) -> None:
         self.seconds: dict[str, float] = {}

@@ -1,4 +1,4 @@
-"""From a mesh to a support structure that is fit to be built: made planar, with a Gauss image, and judged."""
+"""From a mesh to a support structure that can be built: the faces made planar, a Gauss image, and the findings."""
 
 from __future__ import annotations
 
@@ -31,9 +31,10 @@ def checked_structure(
     surface: Surface | None,
     stages: Stages,
 ) -> tuple[SupportStructure, GaussImageSource | None, tuple[Finding, ...]]:
-    """The structure between the planar mesh and its Gauss image; where that image is from; the findings so far.
+    """The support structure of the planar mesh and its Gauss image; the record of an exact, given or optimised Gauss
+    image, None for another one; the findings so far.
 
-    surface: in mm, on which the mesh was laid, if it was.
+    surface: in mm, on which the mesh was laid, None if it was not.
     """
     if given is not None:
         return checked_pair(project, mesh, given, stages)
@@ -65,8 +66,8 @@ def checked_image(
     """The structure with a computed Gauss image, and the findings so far; where the project asks for it, both are
     optimised.
 
-    mesh: before it was made planar; rounding_mm: of its coordinates as read; surface: on which it was laid, if it was;
-    before: the findings about `planar`. Raises FitnessError if a finding is refused.
+    mesh: before it was made planar; rounding_mm: of its coordinates as read; surface: on which it was laid, None if it
+    was not; before: the findings about `planar`. Raises FitnessError if a finding is refused.
     """
     with stages("Gauss image"):
         moved = float(np.linalg.norm(planar.vertices - mesh.vertices, axis=1).max())
@@ -103,7 +104,7 @@ def checked_pair(
 
 
 def made_planar(mesh: Mesh, weights: dict[str, Any]) -> Mesh:
-    """The mesh with planar faces, by these weights of `Guides`. Raises FitnessError where it folds over."""
+    """The mesh with planar faces. weights: fields of `Guides`. Raises FitnessError where it folds over."""
     try:
         return planarise(mesh, Guides(**weights)).mesh
     except FoldedError as error:

@@ -1,4 +1,4 @@
-"""A design surface in the place of a mesh: what is asked of the mesh that is laid on it, and that mesh."""
+"""A design surface in place of a mesh: the rules for the mesh that is laid on it, and that mesh."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ TRIANGLE_EDGE_RATIO = 0.7
 
 
 class SurfaceRules(BaseModel):
-    """The mesh file is a design surface, and a mesh of planar quads is laid on it.
+    """The mesh file is a design surface, on which a mesh of planar quads is laid.
 
-    faces: about how many; or edge_length_mm, of the quads. lines: "principal", lines of principal curvature, along
-    which beams vary least in height on most surfaces; "conjugate", those of many conjugate networks, of which the best
-    is taken. boundary: "open", lines run out of it, or "aligned", it is a line; or one word for each boundary loop,
-    longest first. strokes: an OBJ or DXF file of polylines near the surface, in its unit, that lines are to follow.
-    smooth_mm: waves of the surface that are shorter are taken out before.
+    faces: approximate number of quads; or edge_length_mm: their edge length. lines: "principal", lines of principal
+    curvature, along which the heights of the beams vary least on most surfaces; "conjugate", lines of the best of many
+    conjugate networks. boundary: "open", lines end at the boundary, or "aligned", the boundary is a line; or one of
+    these words for each boundary loop, the longest first. strokes: an OBJ or DXF file of polylines near the surface, in
+    its unit, which the lines follow. smooth_mm: waves of the surface shorter than this are smoothed first.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -66,7 +66,7 @@ class SurfaceRules(BaseModel):
         if (self.faces is None) == (self.edge_length_mm is None):
             found = "neither is given" if self.faces is None else "both are given"
             raise ValueError(
-                "a mesh is laid on a surface by the number of its faces or by their edge length, and "
+                "a mesh on a surface needs either its number of faces or their edge length, and "
                 f"{found}: give faces (--faces) or edge_length_mm (--edge-length)"
             )
         return self
@@ -91,10 +91,11 @@ def check_surface(rules: SurfaceRules | None, mesh: Any, unit: str | None, *, ha
 
 @dataclass(frozen=True, eq=False)
 class LaidSurface:
-    """What a mesh was laid on, and how; lengths in the unit of the file, near its origin.
+    """A design surface and the mesh laid on it; lengths in the unit of the file, coordinates near zero.
 
-    surface: smooth, through the vertices of the n_triangles triangles. affine (3, 3): the map whose principal lines the
-    edges follow. largest_smoothing: how far a vertex of the surface moved where noise was taken out.
+    surface: smooth, through the vertices of the `n_triangles` triangles in the file. laid: the mesh, before its faces
+    are made planar. affine (3, 3): the map whose principal lines the edges follow. largest_smoothing: largest
+    displacement of a vertex of the surface by smoothing.
     """
 
     surface: Surface
@@ -106,7 +107,7 @@ class LaidSurface:
 
     @property
     def aligned_share(self) -> float:
-        """Share of the edges inside the mesh within `ALIGNED_DEG` of a line of the network."""
+        """Share of the inner edges of the mesh within `ALIGNED_DEG` of a line of the network."""
         return float((np.degrees(self.laid.quality.off_network) < ALIGNED_DEG).mean())
 
     def scaled_surface(self, scale: float) -> Surface:
@@ -114,7 +115,7 @@ class LaidSurface:
         return self.surface.moved(scale, np.zeros(3))
 
     def distances(self, mesh: Mesh) -> FloatArray:
-        """(N,) of the vertices of a mesh from the surface."""
+        """(N,) distances of the vertices of a mesh from the surface."""
         feet, _ = self.surface.closest(mesh.vertices)
         return floats(np.linalg.norm(mesh.vertices - feet, axis=1))
 
@@ -158,13 +159,14 @@ def read_exact_file(path: Path, rules: SurfaceRules | None, *, flip: bool) -> Ex
 def lay_on_surface(
     file: MeshFile, rules: SurfaceRules, mm: float | None, progress: Callable[[float], None] | None = None
 ) -> tuple[MeshFile, LaidSurface]:
-    """The file with the mesh that is laid on its surface in the place of that; file: near zero.
+    """The file with the mesh laid on its surface in place of the surface, and the record of it. file: near zero.
 
-    mm: millimetres a unit of the file, None where it has none. progress: called with the share that is done of a study
-    of networks. Raises ProjectError for sizes in mm of a file without unit, and GeometryError as `lay_quads` does.
+    mm: millimetres in a unit of the file, None if the unit is not given. progress: called with the completed share of a
+    study of networks. Raises ProjectError for sizes in mm of a file without unit, and GeometryError as `lay_quads`
+    does.
     """
     given = file.surface if isinstance(file, ExactFile) else Surface(file.mesh)
-    moved = 0.0
+    largest_smoothing = 0.0
     if rules.smooth_mm is not None and given.is_exact:
         raise ProjectError(
             f"smooth_mm (--smooth) takes noise out of triangles, and {readable(file.path.name)} holds exact surfaces: "
@@ -172,7 +174,7 @@ def lay_on_surface(
         )
     if rules.smooth_mm is not None:
         without_noise = smoothed(given, _in_unit(rules.smooth_mm, mm, "smooth_mm (--smooth)"))
-        given, moved = without_noise.surface, float(without_noise.moves.max())
+        given, largest_smoothing = without_noise.surface, float(without_noise.moves.max())
     line_options: dict[str, Any] = {"boundary": rules.boundary}
     if rules.strokes is not None:
         line_options["strokes"] = [line - file.origin for line in read_polylines(rules.strokes)]
@@ -180,7 +182,7 @@ def lay_on_surface(
     if rules.lines == "conjugate":
         best = study_networks(given, progress=progress, **line_options)[0]
         if best.pair is None:
-            raise GeometryError(f"along none of many conjugate networks a mesh was found; of the first: {best.reason}")
+            raise GeometryError(f"no conjugate network gives a mesh; the first fails because {best.reason}")
         affine = np.array(best.affine)
     size: dict[str, Any] = {"n_faces": rules.faces}
     if rules.edge_length_mm is not None:
@@ -188,7 +190,7 @@ def lay_on_surface(
     laid = lay_quads(given, **size, affine=affine, **line_options)
     n_triangles = given.triangulated.n_faces
     return replace(file, mesh=laid.mesh), LaidSurface(
-        refined(given), n_triangles, laid, rules.lines, floats(affine), moved
+        refined(given), n_triangles, laid, rules.lines, floats(affine), largest_smoothing
     )
 
 

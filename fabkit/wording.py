@@ -1,4 +1,4 @@
-"""Words of other people in our sentences: names of files, and values that were typed."""
+"""Names of files and typed values, as they are quoted in messages."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 
 
 def readable(name: str) -> str:
-    r"""A name as text that can be written everywhere: bytes of a file's name that are not UTF-8 as \xff."""
+    r"""A file name as printable UTF-8 text; bytes that are not UTF-8 are written as \xff."""
     bytes_shown = re.sub("[\udc80-\udcff]", lambda found: f"\\x{ord(found[0]) - 0xDC00:02x}", name)
     return bytes_shown.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def echo(value: object) -> str:
-    """A value as it is written in Python, without its middle where it is long; dates and times as people write them."""
+    """A value as it is written in Python, shortened in the middle if it is long; dates and times as in ISO 8601."""
     if isinstance(value, date | time):
         return str(value)
     try:

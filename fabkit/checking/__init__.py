@@ -1,4 +1,4 @@
-"""What must hold of placed parts, seen from their solids only: fit, clashes, panels in their cells."""
+"""Checks of placed parts, from their solids alone: fit, clashes, panels within their cells."""
 
 from fabkit.checking.clash import clashes, clashing_pairs
 from fabkit.checking.panel_bounds import panels_crossing_support_planes

@@ -1,4 +1,4 @@
-"""Which parts share volume."""
+"""Clash detection: parts that share volume."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ from geometry.arrays import FloatArray, IntArray
 __all__ = ["clashes", "clashing_pairs"]
 
 TOUCHING_MM = 1e-6
-"""Depth of overlap up to which two parts only touch, in mm. Rounding makes 1e-9 mm of faces that meet exactly."""
+"""Depth of overlap in mm up to which two parts only touch. Rounding gives faces that meet exactly a depth of 1e-9
+mm."""
 
 
 def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[Part, Part, float]]:
-    """Every two parts that reach into each other by more than `depth_mm`, and by how much, in mm.
+    """All pairs of parts that overlap by more than `depth_mm`, with the depth of the overlap in mm.
 
-    The depth is the shortest way to move the two apart; where a part is not convex, the largest such depth over
-    its convex pieces. The solids must be sound (`check.violations` says which are not). In the order of
-    `assembly.parts()`. Raises DetailingError where a solid is neither convex nor a prism over a simple polygon.
+    The depth is the shortest displacement that separates the two parts; where a part is not convex, the largest such
+    depth over its convex pieces. The solids must be valid (`violations` reports those that are not). Pairs are in the
+    order of `assembly.parts()`. Raises DetailingError where a solid is neither convex nor a prism over a simple
+    polygon.
 
     >>> import numpy as np
     >>> from dataclasses import replace
@@ -42,16 +44,16 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
         for position in batch.parts[~is_splittable(batch)].tolist():
             part = positions[position]
             raise DetailingError(
-                f"{part.kind.name} {part.mark}, element {part.element}, is neither convex nor a prism over a simple "
-                "polygon, so what it shares with others cannot be found; build it as a prism"
+                f"{part.kind.name} {part.mark} ({part.kind.element} {part.element}, counted from 0) is neither "
+                "convex nor a prism over a simple polygon, so its clashes cannot be found; build it as a prism"
             )
     pairs, found = clashing_pairs(batches, depth_mm=depth_mm)
     return [(positions[i], positions[j], d) for (i, j), d in zip(pairs.tolist(), found.tolist(), strict=True)]
 
 
 def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_MM) -> tuple[IntArray, FloatArray]:
-    """(K, 2) positions of every two parts, the lower first, that reach into each other by more than `depth_mm`;
-    (K,) by how much. All solids must be splittable; sorted.
+    """(K, 2) positions of all pairs of parts that overlap by more than `depth_mm`, sorted, the lower position first;
+    (K,) depths of the overlaps in mm. All solids must be convex or prisms, see `is_splittable`.
 
     >>> import numpy as np
     >>> from fabkit.checking import clashing_pairs
@@ -71,9 +73,9 @@ def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_
     row = np.concatenate([np.arange(count) for count in counts])
     found = np.empty(len(candidates))
     group = shape[candidates] @ np.array([len(shapes), 1])
-    for alike in np.unique(group).tolist():
-        members = np.flatnonzero(group == alike)
-        first, second = divmod(alike, len(shapes))
+    for number in np.unique(group).tolist():
+        members = np.flatnonzero(group == number)
+        first, second = divmod(number, len(shapes))
         pairs = row[candidates[members]]
         found[members] = depths(shapes[first], shapes[second], pairs, touching_mm=depth_mm)
     deep = found > depth_mm
@@ -82,11 +84,11 @@ def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_
 
 
 def _candidates(shapes: Sequence[Pieces]) -> IntArray:
-    """(K, 2) pieces, counted through all shapes, of different parts whose axis-aligned boxes meet."""
+    """(K, 2) pieces of different parts whose axis-aligned boxes meet; pieces are numbered through all shapes."""
     parts = np.concatenate([pieces.parts for pieces in shapes])
     lower = np.concatenate([pieces.vertices.min(axis=1) for pieces in shapes])
     upper = np.concatenate([pieces.vertices.max(axis=1) for pieces in shapes])
-    z, x, y = np.argsort(np.ptp(lower, axis=0))  # the tree is flat: its plane is that of the two longest extents
+    z, x, y = np.argsort(np.ptp(lower, axis=0))  # the tree is two-dimensional, in the plane of the two longest extents
     boxes = shapely.box(lower[:, x], lower[:, y], upper[:, x], upper[:, y])
     first, second = shapely.STRtree(boxes).query(boxes)
     meet = (first < second) & (parts[first] != parts[second])

@@ -1,7 +1,7 @@
-"""Solids as convex pieces, and how deep convex pieces reach into each other.
+"""Solids as convex pieces, and the depth of overlap of two convex pieces.
 
-Two pieces are compared by each face of the one with each corner of the other, and a large plate has many neighbours, so
-prisms over outlines with many corners are cut, convex or not.
+Two pieces are compared by each face of the one with each corner of the other, and a large plate has many neighbours. So
+prisms over outlines with many corners are cut into triangular prisms even if they are convex.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ MAX_PROJECTIONS_IN_MEMORY = 4_000_000
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """Convex polyhedra alike in their counts, in world coordinates.
+    """Convex polyhedra with equally many vertices, in world coordinates.
 
-    parts (Q,): position of the part each belongs to. vertices (Q, V, 3) in mm; normals (Q, N, 3) and
+    parts (Q,): position of the part to which each belongs. vertices (Q, V, 3) in mm; normals (Q, N, 3) and
     directions (Q, D, 3): unit vectors along all face normals and all edges, parallel ones once.
     """
 
@@ -41,40 +41,40 @@ class Pieces:
 
 
 def convex_pieces(batch: SolidArray) -> list[Pieces]:
-    """Convex solids that are not cut as they are; the others, which must be splittable prisms, as triangular prisms."""
-    whole = _is_convex(batch)
-    return [_pieces(part) for part in (batch[whole], _triangular_prisms(batch[~whole])) if len(part.parts)]
+    """Convex solids with few corners as they are; the others, which must be splittable, as triangular prisms."""
+    uncut = _is_uncut(batch)
+    return [_pieces(part) for part in (batch[uncut], _triangular_prisms(batch[~uncut])) if len(part.parts)]
 
 
 def is_splittable(batch: SolidArray) -> BoolArray:
     """(P,) whether `convex_pieces` can take each solid: it is convex, or a right or oblique prism over a simple
     polygon."""
-    result = _is_convex(batch)
+    result = _is_uncut(batch)
     others = np.flatnonzero(~result)
     n = batch.topology.n_vertices // 2
     if len(others) and _is_prism(batch.topology):
         vertices = batch.vertices[others]
-        outlines, axes, _ = _seen_along(vertices)
+        outlines, axes, _ = _along_axes(vertices)
         generators = vertices[:, n:] - vertices[:, :n]
-        astray = np.linalg.norm(np.cross(generators, axes[:, None, :]), axis=-1).max(axis=1)
-        result[others] = (astray <= CONVEXITY_TOLERANCE_MM) & shapely.is_valid(shapely.polygons(outlines))
+        deviations = np.linalg.norm(np.cross(generators, axes[:, None, :]), axis=-1).max(axis=1)
+        result[others] = (deviations <= CONVEXITY_TOLERANCE_MM) & shapely.is_valid(shapely.polygons(outlines))
     return result
 
 
-def _is_convex(batch: SolidArray) -> BoolArray:
-    """(P,) False for what is cut anyway."""
+def _is_uncut(batch: SolidArray) -> BoolArray:
+    """(P,) whether each solid is convex and not a prism over an outline with many corners."""
     t = batch.topology
     if t.n_vertices > 2 * MAX_CORNERS_UNCUT and _is_prism(t):
         return np.zeros(len(batch.parts), dtype=bool)
-    flush = np.empty(len(batch.parts), dtype=bool)
+    is_convex = np.empty(len(batch.parts), dtype=bool)
     done = 0
     for few in batch.in_batches():
         normals = few.normals
         levels = np.einsum("pfk,pfk->pf", normals, few.vertices[:, t.corners[t.first_corner]])
         heights = normals @ few.vertices.transpose(0, 2, 1) - levels[..., None]
-        flush[done : done + len(few.parts)] = heights.max(axis=(1, 2), initial=-np.inf) <= CONVEXITY_TOLERANCE_MM
+        is_convex[done : done + len(few.parts)] = heights.max(axis=(1, 2), initial=-np.inf) <= CONVEXITY_TOLERANCE_MM
         done += len(few.parts)
-    return flush
+    return is_convex
 
 
 def _is_prism(topology: Topology) -> bool:
@@ -86,9 +86,9 @@ def _is_prism(topology: Topology) -> bool:
     return all(np.array_equal(getattr(topology, name), getattr(prism, name)) for name in names)
 
 
-def _seen_along(vertices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Prisms (P, 2n, 3) seen along their axes, from their first corners: outlines (P, n, 2), counter-clockwise; unit
-    axes (P, 3); two unit vectors across each, the columns of (P, 3, 2)."""
+def _along_axes(vertices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Prisms with vertices (P, 2n, 3) projected along their axes, with their first corners as origins: outlines (P, n,
+    2), counter-clockwise; unit axes (P, 3); two unit vectors perpendicular to each, the columns of (P, 3, 2)."""
     n = vertices.shape[1] // 2
     axes = vertices[:, n] - vertices[:, 0]
     axes /= np.linalg.norm(axes, axis=-1, keepdims=True)
@@ -101,12 +101,12 @@ def _seen_along(vertices: FloatArray) -> tuple[FloatArray, FloatArray, FloatArra
 def _triangular_prisms(batch: SolidArray) -> SolidArray:
     if not len(batch.parts):
         return batch
-    outlines, axes, plane = _seen_along(batch.vertices)
+    outlines, axes, plane = _along_axes(batch.vertices)
     corners, owner = triangles(outlines)
     points = np.einsum("tck,tjk->tcj", corners, plane[owner])
     normals = batch.normals
     ends = []
-    for face, first in ((0, 0), (1, batch.topology.n_vertices // 2)):  # both ends are plane, but may lean
+    for face, first in ((0, 0), (1, batch.topology.n_vertices // 2)):  # both ends are planar, but need not be square
         slope = normals[:, face] / np.einsum("pk,pk->p", normals[:, face], axes)[:, None]
         rise = -np.einsum("tcj,tj->tc", points, slope[owner])
         ends.append(batch.vertices[owner, None, first] + points + rise[..., None] * axes[owner, None])
@@ -121,7 +121,7 @@ def _pieces(batch: SolidArray) -> Pieces:
 
 
 def _distinct(directions: FloatArray) -> FloatArray:
-    """(P, k, 3) of directions (P, m, 3): those that are not parallel to an earlier one in every solid."""
+    """(P, k, 3) the directions, out of (P, m, 3), without those that are parallel to an earlier one in all solids."""
     kept: list[int] = []
     for k in range(directions.shape[1]):
         turn = np.cross(directions[:, kept], directions[:, k : k + 1])
@@ -132,11 +132,12 @@ def _distinct(directions: FloatArray) -> FloatArray:
 
 
 def depths(first: Pieces, second: Pieces, pairs: IntArray, *, touching_mm: float) -> FloatArray:
-    """(K,) how deep piece pairs[k, 0] of `first` and piece pairs[k, 1] of `second` reach into each other, in mm.
+    """(K,) depth in mm by which piece pairs[k, 0] of `first` and piece pairs[k, 1] of `second` overlap.
 
-    The depth is the shortest way to move the two apart, found by the separating axis test: the smallest overlap of
-    their shadows over all face normals and all products of two edge directions. Negative or zero: they share no
-    volume. Where a face normal already shows no more than `touching_mm`, the search ends with what it shows.
+    The depth is the shortest displacement that separates the two, found by the separating axis test: the smallest
+    overlap of their projections onto all face normals and all cross products of two edge directions. It is zero or
+    negative if they share no volume. Where the overlap along a face normal is no larger than `touching_mm`, this
+    overlap is returned without further tests.
     """
     result = np.empty(len(pairs))
     numbers = (first.normals.shape[1] + second.normals.shape[1]) * _n_vertices(first, second)
@@ -157,26 +158,29 @@ def _n_vertices(first: Pieces, second: Pieces) -> int:
 
 
 def _chunks(rows: IntArray, numbers: int) -> list[IntArray]:
-    """These rows in runs, so that with this many numbers a row a run stays within MAX_PROJECTIONS_IN_MEMORY."""
+    """The rows in batches of at most MAX_PROJECTIONS_IN_MEMORY projections. numbers: of projections in a row."""
     size = max(1, MAX_PROJECTIONS_IN_MEMORY // numbers)
     return [rows[start : start + size] for start in range(0, len(rows), size)]
 
 
 def _products(first: FloatArray, second: FloatArray) -> FloatArray:
-    """(K, D1 * D2, 3) unit vectors across directions (K, D1, 3) and (K, D2, 3); zero where those are parallel."""
-    across = np.cross(first[:, :, None, :], second[:, None, :, :]).reshape(len(first), -1, 3)
-    sines = np.linalg.norm(across, axis=-1, keepdims=True)
-    units: FloatArray = np.divide(across, sines, out=np.zeros_like(across), where=sines > PARALLEL_AXES_SINE)
+    """(K, D1 * D2, 3) unit vectors perpendicular to directions (K, D1, 3) and (K, D2, 3); zero where these are
+    parallel."""
+    perpendicular = np.cross(first[:, :, None, :], second[:, None, :, :]).reshape(len(first), -1, 3)
+    sines = np.linalg.norm(perpendicular, axis=-1, keepdims=True)
+    units: FloatArray = np.divide(
+        perpendicular, sines, out=np.zeros_like(perpendicular), where=sines > PARALLEL_AXES_SINE
+    )
     return units
 
 
 def _overlaps(axes: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
-    """(K,) smallest overlap of the shadows of corners (K, V, 3) and (K, W, 3) on unit axes (K, A, 3)."""
+    """(K,) smallest overlap of the projections of corners (K, V, 3) and (K, W, 3) onto unit axes (K, A, 3)."""
     middle = first[:, :1]
     one = axes @ (first - middle).transpose(0, 2, 1)
     other = axes @ (second - middle).transpose(0, 2, 1)
-    ahead = one.max(axis=-1) - other.min(axis=-1)
-    behind = other.max(axis=-1) - one.min(axis=-1)
-    overlap = np.where(axes.any(axis=-1), np.minimum(ahead, behind), np.inf)
+    overlap_above = one.max(axis=-1) - other.min(axis=-1)
+    overlap_below = other.max(axis=-1) - one.min(axis=-1)
+    overlap = np.where(axes.any(axis=-1), np.minimum(overlap_above, overlap_below), np.inf)
     smallest: FloatArray = overlap.min(axis=-1)
     return smallest

@@ -1,4 +1,4 @@
-"""Polygons as triangles that are no larger than they need be, so that few of their boxes meet those of others."""
+"""Triangulation of polygons into compact triangles, so that few of their bounding boxes overlap."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ Polygons = npt.NDArray[np.object_]
 
 
 def triangles(outlines: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Corners (T, 3, 2), either way round, of triangles that make up simple polygons (P, n, 2); the polygon of each."""
+    """Corners (T, 3, 2), in either orientation, of triangles that fill simple polygons (P, n, 2); (T,) the polygon of
+    each."""
     small, owner = _halved(shapely.polygons(outlines))
     found, of_small = shapely.get_parts(shapely.constrained_delaunay_triangles(small), return_index=True)
     return shapely.get_coordinates(found).reshape(-1, 4, 2)[:, :3], owner[of_small]
 
 
 def _halved(polygons: Polygons) -> tuple[Polygons, IntArray]:
-    """The polygons, those with many corners cut into halves again and again, and which one each is of.
+    """The polygons, those with many corners cut into halves repeatedly, and the original polygon of each piece.
 
-    A cut leaves about half the corners on either side and some at the cut; a half that has no fewer than the whole is
-    not cut again.
+    A cut leaves about half the corners on either side and adds some at the cut. A half with as many corners as the
+    polygon before the cut is not cut again.
     """
     owner, before = np.arange(len(polygons)), np.full(len(polygons), np.iinfo(np.int64).max)
     done = []
@@ -44,7 +45,7 @@ def _halved(polygons: Polygons) -> tuple[Polygons, IntArray]:
 
 
 def _halves(polygon: shapely.Polygon) -> list[shapely.Polygon]:
-    """Two boxes that share the polygon's corners, cut across its longer extent where corners are far apart."""
+    """Two boxes that together contain the polygon, divided across its longer extent where corners are far apart."""
     corners = shapely.get_coordinates(polygon)
     low, high = corners.min(axis=0) - 1.0, corners.max(axis=0) + 1.0
     axis = int((high - low).argmax())

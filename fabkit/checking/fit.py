@@ -1,4 +1,4 @@
-"""How the ends of the beams fit on the facets of the node blocks, found from the solids alone."""
+"""The fit of the beams' ends on the facets of the node blocks, found from the solids alone."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ MAX_FIT_VALUES_IN_MEMORY = 4_000_000
 
 @dataclass(frozen=True, eq=False)
 class EndFits:
-    """Ends of beams and the facets they meet, one row an end whose node is there.
+    """Ends of beams and the facets they meet: one row for each end whose node exists.
 
     beams, nodes (K,): positions in the groups given; ends (K,): 0 for end A, 1 for end B.
-    plane_gap_mm (K,): largest distance of the end face from the plane of the facet. overhang_mm (K,): how far it
-    reaches over the facet's outline, negative inside. Both infinite where no facet faces the end.
+    plane_gap_mm (K,): largest distance of the end face from the plane of the facet. overhang_mm (K,): largest distance
+    by which the end face exceeds the facet's outline, negative inside. Both are infinite where no facet faces the end.
     """
 
     beams: IntArray
@@ -33,11 +33,11 @@ class EndFits:
 
 
 def end_fits(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> EndFits:
-    """Each end face against that facet of its node's block which it fits best among those that look towards it."""
+    """Each end face compared with the best fitting facet of its node's block, of those that face it."""
     at = nodes.find(beams.details.nodes)
     beam, end = np.nonzero(at >= 0)
     node = at[beam, end]
-    off, over = np.empty(len(node)), np.empty(len(node))
+    gaps, overhangs = np.empty(len(node)), np.empty(len(node))
     node_batches = nodes.placed()
     which, row = np.empty(len(nodes), dtype=np.int64), np.empty(len(nodes), dtype=np.int64)
     for k, blocks in enumerate(node_batches):
@@ -50,8 +50,8 @@ def end_fits(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> EndFits:
             rows = np.flatnonzero((bar[beam] >= 0) & (which[node] == k))
             for some in _in_batches(rows, blocks.topology):
                 own = bar[beam[some]], end[some]
-                off[some], over[some] = _misfits(corners[own], normals[own], blocks[row[node[some]]])
-    return EndFits(beam, end, node, off, over)
+                gaps[some], overhangs[some] = _misfits(corners[own], normals[own], blocks[row[node[some]]])
+    return EndFits(beam, end, node, gaps, overhangs)
 
 
 def _in_batches(rows: IntArray, topology: Topology) -> list[IntArray]:
@@ -61,11 +61,11 @@ def _in_batches(rows: IntArray, topology: Topology) -> list[IntArray]:
 
 
 def _end_faces(bars: SolidArray, along: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Corners (P, 2, m, 3), some of them repeated, and outward normals (P, 2, 3) of the faces that look most against
-    and most along the bars' x-axes (P, 3)."""
+    """Corners (P, 2, m, 3), some of them repeated, and outward normals (P, 2, 3) of the faces at end A and end B: those
+    whose normals point most against, and most along, the bars' x-axes (P, 3)."""
     normals = bars.normals
-    looks = np.einsum("pfk,pk->pf", normals, along)
-    faces = np.stack([looks.argmin(axis=1), looks.argmax(axis=1)], axis=1)
+    cosines = np.einsum("pfk,pk->pf", normals, along)
+    faces = np.stack([cosines.argmin(axis=1), cosines.argmax(axis=1)], axis=1)
     rows = np.arange(len(faces))[:, None]
     corners = _face_corners(bars.topology)[faces]
     return bars.vertices[rows[..., None], corners], normals[rows, faces]
@@ -80,19 +80,20 @@ def _face_corners(topology: Topology) -> IntArray:
 
 
 def _misfits(corners: FloatArray, normals: FloatArray, blocks: SolidArray) -> tuple[FloatArray, FloatArray]:
-    """plane_gap_mm and overhang_mm of end faces: corners (K, m, 3), normals (K, 3), each on its own block (K)."""
+    """(K,) plane_gap_mm and (K,) overhang_mm of end faces with corners (K, m, 3) and normals (K, 3), each on the block
+    of its own row."""
     t = blocks.topology
     starts, facing = t.first_corner, blocks.normals
     here, following = blocks.vertices[:, t.corners], blocks.vertices[:, t.corners[t.next_corner]]
-    off = np.abs(_levels(facing, here[:, starts], corners)).max(axis=-1)
+    gaps = np.abs(_levels(facing, here[:, starts], corners)).max(axis=-1)
     outward = np.cross(following - here, facing[:, t.corner_face])
     outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
-    over = np.maximum.reduceat(_levels(outward, here, corners).max(axis=-1), starts, axis=1)
-    misfit = np.maximum(off, over)
+    overhangs = np.maximum.reduceat(_levels(outward, here, corners).max(axis=-1), starts, axis=1)
+    misfit = np.maximum(gaps, overhangs)
     misfit[np.einsum("kfj,kj->kf", facing, normals) >= 0] = np.inf
     rows, best = np.arange(len(misfit)), misfit.argmin(axis=1)
     none = np.isinf(misfit[rows, best])
-    return np.where(none, np.inf, off[rows, best]), np.where(none, np.inf, over[rows, best])
+    return np.where(none, np.inf, gaps[rows, best]), np.where(none, np.inf, overhangs[rows, best])
 
 
 def _levels(normals: FloatArray, anchors: FloatArray, points: FloatArray) -> FloatArray:

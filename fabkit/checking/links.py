@@ -1,4 +1,4 @@
-"""Which beams and nodes say that they meet, and at which vertices of the mesh a part lies."""
+"""Links between beams and nodes by their mesh elements, and the mesh vertices at which a part lies."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ __all__ = ["ElementVertices", "unlinked_ends", "unlinked_facets"]
 
 
 def unlinked_ends(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> list[tuple[int, int, int]]:
-    """Ends of beams at which no node has a facet for the beam: position of the beam, end 0 or 1, position of the node
-    there or -1."""
+    """Ends of beams without a facet for them: position of the beam, end 0 or 1, and position of the node there, -1 if
+    there is none."""
     at = nodes.find(beams.details.nodes)
     ends = _pairs(beams.details.nodes, beams.elements[:, None])
     facets = _pairs(nodes.elements[nodes.details.beams.row], nodes.details.beams.values)
@@ -22,11 +22,11 @@ def unlinked_ends(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> list[
 
 
 def unlinked_facets(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> list[tuple[int, int]]:
-    """Facets of nodes for beams that do not end there: position of the node, mesh edge."""
+    """Facets for beams that do not end at their node: position of the node, and mesh edge of the beam."""
     around = nodes.details.beams
     ends = _pairs(beams.details.nodes, beams.elements[:, None])
-    astray = np.flatnonzero(~np.isin(_pairs(nodes.elements[around.row], around.values), ends))
-    return list(zip(around.row[astray].tolist(), around.values[astray].tolist(), strict=True))
+    unlinked = np.flatnonzero(~np.isin(_pairs(nodes.elements[around.row], around.values), ends))
+    return list(zip(around.row[unlinked].tolist(), around.values[unlinked].tolist(), strict=True))
 
 
 def _pairs(vertices: IntArray, edges: IntArray) -> IntArray:
@@ -35,7 +35,7 @@ def _pairs(vertices: IntArray, edges: IntArray) -> IntArray:
 
 
 class ElementVertices:
-    """The vertices at the element of each part, as far as beams, nodes and panels tell."""
+    """The vertices of the mesh element of each part, as far as they are known from beams, nodes and panels."""
 
     def __init__(self, assembly: Assembly) -> None:
         beams, around = assembly.of(BEAM), assembly.of(NODE).details.beams

@@ -1,4 +1,4 @@
-"""Whether each panel lies inside its cell: between the support planes of its face, through its whole thickness."""
+"""Panels must lie within their cells: between the support planes of their faces, over the whole thickness."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["panels_crossing_support_planes"]
 
 
 def panels_crossing_support_planes(structure: SupportStructure, panels: Parts[PanelDetails]) -> IntArray:
-    """Positions of the panels that leave their cells by more than FIT_MM.
+    """Positions of the panels that extend beyond their cells by more than FIT_MM.
 
     At each level the cell is the polygon in which the node axes at the corners of the face meet the plane of the panel.
 
@@ -45,6 +45,6 @@ def panels_crossing_support_planes(structure: SupportStructure, panels: Parts[Pa
 
 
 def _polygons(points: FloatArray, polygon: IntArray) -> npt.NDArray[np.object_]:
-    """Polygons with corners (c, 2), each of the polygon of this number (c,)."""
+    """Polygons with corners (c, 2); polygon (c,): the number of the polygon to which each corner belongs."""
     found: npt.NDArray[np.object_] = shapely.polygons(shapely.linearrings(points, indices=polygon))
     return found

@@ -1,7 +1,6 @@
-"""What must always hold for an assembly: valid solids, beams flush on their nodes, no volume shared.
+"""The checks that every assembly must pass: valid solids, beams flush on their nodes, no clashes.
 
-Everything is found from the placed solids and the names of the mesh elements, not from what detailing knew when it
-made them.
+Everything is found from the placed solids and the numbers of their mesh elements, independently of detailing.
 """
 
 from __future__ import annotations
@@ -27,7 +26,8 @@ FIT_MM = 1e-6
 """Largest deviation of faces from planar, of ends from facets, and depth of overlap, in mm. Five digits below the
 accuracy of any saw, four above double precision."""
 SHORTEST_EDGE_MM = 1e-3
-"""Least length of an edge of a solid, in mm. CAD programs merge corners that are closer; Rhino's default is 1e-3 mm."""
+"""Minimum length of an edge of a solid, in mm. CAD programs merge corners that are closer; Rhino's default is 1e-3
+mm."""
 LARGEST_TWIST_DEG = 1e-6
 """Largest twist of a beam, in degrees."""
 ORTHONORMALITY_TOLERANCE = 1e-10
@@ -36,9 +36,9 @@ ORTHONORMALITY_TOLERANCE = 1e-10
 
 @dataclass(frozen=True)
 class Violation:
-    """One thing that does not hold. finding: parts, value and bound; cure: what to do.
+    """A check that failed. finding: parts, value and bound; cure: what to do.
 
-    parts: kind and mesh element of each part concerned, which may be missing from the assembly.
+    parts: kind and mesh element of each part concerned; the part itself may be missing from the assembly.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -84,8 +84,8 @@ def check_fit(
 
 
 def violations_sentence(found: Sequence[Violation]) -> str:
-    """The first findings that have the cure of the very first, how many more there are, the cure, and how many others
-    there are besides. At least one violation is needed.
+    """A sentence with up to three findings that share the cure of the first one, the number of further ones, the cure,
+    and the number of findings with other cures. At least one violation is needed.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -97,12 +97,12 @@ def violations_sentence(found: Sequence[Violation]) -> str:
     """
     cure = found[0].cure
     alike = [violation.finding for violation in found if violation.cure == cure]
-    named = alike[:3]
-    if len(alike) > len(named):
-        named.append(f"and {len(alike) - len(named)} more like this")
+    shown = alike[:3]
+    if len(alike) > len(shown):
+        shown.append(f"and {len(alike) - len(shown)} more like this")
     others = len(found) - len(alike)
-    besides = f" ({others} other finding{'s' if others > 1 else ''} besides)" if others else ""
-    return f"{'; '.join(named)} (elements counted from 0): {cure}{besides}"
+    further = f" (and {others} other finding{'s' if others > 1 else ''})" if others else ""
+    return f"{'; '.join(shown)} (elements counted from 0): {cure}{further}"
 
 
 def violations(
@@ -113,16 +113,16 @@ def violations(
     twist_deg: float = LARGEST_TWIST_DEG,
     have_marks: bool = True,
 ) -> tuple[Violation, ...]:
-    """Everything that does not hold, none if all is well; lengths in mm, angles in degrees. have_marks: whether parts
-    are called by their marks; where these are still to be shared out, by their mesh elements alone.
+    """All checks that fail, in words; empty if there are none. Lengths are in mm, angles in degrees. have_marks:
+    whether parts have marks already, by which they are then named; if not, they are named by their mesh elements alone.
 
     - Each mesh element has at most one part of a kind.
     - Each part is placed by a rigid motion; its solid has positive volume, faces planar to `fit_mm`, no edge shorter
-      than `shortest_edge_mm`, and an outline that does not cross itself. What fails here is not looked at further.
-    - No beam turns about its axis by more than `twist_deg`.
-    - Each beam has a node at both ends, and each node has the beams it names.
-    - Each end face of a beam lies on a facet of its node that looks towards it, and inside it, to `fit_mm`.
-    - No two parts reach into each other by more than `fit_mm`.
+      than `shortest_edge_mm`, and an outline that does not cross itself. A part that fails here is not checked further.
+    - No beam is twisted about its axis by more than `twist_deg`.
+    - Each beam has a node at both ends, and each facet of a node has its beam.
+    - Each end face of a beam lies on a facet of its node that faces it, and inside that facet, to `fit_mm`.
+    - No two parts overlap by more than `fit_mm`.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -151,7 +151,7 @@ def violations(
 
 
 Name = Callable[[Part], str]
-"""What a part is called in a sentence."""
+"""A function that gives the name of a part in a sentence."""
 
 
 def _by_mark(part: Part) -> str:
@@ -177,7 +177,7 @@ def _twice(assembly: Assembly) -> Iterator[Violation]:
 
 @dataclass(frozen=True, eq=False)
 class _Rule:
-    """Values (P,), which of them hold (P,), what to say of one that does not, and the cure."""
+    """A check of solids. values (P,); holds (P,): whether each passes; words: the finding about one that does not."""
 
     values: FloatArray
     holds: BoolArray
@@ -192,11 +192,11 @@ def _invalid_solids(
     shortest_edge_mm: float,
     name: Name,
 ) -> Iterator[tuple[int, Violation]]:
-    """One violation at most for each part, with its position: the first rule it breaks."""
+    """At most one violation for each part, the first rule that it breaks, with the position of the part."""
     axes = np.concatenate([np.zeros((0, 3, 3)), *(group.axes for group in positions.assembly.groups)])
     for batch in (few for whole in every for few in whole.in_batches()):
         passed = np.ones(len(batch.parts), dtype=bool)
-        with np.errstate(invalid="ignore", divide="ignore"):  # what is not a number does not hold
+        with np.errstate(invalid="ignore", divide="ignore"):  # a value that is not a number fails the check
             rules = _solid_rules(axes[batch.parts], batch, fit_mm, shortest_edge_mm)
         for rule in rules:
             for k in np.flatnonzero(passed & ~rule.holds).tolist():
@@ -207,7 +207,7 @@ def _invalid_solids(
 
 
 def _solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_edge_mm: float) -> list[_Rule]:
-    """A rule means something for those solids only for which the rules before it hold."""
+    """The rules in their order; each is only meaningful for solids that pass all rules before it."""
     skew = np.abs(axes @ axes.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
     measures = Measures(batch.topology, batch.vertices)
     volume = measures.volumes
@@ -228,13 +228,14 @@ def _solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_ed
             volume,
             volume > 0,
             "has a volume of {:.6g} mm3, which must be positive",
-            "it is inside out or empty: lengthen its edges, or narrow section, setbacks and joints, or leave it out",
+            "it is inside out or empty: make the edges of the mesh longer, or section, setbacks and joints smaller, or "
+            "leave it out",
         ),
         _Rule(
             shortest,
             shortest >= shortest_edge_mm,
             f"has an edge of {{:.3g}} mm, allowed {shortest_edge_mm:g} mm and more",
-            "change the clearance or the joint a little, so that its corners part",
+            "change the clearance or the joint a little, so that its corners are further apart",
         ),
         _Rule(
             bulge,
@@ -281,7 +282,7 @@ def _unlinked(assembly: Assembly, name: Name) -> Iterator[Violation]:
             finding = f"{name(beam)} ends (end {'AB'[end]}) at {name(nodes[at])}, which has no facet for it"
             yield Violation(finding, cure, _concerned(beam, nodes[at]))
     for k, edge in unlinked_facets(beams, nodes):
-        finding = f"{name(nodes[k])} has a facet for edge {edge}, from which no beam comes"
+        finding = f"{name(nodes[k])} has a facet for edge {edge}, at which no beam ends"
         yield Violation(finding, cure, (*_concerned(nodes[k]), (BEAM.name, edge)))
 
 
@@ -315,11 +316,14 @@ def _cure(first: Part, second: Part, vertices: ElementVertices) -> str:
     own = [part.kind.name for part in (first, second) if part.kind not in (BEAM, NODE, PANEL)]
     if own:
         return f"change the origins, the axes or the size of each {own[0]}"
-    return CURE_FAR if vertices.of(first).isdisjoint(vertices.of(second)) else CURE_NEAR
+    are_distant = vertices.of(first).isdisjoint(vertices.of(second))
+    return CURE_OF_DISTANT_PARTS if are_distant else CURE_OF_NEIGHBOURS
 
 
-CURE_NEAR = "widen clearance, seat or joint, or leave one of them out with --skip-unbuildable"
-CURE_FAR = (
-    "they share no corner of the mesh, which runs through itself or folds back there: move it apart, or leave one of "
-    "them out with --skip-unbuildable"
+CURE_OF_NEIGHBOURS = (
+    "increase the clearance, the seat or the joint, or leave one of the parts out with --skip-unbuildable"
+)
+CURE_OF_DISTANT_PARTS = (
+    "they share no vertex of the mesh, which intersects itself or folds back there: separate the mesh there, or leave "
+    "one of the parts out with --skip-unbuildable"
 )

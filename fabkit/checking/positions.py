@@ -1,4 +1,4 @@
-"""The parts of all kinds, counted through."""
+"""Positions: the parts of all kinds numbered consecutively."""
 
 from __future__ import annotations
 

@@ -44,7 +44,8 @@ __all__ = ["app"]
 
 app = typer.Typer(
     cls=Commands,
-    help="From a freeform mesh with planar faces to what a workshop needs: torsion-free beams, nodes and panels as "
+    help="From a freeform mesh with planar faces to the documents of a workshop: torsion-free beams, nodes and "
+    "panels as "
     "STEP, DXF, cut lists and a report.",
     no_args_is_help=True,
     add_completion=False,
@@ -87,9 +88,10 @@ def build_command(
         bool, typer.Option("--force", help="Replace an earlier result in the folder.", rich_help_panel=RUN)
     ] = False,
 ) -> None:
-    """Make parts and documents from a mesh.
+    """Make parts and shop documents from a mesh.
 
-    Faces may have any number of corners; they are made planar if they are not. The folder appears whole or not at all.
+    Faces may have any number of corners; they are made planar if they are not. The folder appears complete or not at
+    all.
     """
     with exit_on_error():
         from fabkit.commands.printing import build_and_print
@@ -151,12 +153,13 @@ def inspect_command(
     picture: Annotated[
         Path | None,
         typer.Option(
-            help="PNG to draw: curvatures, planarity, beam heights and lean of the node axes.", rich_help_panel=RUN
+            help="PNG file to write, with curvatures, planarity, beam heights and lean of the node axes.",
+            rich_help_panel=RUN,
         ),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing picture.", rich_help_panel=RUN)] = False,
 ) -> None:
-    """Print what a mesh is fit for, by the rules of a build.
+    """Print the properties of a mesh and whether a build would succeed.
 
     With a unit, a mean edge or a project file the whole build is tried, except for writing; without, only what does not
     depend on size is judged. The exit code is 0 where a build would succeed, and 1 where it would be refused.

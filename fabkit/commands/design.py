@@ -36,14 +36,16 @@ Span = Annotated[
 Rise = Annotated[
     float | None,
     typer.Option(
-        help="Height in mm from the lowest to the highest vertex, met by --coverage of a dome; needs --span.",
+        help="Height in mm from the lowest to the highest vertex; it determines --coverage of a dome, and needs "
+        "--span.",
         rich_help_panel=SIZE,
     ),
 ]
 EnneperRise = Annotated[
     float | None,
     typer.Option(
-        help="Height in mm from the lowest to the highest vertex, met by --turn of Enneper's surface; needs --span.",
+        help="Height in mm from the lowest to the highest vertex; it determines --turn of Enneper's surface, "
+        "and needs --span.",
         rich_help_panel=SIZE,
     ),
 ]
@@ -54,21 +56,24 @@ Force = Annotated[bool, typer.Option("--force", help="Replace an earlier result 
 def koebe_command(
     context: typer.Context,
     out: Out,
-    tiles: Annotated[Tiles, typer.Option(help="Faces of a patch.")] = Tiles.QUADS,
+    tiles: Annotated[Tiles, typer.Option(help="Shape of the faces of a patch.")] = Tiles.QUADS,
     count: Annotated[int, typer.Option(help="Faces along a side of the patch.")] = 12,
     combinatorics: Annotated[
-        Path | None, typer.Option(help="Instead of a patch: mesh file, of which only the faces count, open or closed.")
+        Path | None,
+        typer.Option(
+            help="Instead of a patch: mesh file, open or closed, of which only the faces are used, not the positions."
+        ),
     ] = None,
-    dual: Annotated[bool, typer.Option("--dual", help="Take the dual: faces for vertices.")] = False,
+    dual: Annotated[bool, typer.Option("--dual", help="Take the dual mesh, with a face for each vertex.")] = False,
     coverage: Annotated[
         float | None,
         typer.Option(
-            help="Share of the sphere that an open S covers; a larger one bends more. "
+            help="Share of the sphere that an open S covers; with a larger share the mesh bends more. "
             "Default: 0.4, saddle of pentagons: 0.2."
         ),
     ] = None,
     bend: Annotated[
-        Bend, typer.Option(help="dome: convex; saddle: edges reversed across a direction; sphere: S itself.")
+        Bend, typer.Option(help="dome: convex; saddle: edges across a direction are reversed; sphere: S itself.")
     ] = Bend.DOME,
     direction: Annotated[float, typer.Option(help="Direction of a saddle, in degrees from the x axis.")] = 45.0,
     span: Span = None,
@@ -76,7 +81,7 @@ def koebe_command(
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
-    """The fairest mesh parallel to a Koebe polyhedron of quads, hexagons, pentagons or faces that you give."""
+    """The fairest mesh parallel to a Koebe polyhedron, of quads, hexagons, pentagons or the faces of a given mesh."""
     with exit_on_error():
         from fabkit.commands.printing import write_and_print
         from fabkit.designs import COVERAGE_RANGE, koebe_design, with_rise
@@ -112,13 +117,15 @@ def minimal_command(
     context: typer.Context,
     out: Out,
     shape: Annotated[MinimalShape, typer.Option(help="The minimal surface.")] = MinimalShape.CATENOID,
-    faces: Annotated[Faces, typer.Option(help="Faces of a catenoid.")] = Faces.QUADS,
+    faces: Annotated[Faces, typer.Option(help="Shape of the faces of a catenoid.")] = Faces.QUADS,
     count: Annotated[int, typer.Option(help="Faces around a catenoid, or along a side of Enneper's surface.")] = 24,
-    turn: Annotated[float, typer.Option(help="Degrees by which normals turn from the middle to the rim.")] = 60.0,
+    turn: Annotated[
+        float, typer.Option(help="Angle in degrees between the normals in the middle and at the rim.")
+    ] = 60.0,
     gauss_image: Annotated[
         Path | None,
         typer.Option(
-            help="Instead of a shape: mesh file of a Koebe polyhedron with boundary to be the Gauss image of."
+            help="Instead of a shape: mesh file of a Koebe polyhedron with boundary, taken as the Gauss image."
         ),
     ] = None,
     span: Span = None,
@@ -126,7 +133,7 @@ def minimal_command(
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
-    """A mesh of mean curvature zero: catenoid, surface of Enneper, or with a Gauss image that you give."""
+    """A mesh of mean curvature zero: catenoid, surface of Enneper, or with a given Gauss image."""
     with exit_on_error():
         from fabkit.commands.printing import write_and_print
         from fabkit.designs import TURN_RANGE_DEG, minimal_design, with_rise
@@ -153,12 +160,13 @@ def cmc_command(
     context: typer.Context,
     out: Out,
     faces: Annotated[
-        Faces, typer.Option(help="Faces around the axis. Hexagons make one bulge; they cannot fold.")
+        Faces, typer.Option(help="Shape of the faces. Hexagons give a single bulge, without inflections.")
     ] = Faces.QUADS,
-    count: Annotated[int, typer.Option(help="Faces around the axis.")] = 24,
+    count: Annotated[int, typer.Option(help="Number of faces around the axis.")] = 24,
     rows: Annotated[int, typer.Option(help="Rows of faces from one inflection to the next.")] = 6,
     folds: Annotated[
-        int | None, typer.Option(help="Inflections between bulges and necks. Default: 2 of quads, 0 of hexagons.")
+        int | None,
+        typer.Option(help="Number of inflections between bulges and necks. Default: 2 for quads, 0 for hexagons."),
     ] = None,
     bulge: Annotated[
         float | None,
@@ -169,9 +177,11 @@ def cmc_command(
     ] = None,
     start: Annotated[
         Path | None,
-        typer.Option(help="Instead of these: mesh file of an M to stay near to.", rich_help_panel=NEAR),
+        typer.Option(help="Instead of these: mesh file of a mesh M near which the result stays.", rich_help_panel=NEAR),
     ] = None,
-    gauss_image: Annotated[Path | None, typer.Option(help="The S of that M.", rich_help_panel=NEAR)] = None,
+    gauss_image: Annotated[
+        Path | None, typer.Option(help="Mesh file of the Gauss image S of that M.", rich_help_panel=NEAR)
+    ] = None,
     mean: Annotated[
         float | None,
         typer.Option(help="Mean curvature, negative for a dome. Default: the median of M.", rich_help_panel=NEAR),
@@ -180,7 +190,7 @@ def cmc_command(
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
-    """A mesh of constant mean curvature: bulges and necks about an axis as soap films have them, or near to a mesh."""
+    """A mesh of constant mean curvature: bulges and necks about an axis, like soap films, or near a given mesh."""
     with exit_on_error():
         from fabkit.commands.printing import write_and_print
         from fabkit.designs import cmc_design, cmc_near_design
@@ -201,22 +211,24 @@ def cmc_command(
 def hexagons_command(
     surface: Annotated[Path, typer.Argument(metavar="SURFACE", help="Mesh file of a surface, finely meshed.")],
     out: Out,
-    count: Annotated[int, typer.Option(help="Hexagons across the normals of the surface.")] = 12,
+    count: Annotated[int, typer.Option(help="Number of hexagons across the Gauss image of the surface.")] = 12,
     curvature: Annotated[
         int,
         typer.Option(help="1: touch the surface only where it is convex or concave; -1: only where it is a saddle."),
     ] = 0,
     turn: Annotated[
         float | None,
-        typer.Option(help="Degrees by which the hexagons are turned. Default: the most buildable of 0, 15, 30 and 45."),
+        typer.Option(
+            help="Angle in degrees by which the hexagons are turned. Default: the most buildable of 0, 15, 30 and 45."
+        ),
     ] = None,
     flip: Annotated[
-        bool, typer.Option("--flip", help="Turn all faces of the surface over, so that the other side is outside.")
+        bool, typer.Option("--flip", help="Reverse all faces of the surface, so that the other side is outside.")
     ] = False,
     boost: Boosts = None,
     force: Force = False,
 ) -> None:
-    """Hexagons with beams of one height whose planes touch a surface."""
+    """A mesh of hexagons whose planes touch a surface, with beams of one height."""
     with exit_on_error():
         from fabkit.commands.printing import write_and_print
         from fabkit.designs import hexagons_design
@@ -230,7 +242,8 @@ def hexagons_command(
 def _check_rise(
     context: typer.Context, span: float | None, other: str | None, boost: list[str] | None, parameter: str
 ) -> None:
-    """Raise ProjectError where a rise has no span, and beside what changes it, what it sets, and other shapes."""
+    """Raise ProjectError where --rise is given without --span, for a shape without it, or with an option that changes
+    the rise or that it determines."""
     if boost:
         raise ProjectError("--boost changes the rise that --rise asks for: leave out one of the two")
     if span is None:

@@ -1,4 +1,4 @@
-"""Facts about a mesh, or a pair M and S, as read: name and sentence of each."""
+"""The facts that `fabkit inspect` prints about a mesh, or a pair M and S: a name and a sentence for each."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def as_read(file: MeshFile) -> Iterator[tuple[str, str]]:
     lengths = mesh.edge_lengths
     yield "vertices", f"{mesh.n_vertices}; edges {mesh.n_edges}; faces {mesh.n_faces}"
     yield "corners", _counts(c.face_sizes, "faces with {}")
-    yield "valences inside", _counts(c.vertex_degrees[c.is_used & ~c.is_boundary_vertex], "of {}")
-    yield "at the boundary", _counts(c.vertex_degrees[c.is_boundary_vertex], "of {}")
+    yield "inner valences", _counts(c.vertex_degrees[c.is_used & ~c.is_boundary_vertex], "vertices of valence {}")
+    yield "at the boundary", _counts(c.vertex_degrees[c.is_boundary_vertex], "vertices of valence {}")
     yield "boundaries", _boundaries(mesh)
     yield "edge lengths", f"{lengths.min():.4g} to {lengths.max():.4g}, mean {lengths.mean():.4g}"
     for note in file.mended:
@@ -77,34 +77,36 @@ def moves(before: Mesh, after: Mesh) -> str | None:
 
 
 def offset_kinds(mesh: Mesh) -> Iterator[tuple[str, str]]:
-    """Which offsets at exactly constant distance the planar mesh has [Pottmann2007, Prop. 2], judged by the nearest S:
-    circular faces give a vertex offset to quads alone, and three planes at each vertex always give a face offset."""
-    off = offset_deviations(mesh)
-    yield "vertex offset", _offset(off["vertex"], "constant distance between vertices")
-    yield "edge offset", _offset(off["edge"], "beams of constant height")
-    yield "face offset", _offset(off["face"], "constant distance between faces")
+    """The offsets at exactly constant distance that the planar mesh has [Pottmann2007, Prop. 2], found from the nearest
+    S. Circular faces give a vertex offset to quad meshes alone; a mesh with three faces at each vertex always has a
+    face offset."""
+    deviations = offset_deviations(mesh)
+    yield "vertex offset", _offset(deviations["vertex"], "constant distance between vertices")
+    yield "edge offset", _offset(deviations["edge"], "beams of constant height")
+    yield "face offset", _offset(deviations["face"], "constant distance between faces")
     yield "circular", _verdict(circularity(mesh), "of the edge length")
     yield "conical", _verdict(conicality(mesh), "radians")
 
 
 def _offset(deviation: float, offers: str) -> str:
     if deviation > NEAR_PROPERTY_TOLERANCE:
-        return f"no: not {offers}"
+        return f"no {offers}"
     answer = "yes" if deviation <= EXACT_OFFSET_TOLERANCE else "nearly"
-    return f"{answer}: {offers}, to {deviation:.1e} of it at most"
+    return f"{answer}: {offers}, with a largest relative deviation of {deviation:.1e}"
 
 
 def _verdict(deviations: FloatArray, unit: str) -> str:
-    asked = deviations[~np.isnan(deviations)]
-    if not len(asked):
-        return "nothing is asked of this mesh"
-    worst, median = float(asked.max()), float(np.median(asked))
+    known = deviations[~np.isnan(deviations)]
+    if not len(known):
+        return "satisfied without conditions"
+    worst, median = float(known.max()), float(np.median(known))
     answer = "yes" if worst <= EXACT_PROPERTY_TOLERANCE else "nearly" if worst <= NEAR_PROPERTY_TOLERANCE else "no"
-    return f"{answer}: off by {median:.1e} {unit} in the median, {worst:.1e} at most"
+    return f"{answer}: median deviation {median:.1e} {unit}, largest {worst:.1e}"
 
 
 def findings_facts(findings: Iterable[Finding], *, may_accept: bool = True) -> Iterator[tuple[str, str]]:
-    """Notes and what is accepted, then what is refused, with its cure, and with --accept where the command has it."""
+    """Notes and accepted findings, then refused ones with their cures, and with --accept if the command has that
+    option."""
     findings = tuple(findings)
     for finding in findings:
         if finding.level != "refused":
@@ -118,8 +120,8 @@ def beam_heights(heights: FloatArray) -> str:
     low, early, middle, late, high = np.percentile(heights, [0, 5, 50, 95, 100])
     within: BoolArray = np.abs(heights - 1) <= 0.02
     return (
-        f"{low:.3f} to {high:.3f} of the nominal height, median {middle:.3f}, 90 % within {early:.3f} to {late:.3f}; "
-        f"{within.mean():.0%} of the beams are within 2 %"
+        f"{low:.3f} to {high:.3f} times the nominal height, median {middle:.3f}, 90 % from {early:.3f} to "
+        f"{late:.3f}; {within.mean():.0%} of the beams are within 2 % of it"
     )
 
 
@@ -140,15 +142,15 @@ def optimising(image: OptimisedGaussImage, length_mm: float) -> str:
 
 
 def pair_fit(mesh: Mesh, gauss_image: Mesh) -> Iterator[tuple[str, str]]:
-    """How a mesh and a Gauss image fit, whatever a build would accept."""
-    sideways = parallelity(mesh, gauss_image)
-    worst = mesh.combinatorics.edge_name(int(sideways.argmax()))
-    yield "parallel", f"to {sideways.max():.1e} of the unit sphere's radius, at {worst}, counted from 0"
+    """How well a mesh and a Gauss image fit each other, also where a build would refuse them."""
+    deviations = parallelity(mesh, gauss_image)
+    worst = mesh.combinatorics.edge_name(int(deviations.argmax()))
+    yield "parallel", f"to {deviations.max():.1e} of the unit sphere's radius, at {worst}, counted from 0"
     try:
         pair = nearest_parallel_pair(mesh, gauss_image)
         structure = SupportStructure(pair, 1.0)  # no node axis lies in an edge
     except GeometryError:
-        return  # a build fails by the same reason, which is reported
+        return  # a build fails for the same reason, which is reported
     yield "made exact", _pair_moves(*pair.moves_from(mesh, gauss_image))
     yield from _distances(pair)
     yield "reversed", _reversed(pair)
@@ -169,7 +171,7 @@ def _pair_moves(of_mesh: FloatArray, of_gauss_image: FloatArray) -> str:
 
 
 def _distances(pair: Pair) -> Iterator[tuple[str, str]]:
-    """Of S from the origin: what is constant is an offset [Pottmann2007, Prop. 2]."""
+    """Distances of S from the origin; each kind that is constant gives an exact offset [Pottmann2007, Prop. 2]."""
     for name, offers, distances in (
         ("vertices of S", "a vertex offset", pair.vertex_distances),
         ("edges of S", "an edge offset: beams of one height", pair.edge_distances),
@@ -186,9 +188,9 @@ def _distances(pair: Pair) -> Iterator[tuple[str, str]]:
 def _reversed(pair: Pair) -> str:
     mesh = pair.mesh
     return (
-        f"{pair.reversed_edges.sum()} of {mesh.n_edges} edges run against those of S; around "
-        f"{len(pair.mixed_vertices)} of {mesh.n_vertices} vertices some do and some do not, as on a saddle: beams end "
-        "at two levels there"
+        f"{pair.reversed_edges.sum()} of {mesh.n_edges} edges run against those of S; at "
+        f"{len(pair.mixed_vertices)} of {mesh.n_vertices} vertices only some of the edges do, as on a saddle: beams "
+        "end at two levels there"
     )
 
 
@@ -196,8 +198,8 @@ def _alignment(structure: SupportStructure) -> str:
     """The misalignment of tops and bottoms of beams of one height at the node axes."""
     found = axis_misalignments(ends_of_all(structure), (0.0, 1.0), structure.mesh.n_vertices)
     return (
-        f"misalignment of tops and bottoms of beams at the node axes: median {np.nanmedian(found):.1e}, largest "
-        f"{np.nanmax(found):.1e} of the beam height"
+        f"misalignment of tops and bottoms of beams at the node axes: median {np.nanmedian(found):.1e} of the beam "
+        f"height, largest {np.nanmax(found):.1e}"
     )
 
 

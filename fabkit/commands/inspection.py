@@ -37,7 +37,7 @@ from geometry.mesh import Mesh
 __all__ = ["UNSIZED", "Inspection", "inspect_mesh", "inspect_pair", "inspect_project"]
 
 UNSIZED: dict[str, Any] = {"mean_edge_mm": 1000.0}
-"""To what a mesh without size is scaled: what is judged of it then depends on no size."""
+"""Settings for a mesh without a size: only properties that are independent of size are then judged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +46,9 @@ class Inspection:
 
     gauss_image: as given, None where it is computed. moved: what making faces planar took, None for nothing. planar:
     the mesh after that; structure: it and its Gauss image; None where that failed. optimised: what optimising both
-    changed, where the project asks for it. findings: what is unusual, noted, accepted or refused. trouble: why nothing
-    can be built, a sentence each. is_sized: whether parts were made, or only what depends on no size was judged.
+    changed, where the project requests it. findings: unusual properties, noted, accepted or refused. trouble: sentences
+    on why nothing can be built. is_sized: whether parts were made; if not, only properties that are independent of size
+    were judged.
     """
 
     file: MeshFile
@@ -66,7 +67,7 @@ class Inspection:
         return bool(self.trouble) or any(finding.level == "refused" for finding in self.findings)
 
     def facts(self) -> Iterator[tuple[str, str]]:
-        """Name and sentence of each fact, in the order in which one wants to read them."""
+        """Name and sentence of each fact, in the order in which they are printed."""
         yield from as_read(self.file)
         if self.gauss_image is not None:
             yield from pair_fit(self.file.mesh, self.gauss_image)
@@ -91,26 +92,28 @@ class Inspection:
     def _verdict(self) -> str:
         if self.is_unfit:
             return "unfit: a build would be refused"
-        so_far = "" if self.is_sized else ", as far as it depends on no size"
-        return f"fit to build{so_far}; {'what is unusual is reported above' if self.findings else 'nothing is unusual'}"
+        so_far = "" if self.is_sized else ", as far as can be judged without sizes"
+        remark = "unusual properties are listed above" if self.findings else "nothing is unusual"
+        return f"fit to build{so_far}; {remark}"
 
 
 def inspect_mesh(path: Path) -> Inspection:
-    """Read a mesh and judge all that depends on no size; see `inspect_project`."""
+    """Read a mesh and judge the properties that are independent of size; see `inspect_project`."""
     return inspect_project(Project(mesh=path, **UNSIZED), is_sized=False)
 
 
 def inspect_pair(mesh: Path, gauss_image: Path) -> Inspection:
-    """The same of a mesh and its Gauss image, and how the two fit."""
+    """As `inspect_mesh`, of a mesh and its Gauss image, and how well the two fit."""
     return inspect_project(Project(mesh=mesh, gauss_image=GaussImageRules(file=gauss_image), **UNSIZED), is_sized=False)
 
 
 def inspect_project(project: Project, *, is_sized: bool = True) -> Inspection:
-    """Do all that a build would do, short of writing, and judge it by the same rules; what a build would refuse, and
-    the error where it fails, are part of the result.
+    """Do the steps of a build except for writing, and judge them by the same rules. Findings that a build would refuse,
+    and an error at which it would stop, are part of the result.
 
-    is_sized: whether the sizes in the project are meant; otherwise only what depends on none is judged. Raises
-    GeometryError where a file cannot be read or does not hold a usable mesh, or the faces of the two files differ.
+    is_sized: whether the sizes in the project are real; if not, only properties that are independent of size are
+    judged. Raises GeometryError where a file cannot be read or does not hold a usable mesh, or the faces of the two
+    files differ.
     """
     gauss_image = None
     if project.gauss_image.file is None:

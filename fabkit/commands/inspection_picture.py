@@ -1,4 +1,4 @@
-"""A picture of an inspection: curvatures, planarity, beam heights and lean as colours, a panel each."""
+"""A picture of an inspection with several panels: curvatures, planarity, beam heights and lean as colours."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ from geometry.pictures import default_view, plot
 __all__ = ["check_picture", "draw_inspection"]
 
 PANEL_SIZE = (5.6, 4.2)
-"""Width and height in inches of a panel with its bar, at most."""
+"""Largest width and height of a panel with its colour bar, in inches."""
 
 PANELS_IN_ROW = 3
-"""Panels side by side."""
+"""Number of panels side by side."""
 
 PIXELS_PER_INCH = 110
-"""Of the picture."""
+"""Resolution of the picture."""
 
 MM_PER_M = 1000.0
-"""Curvatures are listed per metre, or per mean edge length, which is 1000 mm where a mesh has no size."""
-
+"""Millimetres in a metre: curvatures are shown per metre, or per mean edge length, which is 1000 mm where a mesh has no
+size."""
 
 SHOWN_PERCENT = 98.0
-"""Percentile of the curvatures at which the colours end, and 100 minus it: a few faces bend far more than others."""
+"""Percentile of the curvatures at which the colours end; they begin at 100 minus it. A few faces bend far more than
+others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +56,7 @@ def check_picture(path: Path) -> None:
 
 
 def draw_inspection(found: Inspection, path: Path) -> None:
-    """Write a PNG with all that is known of the mesh, as far as the inspection came."""
+    """Write a PNG with all known quantities; the inspection may have stopped early."""
     from matplotlib.figure import Figure
 
     panels = list(_panels(found))

@@ -17,7 +17,7 @@ PLANARISING = "Planarising"
 
 
 class Kind(StrEnum):
-    """What is at constant distance from the mesh: edge lines, face planes or vertices."""
+    """The elements of the offset that have a constant distance from the mesh: edge lines, face planes or vertices."""
 
     EDGE = "edge"
     FACE = "face"
@@ -25,7 +25,7 @@ class Kind(StrEnum):
 
 
 class Curvature(StrEnum):
-    """Which curvature colours a mesh."""
+    """The curvature that is shown as colours."""
 
     MEAN = "mean"
     GAUSSIAN = "gaussian"
@@ -36,7 +36,7 @@ OutFile = Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="Mesh
 Fairness = Annotated[
     float | None,
     typer.Option(
-        help="Weight of the shape of the edges against closeness to the given vertices. Default: 0.3.",
+        help="Weight of smooth edge polylines, relative to closeness to the given vertices. Default: 0.3.",
         rich_help_panel=PLANARISING,
     ),
 ]
@@ -73,7 +73,9 @@ def offset_command(
     out: OutFile,
     kind: Annotated[
         Kind | None,
-        typer.Option(help="What has this distance everywhere. Default: what the mesh allows, else faces nearly."),
+        typer.Option(
+            help="What has exactly this distance. Default: what the mesh allows; if nothing, faces approximately."
+        ),
     ] = None,
     gauss_image: GaussImage = None,
     flip: Flip = False,
@@ -130,6 +132,6 @@ def _refuse_weights(context: typer.Context, gauss_image: Path | None) -> None:
 
 
 def _weights(fairness: float | None, keep_boundary: bool) -> dict[str, float | bool]:
-    """Those that were given."""
+    """The weights that were given."""
     weights: dict[str, float | bool] = {"keep_boundary": True} if keep_boundary else {}
     return weights if fairness is None else weights | {"fairness": fairness}

@@ -55,7 +55,9 @@ MeshPath = Annotated[
 ]
 Faces = Annotated[
     int | None,
-    typer.Option(help="About how many faces are laid on the surface in MESH.", rich_help_panel=SURFACE),
+    typer.Option(
+        help="Approximate number of faces of the mesh that is laid on the surface in MESH.", rich_help_panel=SURFACE
+    ),
 ]
 EdgeLength = Annotated[
     float | None, typer.Option(help="Instead of --faces: edge length of the quads, in mm.", rich_help_panel=SURFACE)
@@ -63,7 +65,9 @@ EdgeLength = Annotated[
 Lines = Annotated[
     str | None,
     typer.Option(
-        help="principal: along lines of curvature; conjugate: along the best of many networks. Default: principal.",
+        help="principal: along lines of principal curvature; conjugate: along the best of many conjugate "
+        "networks. Default: "
+        "principal.",
         rich_help_panel=SURFACE,
     ),
 ]
@@ -71,18 +75,20 @@ BoundaryLines = Annotated[
     str | None,
     typer.Option(
         "--boundary",
-        help="open: lines run out of it; aligned: it is a line; or open,aligned,... for each boundary loop, longest "
-        "first. Default: open.",
+        help="open: lines end at the boundary; aligned: the boundary is a line; or open,aligned,... for each boundary "
+        "loop, the longest first. Default: open.",
         rich_help_panel=SURFACE,
     ),
 ]
 Strokes = Annotated[
     Path | None,
-    typer.Option(help="OBJ or DXF file of polylines on the surface that lines follow.", rich_help_panel=SURFACE),
+    typer.Option(
+        help="OBJ or DXF file of polylines on the surface, which the lines of the mesh follow.", rich_help_panel=SURFACE
+    ),
 ]
 Smooth = Annotated[
     float | None,
-    typer.Option(help="Take waves shorter than this many mm out of the surface before.", rich_help_panel=SURFACE),
+    typer.Option(help="Smooth waves of the surface that are shorter than this many mm first.", rich_help_panel=SURFACE),
 ]
 GaussImage = Annotated[
     Path | None,
@@ -100,7 +106,7 @@ Unit = Annotated[str | None, typer.Option(help="Unit of the mesh file: mm, cm, m
 MeanEdge = Annotated[
     float | None, typer.Option(help="Instead of a unit: scale the mesh so that its mean edge has this many mm.")
 ]
-Flip = Annotated[bool, typer.Option("--flip", help="Turn all faces over, so that the other side is outside.")]
+Flip = Annotated[bool, typer.Option("--flip", help="Reverse all faces, so that the other side is outside.")]
 Beam = Annotated[
     str | None, typer.Option(metavar="WxH", help="Section of the beams. Default: 50x120.", rich_help_panel=SIZES)
 ]
@@ -112,7 +118,7 @@ Reference = Annotated[
 ]
 Clearance = Annotated[
     float | None,
-    typer.Option(help="Between beams at a node, in addition to what is needed. Default: 5.", rich_help_panel=SIZES),
+    typer.Option(help="Added to the minimum setback of the beams at a node. Default: 5.", rich_help_panel=SIZES),
 ]
 Thickness = Annotated[float | None, typer.Option(help="Thickness of the panels. Default: 10.", rich_help_panel=SIZES)]
 Joint = Annotated[
@@ -121,7 +127,8 @@ Joint = Annotated[
 Underside = Annotated[
     float | None,
     typer.Option(
-        help="Height of the panels above the mesh. Default: the least that clears beams and nodes, plus 5.",
+        help="Height of the panels' lower side above the mesh. Default: the minimum that clears beams and "
+        "nodes, plus 5.",
         rich_help_panel=SIZES,
     ),
 ]
@@ -130,15 +137,16 @@ Sheet = Annotated[
 ]
 NestMode = Annotated[
     str | None,
-    typer.Option(help="Lay panels on sheets: quick, best or off. Default: quick.", rich_help_panel=SHOP),
+    typer.Option(help="Nesting of panels on sheets: quick, best or off. Default: quick.", rich_help_panel=SHOP),
 ]
 NestSeconds = Annotated[
-    float | None, typer.Option(help="Time limit of the nesting mode best. Default: 60.", rich_help_panel=SHOP)
+    float | None, typer.Option(help="Time limit of --nest best, in s. Default: 60.", rich_help_panel=SHOP)
 ]
 EqualWithin = Annotated[
     float | None,
     typer.Option(
-        help="Parts that differ by less share a mark, and are misplaced by up to this tolerance; at most 1. "
+        help="Parts whose corners differ by at most this many mm share a mark, and may be misplaced by as much; "
+        "at most 1. "
         "Default: 1e-7.",
         rich_help_panel=SHOP,
     ),
@@ -147,7 +155,7 @@ Accept = Annotated[
     list[str] | None,
     typer.Option(
         metavar="NAME",
-        help="Accept what would be refused: moves, lean or self-intersection. May be repeated.",
+        help="Accept a finding that would be refused: moves, lean or self-intersection. May be repeated.",
         rich_help_panel=RUN,
     ),
 ]
@@ -155,7 +163,7 @@ SkipUnbuildable = Annotated[
     bool,
     typer.Option(
         "--skip-unbuildable",
-        help="Leave out what cannot be built, and show it in red, instead of stopping.",
+        help="Leave out parts that cannot be built, and show them in red, instead of stopping.",
         rich_help_panel=RUN,
     ),
 ]

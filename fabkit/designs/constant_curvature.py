@@ -34,15 +34,16 @@ __all__ = ["cmc_design", "cmc_near_design", "minimal_design"]
 
 
 EXACT_KOEBE_DEVIATION = 1e-10
-"""Distance of the edges of S from the unit sphere, beyond which the file is blamed where there is no dual."""
+"""Distance of the edges of S from the unit sphere, in radii, above which a missing dual is put down to the file."""
 
 
 LARGEST_BULGE_RADIUS = 1e6
-"""Radius of a bulge with mean curvature 1, beyond which squares of it leave nothing of 1."""
+"""Largest radius of a bulge with mean curvature 1: added to the square of a larger one, 1 loses most of its digits."""
 
 
 LARGEST_RELATIVE_CURVATURE = 1e3
-"""Mean curvature times mean edge length of a start, beyond which a sphere is a thousandth of an edge."""
+"""Largest mean curvature times mean edge length of a start, at which the radius of a sphere is a thousandth of an
+edge."""
 
 
 BAND_TILINGS = {Faces.QUADS: BandTiling.QUADS, Faces.HEXAGONS: BandTiling.POINTY_TOP_HEXAGONS}
@@ -85,7 +86,9 @@ def minimal_design(
         S = rotational_koebe(BAND_TILINGS[faces], count, rows)
         return EdgeOffsetDesign.of("minimal", minimal_of_revolution(S), settings)
     if faces is not Faces.QUADS:
-        raise ProjectError("the surface of Enneper is made of quads; leave out the hexagons, or take the catenoid")
+        raise ProjectError(
+            "the surface of Enneper is only made of quads; leave out --faces hexagons, or take the catenoid"
+        )
     check_count(max(count, 0) ** 2, MAX_FACES_IN_CLOSED_FORM)
     S = enneper_koebe(count, reach=float(np.tan(turn / 2)))
     return EdgeOffsetDesign.of("minimal", christoffel_dual(S), settings)
@@ -109,7 +112,7 @@ def _dual_of(given: Mesh, name: str) -> Pair:
 
 def _check_turn(turn_deg: float) -> None:
     if not 0 < turn_deg < 90:
-        raise ProjectError(f"the normals are to turn by {turn_deg:g} degrees: above 0 and below 90 is needed")
+        raise ProjectError(f"the normals are to turn by {turn_deg:g} degrees: above 0 and below 90 is needed (--turn)")
 
 
 def cmc_design(
@@ -139,14 +142,14 @@ def cmc_design(
         folds = 0 if faces is Faces.HEXAGONS else 2
     if folds > 0 and faces is Faces.HEXAGONS:
         raise ProjectError(
-            f"a band of hexagons cannot fold over itself, and {folds} folds are asked for: take quads, or no folds"
+            f"a band of hexagons cannot fold over itself, and {folds} folds were requested: take quads, or no folds"
         )
     check_count(max(count, 0) * max(rows, 0) * (max(folds, 0) + 1), MAX_FACES_IN_CLOSED_FORM)
     S = rotational_koebe(BAND_TILINGS[faces], count, rows, folds=folds)
     low, high = radii_at_inflections(S)
     if bulge is not None and bulge > LARGEST_BULGE_RADIUS:
         raise ProjectError(
-            f"a bulge of {bulge:g} is asked for, and at most {LARGEST_BULGE_RADIUS:g} is made; a sphere has 1"
+            f"a bulge of {bulge:g} was requested, and at most {LARGEST_BULGE_RADIUS:g} is possible; a sphere has 1"
         )
     if bulge is None:
         bulge = None if folds else (2 * high + low) / 2
@@ -161,11 +164,11 @@ def cmc_design(
 
 
 def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None) -> EdgeOffsetDesign:
-    """A mesh with the same mean curvature in every face near to a mesh that is there, such as one of `koebe_design`.
+    """A mesh with the same mean curvature in every face, near a given mesh, such as one of `koebe_design`.
 
-    start, gauss_image: files of M and S, a Koebe polyhedron, of the same faces. mean: H, one over the unit of M,
-    negative where M bulges as a sphere does; left out: the median over the faces of M, which leaves its size as it is.
-    It lies where M does; the origin of the design is that of M.
+    start, gauss_image: files of M and of S, a Koebe polyhedron, with the same faces. mean: H, in one over the unit of
+    M, negative where M is convex like a sphere; the default is the median over the faces of M, which preserves its
+    size. The result lies at the place of M; the origin of the design is that of M.
 
     Raises GeometryError where the pair does not fit together, and either error where there is no such mesh near.
 
@@ -182,21 +185,22 @@ def cmc_near_design(start: Path, gauss_image: Path, *, mean: float | None = None
     pair = nearest_parallel_pair(file.mesh, S, tolerance=KOEBE_TOLERANCE)
     median = float(np.median(face_curvatures(pair).mean))
     S = nearest_planar_mesh(S, tolerance=KOEBE_TOLERANCE)  # itself if it is planar, however coarse M is
-    wanted = median if mean is None else mean
-    most = LARGEST_RELATIVE_CURVATURE / pair.mesh.mean_edge_length
-    if np.isfinite(wanted) and abs(wanted) > most:
+    H = median if mean is None else mean
+    largest = LARGEST_RELATIVE_CURVATURE / pair.mesh.mean_edge_length
+    if np.isfinite(H) and abs(H) > largest:
         raise ProjectError(
-            f"a mean curvature of {wanted:g} is asked for, and of edges as long as those of {start.name} at most "
-            f"{most:g} is made: that of {start.name} is {median:g} in the median"
+            f"a mean curvature of {H:g} was requested, and with edges as long as those of {start.name} at most "
+            f"{largest:g} "
+            f"is possible: the median of {start.name} is {median:g}; take a smaller --mean"
         )
-    pair = _where(pair.mesh, constant_mean(S, wanted, pair.mesh))
-    settings = {"start": start.name, "gauss_image": gauss_image.name, "mean": wanted}
+    pair = _moved_to_start(pair.mesh, constant_mean(S, H, pair.mesh))
+    settings = {"start": start.name, "gauss_image": gauss_image.name, "mean": H}
     design = EdgeOffsetDesign.of("cmc", pair, settings)
     return replace(design, origin=file.origin, inputs={start: file.sha256, gauss_image: file.companion_sha256})
 
 
-def _where(start: Mesh, pair: Pair) -> Pair:
-    """With the mean of the vertices of M, in each piece, at that of the start."""
+def _moved_to_start(start: Mesh, pair: Pair) -> Pair:
+    """The pair with M moved, so that each connected piece has the same mean of its vertices as in the start."""
     mesh, c = pair.mesh, pair.mesh.combinatorics
     piece = np.zeros(c.n_vertices, dtype=np.int64)
     piece[c.corners] = c.face_components[c.corner_face]

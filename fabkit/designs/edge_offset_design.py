@@ -36,25 +36,28 @@ __all__ = [
 ]
 
 MAX_FACES_IN_CLOSED_FORM, MAX_FACES_SOLVED_FOR = 250_000, 20_000
-"""Most faces of designs in closed form, which take seconds, and of those that are solved for, which take minutes."""
+"""Largest number of faces of designs in closed form, which take seconds, and of designs by a solver, which take
+minutes."""
 
 LARGEST_PANEL_MM = (3000.0, 5700.0)
-"""Width and length of faces that leave panels for sheets of 3210 x 6000 mm."""
+"""Largest width and length of faces whose panels fit on sheets of 3210 x 6000 mm."""
 
 KOEBE_TOLERANCE = 1e-5
-"""How far the edges of S may be off the unit sphere, in its radius: what files with six digits leave of it."""
+"""Largest distance of the edges of S from the unit sphere, in radii: the accuracy of files with six digits."""
 
 LEAST_RELATIVE_EDGE_LENGTH = 1e-6
-"""Length of an edge over the mean, below which its direction is noise: solvers promise nine digits of the whole."""
+"""Length of an edge over the mean, below which its direction is noise: solvers are accurate to nine digits of the
+size."""
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeOffsetDesign:
-    """A pair with an S that points outwards. kind: which command made it; settings: by which numbers;
-    notes: what is to be known of it, a sentence each; has_unit: whether M has the size of something given; is_in_mm:
-    whether its unit is the millimetre. origin (3,):
-    what was taken out of a file that M lies near to, and is put back into its coordinates when it is written. inputs:
-    the files it was made from, with the sha256 of what was read.
+    """A pair with an S that points outwards.
+
+    kind: the command that made it; settings: its numbers; notes: sentences about it; has_unit: whether M has the unit
+    of a given file; is_in_mm: whether its unit is the millimetre. origin (3,): subtracted from the coordinates of a
+    given file near which M lies, and added again when M is written. inputs: the files from which it was made, with
+    their sha256.
 
     >>> from fabkit.designs import koebe_design
     >>> leaning = koebe_design(count=4).boosted([(0.3, 0.0, 0.0)])
@@ -73,7 +76,7 @@ class EdgeOffsetDesign:
 
     @classmethod
     def of(cls, kind: str, pair: Pair, settings: dict[str, Any]) -> EdgeOffsetDesign:
-        """With the faces of both turned to the side to which S points."""
+        """A design whose faces are oriented to the side to which S points."""
         return cls(kind, pair.outwards(), settings)
 
     @property
@@ -81,10 +84,11 @@ class EdgeOffsetDesign:
         return self.pair.mesh
 
     def boosted(self, velocities: Sequence[Sequence[float]]) -> EdgeOffsetDesign:
-        """After Laguerre boosts, one after the other: edge offset meshes stay so [Pottmann2007, 3.3, Prop. 4, Fig. 10].
+        """The design after Laguerre boosts, one after the other. Edge offset meshes are mapped to edge offset meshes
+        [Pottmann2007, 3.3, Prop. 4, Fig. 10].
 
-        Boosts are about zero, or about the mean of the vertices where M lies near to something given: boosts about a
-        point far away would move it and change the distance of its planes.
+        Boosts are about zero, or about the mean of the vertices where M lies near a given mesh: boosts about a distant
+        point would move M and change the distance of its planes.
 
         Raises GeometryError for a velocity of length 1 or more, and where a vertex of S goes to infinity.
         """
@@ -98,10 +102,10 @@ class EdgeOffsetDesign:
         return replace(self, pair=pair.translated(about).outwards(), settings=settings)
 
     def measures(self) -> dict[str, Any]:
-        """What makes it an edge offset mesh, in numbers. mean_curvature: of the faces, one over the unit of the mesh.
+        """The figures of an edge offset mesh. mean_curvature: of the faces, in one over the unit of the mesh.
 
-        Raises ProjectError where it is none, naming the worst edge of S, or the edge of M that has shrunk to a point;
-        GeometryError where a face has no area.
+        Raises ProjectError where it is not an edge offset mesh, naming the worst edge of S, or the edge of M that has
+        shrunk to a point; GeometryError where a face has no area.
         """
         pair, lengths = self.pair, self.mesh.edge_lengths
         check_lengths(self.mesh)
@@ -122,7 +126,7 @@ class EdgeOffsetDesign:
         }
 
     def proposed_mean_edge_mm(self) -> int:
-        """1500, or less where panels would not go on common sheets: `LARGEST_PANEL_MM`."""
+        """A mean edge length of 1500 mm, or less so that panels fit on common sheets: `LARGEST_PANEL_MM`."""
         largest = float((face_extents(self.mesh) / LARGEST_PANEL_MM).max())
         return max(1, min(1500, int(self.mesh.mean_edge_length / largest) // 50 * 50))
 
@@ -134,28 +138,28 @@ def check_lengths(mesh: Mesh) -> None:
     if not lengths[edge] >= LEAST_RELATIVE_EDGE_LENGTH:
         raise ProjectError(
             f"{mesh.combinatorics.edge_name(edge)} of the mesh has shrunk to {lengths[edge]:.1e} of the mean "
-            f"edge length (counted from 0), and at least {LEAST_RELATIVE_EDGE_LENGTH:.0e} is needed: there is no such "
-            "mesh with all these edges; ask for something nearer to what there is, or for other numbers"
+            f"edge length (counted from 0), and at least {LEAST_RELATIVE_EDGE_LENGTH:.0e} is needed: no such mesh has "
+            "all these edges; give a start nearer to such a mesh, or other numbers"
         )
 
 
 def check_count(n_faces: int, most: int) -> None:
-    """Raise ProjectError where so many faces are asked for that nobody would wait for them."""
+    """Raise ProjectError for a number of faces that would take too long."""
     if n_faces > most:
         raise ProjectError(
-            f"the number of faces that these counts ask for is {echo(n_faces)}, and at most {most} are made in one "
-            "design: take smaller counts"
+            f"these counts give {echo(n_faces)} faces, and at most {most} are made in one design: take smaller counts"
         )
 
 
 def check_touching(gauss_image: Mesh) -> None:
     """Raise ProjectError, naming the worst edge, where S is no Koebe polyhedron to `KOEBE_TOLERANCE`."""
-    off = np.abs(edge_distances(gauss_image) - 1)
-    edge = int(off.argmax())
-    if not off[edge] <= KOEBE_TOLERANCE:
+    deviations = np.abs(edge_distances(gauss_image) - 1)
+    edge = int(deviations.argmax())
+    if not deviations[edge] <= KOEBE_TOLERANCE:
         raise ProjectError(
-            f"{gauss_image.combinatorics.edge_name(edge)} of the Gauss image is off the unit sphere by {off[edge]:.1e} "
-            f"of its radius (counted from 0), allowed {KOEBE_TOLERANCE:.0e}, so beams on it have no common height: "
+            f"{gauss_image.combinatorics.edge_name(edge)} of the Gauss image is off the unit sphere by "
+            f"{deviations[edge]:.1e} "
+            f"of its radius (counted from 0), allowed {KOEBE_TOLERANCE:.0e}, so beams on it do not have one height: "
             "give a Koebe polyhedron, all of whose edges touch the sphere, such as an S.obj, with all its digits"
         )
 

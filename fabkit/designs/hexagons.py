@@ -21,21 +21,22 @@ from geometry.surface import Surface
 __all__ = ["hexagons_design"]
 
 COVERAGE_MARGIN = 1.3
-"""Share of the sphere that S covers at first over the share within the largest turn of the normals: a patch is not
-round."""
+"""Share of the sphere that S covers at first, over the share within the largest turn of the normals. It is more than 1,
+as a patch is not round."""
 
 LARGEST_NORMAL_TURN_DEG = 90.0
-"""Turn of the normals from their mean, beyond which a patch does not cover them all."""
+"""Largest turn of the normals from their mean, in degrees, that a patch can cover."""
 
 REPORTED_COVERINGS = 1.5
-"""How often the normals of a surface cover what touches it, from which on it is reported; on a smooth convex one it is
-once, and the rim and rough meshes add to it."""
+"""Average number of points of a surface with the same normal, above which it is reported. On a smooth convex surface it
+is 1, and the rim and rough meshes add to it."""
 
 LEAST_KEPT_SHARE = 0.5
-"""Least share of the touching faces to be kept; where fewer are, M jumps between places of the same normal."""
+"""Minimum share of the touching faces that are kept; where it is less, M jumps between places with the same normal."""
 
 TURNS_DEG = (0.0, 15.0, 30.0, 45.0)
-"""Turns of the hexagons about the mean normal, of which the most buildable is taken; 60 degrees is a symmetry."""
+"""Turns of the hexagons about the mean normal in degrees, of which the most buildable is taken; a turn of 60 degrees
+changes nothing."""
 
 
 def hexagons_design(
@@ -43,12 +44,13 @@ def hexagons_design(
 ) -> EdgeOffsetDesign:
     """A mesh of hexagons, parallel to a Koebe polyhedron S, whose face planes touch a surface.
 
-    surface: the file of a finely meshed surface. count: hexagons across the part of the sphere that its normals fill.
-    curvature: 1 or -1 for those parts of the surface only. turn_deg: by how much S is turned about the mean normal,
-    which on saddles decides how short the shortest edges are; the fittest of `TURNS_DEG` if left out.
-    flip: sees the surface from its other side. S ends where the surface has no more normals; faces that cross
-    themselves or others, fold over or are too narrow, as at the rim of saddles, are cut off both meshes. M is in the
-    unit of the surface, near zero; the origin of the design is that of the surface.
+    surface: the file of a finely meshed surface. count: number of hexagons across the part of the sphere that its
+    normals fill. curvature: 1 or -1 to touch only parts of the surface with positive or negative Gaussian curvature.
+    turn_deg: angle by which S is turned about the mean normal; on saddles it determines the length of the shortest
+    edges; the most buildable of `TURNS_DEG` by default. flip: exchanges the sides of the surface. S ends where the
+    surface has no more normals; faces that cross themselves or others, fold over or are too narrow, as at the rim of
+    saddles, are cut off both meshes. M is in the unit of the surface, near zero; the origin of the design is that of
+    the surface.
 
     Raises GeometryError where nothing can touch, for surfaces that are not usable and numbers out of range;
     ProjectError where less than `LEAST_KEPT_SHARE` of the faces is left.
@@ -96,9 +98,9 @@ def hexagons_design(
 def _check_numbers(count: int, turn_deg: float | None) -> None:
     check_count(max(count, 0) ** 2, MAX_FACES_SOLVED_FOR)
     if count < 2:
-        raise ProjectError(f"{count} hexagons across are asked for, at least 2 are needed")
+        raise ProjectError(f"{count} hexagons across were requested (--count), at least 2 are needed")
     if turn_deg is not None and not np.isfinite(turn_deg):
-        raise ProjectError(f"the hexagons are to be turned by {turn_deg} degrees: a finite number is needed")
+        raise ProjectError(f"the hexagons are to be turned by {turn_deg} degrees (--turn): a finite number is needed")
 
 
 def _notes(found: TangentMesh, kept: IntArray, surface: str, times: float) -> tuple[str, ...]:
@@ -115,18 +117,19 @@ def _check_enough(n_kept: int, n: int, surface: str, times: float) -> None:
     if n_kept < LEAST_KEPT_SHARE * n:
         raise ProjectError(
             f"only {n_kept} of {n} hexagons that touch {surface} can be built together, as others cross, fold over or "
-            f"are narrower than {LEAST_FACE_WIDTH:g} of the mean edge length; "
+            f"are narrower than {LEAST_FACE_WIDTH:g} times the mean edge length; "
             + (
                 _covered_often(surface, times)
                 if times > REPORTED_COVERINGS
-                else "turn them by other degrees, or take more of them"
+                else "turn them by another angle (--turn), or take more of them (--count)"
             )
         )
 
 
 def _covered_often(surface: str, times: float) -> str:
     return (
-        f"normals of {surface} occur {times:.1f} times on it on average, and the hexagon of a normal touches only one "
-        "of these places: cut it into parts that only bulge or only are saddles, where all normals differ, and cover "
-        "them one by one"
+        f"each normal of {surface} occurs {times:.1f} times on average, and the hexagon with this normal touches "
+        "only one "
+        "of these places: cut the surface into convex parts and saddles, in which all normals differ, and cover them "
+        "one by one"
     )

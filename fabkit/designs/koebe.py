@@ -23,19 +23,21 @@ from geometry.mesh.tilings import dual, hexagon_patch, pentagon_patch, quad_patc
 __all__ = ["koebe_design", "patch"]
 
 SOUTH_POLE = (0.0, 0.0, -1.0)
-"""Opposite the middle of an open polyhedron: directions on it are those of the plane seen from there."""
+"""The point of the sphere opposite the middle of an open polyhedron. Directions on the polyhedron are those of its
+stereographic projection from there."""
 
 DEFAULT_COVERAGE, PENTAGON_SADDLE_COVERAGE = 0.4, 0.2
-"""Share of the sphere that an open S covers by default; of saddles of pentagons, half as much: the more they
-bend, the wider the rim at which they cross themselves."""
+"""Default share of the sphere that an open S covers; for saddles of pentagons it is half as much, as with more bending
+they cross themselves in a wider part of their rim."""
 
 LARGEST_MINORITY_SHARE, MINORITY_LENGTH = 0.4, 1.5
-"""Of hexagons, one family of edges has the other sign, a third of all. They are to be the longer ones: of equal
-lengths the two zigzags of a hexagon would just touch, and mostly cross."""
+"""Largest share of edges that count as a minority of one sign, and their minimum length over that of the others. In
+saddles of hexagons a third of the edges are such a minority; with equal lengths, the two zigzags of a hexagon would
+touch or cross."""
 
 
 def patch(tiles: Tiles, count: int) -> Combinatorics:
-    """About as long as wide. Raises ProjectError for more faces than are made."""
+    """A patch that is about as long as wide. Raises ProjectError for too many faces."""
     check_count(max(count, 0) ** 2, MAX_FACES_SOLVED_FOR)
     if tiles is Tiles.QUADS:
         return quad_patch(count, count)
@@ -56,11 +58,12 @@ def koebe_design(
 ) -> EdgeOffsetDesign:
     """The fairest mesh parallel to a Koebe polyhedron S, with no edge shorter than 1.
 
-    tiles: faces of a patch of `count` by about as many; combinatorics: instead of these, the file of a mesh of which
-    only the faces count, open or closed; take_dual: or rather those of its dual. coverage: how much of the sphere an
-    open S covers, 0.4 if left out, of a saddle of pentagons 0.2; more bends M more. bend: a dome keeps the orientation
-    of all edges of S; a saddle reverses those across a direction, an angle from the x axis, and faces of it that cross
-    each other or become too narrow, as pentagons may do at the rim, are cut off; a sphere is S itself.
+    tiles: shape of the faces of a patch of about `count` by `count` faces; combinatorics: instead of a patch, the file
+    of an open or closed mesh, of which only the faces are used; take_dual: take the dual instead. coverage: share of
+    the sphere that an open S covers, by default 0.4, for a saddle of pentagons 0.2; with a larger one M bends more.
+    bend: a dome keeps the orientation of all edges of S; a saddle reverses those across `direction_deg`, an angle from
+    the x axis, and its faces that cross each other or are too narrow, as pentagons may be at the rim, are cut off; a
+    sphere is S itself.
 
     Raises GeometryError where no polyhedron has these combinatorics, where no mesh has these orientations, naming
     edges, and for numbers out of range.
@@ -73,7 +76,7 @@ def koebe_design(
     {1.0}
     """
     if not np.isfinite(direction_deg):
-        raise ProjectError(f"the direction is {direction_deg} degrees: a finite number is needed")
+        raise ProjectError(f"the direction is {direction_deg} degrees (--direction): a finite number is needed")
     settings: dict[str, Any] = {"tiles": str(tiles), "count": count}
     inputs: dict[Path, str] = {}
     if combinatorics is None:
@@ -88,9 +91,11 @@ def koebe_design(
     if take_dual:
         faces = dual(faces)
     is_open = bool(faces.is_boundary_edge.any())
-    is_delicate = bend is Bend.SADDLE and combinatorics is None and tiles is Tiles.PENTAGONS
+    is_pentagon_saddle = bend is Bend.SADDLE and combinatorics is None and tiles is Tiles.PENTAGONS
     share = (
-        (PENTAGON_SADDLE_COVERAGE if is_delicate else DEFAULT_COVERAGE) if coverage is None and is_open else coverage
+        (PENTAGON_SADDLE_COVERAGE if is_pentagon_saddle else DEFAULT_COVERAGE)
+        if coverage is None and is_open
+        else coverage
     )
     S = koebe(faces, coverage=share).mesh
     settings |= {"dual": take_dual, "coverage": share, "bend": str(bend), "direction_deg": direction_deg}
@@ -99,7 +104,7 @@ def koebe_design(
     kept = without_unbuildable_rim(pair.mesh) if bend is Bend.SADDLE else np.arange(n)
     design = EdgeOffsetDesign.of("koebe", pair.part(kept), settings)
     n_cut = n - len(kept)
-    note = f"{n_cut} of {n} faces at the rim were cut off, as some of them were too narrow, or crossed"
+    note = f"{n_cut} of {n} faces at the rim were cut off, as some of them were too narrow or crossed each other"
     return replace(design, notes=(note,) if n_cut else (), inputs=inputs)
 
 
@@ -115,7 +120,7 @@ def _bent(gauss_image: Mesh, bend: Bend, direction_deg: float, is_open: bool) ->
     angle = np.radians(direction_deg)
     signs = saddle_signs(gauss_image, [np.cos(angle), np.sin(angle), 0.0], pole=SOUTH_POLE)
     try:
-        return edge_offset_mesh(gauss_image, signs=signs, lengths=(_least_lengths(gauss_image, signs), np.inf))
+        return edge_offset_mesh(gauss_image, signs=signs, lengths=(_min_lengths(gauss_image, signs), np.inf))
     except GeometryError as error:
         raise ProjectError(
             f"no saddle reverses the edges across the direction of {direction_deg:g} degrees "
@@ -123,10 +128,10 @@ def _bent(gauss_image: Mesh, bend: Bend, direction_deg: float, is_open: bool) ->
         ) from error
 
 
-def _least_lengths(gauss_image: Mesh, signs: IntArray) -> FloatArray:
-    """(E,) 1, but `MINORITY_LENGTH` for edges of a sign that fewer than `LARGEST_MINORITY_SHARE` have; where none
-    is so rare, those of S."""
-    is_rare = signs == (1 if 2 * (signs > 0).sum() < len(signs) else -1)
-    if is_rare.mean() < LARGEST_MINORITY_SHARE:
-        return np.where(is_rare, MINORITY_LENGTH, 1.0)
+def _min_lengths(gauss_image: Mesh, signs: IntArray) -> FloatArray:
+    """(E,) minimum lengths: 1, but `MINORITY_LENGTH` for edges with a sign that fewer than `LARGEST_MINORITY_SHARE` of
+    all have. If no sign is so rare, the lengths of S over their mean."""
+    is_minority = signs == (1 if 2 * (signs > 0).sum() < len(signs) else -1)
+    if is_minority.mean() < LARGEST_MINORITY_SHARE:
+        return np.where(is_minority, MINORITY_LENGTH, 1.0)
     return gauss_image.edge_lengths / gauss_image.mean_edge_length

@@ -17,11 +17,11 @@ from geometry.mesh import Mesh
 __all__ = ["COVERAGE_RANGE", "TURN_RANGE_DEG", "with_rise", "with_span"]
 
 COVERAGE_RANGE = (1e-4, 0.95)
-"""Shares of the sphere that the S of a dome covers, between which its rise is sought: from nearly flat to where faces
-at the rim become very small."""
+"""Range of the share of the sphere that the S of a dome covers, in which its rise is searched: from nearly flat to
+where faces at the rim become very small."""
 
 TURN_RANGE_DEG = (0.1, 89.9)
-"""Turns of the normals of the surface of Enneper, between which its rise is sought."""
+"""Range of the turn of the normals of the surface of Enneper, in degrees, in which its rise is searched."""
 
 RISE_TOLERANCE = 1e-9
 """Tolerance of the coverage or turn, relative to its value, at which the search for a rise ends."""
@@ -46,10 +46,11 @@ def with_span(design: EdgeOffsetDesign, span_mm: float) -> EdgeOffsetDesign:
 def with_rise(
     designed: Callable[[float], EdgeOffsetDesign], bounds: tuple[float, float], *, span_mm: float, rise_mm: float
 ) -> EdgeOffsetDesign:
-    """The design of the parameter, between the bounds, with which M has this rise when it is scaled to the span.
+    """A design of the given span and rise, in mm, for which a parameter is searched between the bounds.
 
-    designed: the design of a parameter, whose rise grows with it. Raises ProjectError for lengths that are not
-    positive, and for a rise that is not reached between the bounds, with the rises that are.
+    designed: a function from the parameter to a design, whose rise over span grows with the parameter. Raises
+    ProjectError for lengths that are not positive, and for a rise that is not reached between the bounds; it gives the
+    rises that are possible.
 
     >>> from fabkit.designs import minimal_design
     >>> from fabkit.families import MinimalShape
@@ -62,13 +63,13 @@ def with_rise(
     _check_length("span", span_mm)
     _check_length("rise", rise_mm)
     low, high = (_slenderness(designed(bound).mesh) for bound in bounds)
-    wanted = rise_mm / span_mm
-    if not low < wanted < high:
+    rise_over_span = rise_mm / span_mm
+    if not low < rise_over_span < high:
         raise ProjectError(
-            f"a rise of {rise_mm:g} mm over a span of {span_mm:g} mm is asked for, and with these faces it can be "
+            f"a rise of {rise_mm:g} mm over a span of {span_mm:g} mm was requested, and with these faces it can be "
             f"between {low * span_mm:.4g} and {high * span_mm:.4g} mm: choose another rise or span"
         )
-    parameter = brentq(lambda value: _slenderness(designed(value).mesh) - wanted, *bounds, rtol=RISE_TOLERANCE)
+    parameter = brentq(lambda value: _slenderness(designed(value).mesh) - rise_over_span, *bounds, rtol=RISE_TOLERANCE)
     design = with_span(designed(parameter), span_mm)
     return replace(design, settings=design.settings | {"rise_mm": rise_mm})
 

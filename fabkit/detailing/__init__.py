@@ -1,4 +1,4 @@
-"""Decisions: from a support structure to an assembly, by the rules of the shop, and the check that all of it fits."""
+"""Detailing: from a support structure to an assembly by the rules of the shop, with a check that all parts fit."""
 
 from fabkit.detailing.assembling import Detailed, detail
 from fabkit.detailing.ends import Ends, beam_ends

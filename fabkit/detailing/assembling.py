@@ -25,13 +25,15 @@ from geometry.gauss import SupportStructure
 __all__ = ["Detailed", "detail"]
 
 MAX_FULL_REASONS = 3
-"""Largest number of unbuildable parts that have a sentence of their own in an error; the others are only named."""
+"""Largest number of unbuildable parts that an error describes with a sentence each; the others are only named."""
 
 
 @dataclass(frozen=True, eq=False)
 class Detailed:
-    """The assembly, and what decided the level of its panels. underside_mm: of the panels' lower sides above the mesh.
-    needed_mm (N,): how far the block at each vertex stands above the highest face it reaches under, 0 without one.
+    """The assembly, and what determines the level of its panels.
+
+    underside_mm: height of the panels' lower sides above the mesh; underside_reason: what determines it, in words.
+    needed_mm (N,): height of the block at each vertex above the faces whose panels lie over it, 0 without a block.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -53,8 +55,8 @@ def detail(
 ) -> Detailed:
     """Make the parts and check that they fit.
 
-    structure: in millimetres. Raises DetailingError naming all parts that cannot be built or do not fit; with
-    skip_unbuildable they are left out instead, the rest is made without them, and the assembly says so.
+    structure: in millimetres. Raises DetailingError naming all parts that cannot be built or do not fit. With
+    skip_unbuildable they are left out instead, and the assembly lists them in `left_out`.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -76,7 +78,7 @@ def detail(
 
 @dataclass
 class _Plan:
-    """Which beams and panels are to be made; shrinks when something cannot be built and may be left out."""
+    """The beams (E,) and panels (F,) to be made; those that cannot be built are removed, if they may be left out."""
 
     structure: SupportStructure
     rules: DetailingRules
@@ -101,19 +103,19 @@ class _Plan:
             make_nodes(self.structure, ends, nodes, with_beams, self._material("nodes")),
             make_panels(self.structure, panels, faces, self.rules.panels, self._material("panels")),
         )
-        assembly = Assembly(name, groups, tuple(self.left_out) + self._bare_nodes(ends))
-        asked = np.zeros(self.structure.mesh.n_vertices)
-        np.maximum.at(asked, self.structure.mesh.combinatorics.corners, heights)
-        return Detailed(assembly, panels.underside, asked, self._underside_reason(heights, asked, panels.underside))
+        assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
+        needed = np.zeros(self.structure.mesh.n_vertices)
+        np.maximum.at(needed, self.structure.mesh.combinatorics.corners, heights)
+        return Detailed(assembly, panels.underside, needed, self._underside_reason(heights, needed, panels.underside))
 
     # --- beams and nodes
 
     def _fit_beams(self) -> tuple[Ends, BeamShapes]:
-        least = self.rules.beams.least_length_mm
+        min_length = self.rules.beams.least_length_mm
         while True:
             ends = beam_ends(self.structure, self.beams, self.rules)
             shapes = beam_shapes(self.structure, ends, self.rules.beams)
-            short = np.flatnonzero(self.beams & ~(shapes.short_point >= least))
+            short = np.flatnonzero(self.beams & ~(shapes.short_point >= min_length))
             if not len(short):
                 return ends, shapes
             reasons = {int(edge): self._too_short(int(edge), ends, shapes) for edge in short}
@@ -123,8 +125,8 @@ class _Plan:
         i, j = self.structure.mesh.combinatorics.edges[edge].tolist()
         setbacks = ends.setback[2 * edge : 2 * edge + 2]
         worst = 2 * edge + int(setbacks.argmax())
-        before = int(np.flatnonzero(ends.following == worst)[0])
-        angle = np.degrees(np.nanmin(ends.gap[[worst, before]]))
+        preceding = int(np.flatnonzero(ends.following == worst)[0])
+        angle = np.degrees(np.nanmin(ends.gap[[worst, preceding]]))
         return (
             f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
             f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
@@ -133,21 +135,22 @@ class _Plan:
             f"{angle:.1f} degrees apart; counted from 0)"
         )
 
-    def _bare_nodes(self, ends: Ends) -> tuple[LeftOut, ...]:
-        bare = np.flatnonzero((np.diff(ends.ring_starts) == 0) & self.structure.mesh.combinatorics.is_used)
+    def _nodes_without_beams(self, ends: Ends) -> tuple[LeftOut, ...]:
+        without_beams = np.flatnonzero((np.diff(ends.ring_starts) == 0) & self.structure.mesh.combinatorics.is_used)
         return tuple(
-            LeftOut("node", vertex, f"the node at vertex {vertex} (counted from 0) has no beams left to join")
-            for vertex in bare.tolist()
+            LeftOut("node", vertex, f"all beams of the node at vertex {vertex} (counted from 0) are left out")
+            for vertex in without_beams.tolist()
         )
 
     # --- panels
 
     def _fit_panels(self, ends: Ends, nodes: NodeShapes) -> tuple[FloatArray, PanelShapes]:
-        """Heights of what stands under the corners of the panels that are made, and their shapes at the level above."""
+        """(C,) heights of the blocks under the corners of the panels that are made, and the shapes of the panels
+        above."""
         rules = self.rules.panels
-        standing = heights_under_panels(self.structure, ends, self.beams, nodes)
+        block_heights = heights_under_panels(self.structure, ends, self.beams, nodes)
         while True:
-            heights = np.where(self.panels[self.structure.mesh.combinatorics.corner_face], standing, 0.0)
+            heights = np.where(self.panels[self.structure.mesh.combinatorics.corner_face], block_heights, 0.0)
             level = (
                 rules.underside_mm if rules.underside_mm is not None else max(0.0, float(heights.max())) + rules.seat_mm
             )
@@ -168,16 +171,16 @@ class _Plan:
             f"{rules.least_edge_mm:g} mm are needed (faces counted from 0)"
         )
 
-    def _underside_reason(self, heights: FloatArray, asked: FloatArray, level: float) -> str:
+    def _underside_reason(self, heights: FloatArray, needed: FloatArray, level: float) -> str:
         if self.rules.panels.underside_mm is not None:
             return f"given as {level:g} mm"
         corner = int(heights.argmax())
         if heights[corner] <= 0.0:
-            return "nothing stands above the mesh under the panels"
+            return "no node block stands above the mesh under the panels"
         c = self.structure.mesh.combinatorics
         return (
             f"the node block at vertex {c.corners[corner]} stands {heights[corner]:.1f} mm above face "
-            f"{c.corner_face[corner]} (counted from 0); the median node asks for {np.median(asked[c.is_used]):.1f} mm"
+            f"{c.corner_face[corner]} (counted from 0); the median node needs {np.median(needed[c.is_used]):.1f} mm"
         )
 
     # --- what cannot be made
@@ -185,13 +188,19 @@ class _Plan:
     def panels_crossing_support_planes(self, assembly: Assembly) -> tuple[Violation, ...]:
         panels = assembly.of(PANEL)
         faces = panels.elements[panels_crossing_support_planes(self.structure, panels)]
-        cure = "the outline crosses the support planes of its face: change the mesh there, or lower the panels"
+        cure = "change the mesh there, or lower the panels"
         return tuple(
-            Violation(f"the panel on face {face} leaves its cell", cure, (("panel", face),)) for face in faces.tolist()
+            Violation(
+                f"the outline of the panel on face {face} crosses the support planes of the face",
+                cure,
+                (("panel", face),),
+            )
+            for face in faces.tolist()
         )
 
     def leave_out_violating(self, found: tuple[Violation, ...]) -> None:
-        """Leave out the panels of each violation, or its beams where no panel is concerned; or raise."""
+        """Leave out the panels of each violation, or its beams if it concerns no panel. Raises DetailingError if
+        nothing may be left out."""
         beams: dict[int, str] = {}
         panels: dict[int, str] = {}
         for violation in found:
@@ -213,8 +222,8 @@ class _Plan:
             if not made.any():
                 reasons = [left.reason for left in self.left_out if left.kind == kind]
                 raise DetailingError(
-                    f"with what cannot be built left out, no {kind} remains of {len(made)}, the first because "
-                    f"{reasons[0]}: change the mesh or the sizes"
+                    f"none of the {len(made)} {kind}s can be built; the reason for the first "
+                    f"is: {reasons[0]}; change the mesh or the sizes"
                 )
 
     def _beams_at(self, nodes: Iterable[int]) -> list[int]:
@@ -251,5 +260,5 @@ class _Plan:
 
 
 def _because(place: str, element: int, violation: Violation) -> str:
-    """Which part is left out, and why; what else could have been done is for those who do not leave it out."""
+    """The part and the finding, without its cure: the part is left out already."""
     return f"the {place} {element}, because {violation.finding} (counted from 0)"

@@ -25,28 +25,28 @@ def height_range(rules: BeamRules) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class BeamShapes:
-    """Side views of all beams (E): corners (E, 4, 2) in mm, x along the edge from its tail, z above the edge.
+    """Side views of all beams: corners (E, 4, 2) in mm, x along the edge from its tail, z above the edge.
 
-    In order: inner side at the tail, outer side at the tail, outer side at the head, inner side at the head.
+    Their order: inner side at the tail, outer side at the tail, outer side at the head, inner side at the head.
     """
 
     corners: FloatArray
 
     @property
     def long_point(self) -> FloatArray:
-        """(E,) largest extent along the axis."""
+        """(E,) longest extent along the axis, in mm."""
         extent: FloatArray = self.corners[:, 2:, 0].max(axis=1) - self.corners[:, :2, 0].min(axis=1)
         return extent
 
     @property
     def short_point(self) -> FloatArray:
-        """(E,) extent along the axis of what lies between the two cuts; negative where the cuts cross."""
+        """(E,) shortest extent along the axis between the two cuts, in mm; negative where the cuts cross."""
         extent: FloatArray = self.corners[:, 2:, 0].min(axis=1) - self.corners[:, :2, 0].max(axis=1)
         return extent
 
 
 def beam_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> BeamShapes:
-    """Where the cuts, parallel to the node axes at their setbacks, meet the inner and the outer side of the bar."""
+    """Side views of the beams. The cuts are parallel to the node axes, at the setbacks."""
     inner, outer = height_range(rules)
     setback = ends.setback.reshape(-1, 2, 1)
     inclination = ends.inclination.reshape(-1, 2, 1)
@@ -61,7 +61,8 @@ def beam_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> Be
 
 
 def dihedral_angles(mesh: Mesh) -> FloatArray:
-    """(E,) angle in radians by which the outside turns over each edge, positive where convex, NaN at the boundary."""
+    """(E,) angle in radians between the normals of the two faces of each edge, positive where the mesh is convex, NaN
+    at the boundary."""
     c = mesh.combinatorics
     left, right = mesh.face_normals[c.edge_faces[:, 0]], mesh.face_normals[c.edge_faces[:, 1]]
     sine = np.einsum("ek,ek->e", np.cross(left, right), mesh.edge_vectors) / mesh.edge_lengths

@@ -1,4 +1,4 @@
-"""How the beams meet at the nodes: directions about the node axes and the setbacks that keep beams apart.
+"""The ends of the beams at the nodes: directions about the node axes, and setbacks that keep beams apart.
 
 An *end* is one end of one beam; end 2e is at the tail of edge e, end 2e + 1 at its head. The ends at a node form a
 *ring*, counter-clockwise seen from outside. Everything is computed for all ends at once.
@@ -17,8 +17,8 @@ from geometry.gauss import SupportStructure
 __all__ = ["Ends", "beam_ends"]
 
 LEVEL_ENDS_MM = 0.01
-"""Difference in level, in mm, up to which the beam ends of a node count as level with equal setbacks. Meshes with six
-digits reach 1e-3 mm, and no saw shows a hundredth."""
+"""Difference in level in mm up to which the beam ends of a node count as level with equal setbacks. Meshes with six
+digits are accurate to 1e-3 mm, and no saw is accurate to 0.01 mm."""
 
 ALIGNED_ENDS_TOLERANCE = 1e-9
 """Difference in level between beam ends that count as aligned already, over the height of the beams."""
@@ -26,7 +26,7 @@ ALIGNED_ENDS_TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """Ends of all beams, two an edge (2E of them); those of beams that are not made are in no ring.
+    """Ends of all beams, two for each edge; ends of beams that are not made belong to no ring.
 
     vertex (2E,): the node. outward (2E, 3): unit direction of the beam away from the node. radial (2E, 3): its unit
     projection along the node axis. inclination (2E,): angle of the beam above the plane perpendicular to the axis.
@@ -60,10 +60,11 @@ class Ends:
 def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRules) -> Ends:
     """The ends of the beams on the edges `made` (E,).
 
-    The least setback is r >= (w / 2) / tan(gap / 2) for the gaps on both sides, plus the clearance, so that beams stay
-    apart; each beam has its own, the larger of what its two neighbours ask. Where a node's beams lie on one cone of
-    revolution about its axis, as all do in edge offset meshes [Pottmann2007, Prop. 3], the rules make them one
-    setback: then the end faces of all beams that fall from the node are at one level, and of all that rise.
+    The minimum setback is (w / 2) / tan(gap / 2), with the width w of the beams and the narrower of the gaps on both
+    sides, plus the clearance, so that beams do not touch. In general each beam has its own setback. Where the beams of
+    a node lie on one cone of revolution about its axis, as in all edge offset meshes [Pottmann2007, Prop. 3], the rules
+    may give all of them the largest one. Then the end faces of all beams that descend from the node are at one level,
+    and so are those of all beams that rise from it.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -95,7 +96,7 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
     gap[ring[counts[vertex[ring]] == 1]] = 2 * np.pi
     inclination = np.arctan2(sine, cosine)
     setback = np.full(len(vertex), np.nan)
-    setback[ring] = _setbacks(vertex[ring], inclination[ring], _least_setbacks(ring, following, gap, rules), rules)
+    setback[ring] = _setbacks(vertex[ring], inclination[ring], _min_setbacks(ring, following, gap, rules), rules)
     return Ends(
         vertex=vertex,
         outward=outward,
@@ -111,7 +112,7 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
 
 
 def _azimuths(vertex: IntArray, axis: FloatArray, radial: FloatArray, made: BoolArray, n_vertices: int) -> FloatArray:
-    """Angles about the axis, from the lowest numbered end that is made at the node."""
+    """(2E,) angles in [0, 2 pi) about the axes, from the end with the lowest number that is made at the node."""
     reference = np.zeros((n_vertices, 3))
     made_ends = np.flatnonzero(made)[::-1]
     reference[vertex[made_ends]] = radial[made_ends]
@@ -123,32 +124,33 @@ def _azimuths(vertex: IntArray, axis: FloatArray, radial: FloatArray, made: Bool
     return azimuth
 
 
-def _least_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
-    """(R,)"""
+def _min_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
+    """(R,) setbacks in mm for which neighbouring beams do not touch, with the clearance."""
     half_width = rules.beams.width_mm / 2
     with np.errstate(divide="ignore"):
-        ask = np.where(gap[ring] < np.pi, half_width / np.tan(gap[ring] / 2), 0.0)
+        needed = np.where(gap[ring] < np.pi, half_width / np.tan(gap[ring] / 2), 0.0)
     setback = np.full(len(gap), np.nan)
-    setback[ring] = ask
-    np.maximum.at(setback, following[ring], ask)
+    setback[ring] = needed
+    np.maximum.at(setback, following[ring], needed)
     return setback[ring] + rules.nodes.clearance_mm
 
 
-def _setbacks(vertex: IntArray, inclination: FloatArray, least: FloatArray, rules: DetailingRules) -> FloatArray:
-    """(R,) what the rules make of the least setbacks of the ends of the rings; vertex, inclination (R,): of these."""
+def _setbacks(vertex: IntArray, inclination: FloatArray, minimum: FloatArray, rules: DetailingRules) -> FloatArray:
+    """(R,) setbacks by the rules, in mm. vertex, inclination, minimum (R,): node, inclination and minimum setback of
+    the ends in the rings."""
     if rules.nodes.setbacks == "least" or not len(vertex):
-        return least
+        return minimum
     starts = np.flatnonzero(np.diff(vertex, prepend=-1))
     of_ring = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(vertex)))
-    equal: FloatArray = np.maximum.reduceat(least, starts)[of_ring]
+    equal: FloatArray = np.maximum.reduceat(minimum, starts)[of_ring]
     if rules.nodes.setbacks == "equal":
         return equal
     slope, height = np.abs(np.tan(inclination)), rules.beams.height_mm
-    off_level = _spread(least * slope, starts) > ALIGNED_ENDS_TOLERANCE * height
+    off_level = _spread(minimum * slope, starts) > ALIGNED_ENDS_TOLERANCE * height
     on_cone = np.maximum(_spread(equal * slope, starts), _spread(height / np.cos(inclination), starts)) <= LEVEL_ENDS_MM
-    return np.where((off_level & on_cone)[of_ring], equal, least)
+    return np.where((off_level & on_cone)[of_ring], equal, minimum)
 
 
 def _spread(values: FloatArray, starts: IntArray) -> FloatArray:
-    """Largest less least value of each run."""
+    """Largest minus smallest value of each run."""
     return np.asarray(np.maximum.reduceat(values, starts) - np.minimum.reduceat(values, starts))

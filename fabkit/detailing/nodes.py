@@ -19,12 +19,12 @@ __all__ = ["NodeShapes", "axis_misalignments", "make_nodes", "node_shapes"]
 
 HALF_TURN_TOLERANCE = 1e-6
 """Angle in radians by which a gap between beams may exceed half a turn without an extra corner of the block. It is
-above rounding at map coordinates, and a block without that corner is off by a ten-thousandth of a millimetre."""
+above rounding at map coordinates, and a block without that corner deviates by a ten-thousandth of a millimetre."""
 
 
 @dataclass(frozen=True, eq=False)
 class NodeShapes:
-    """Blocks of all nodes (N); a node without beams has none.
+    """Blocks of all nodes; a node without beams has none.
 
     corners (K, 2): sections in mm about the axis, x towards the first beam of the ring, node by node and
     counter-clockwise; corner_starts (N+1,): node i has corners[corner_starts[i]:corner_starts[i+1]].
@@ -41,10 +41,10 @@ class NodeShapes:
 
 
 def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> NodeShapes:
-    """Sections and levels that just enclose the end faces of the beams.
+    """The smallest blocks that enclose the end faces of the beams.
 
-    Facets are joined straight. Where the beams leave a gap of more than half a turn, the section gets one more
-    corner in its middle, half a beam's width from the axis, so that the block always contains its axis.
+    Neighbouring facets are joined by straight lines. A gap between beams of more than half a turn gets one more corner
+    in its middle, half a beam's width from the axis, so that the block always contains its axis.
     """
     corners, starts = _sections(ends, rules.width_mm / 2, structure.mesh.n_vertices)
     inner, outer = height_range(rules)
@@ -58,8 +58,11 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> No
 
 
 def axis_misalignments(ends: Ends, levels: tuple[float, float], n_vertices: int) -> FloatArray:
-    """(N,) how far the inner or the outer sides of a node's beams, which lie at these levels above the edges, are from
-    meeting the axis in one point, the larger of the two; NaN where there are no beams.
+    """(N,) misalignment of the beams at each node axis, in mm; NaN where there are no beams.
+
+    The centre lines of the inner sides of a node's beams meet its axis in points, and so do those of the outer sides.
+    The misalignment is the larger of the two distances between the highest and the lowest of these points. levels: of
+    the inner and outer sides above the mesh edges, in mm.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -70,18 +73,18 @@ def axis_misalignments(ends: Ends, levels: tuple[float, float], n_vertices: int)
     12.3
     """
     on_axis = [_extremes(level / np.cos(ends.inclination), ends, n_vertices) for level in levels]
-    spreads: FloatArray = np.maximum(*(most - least for least, most in on_axis))
+    spreads: FloatArray = np.maximum(*(highest - lowest for lowest, highest in on_axis))
     return spreads
 
 
 def _extremes(values: FloatArray, ends: Ends, n_vertices: int) -> tuple[FloatArray, FloatArray]:
-    """(N,) least and largest of the values (2E,) at the ends of each node's ring; NaN where there are none."""
-    least, largest = np.full(n_vertices, np.inf), np.full(n_vertices, -np.inf)
-    np.minimum.at(least, ends.vertex[ends.ring], values[ends.ring])
+    """(N,) smallest and largest of the values (2E,) at the ends of each node's ring; NaN where there are none."""
+    smallest, largest = np.full(n_vertices, np.inf), np.full(n_vertices, -np.inf)
+    np.minimum.at(smallest, ends.vertex[ends.ring], values[ends.ring])
     np.maximum.at(largest, ends.vertex[ends.ring], values[ends.ring])
-    empty = np.isinf(least)
-    least[empty] = largest[empty] = np.nan
-    return least, largest
+    empty = np.isinf(smallest)
+    smallest[empty] = largest[empty] = np.nan
+    return smallest, largest
 
 
 def _sections(ends: Ends, half_width: float, n_vertices: int) -> tuple[FloatArray, IntArray]:

@@ -1,5 +1,5 @@
-"""How high the panels must lie to clear the nodes under them, and so the beams: a block encloses the ends of its beams,
-and a beam has one height above the face along its whole length, so it stands no higher than the blocks at its ends."""
+"""The height at which panels clear the node blocks under them. They then clear the beams too: a beam has a constant
+height above the face along its length, and the blocks at its ends enclose its end faces."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ __all__ = ["heights_under_panels"]
 
 
 def heights_under_panels(structure: SupportStructure, ends: Ends, made: BoolArray, nodes: NodeShapes) -> FloatArray:
-    """(C,) how far in mm the node block at each corner of a face stands above the face within its cell; 0 without one.
+    """(C,) height in mm of the node block above the face at each corner of the face, within the cell of the face; 0
+    without a block. made (E,): whether the beam of each edge is made.
 
-    That part of the block's top is a polygon with the axis as a corner; its others are corners of the section, and the
-    points where the two sides of the sector leave the block: the middles of the facets there, where the beams are
-    made (E,). Where a beam is not made, a point outside the block stands for it.
+    The top of the block within the cell is a polygon with these corners: the point on the axis, corners of the section,
+    and the middles of the facets of the two beams that bound the cell. For a beam that is not made, a point outside the
+    block is taken instead.
     """
     c = structure.mesh.combinatorics
     node, normals = c.corners, structure.mesh.face_normals[c.corner_face]
@@ -57,7 +58,7 @@ def _corner_nodes(nodes: NodeShapes) -> IntArray:
 
 
 def _pairs(node: IntArray, nodes: NodeShapes) -> tuple[IntArray, IntArray]:
-    """Each corner of a face with each corner of the section of its node."""
+    """All pairs of a corner of a face and a corner of the section of its node, as two arrays of numbers."""
     counts = np.diff(nodes.corner_starts)[node]
     corner = np.repeat(np.arange(len(node)), counts)
     within = np.arange(len(corner)) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -1,6 +1,6 @@
-"""Panels: planar plates over the faces, cut by the support planes and lifted clear of beams and nodes.
+"""Panels: planar plates over the faces, cut by the support planes, at a height that clears beams and nodes.
 
-Everything is computed for all corners of all faces at once; corner c stands for the edge of its face that begins
+Everything is computed for all corners of all faces at once; corner c also represents the edge of its face that begins
 there, as in `Combinatorics`.
 """
 
@@ -30,9 +30,9 @@ intersection of their lines is ill-conditioned."""
 class PanelShapes:
     """Outlines of all panels at the level of their lower sides.
 
-    corners (C, 3): positions in mm; corner c lies between the edge before and the edge from it.
-    underside: level of the lower sides above the faces in mm. edge_lengths (C,): signed along the mesh edge, negative
-    where the edge has vanished between its neighbours.
+    corners (C, 3): positions in mm; corner c lies between the edge that ends and the edge that begins there.
+    underside: level of the lower sides above the faces in mm. edge_lengths (C,): in mm, signed along the mesh
+    edge, negative where the edge has vanished between its neighbours.
     """
 
     corners: FloatArray
@@ -63,7 +63,7 @@ def _cuts(structure: SupportStructure) -> _Cuts:
 def panel_shapes(structure: SupportStructure, rules: PanelRules, underside: float) -> PanelShapes:
     """Faces cut by the support planes at the level `underside`, each edge moved inwards by half the joint.
 
-    Edges are square: the smaller of the outlines at the lower and the upper side of the plate.
+    The edges of the plate are square: of the outlines at its lower and its upper side, the inner one is taken.
     """
     c = structure.mesh.combinatorics
     cuts = _cuts(structure)
@@ -138,7 +138,7 @@ class _Frames:
 
 
 def _frames(structure: SupportStructure, shapes: PanelShapes, faces: IntArray, corners: IntArray) -> _Frames:
-    """Of faces with corners (n, k)."""
+    """The frames and outlines of faces with corners (n, k)."""
     rows = np.arange(len(faces))[:, None]
     longest = shapes.edge_lengths[corners].argmax(axis=1)
     size = corners.shape[1]

@@ -1,4 +1,4 @@
-"""Whether a mesh is fit to be built from: one judgement, which `inspect` and `build` share, criterion by criterion."""
+"""Criteria that decide whether a mesh is fit to be built; `inspect` and `build` share them."""
 
 from fabkit.fitness.finding import (
     CRITERIA,

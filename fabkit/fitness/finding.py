@@ -1,4 +1,4 @@
-"""Findings: what is unusual about a mesh or its parts, with its value; a note, accepted, or refused."""
+"""Findings: unusual properties of a mesh or its parts, with their values; noted, accepted, or refused."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ Level = Literal["note", "accepted", "refused"]
 CRITERIA: dict[str, str] = {
     "moves": "",
     "folding": "a face that turned by 90 degrees is no longer the face that was given",
-    "self-crossing": "no plate and no frame has an outline that crosses itself",
+    "self-crossing": "neither a plate nor a frame can have an outline that crosses itself",
     "self-intersection": "",
     "lean": "",
     "heights": "it is only noted and stops no build",
-    "tilt": "a beam that does not point out of its faces has no place for their panels",
+    "tilt": "a beam that does not point to the outside of its faces leaves no place for their panels",
     "mitres": "it is only noted and stops no build",
     "block-heights": "it is only noted and stops no build",
     "underside": "it is only noted and stops no build",
-    "sheets": "a panel that fits on no sheet cannot be cut; leave it out with --skip-unbuildable",
+    "sheets": "a panel that does not fit on a sheet cannot be cut; leave it out with --skip-unbuildable",
 }
-"""All criteria by name, as `--accept` takes it; and why a finding cannot be accepted, empty where it can."""
+"""The name of each criterion, as `--accept` takes it, and the reason why a finding cannot be accepted, empty if it
+can."""
 
 MAX_NAMED_ELEMENTS = 10
 """Largest number of elements that one sentence names; the manifest lists all of them."""
@@ -80,7 +81,7 @@ class Finding:
 
 
 class FitnessError(FabkitError):
-    """A mesh cannot be built from. findings: all findings so far, the refused ones among them.
+    """A mesh is not fit to be built. findings: all findings so far, the refused ones among them.
 
     >>> from fabkit import Project, design
     >>> from fabkit.fitness import FitnessError

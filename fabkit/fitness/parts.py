@@ -1,4 +1,4 @@
-"""Criteria of the parts, which have sizes: one function each, None where nothing is unusual."""
+"""Criteria of parts in their real sizes: one function for each, which returns None where nothing is unusual."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rul
     if not len(cuts_deg):
         return None
     angles = np.abs(cuts_deg).max(axis=1)
-    slanted = np.flatnonzero(angles >= rules.mitres_noted_deg)
-    if not len(slanted):
+    noted = np.flatnonzero(angles >= rules.mitres_noted_deg)
+    if not len(noted):
         return None
-    order = slanted[np.argsort(-angles[slanted], kind="stable")]
+    order = noted[np.argsort(-angles[noted], kind="stable")]
     steep = [f"{names[k]} ({angles[k]:.1f})" for k in order.tolist() if angles[k] >= rules.mitres_listed_deg]
-    by_name = f"; from {rules.mitres_listed_deg:g} on: {named(list(dict.fromkeys(steep)))}" if steep else ""
+    by_name = f"; {rules.mitres_listed_deg:g} degrees or more: {named(list(dict.fromkeys(steep)))}" if steep else ""
     return Finding(
         "mitres",
         "note",
         float(angles[order[0]]),
         rules.mitres_noted_deg,
         "degrees",
-        f"{len(slanted)} of {len(angles)} beams have an end cut by {rules.mitres_noted_deg:g} degrees or more off "
-        f"square, at most {angles[order[0]]:.1f}{by_name}",
+        f"{len(noted)} of {len(angles)} beams have an end cut {rules.mitres_noted_deg:g} degrees or more off "
+        f"square, at most {angles[order[0]]:.1f} degrees{by_name}",
         "make sure that the saw reaches these angles, or open the angles between edges and node axes there",
         "edge",
         tuple(int(edges[k]) for k in order.tolist()),
@@ -63,8 +63,8 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
         f"{len(high)} of {len(nodes)} node blocks are at least {rules.block_heights_noted:g} times as high as their "
         f"beams of {beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) is "
         f"{heights[order[0]]:.0f} mm high",
-        "take narrower beams (--beam) or less clearance (--clearance), so that beams end nearer to the axes, or open "
-        "narrow angles between edges",
+        "take narrower beams (--beam) or less clearance (--clearance), so that beams end nearer to the axes, or make "
+        "narrow angles between edges wider",
         "vertex",
         tuple(nodes.elements[order].tolist()),
     )
@@ -73,15 +73,15 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
 def underside(
     heights_mm: FloatArray, marks: Mapping[int, str], beam_height_mm: float, rules: FitnessRules
 ) -> Finding | None:
-    """Whether a single node raises all panels. heights_mm (N,): how high each node block stands above the faces; marks:
-    of the nodes that are made, by vertex."""
+    """Whether a single node raises all panels. heights_mm (N,): height of each node block above the faces; marks: of
+    the nodes that are made, by vertex."""
     vertices = np.array(sorted(marks), dtype=np.int64)
     if not len(vertices):
         return None
-    asked = heights_mm[vertices]
-    median, most = np.percentile(asked, [50, NOTED_PERCENTILE]).tolist()
-    worst = int(vertices[asked.argmax()])
-    excess = (float(asked.max()) - most) / beam_height_mm
+    needed = heights_mm[vertices]
+    median, percentile = np.percentile(needed, [50, NOTED_PERCENTILE]).tolist()
+    worst = int(vertices[needed.argmax()])
+    excess = (float(needed.max()) - percentile) / beam_height_mm
     if excess < rules.underside_noted:
         return None
     return Finding(
@@ -90,23 +90,26 @@ def underside(
         excess,
         rules.underside_noted,
         "beam heights",
-        f"node block {marks[worst]} (vertex {worst}, counted from 0) stands {asked.max():.1f} mm above a face and "
-        f"raises all panels; {NOTED_PERCENTILE} % of the nodes need no more than {most:.1f} mm, the median node "
+        f"node block {marks[worst]} (vertex {worst}, counted from 0) stands {needed.max():.1f} mm above a face and "
+        f"raises all panels; {NOTED_PERCENTILE} % of the nodes need at most {percentile:.1f} mm, the median node "
         f"{median:.1f} mm",
-        "move that vertex towards its neighbours' level or open the angles at it, or take narrower beams (--beam) or "
-        "less clearance (--clearance)",
+        "move that vertex towards its neighbours' level or make the angles at it wider, or take narrower beams "
+        "(--beam) or less clearance (--clearance)",
         "vertex",
         (worst,),
     )
 
 
 def sheets(reasons: Mapping[int, str], marks: Mapping[int, str], level: Level) -> Finding | None:
-    """Panels that fit on no stock sheet. reasons, marks: a sentence and the mark of each such panel, by its face."""
+    """Panels that do not fit on a stock sheet. reasons, marks: a sentence and the mark of each of them, by its face."""
     if not reasons:
         return None
     first, *others = reasons
     of_marks = named(list(dict.fromkeys(marks[face] for face in others)))
-    also = f"; so {'is' if len(others) == 1 else 'are'} {len(others)} more, with the mark {of_marks}" if others else ""
+    does = "does" if len(others) == 1 else "do"
+    also = (
+        f"; nor {does} {len(others)} more, with the mark{'s' if len(others) > 1 else ''} {of_marks}" if others else ""
+    )
     return Finding(
         "sheets",
         level,

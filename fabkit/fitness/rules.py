@@ -1,4 +1,4 @@
-"""From which value a finding is noted, and from which it is refused."""
+"""Bounds from which a finding is noted, and from which it is refused."""
 
 from __future__ import annotations
 
@@ -15,21 +15,20 @@ Angle = Annotated[float, Field(gt=0, le=90)]
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class FitnessRules:
-    """Bounds of the criteria. There is no infinite bound: a finding that should not stop a build is accepted by name.
+    """Bounds of the criteria. A bound cannot be infinite: a finding that should not stop a build is accepted by name.
 
     moves_noted, moves_refused: displacement of 95 % of the vertices while faces are made planar, in mean edge lengths.
     A tenth of an edge is visible; at three tenths neighbours may have approached by more than half their distance.
-    folding_noted_deg: rotation of a face's normal meanwhile; half of the 90 degrees at which a face has folded over.
-    lean_noted_deg: angle between node axes and normals, at 95 % of the nodes; lean_refused_deg: in the median. At 30
-    degrees a node block is cut back by more than half of its height on each side.
-    heights_noted: difference between the 2.5 % and 97.5 % percentiles of the distance of the two parallel meshes at the
-    beams, over the nominal height. At a tenth the parallel mesh is off beams of 120 mm by a centimetre. Never refused:
-    the beams keep their section, and their misalignment is listed for each node.
-    tilt_noted_deg: angle between a beam and the normals of its faces, 90 being impossible; at 60 degrees a panel is cut
-    back by 1.7 times its height above the mesh.
-    mitres_noted_deg, mitres_listed_deg: cut angles at the ends of beams; from the second on, beams are listed by mark.
-    Most saws for profiles turn to 45 degrees one way; the few that go further end at 60.
-    block_heights_noted: height of a node block over that of its beams; at 2, half of it carries no beam.
+    folding_noted_deg: rotation of a face's normal by planarising; half of the 90 degrees at which a face has folded
+    over. lean_noted_deg: angle between node axes and normals, at the 95 % percentile of the nodes; lean_refused_deg:
+    their median. At 30 degrees a node block is cut back by more than half of its height on each side. heights_noted:
+    difference between the 2.5 % and 97.5 % percentiles of the distance of the two parallel meshes at the beams, over
+    the nominal height. At a tenth the parallel mesh deviates from beams of 120 mm by about a centimetre. Never refused:
+    the beams keep their section, and their misalignment is listed for each node. tilt_noted_deg: angle between a beam
+    and the normals of its faces, 90 being impossible; at 60 degrees a panel is cut back by 1.7 times its height above
+    the mesh. mitres_noted_deg, mitres_listed_deg: angles off square of the cuts at the ends of beams; from the second
+    bound on, beams are listed by mark. Most saws for profiles turn to 45 degrees one way; the few that go further end
+    at 60. block_heights_noted: height of a node block over that of its beams; at 2, half of the block carries no beam.
     underside_noted: by how many beam heights the highest node raises all panels above what 95 % of the nodes need.
 
     >>> from fabkit import Project
@@ -59,6 +58,6 @@ class FitnessRules:
             if getattr(self, noted) > getattr(self, then):
                 raise ValueError(
                     f"{noted} is {getattr(self, noted):g}, but {then} is {getattr(self, then):g}: what is {last} is "
-                    f"noted as well, so {noted} must not be larger"
+                    f"also noted, so {noted} must not be larger"
                 )
         return self

@@ -1,4 +1,5 @@
-"""Criteria of a mesh and its Gauss image, independent of size: one function each, None where nothing is unusual."""
+"""Criteria of a mesh and its Gauss image, independent of size: one function for each, which returns None where nothing
+is unusual."""
 
 from __future__ import annotations
 
@@ -68,17 +69,17 @@ def moves(before: Mesh, after: Mesh, rules: FitnessRules) -> Finding | None:
     """Displacement of the vertices in mean edge lengths of the mesh as read: of most of them, and the largest."""
     used = np.flatnonzero(before.combinatorics.is_used)
     size = np.linalg.norm(after.vertices - before.vertices, axis=1)[used] / before.mean_edge_length
-    most, worst = float(np.percentile(size, NOTED_PERCENTILE)), int(used[size.argmax()])
-    if most < rules.moves_noted and size.max() < rules.moves_refused:
+    percentile, worst = float(np.percentile(size, NOTED_PERCENTILE)), int(used[size.argmax()])
+    if percentile < rules.moves_noted and size.max() < rules.moves_refused:
         return None
-    is_refused = most >= rules.moves_refused
+    is_refused = percentile >= rules.moves_refused
     return Finding(
         "moves",
         "refused" if is_refused else "note",
-        most,
+        percentile,
         rules.moves_refused if is_refused else rules.moves_noted,
         "mean edge lengths",
-        f"to make faces planar, {NOTED_PERCENTILE} % of the vertices move by up to {most:.2g} mean edge lengths, "
+        f"to make faces planar, {NOTED_PERCENTILE} % of the vertices move by up to {percentile:.2g} mean edge lengths, "
         f"vertex {worst} (counted from 0) by {size.max():.2g}; {_bounds(rules.moves_noted, rules.moves_refused)}",
         LINES,
         "vertex",
@@ -87,7 +88,7 @@ def moves(before: Mesh, after: Mesh, rules: FitnessRules) -> Finding | None:
 
 
 def folding(before: Mesh, after: Mesh, rules: FitnessRules) -> Finding | None:
-    """Rotation of face normals while faces are made planar; a face that folds over stops planarising itself."""
+    """Rotation of face normals while faces are made planar. A face that folds over is refused by planarising itself."""
     cosines = np.einsum("fk,fk->f", before.face_normals, after.face_normals)
     turns = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
     face = int(turns.argmax())
@@ -108,7 +109,7 @@ def folding(before: Mesh, after: Mesh, rules: FitnessRules) -> Finding | None:
 
 
 def folded(error: FoldedError, *, on_surface: bool = False) -> Finding:
-    """The fold that stopped planarising, as a finding. on_surface: the mesh was laid on a surface by fabkit."""
+    """The finding for a fold at which planarising stopped. on_surface: the mesh was laid on a surface by fabkit."""
     return Finding(
         "folding",
         "refused",
@@ -204,22 +205,22 @@ def tilt(structure: SupportStructure, rules: FitnessRules) -> Finding | None:
 def lean(pair: Pair, rules: FitnessRules) -> Finding | None:
     """Angle between node axes and normals."""
     angles = np.degrees(pair.leans)
-    median, most = np.nanpercentile(angles, [50, NOTED_PERCENTILE]).tolist()
+    median, percentile = np.nanpercentile(angles, [50, NOTED_PERCENTILE]).tolist()
     is_refused = median >= rules.lean_refused_deg
-    if most < rules.lean_noted_deg and not is_refused:
+    if percentile < rules.lean_noted_deg and not is_refused:
         return None
     worst = int(np.nanargmax(angles))
     level: Level = "refused" if is_refused else "note"
     return Finding(
         "lean",
         level,
-        median if is_refused else most,
+        median if is_refused else percentile,
         rules.lean_refused_deg if is_refused else rules.lean_noted_deg,
         "degrees",
-        f"node axes lean from the normals by {median:.0f} degrees in the median, {most:.0f} at {NOTED_PERCENTILE} %, "
-        f"{angles[worst]:.0f} at vertex {worst} (counted from 0); noted from {rules.lean_noted_deg:g} at "
-        f"{NOTED_PERCENTILE} %, refused from a median of {rules.lean_refused_deg:g}",
-        "lay the mesh along the directions of principal curvature, where axes are near the normals",
+        f"node axes lean from the normals: median {median:.0f} degrees, {NOTED_PERCENTILE} % up to {percentile:.0f}, "
+        f"largest {angles[worst]:.0f} at vertex {worst} (counted from 0); noted if {100 - NOTED_PERCENTILE} % reach "
+        f"{rules.lean_noted_deg:g}, refused from a median of {rules.lean_refused_deg:g}",
+        "lay the mesh along the directions of principal curvature, so that axes are near the normals",
         "vertex",
         (worst,),
     )
@@ -238,10 +239,10 @@ def heights(structure: SupportStructure, rules: FitnessRules) -> Finding | None:
         high - low,
         rules.heights_noted,
         "nominal heights",
-        f"at {NOTED_PERCENTILE} % of the beams the distance of the two parallel meshes is {low:.2f} to {high:.2f} of "
-        f"the nominal height, a difference of {high - low:.2f}; noted from {rules.heights_noted:g}; it is "
+        f"at {NOTED_PERCENTILE} % of the beams the distance of the two parallel meshes is {low:.2f} to {high:.2f} "
+        f"times the nominal height, a difference of {high - low:.2f}; noted from {rules.heights_noted:g}; it is "
         f"{found[edge]:.2f} at {structure.mesh.combinatorics.edge_name(edge)} (counted from 0)",
-        "optimise the mesh together with its Gauss image (--optimise heights), ask for even heights under "
+        "optimise the mesh together with its Gauss image (--optimise heights), request even heights under "
         "[gauss_image] in the project file (edges = 1, rounds = 5), or take a mesh with an edge offset",
         "edge",
         (edge,),

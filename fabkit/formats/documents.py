@@ -1,4 +1,4 @@
-"""All documents of one structure, written into one folder."""
+"""All documents of a structure, written into one folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An output folder that appears whole or not at all, and replaces nothing that an earlier result did not write."""
+"""An output folder that appears complete or not at all, and replaces only files that fabkit wrote earlier."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ MAX_NAMED_FILES = 5
 """Largest number of foreign files that an error names."""
 
 LONGEST_FOLDER_NAME = 200
-"""Largest number of bytes of a folder name that is used whole in the name of the working folder beside it. File systems
-take 255."""
+"""Largest number of bytes of a folder name that is not shortened in the name of the working folder beside it. File
+systems allow 255."""
 
 
 def check_replaceable(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> None:
     """Raise OutputError unless a folder may be written at `out`.
 
-    An existing folder is replaced only with `force`, and only where all files in it are as an earlier result of fabkit
-    wrote them, none of which is among the `inputs`.
+    An existing folder is replaced only with `force`, and only if fabkit wrote all files in it, none of them has been
+    edited since, and none is among the `inputs`.
 
     >>> from fabkit.formats import check_replaceable
     >>> check_replaceable(Path("new"), force=False)
@@ -46,7 +46,7 @@ def check_replaceable(out: Path, *, force: bool, inputs: Iterable[Path] = ()) ->
         ...
     fabkit.errors.OutputError: ...old holds files that fabkit did not write...
     """
-    with _said_of(out):
+    with _naming(out):
         out = _absolute(out)
         _check_parent(out)
         if not _exists(out):
@@ -59,11 +59,11 @@ def check_replaceable(out: Path, *, force: bool, inputs: Iterable[Path] = ()) ->
 
 @contextmanager
 def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iterator[Path]:
-    """A folder to write into, which becomes `out` when all went well, and vanishes when not.
+    """A folder to write into, which becomes `out` if no error is raised, and is removed otherwise.
 
-    Its manifest has to be written last. Until the end no other process can write to `out`. What is there then is
-    replaced as `check_replaceable` allows it, or stays. Raises OutputError as that does, where another process is
-    writing, and where the disk does not let us write.
+    Its manifest has to be written last. Until the end no other run of fabkit can write to `out`. An earlier `out` is
+    replaced only if `check_replaceable` allows it then. Raises OutputError as that does, if another run is writing, and
+    if the disk cannot be written.
 
     >>> from fabkit.formats import whole_folder, write_manifest
     >>> with whole_folder(Path("out"), force=False) as folder:
@@ -73,7 +73,7 @@ def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iter
     ['list.csv', 'manifest.json']
     """
     inputs = tuple(inputs)
-    with _said_of(out):
+    with _naming(out):
         out = _absolute(out)
         _check_parent(out)
         if not force and not _exists(_workspace(out)):
@@ -87,19 +87,19 @@ def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iter
                 check_replaceable(out, force=force, inputs=inputs)
                 draft = workspace / "draft"
                 draft.mkdir()
-                signals.waiting = False
-                signals.answer()
+                signals.deferring = False
+                signals.handle()
                 yield draft
-                signals.waiting = True
+                signals.deferring = True
                 exit_if_signalled()
                 _put_in_place(workspace, out, force=force)
             finally:
-                signals.waiting = True
-                _leave(workspace, out, lock)
+                signals.deferring = True
+                _remove_workspace(workspace, out, lock)
 
 
 def _absolute(out: Path) -> Path:
-    """With links followed, but where the last name is one."""
+    """The absolute path. Symbolic links are resolved in the parent, but not in the last name."""
     if "\0" in str(out):
         raise OutputError(f"the folder {str(out)!r} has a NUL character in its name; choose another name")
     if out.name in ("", ".."):
@@ -108,7 +108,8 @@ def _absolute(out: Path) -> Path:
 
 
 def _exists(path: Path) -> bool:
-    """Also where it is a link that leads nowhere. Raises OSError where that cannot be known, or no name is so long."""
+    """Whether the path exists, if only as a broken link. Raises OSError where that cannot be known, or for a name that
+    is too long."""
     try:
         path.lstat()
     except FileNotFoundError:
@@ -122,23 +123,23 @@ def _check_parent(out: Path) -> None:
 
 
 def _check_not_needed(out: Path, inputs: Iterable[Path]) -> None:
-    """Raise OutputError where an input, or the working folder, is in the folder that would be replaced."""
+    """Raise OutputError if an input, or the current folder, lies in the folder that would be replaced."""
     for path in inputs:
-        if _holds(out, Path(os.path.abspath(path))) or _holds(out, Path(os.path.realpath(path))):
-            raise OutputError(f"{out} holds {path}, from which it would be made; choose another folder")
-    if _holds(out, Path.cwd()):
-        raise OutputError(f"{out} is the folder in which you are, or holds it; choose another folder")
+        if _contains(out, Path(os.path.abspath(path))) or _contains(out, Path(os.path.realpath(path))):
+            raise OutputError(f"{out} contains {path}, which is an input of this run; choose another folder")
+    if _contains(out, Path.cwd()):
+        raise OutputError(f"{out} is the current folder, or contains it; choose another folder")
 
 
-def _holds(folder: Path, path: Path) -> bool:
-    """Whether a path is a folder that exists, or in it, however the two are spelled."""
+def _contains(folder: Path, path: Path) -> bool:
+    """Whether a path is an existing folder or lies in it, however the two are spelled."""
     known = folder.lstat()
     found = (os.stat(place) for place in (path, *path.parents) if os.path.exists(place))
     return any(os.path.samestat(known, status) for status in found)
 
 
 def _or_replace(out: Path, inputs: Iterable[Path]) -> str:
-    """What else may be done about what is at `out`, where it may."""
+    """The advice to use --force, if that would replace `out`; otherwise empty."""
     try:
         _check_not_needed(out, inputs)
         _check_ours(out, out)
@@ -148,7 +149,7 @@ def _or_replace(out: Path, inputs: Iterable[Path]) -> str:
 
 
 def _check_ours(folder: Path, out: Path) -> None:
-    """Raise OutputError, naming them, where files in the folder that is or was at `out` are not ours."""
+    """Raise OutputError with the names of files in the folder, which is or was `out`, that fabkit did not write."""
     if folder.is_symlink() or not folder.is_dir():
         raise OutputError(f"{out} is not a folder, so it is not replaced; choose another name")
     names = list(islice(foreign_files(folder), MAX_NAMED_FILES + 1))
@@ -162,7 +163,8 @@ def _check_ours(folder: Path, out: Path) -> None:
 
 
 def _put_in_place(workspace: Path, out: Path, *, force: bool) -> None:
-    """Give the draft its name. What has the name goes only where it is still ours when it no longer has it."""
+    """Rename the draft to `out`. An earlier folder is checked again after it lost the name, and put back unless all its
+    files are ours."""
     ready = workspace / "ready"
     (workspace / "draft").rename(ready)
     if not force or not _exists(out):
@@ -170,7 +172,7 @@ def _put_in_place(workspace: Path, out: Path, *, force: bool) -> None:
             rename_new(ready, out)
         except FileExistsError:
             raise OutputError(
-                f"{out} was made by somebody else meanwhile, so it stays; choose another folder"
+                f"{out} was made by another program during this run, so it is kept; choose another folder"
             ) from None
         return
     before = exchange(ready, out, workspace / "before")
@@ -181,16 +183,16 @@ def _put_in_place(workspace: Path, out: Path, *, force: bool) -> None:
         raise
 
 
-# --- the folder beside it in which we work
+# --- the working folder beside it
 
 
 def _workspace(out: Path) -> Path:
-    """The folder `.NAME.fabkit` beside `out`, which is ours alone until the end: a lock in it, which the system takes
-    from a process that ends, tells whether somebody works there. What a process left that did not come to its end is
-    cleared by the next one, or put back.
+    """The folder `.NAME.fabkit` beside `out`. A lock file in it, which the system releases when a process ends, shows
+    whether a run is using it. The next run clears what an interrupted run left there, or puts it back.
 
-    draft: being written, or being removed, and of no worth. ready: a whole result, which is to take the place of `out`,
-    or, where names were exchanged, is what was there. before: what was there, where the system cannot exchange names.
+    It contains up to three folders. draft: being written or removed, may be deleted. ready: the complete result before
+    it becomes `out`; after the names were exchanged, the former `out`. before: the former `out` on systems that cannot
+    exchange names.
     """
     name = out.name
     if len(os.fsencode(name)) > LONGEST_FOLDER_NAME:
@@ -199,7 +201,7 @@ def _workspace(out: Path) -> Path:
 
 
 def _locked(workspace: Path, out: Path) -> int:
-    """A file descriptor that holds the lock of the workspace, which is made if it is missing."""
+    """A file descriptor that owns the lock of the workspace, which is made if it is missing."""
     while True:
         with suppress(FileExistsError):
             workspace.mkdir()
@@ -208,7 +210,7 @@ def _locked(workspace: Path, out: Path) -> int:
         except FileNotFoundError:
             if workspace.is_symlink():
                 raise
-            continue  # another run left just now, and took the folder away
+            continue  # another run has just ended and removed the folder
         except OSError:
             with suppress(OSError):
                 workspace.rmdir()
@@ -219,7 +221,7 @@ def _locked(workspace: Path, out: Path) -> int:
             if os.path.samestat(os.fstat(lock), os.stat(workspace / "lock")):
                 return lock
         except FileNotFoundError:
-            pass  # the same: the lock is of a file that is no more
+            pass  # likewise: the lock file has been removed
         except BaseException:
             os.close(lock)
             raise
@@ -227,7 +229,7 @@ def _locked(workspace: Path, out: Path) -> int:
 
 
 def _is_free(lock: int) -> bool:
-    """Whether no process had the lock, which is ours from now on until it is closed, or the process ends."""
+    """Take the lock, until it is closed or the process ends; False if another process has it."""
     try:
         if sys.platform == "win32":
             msvcrt.locking(lock, msvcrt.LK_NBLCK, 1)
@@ -239,9 +241,9 @@ def _is_free(lock: int) -> bool:
 
 
 def _clear(workspace: Path, out: Path) -> None:
-    """Remove drafts and earlier results from the workspace, but put back what was taken from `out` and not replaced.
+    """Remove drafts and earlier results from the workspace, but put back a former `out` that was not replaced.
 
-    Raises OutputError where files are among them that fabkit did not write.
+    Raises OutputError if fabkit did not write all files in them.
     """
     draft, ready, before = (workspace / name for name in ("draft", "ready", "before"))
     if _exists(before) and not _exists(out):
@@ -251,12 +253,12 @@ def _clear(workspace: Path, out: Path) -> None:
     for folder in (ready, before):
         if _exists(folder):
             _check_ours(folder, folder)
-            folder.rename(draft)  # half of it is no longer known as ours
+            folder.rename(draft)  # a half-removed folder would no longer be recognised as ours
             shutil.rmtree(draft)
 
 
-def _leave(workspace: Path, out: Path, lock: int) -> None:
-    """Take the workspace away; what cannot be taken away now is seen to by the next run."""
+def _remove_workspace(workspace: Path, out: Path, lock: int) -> None:
+    """Remove the workspace; the next run removes what cannot be removed now."""
     try:
         with suppress(OSError, OutputError):
             _clear(workspace, out)
@@ -271,8 +273,8 @@ def _leave(workspace: Path, out: Path, lock: int) -> None:
 
 
 @contextmanager
-def _said_of(out: Path) -> Iterator[None]:
-    """Errors of the system, as OutputError that names the folder."""
+def _naming(out: Path) -> Iterator[None]:
+    """Raise errors of the operating system as OutputError that names the folder."""
     try:
         yield
     except OSError as error:

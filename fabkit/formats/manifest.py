@@ -1,4 +1,5 @@
-"""The manifest: what a folder holds, by which anybody can see that nothing in it was added or edited since."""
+"""The manifest: a list of the files in a folder with their hashes, which shows whether any was added or edited
+since."""
 
 from __future__ import annotations
 
@@ -16,7 +17,7 @@ __all__ = ["MANIFEST", "foreign_files", "write_manifest"]
 MANIFEST = "manifest.json"
 
 _SYSTEM_FILES = {".DS_Store", ".localized", ".directory", "Thumbs.db", "ehthumbs.db", "desktop.ini", "Icon\r"}
-"""Files that systems put into folders that somebody looks at, and make again when they want them."""
+"""Files that operating systems create in folders that are opened, and create again when needed."""
 
 _UNSIGNED = "0" * 64
 _HASH_BLOCK_BYTES = 1 << 16
@@ -51,7 +52,7 @@ def write_manifest(folder: Path, entries: dict[str, Any], facts: Iterable[Fact] 
 
 
 def _entries(folder: str | Path, prefix: str) -> Iterator[tuple[str, os.DirEntry[str]]]:
-    """All there is in a folder, by its name from there, folder by folder."""
+    """All files and folders in a folder, with their paths relative to it."""
     with os.scandir(folder) as found:
         entries = sorted(found, key=lambda entry: entry.name)
     for entry in entries:
@@ -73,10 +74,10 @@ def _by_keys(facts: Iterable[Fact]) -> dict[str, Any]:
 
 
 def foreign_files(folder: Path) -> Iterator[str]:
-    """What was added to the folder or edited in it since its manifest was written, a few words each.
+    """The files that were added to the folder or edited since its manifest was written, a few words for each.
 
-    Litter of the system is passed over, and so is what is missing. Where no manifest says what was written, all that is
-    there is named. Raises OSError where something cannot be read.
+    Files of the operating system and missing files do not count. Without a valid manifest all files are named. Raises
+    OSError where something cannot be read.
     """
     if folder.is_symlink() or not folder.is_dir():
         yield "it is not a folder"
@@ -107,7 +108,7 @@ def _others(folder: Path, prefix: str, files: dict[str, str], folders: set[str])
 
 
 def _listed(folder: Path) -> tuple[dict[str, str], set[str]]:
-    """Files and folders by the manifest, which is one of the files; nothing where it is missing or was edited."""
+    """Files and folders according to the manifest, including itself; nothing if it is missing or was edited."""
     path = folder / MANIFEST
     nothing: tuple[dict[str, str], set[str]] = {}, set()
     if path.is_symlink() or not path.is_file():
@@ -125,7 +126,7 @@ def _listed(folder: Path) -> tuple[dict[str, str], set[str]]:
 
 
 def _is_system_file(prefix: str, name: str, files: dict[str, str], folders: set[str]) -> bool:
-    """Also the `._` files in which macOS keeps what its other file systems keep beside a file."""
+    """Whether it is a file of the operating system; macOS also makes `._` files on some file systems."""
     beside = prefix + name.removeprefix("._")
     return name in _SYSTEM_FILES or (
         name.startswith("._") and (beside in files or beside in folders or name[2:] in _SYSTEM_FILES)
@@ -136,7 +137,7 @@ def _sha256(path: str | Path) -> str:
     digest = hashlib.sha256()
     with open(
         path, "rb", buffering=0
-    ) as stream:  # most files are small: what buffers would cost is more than they take
+    ) as stream:  # most files are small, so buffers would cost more time than they save
         while block := stream.read(_HASH_BLOCK_BYTES):
             digest.update(block)
     return digest.hexdigest()

@@ -1,4 +1,4 @@
-"""Polylines from and to files: strokes that lines of a mesh are to follow, and the lines of a mesh to take away."""
+"""Polylines in files: strokes that the lines of a mesh are to follow, and the lines of a mesh for other programs."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from geometry.arrays import FloatArray, floats
 __all__ = ["read_polylines", "write_polylines"]
 
 CURVES = ("LINE", "LWPOLYLINE", "POLYLINE", "SPLINE", "ARC", "CIRCLE", "ELLIPSE")
-"""Entities of a DXF file that are polylines or become some."""
+"""Entities of a DXF file that are polylines or are converted to polylines."""
 
 FLATTENING_TOLERANCE = 1e-3
-"""How far a curve in a DXF file may be from the polyline that stands for it, over its extent."""
+"""Largest distance of a curve in a DXF file from the polyline that replaces it, over the extent of all curves."""
 
 
 def read_polylines(path: Path) -> tuple[FloatArray, ...]:
@@ -43,12 +43,12 @@ def read_polylines(path: Path) -> tuple[FloatArray, ...]:
     lines = _of_obj(data, path) if suffix == ".obj" else _of_dxf(path)
     if not lines:
         what = "`l` elements" if suffix == ".obj" else "lines, polylines, arcs or splines"
-        raise FabkitError(f"{readable(path.name)} holds no polyline: {what} are looked for")
+        raise FabkitError(f"{readable(path.name)} contains no polyline: {what} are needed")
     return lines
 
 
 def write_polylines(path: Path, lines: Sequence[FloatArray]) -> None:
-    """Write polylines (k, 3) as OBJ or DXF, by suffix. Raises OutputError for other suffixes and where it cannot be."""
+    """Write polylines (k, 3) as OBJ or DXF, by suffix. Raises OutputError for other suffixes and on write errors."""
     suffix = path.suffix.lower()
     if suffix not in (".obj", ".dxf"):
         raise OutputError(f"polylines are written to .obj and .dxf files, not {echo(path.name)}")
@@ -87,12 +87,13 @@ def _of_obj(data: bytes, path: Path) -> tuple[FloatArray, ...]:
                 lines.append([points[_place(each, len(points))] for each in rest])
         except (ValueError, IndexError):
             found = f"line {number} of {readable(path.name)} is {echo(row)}"
-            raise FabkitError(f"{found}, which is no {word} element") from None
+            raise FabkitError(f"{found}, which is not a valid {word} element") from None
     return tuple(floats(line) for line in lines if len(line) > 1)
 
 
 def _place(word: str, count: int) -> int:
-    """Counted from 0, of an index such as 3, 3/1 or -1. Raises ValueError where it is none."""
+    """Number of a vertex, counted from 0, from an index such as 3, 3/1 or -1. Raises ValueError for an invalid
+    index."""
     index = int(word.split("/")[0])
     place = index - 1 if index > 0 else count + index
     if index == 0 or place < 0:
@@ -104,7 +105,7 @@ def _of_dxf(path: Path) -> tuple[FloatArray, ...]:
     try:
         document = ezdxf.filemanagement.readfile(path)
     except (OSError, DXFError) as error:
-        raise FabkitError(f"{readable(path.name)} is no DXF file that can be read: {error}") from error
+        raise FabkitError(f"{readable(path.name)} is not a readable DXF file: {error}") from error
     curves = [make_path(entity) for entity in document.modelspace().query(" ".join(CURVES))]
     curves = [curve for curve in curves if len(curve)]
     if not curves:

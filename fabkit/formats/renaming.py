@@ -1,4 +1,4 @@
-"""Folders that take a name at once: never over something else, and without a moment in which the name is missing."""
+"""Atomic renaming of folders: without overwriting, and without a moment in which the name is missing."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pathlib import Path
 __all__ = ["exchange", "rename_new"]
 
 _UNKNOWN = {errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP}
-"""What systems and file systems answer that do not know these calls."""
+"""Errors of operating systems and file systems that do not support these calls."""
 
 _LINUX_HERE = -100
 """AT_FDCWD: paths start from the working folder."""
 
 
 def rename_new(source: Path, target: Path) -> None:
-    """Give a folder a name that nothing has. Raises FileExistsError, changing nothing, where something has it."""
+    """Give a folder a new name. Raises FileExistsError, changing nothing, if the name is taken."""
     if _renamed(source, target, linux=1, darwin=4):
         return
     if os.name == "nt":
@@ -32,25 +32,25 @@ def rename_new(source: Path, target: Path) -> None:
         raise
 
 
-def exchange(new: Path, target: Path, aside: Path) -> Path:
-    """Put the folder `new` where `target` is. Returns where the former target is from then on: at `new` or `aside`.
+def exchange(new: Path, target: Path, backup: Path) -> Path:
+    """Put the folder `new` where `target` is. Returns where the former target is from then on: at `new` or `backup`.
 
-    Where anything fails, all is as it was. Only where the system cannot exchange two names, the name `target` is
-    missing between two of its calls.
+    If anything fails, nothing has changed. On systems that cannot exchange two names, the name `target` is missing for
+    a moment.
     """
     if _renamed(new, target, linux=2, darwin=2):
         return new
-    target.rename(aside)
+    target.rename(backup)
     try:
         new.rename(target)
     except BaseException:
-        aside.rename(target)
+        backup.rename(target)
         raise
-    return aside
+    return backup
 
 
 def _renamed(source: Path, target: Path, *, linux: int, darwin: int) -> bool:
-    """Rename with flags of the system; False where it has none."""
+    """Rename with these flags of the system; False if it does not support them."""
     if sys.platform not in ("linux", "darwin"):
         return False
     libc = ctypes.CDLL(None, use_errno=True)

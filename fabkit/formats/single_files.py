@@ -1,4 +1,4 @@
-"""An output file that appears whole or not at all."""
+"""An output file that appears complete or not at all."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ __all__ = ["whole_file"]
 
 @contextmanager
 def whole_file(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iterator[Path]:
-    """A path of the same name to write to, whose file becomes `out` when all went well, and vanishes when not.
+    """A path of the same name to write to; its file becomes `out` if no error is raised, and is removed otherwise.
 
-    Files written beside it, such as materials, go with it. Existing files are replaced only with `force`, and never one
-    of the `inputs`. Raises OutputError where that is so, where the folder does not exist, and where the disk does not
-    let us write.
+    Other files written beside it, such as materials, are moved along with it. Existing files are replaced only with
+    `force`, and the `inputs` never. Raises OutputError if a file may not be replaced, if the folder does not exist, and
+    if the disk cannot be written.
 
     >>> import os
     >>> from pathlib import Path
@@ -52,7 +52,7 @@ def _check_replaceable(out: Path, force: bool, inputs: tuple[Path, ...]) -> None
     if not os.path.lexists(out):
         return
     if any(path.exists() and out.exists() and out.samefile(path) for path in inputs):
-        raise OutputError(f"{out} is the file from which it would be made; choose another name")
+        raise OutputError(f"{out} is an input of this run; choose another name")
     if not out.is_file():
         raise OutputError(f"{out} is not a file, so it is not replaced; choose another name")
     if not force:

@@ -1,5 +1,5 @@
-"""The kinds of part that a structure is made of, a file a kind: what is known of its parts, how it is listed, measured
-and labelled, and from where else a part may be seen."""
+"""The kinds of part that a structure is made of, one file for each: the record of its parts, its columns in cut lists,
+its measures and labels, and its symmetry."""
 
 from fabkit.kinds.beams import BEAM, BeamDetails
 from fabkit.kinds.columns import LEFT_OUT, NO_NEIGHBOUR, marks_at

@@ -31,17 +31,17 @@ ANGLE_DECIMALS = 2
 
 @dataclass(frozen=True, eq=False)
 class BeamDetails(Details):
-    """Of n beams.
+    """Data of n beams.
 
     Own frame of a beam: origin in the outer middle of end A, at its cut; x from end A to end B, z outwards in the
     central plane; its corners are listed so that half a turn about z reverses their order.
 
     nodes (n, 2): mesh vertices at ends A and B. section (n,): of each, a `Section`. cut_angles_deg (n, 2): angle
     between each end's cut and a square cut, positive where the outer side is the longer one. long_point_mm and
-    short_point_mm (n,): longest and shortest extent along the axis. dihedral_deg (n,): angle through which the outside
-    turns over the edge, positive where convex, NaN at the boundary. height_deviation_mm (n,): how much more (or less)
-    than the section's height the two parallel meshes are apart at this edge. twist_deg (n,): angle between the central
-    plane at its two ends.
+    short_point_mm (n,): longest and shortest extent along the axis. dihedral_deg (n,): angle between the
+    normals of the two faces, positive where the mesh is convex, NaN at the boundary. height_deviation_mm (n,): distance
+    of the two parallel meshes at this edge minus the height of the section. twist_deg (n,): angle between the central
+    planes at its two ends.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -62,13 +62,14 @@ class BeamDetails(Details):
 
 
 def ends_glyphs(cut_angles_deg: FloatArray) -> list[str]:
-    r"""Beams (n, 2) seen from the side, outer side up and end A on the left: \_/ is longest outside, |_| square."""
+    r"""Beams with cut angles (n, 2) in degrees seen from the side, as text: outer side up, end A on the left. In \_/
+    the outer side is the longest, |_| is cut square."""
     signs = np.sign(np.where(np.abs(cut_angles_deg) < 0.5 * 10**-ANGLE_DECIMALS, 0.0, cut_angles_deg)).astype(int)
     return ["/|\\"[first + 1] + "_" + "\\|/"[second + 1] for first, second in signs.tolist()]
 
 
 def _turns(beams: Parts[BeamDetails], corners: FloatArray) -> Turns:
-    """As they are, and from their other ends, where the corner stands that takes the place of an outer one at end A."""
+    """The turns of beams: as they are, and turned end for end."""
     near = np.hypot(corners[..., 0], corners[..., 2]).argmin(axis=1)
     length = corners[np.arange(len(corners)), corners.shape[1] - 1 - near, 0]
     starts = np.zeros((len(corners), 2, 2))
@@ -102,8 +103,8 @@ def _measures(beams: Parts[BeamDetails]) -> list[Measure]:
     return [
         measure("Long-point length", "mm", 1, own.long_point_mm),
         measure("Height deviation", "mm", 2, own.height_deviation_mm, signed=True),
-        measure("Fold over a beam", "°", 2, own.dihedral_deg, signed=True),
-        measure("Steeper end cut", "°", 2, np.abs(own.cut_angles_deg).max(axis=1)),
+        measure("Dihedral angle", "°", 2, own.dihedral_deg, signed=True),
+        measure("Larger cut angle of the two ends", "°", 2, np.abs(own.cut_angles_deg).max(axis=1)),
         measure("Mass of a beam", "kg", 2, beams.masses_kg),
     ]
 

@@ -1,4 +1,4 @@
-"""Columns of cut lists that several kinds have, and the ways in which cells are worded."""
+"""Columns of cut lists that several kinds have, and functions that write their cells."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ __all__ = [
 ]
 
 NO_NEIGHBOUR = "-"
-"""Across a boundary edge."""
+"""Text for the neighbour across a boundary edge."""
 LEFT_OUT = "left out"
-"""A mesh element whose part was not made."""
+"""Text for a neighbour that was left out."""
 
 
 def marks_and_counts(parts: Parts[Any]) -> list[Column]:
@@ -49,22 +49,22 @@ def materials(parts: Parts[Any]) -> Column:
 
 def masses(parts: Parts[Any]) -> list[Column]:
     each = parts.masses_kg[parts.firsts]
-    whole = (parts.counts * each).tolist()
-    return [Column("Mass each (kg)", 3, each.tolist()), Column("Mass (kg)", 3, whole, float(sum(whole)))]
+    of_marks = (parts.counts * each).tolist()
+    return [Column("Mass each (kg)", 3, each.tolist()), Column("Mass (kg)", 3, of_marks, float(sum(of_marks)))]
 
 
 def files(parts: Parts[Any], pattern: str) -> Column:
-    """pattern: with {} in the place of the mark."""
+    """The files of the marks. pattern: a path with {} in place of the mark."""
     return Column("File", None, [pattern.format(mark) for mark in parts.mark_names])
 
 
 def of_first(title: str, decimals: int, parts: Parts[Any], values: FloatArray | IntArray) -> Column:
-    """The value (n,) of the first part of each mark, in which equal parts agree."""
+    """The value of the first part of each mark; values (n,) are the same for equal parts."""
     return Column(title, decimals, values[parts.firsts].tolist())
 
 
 def over_all(title: str, decimals: int, parts: Parts[Any], values: FloatArray) -> Column:
-    """Values (n,) that differ from place to place: the value or the range over all parts of each mark."""
+    """The value or the range of all parts of each mark; values (n,) may differ between equal parts."""
     return Column(title, decimals, ranges(values, parts.mark, decimals))
 
 
@@ -75,7 +75,7 @@ def each_value(title: str, decimals: int, parts: Parts[Any], values: Ragged) -> 
 
 
 def counted(title: str, parts: Parts[Any], words: Sequence[str]) -> Column:
-    """The words (n,) of all parts of each mark: each once, with how often it occurs where that is more than once."""
+    """The different words (n,) of all parts of each mark, with their number where a word occurs more than once."""
     order = np.argsort(parts.mark, kind="stable").tolist()
     cells = []
     for own in grouped([words[k] for k in order], np.concatenate([[0], np.cumsum(parts.counts)])):
@@ -87,7 +87,7 @@ def counted(title: str, parts: Parts[Any], words: Sequence[str]) -> Column:
 
 
 def marks_in(around: Surroundings, group: str, elements: IntArray) -> list[str]:
-    """The same of the parts of a group, which may be missing."""
+    """As `marks_at`, of the parts of a group, which may be missing."""
     for parts in around.assembly.groups:
         if parts.kind.group == group:
             return marks_at(parts, elements)
@@ -110,7 +110,7 @@ def marks_at(parts: Parts[Any], elements: IntArray) -> list[str]:
 
 
 def grouped(words: Sequence[str], starts: IntArray) -> Iterable[Sequence[str]]:
-    """The words in runs: run r has words[starts[r]:starts[r + 1]]."""
+    """The words in groups: group r has words[starts[r]:starts[r + 1]]."""
     return (words[start:end] for start, end in pairwise(starts.tolist()))
 
 
@@ -119,7 +119,7 @@ def joined(words: Sequence[str], starts: IntArray) -> list[str]:
 
 
 def texts(cells: Sequence[Cell], decimals: int | None) -> list[str]:
-    """Each cell as text, numbers with so many decimals; what rounds to zero has no sign."""
+    """Each cell as text, numbers with this many decimals; a number that rounds to zero has no sign."""
     if decimals is None:
         return ["" if cell is None else str(cell) for cell in cells]
     form, zero = f"%.{decimals}f", f"{0:.{decimals}f}"
@@ -128,15 +128,15 @@ def texts(cells: Sequence[Cell], decimals: int | None) -> list[str]:
 
 
 def ranges(values: FloatArray, group: IntArray, decimals: int) -> list[Cell]:
-    """For each group (of the values (k,), numbered from 0, none empty) the first value, if all are the same to these
-    decimals; else from the least to the largest. None where all are NaN."""
+    """For each group the first of its values (k,), if all are the same to these decimals; if not, "smallest to
+    largest". None where all are NaN. group (k,): numbered from 0, none is empty."""
     if not len(values):
         return []
     order = np.argsort(group, kind="stable")
     starts = np.flatnonzero(np.diff(group[order], prepend=-1))
     own = values[order]
-    least, largest = np.fmin.reduceat(own, starts), np.fmax.reduceat(own, starts)
+    smallest, largest = np.fmin.reduceat(own, starts), np.fmax.reduceat(own, starts)
     known = np.minimum.reduceat(np.where(np.isnan(own), len(own), np.arange(len(own))), starts)
     first = np.append(own, np.nan)[known].tolist()
-    both = zip(first, texts(least.tolist(), decimals), texts(largest.tolist(), decimals), strict=True)
+    both = zip(first, texts(smallest.tolist(), decimals), texts(largest.tolist(), decimals), strict=True)
     return [None if value != value else value if low == high else f"{low} to {high}" for value, low, high in both]

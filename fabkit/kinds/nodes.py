@@ -28,17 +28,17 @@ __all__ = ["NODE", "NodeDetails"]
 
 @dataclass(frozen=True, eq=False)
 class NodeDetails(Details):
-    """Of n nodes.
+    """Data of n nodes.
 
-    Own frame of a node: origin at the mesh vertex, z along the node axis outwards, x towards the first beam. The rows
-    run over its beams, counter-clockwise seen from outside.
+    Own frame of a node: origin at the mesh vertex, z along the node axis outwards, x towards the first beam. Each row
+    has a value for each of its beams, counter-clockwise seen from outside.
 
     beams: mesh edges. azimuths_deg: directions of the beams about the axis, the first one zero. inclinations_deg:
     angles of the beams' axes above the plane perpendicular to the node axis. setbacks_mm: distances of the facets from
     the axis. height_mm (n,): from bottom to top. top_step_mm (n,): largest difference in level between the tops of the
-    beams at their ends. axis_misalignment_mm (n,): the same of the points in which the centre lines of the beams' outer
-    sides, or of their inner sides, meet the axis: zero in edge offset meshes, also where some beams fall from the node
-    and others rise, so that their ends differ in level.
+    beams at their ends. axis_misalignment_mm (n,): largest distance between the points in which the centre lines of the
+    beams' outer sides, or of their inner sides, meet the axis. It is zero in edge offset meshes, even where some beams
+    descend from the node and others rise, so that their ends differ in level.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -58,7 +58,7 @@ class NodeDetails(Details):
 
 
 def _turns(nodes: Parts[NodeDetails], corners: FloatArray) -> Turns:
-    """With each of their beams in front."""
+    """The turns of nodes: each of their beams in turn is the first."""
     azimuths = np.radians(nodes.details.azimuths_deg.values).reshape(len(nodes), -1)
     forwards = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=2)
     facets = forwards * nodes.details.setbacks_mm.values.reshape(len(nodes), -1, 1)
@@ -68,16 +68,16 @@ def _turns(nodes: Parts[NodeDetails], corners: FloatArray) -> Turns:
     return Turns(np.zeros_like(forwards), forwards, shifted(first, n))
 
 
-def _nearest(points: FloatArray, wanted: FloatArray) -> IntArray:
-    """(m, t) which of its own points (m, n, 2) is nearest to each of the points wanted (m, t, 2) of m things."""
-    apart = 4 * np.abs(wanted).max(initial=0.0) + 4 * np.abs(points).max(initial=0.0)
-    layer = apart * np.arange(len(points), dtype=np.float64)[:, None, None]
+def _nearest(points: FloatArray, targets: FloatArray) -> IntArray:
+    """(m, t) number of the nearest of its own points (m, n, 2) to each of its targets (m, t, 2), for m nodes."""
+    spacing = 4 * np.abs(targets).max(initial=0.0) + 4 * np.abs(points).max(initial=0.0)
+    layer = spacing * np.arange(len(points), dtype=np.float64)[:, None, None]
 
     def in_layers(flat: FloatArray) -> FloatArray:
         return np.concatenate([flat, np.broadcast_to(layer, (*flat.shape[:2], 1))], axis=2).reshape(-1, 3)
 
-    found = cKDTree(in_layers(points)).query(in_layers(wanted))[1]
-    nearest: IntArray = found.reshape(wanted.shape[:2]) % points.shape[1]
+    found = cKDTree(in_layers(points)).query(in_layers(targets))[1]
+    nearest: IntArray = found.reshape(targets.shape[:2]) % points.shape[1]
     return nearest
 
 
@@ -106,14 +106,14 @@ def _measures(nodes: Parts[NodeDetails]) -> list[Measure]:
         measure("Step between beam tops", "mm", 2, own.top_step_mm),
         measure("Misalignment at the node axis", "mm", 2, own.axis_misalignment_mm),
         measure("Largest setback", "mm", 1, own.setbacks_mm.reduced(np.maximum)),
-        measure("Least angle of beams", "°", 1, _smallest_gaps(own.azimuths_deg)),
+        measure("Smallest angle between beams", "°", 1, _smallest_gaps(own.azimuths_deg)),
         measure("Height of a node", "mm", 1, own.height_mm),
         measure("Mass of a node", "kg", 2, nodes.masses_kg),
     ]
 
 
 def _smallest_gaps(azimuths_deg: Ragged) -> FloatArray:
-    """(n,) degrees between neighbouring beams about the axis; NaN for fewer than two beams."""
+    """(n,) smallest angle in degrees between neighbouring beams about the axis; NaN for fewer than two beams."""
     following = azimuths_deg.rolled(np.ones(len(azimuths_deg), dtype=np.int64)).values
     is_last = azimuths_deg.place == azimuths_deg.sizes[azimuths_deg.row] - 1
     gaps = azimuths_deg.with_values(np.where(is_last, following + 360.0, following) - azimuths_deg.values)

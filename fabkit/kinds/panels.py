@@ -30,11 +30,11 @@ __all__ = ["PANEL", "PanelDetails", "panel_outlines"]
 
 @dataclass(frozen=True, eq=False)
 class PanelDetails(Details):
-    """Of n panels.
+    """Data of n panels.
 
     Own frame of a panel: outer side up (the plate is a prism between z = 0 and z = thickness), origin at the start of
-    the longest edge of the outline, x along it. The rows run over the edges of the outline, counter-clockwise, edge k
-    from corner k to corner k+1.
+    the longest edge of the outline, x along it. Each row has a value for each edge of the outline, counter-clockwise,
+    edge k from corner k to corner k+1.
 
     thickness_mm, area_mm2 (n,). underside_mm (n,): height of the lower side above the mesh face. edge_lengths_mm.
     corner_angles_deg: inner angle at each corner. dihedrals_deg: as for beams. beams: the mesh edges. neighbours: the
@@ -75,7 +75,7 @@ def panel_outlines(panels: Parts[PanelDetails]) -> Ragged:
 
 
 def _turns(panels: Parts[PanelDetails], corners: FloatArray) -> Turns:
-    """On each of their edges."""
+    """The turns of panels: each of their edges in turn is the first."""
     n = corners.shape[1] // 2
     outlines = corners[:, :n, :2]
     sides = np.roll(outlines, -1, axis=1) - outlines
@@ -116,7 +116,7 @@ def _dihedrals(panels: Parts[PanelDetails]) -> Column:
 
 
 def _sheets(panels: Parts[PanelDetails], sheets: IntArray) -> list[str]:
-    """The sheets (n,) that hold panels of each mark, each once."""
+    """The different sheets with panels of each mark. sheets (n,): of each panel, counted from 1."""
     pairs = np.unique(np.stack([panels.mark, sheets], axis=1), axis=0)
     starts = np.concatenate([[0], np.cumsum(np.bincount(pairs[:, 0], minlength=len(panels.mark_names)))])
     return [", ".join(own) for own in grouped([str(sheet) for sheet in pairs[:, 1].tolist()], starts)]
@@ -129,7 +129,7 @@ def _measures(panels: Parts[PanelDetails]) -> list[Measure]:
         measure("Area", "m²", 3, own.area_mm2 / 1e6),
         measure("Longest edge", "mm", 1, own.edge_lengths_mm.reduced(np.maximum)),
         measure("Smallest corner", "°", 1, own.corner_angles_deg.reduced(np.minimum)),
-        measure("Sharpest fold", "°", 2, folds.reduced(np.fmax)),
+        measure("Largest dihedral angle", "°", 2, folds.reduced(np.fmax)),
         measure("Mass of a panel", "kg", 1, panels.masses_kg),
     ]
 

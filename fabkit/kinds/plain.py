@@ -1,4 +1,4 @@
-"""A kind of part of one's own of which nothing is known but its solids."""
+"""A simple kind of part of one's own, without any data besides the solids."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def plain_kind(
     form: Literal["bar", "block", "plate"] = "block",
     colour: tuple[float, float, float] = (0.85, 0.55, 0.15),
 ) -> Kind[Parts[Details]]:
-    """A kind whose group is called by the name and an s, with marks, counts, material and masses in its list.
+    """A kind whose group has the name and an s; its cut list gives marks, counts, materials and masses.
 
     letter, element, form, colour: as in `Kind`. The details of its parts are `Details()`.
 

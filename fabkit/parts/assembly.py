@@ -24,7 +24,8 @@ D = TypeVar("D", bound=Details)
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A part that was not made. kind: its name; element: mesh edge, vertex or face; reason: a sentence that says so.
+    """A part that was not made. kind: name of its kind; element: mesh edge, vertex or face, counted from 0; reason: the
+    reason in words.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -41,10 +42,11 @@ class LeftOut:
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """The parts, a group for each kind, and what had to be left out.
+    """The parts, one group for each kind, and the parts that had to be left out.
 
-    The parts are placed near zero, since far from it coordinates are coarse. origin_mm (3,): where zero is in the
-    coordinates of the mesh file, in mm: a point of a part stands at `part.placement.to_world(point) + origin_mm`.
+    The parts are placed near zero, where coordinates are most accurate. origin_mm (3,): position of this zero in the
+    coordinates of the mesh file, in mm. So a point of a part has the coordinates
+    `part.placement.to_world(point) + origin_mm` there.
 
     Raises DetailingError where two kinds share the letter of their marks, their name or that of their group.
 
@@ -91,7 +93,8 @@ class Assembly:
         return Parts.of(kind)
 
     def with_group(self, parts: Parts[Any]) -> Assembly:
-        """With these parts in the place of those of their kind, or after the other groups."""
+        """The assembly with these parts in place of the group of their kind, or after the other groups if it has
+        none."""
         groups = {each.kind.group: each for each in self.groups} | {parts.kind.group: parts}
         return replace(self, groups=tuple(groups.values()))
 
@@ -103,8 +106,10 @@ class Assembly:
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """What is known of parts that is not stored with them: the assembly, whose other parts they touch, and for groups
-    that are nested the number of each part's sheet (n,), from one, by the name of the group.
+    """The context of the parts of one kind: the assembly with their neighbours, and the sheets on which parts are
+    nested.
+
+    sheets: by the name of a nested group, the number (n,) of each part's sheet, counted from 1.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome

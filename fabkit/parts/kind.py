@@ -1,7 +1,7 @@
-"""Kinds of part, and what is reported about the parts of a kind.
+"""Kinds of part: their data, columns, measures and labels.
 
-To add a kind is to write one such value, with the record of what is known of its parts, beside the others in
-fabkit.kinds; nothing that draws, lists, checks or writes parts names one.
+A kind is added as one `Kind` value in fabkit.kinds, with a record of the data of its parts. The code that draws, lists,
+checks or writes parts works for all kinds and names none of them.
 """
 
 from __future__ import annotations
@@ -22,10 +22,11 @@ Cell = str | int | float | None
 
 @dataclass(frozen=True, eq=False)
 class Details:
-    """What the parts of a kind are beside their solids: a record for each kind, of arrays over all its parts.
+    """Base of the records with the data of parts besides their solids: one record for each kind, with arrays over all n
+    parts.
 
-    Fields are arrays (n, ...) or Ragged. details[k] is the same record of one part, its fields without the first axis;
-    details[chosen], by indices or a mask (n,), that of some.
+    Fields are arrays (n, ...) or Ragged. details[k] is the record of one part, its fields without the first axis;
+    details[chosen], by indices or a mask (n,), that of several parts.
 
     >>> from dataclasses import dataclass
     >>> from fabkit.parts import Details
@@ -54,9 +55,9 @@ P = TypeVar("P")
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a cut list: a cell for each mark.
+    """A column of a cut list: one cell for each mark.
 
-    decimals: of its numbers, None for text. total: what stands below it, None for nothing.
+    decimals: number of decimals shown, None for text. total: the cell below the column, None for an empty one.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -78,8 +79,8 @@ class Column:
 class Measure:
     """One number for each part of a group, in the group's order.
 
-    values (n,), NaN where there is none; decimals: how many are worth showing; signed: whether zero is the target and
-    both signs occur.
+    values (n,), NaN where there is none; decimals: number of decimals shown; signed: whether the values are deviations
+    of both signs from zero.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -103,15 +104,14 @@ class Measure:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Kind(Generic[P]):
-    """A kind of part, of which P are some.
+    """A kind of part; P is the type of its parts.
 
-    name: of one part; group: of all; element: what of the mesh a part stands for. letter: with which its marks begin.
-    colour: sRGB red, green and blue, 0 to 1. form: what it looks like to a viewer: plates hide what lies below them,
-    blocks are small. empty_details: the details of no parts. symmetry: None where a part
-    can be seen from one side only.
+    name: of one part; group: name of all parts of the kind; element: the mesh element of a part. letter: first letter
+    of the marks. colour: sRGB red, green and blue, 0 to 1. form: how a viewer draws the part: plates hide what lies
+    below them, blocks are small. empty_details: the record for zero parts. symmetry: None for parts without symmetry.
 
-    columns: of its cut list, with a cell for each mark. measures: numbers of parts for colours and histograms. labels:
-    a line about each part. Columns and labels are given the `Surroundings` of the parts.
+    columns: of the cut list, with one cell for each mark. measures: numbers for colours and histograms. labels: one
+    line about each part. The functions for columns and labels also take the `Surroundings` of the parts.
 
     >>> from fabkit.kinds import BEAM
     >>> BEAM.name, BEAM.group, BEAM.element, BEAM.letter

@@ -1,4 +1,4 @@
-"""What a part is made of."""
+"""Materials of parts."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ __all__ = ["Material"]
 
 @dataclass(frozen=True)
 class Material:
-    """name, ASCII; density in kg/m3. Raises FabkitError for another name, and FabkitError or
-    GeometryError for a density that is no number above 0.
+    """A material. name: in ASCII; density_kg_m3: density in kg/m3.
+
+    Raises FabkitError for another name, and FabkitError or GeometryError for a density that is not a number above 0.
 
     >>> from fabkit.parts import Material
     >>> round(Material("steel", 7850.0).mass_kg(volume_mm3=1e6), 2)

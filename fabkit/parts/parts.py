@@ -1,4 +1,4 @@
-"""The parts of one kind, as arrays; a part of its own for people who script."""
+"""The parts of one kind as arrays, and single parts for scripts."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ __all__ = ["Part", "Parts"]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Part:
-    """A solid in its own frame, and where it stands.
+    """A single part: its solid in its own frame, and its placement.
 
-    mark: the name that equal parts share; ASCII. element: index of the mesh edge, vertex or face it stands for.
-    details: what is known beside, the record of the kind: `part.details.long_point_mm` of a beam.
+    mark: the name that equal parts share; ASCII. element: number of its mesh edge, vertex or face, counted from 0.
+    details: the record of its kind for this part, such as `part.details.long_point_mm` of a beam.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -53,12 +53,12 @@ D = TypeVar("D", bound=Details)
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Parts(Sequence[Part], Generic[D]):
-    """All n parts of one kind; a sequence of `Part`, each made when it is asked for.
+    """All n parts of one kind, as arrays; also a sequence of `Part`, each made on access.
 
-    elements (n,): the mesh edge, vertex or face of each. solids: those that occur, in the parts' own frames; shape
-    (n,): which one each has, since equal parts share it. origins (n, 3) in mm, axes (n, 3, 3): their placements, as in
-    `Frame`. materials: those that occur; material (n,): which. mark_names: those that occur, in the order of the parts;
-    mark (n,): which.
+    elements (n,): the mesh edge, vertex or face of each part. solids: the different solids, in the parts' own frames;
+    shape (n,): index into them, as equal parts share a solid. origins (n, 3) in mm, axes (n, 3, 3): placements, as in
+    `Frame`. materials: the different materials; material (n,): index into them. mark_names: the different marks, in the
+    order of the parts; mark (n,): index into them.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -95,7 +95,7 @@ class Parts(Sequence[Part], Generic[D]):
 
     @classmethod
     def of(cls, kind: Kind[Parts[D]], parts: Iterable[Part] = ()) -> Parts[D]:
-        """Parts made one by one, as arrays."""
+        """Parts that were made one by one, as arrays."""
         given = list(parts)
         solids = {id(part.solid): part.solid for part in given}
         return cls(
@@ -123,7 +123,7 @@ class Parts(Sequence[Part], Generic[D]):
         material: Material,
         details: D,
     ) -> Parts[D]:
-        """Parts of one material, none of which shares its solid, marked by their mesh elements."""
+        """Parts of one material, each with its own solid, and with a mark from the number of its mesh element."""
         n = len(elements)
         return cls(
             kind=kind,
@@ -185,7 +185,7 @@ class Parts(Sequence[Part], Generic[D]):
         )
 
     def find(self, elements: IntArray) -> IntArray:
-        """Position of the part that stands for each of these mesh elements (...), -1 where there is none."""
+        """Position of the part of each of these mesh elements (...), -1 where there is none."""
         if not len(self):
             return np.full(np.shape(elements), -1, dtype=np.int64)
         order = np.argsort(self.elements, kind="stable")

@@ -1,8 +1,9 @@
-"""From where else a part may be seen, so that it is the same piece: a bar from its other end, a block from another of
-its beams, a plate from another of its edges.
+"""Symmetries: frames from which a part is the same piece. A bar may be turned end for end, a block may begin with any
+of its beams, a plate with any of its edges.
 
-A part has a *ring* of places; what is known of each place runs around it. In turn t the part is seen with place t in
-front: it is moved in the xy-plane of its own frame, its corners change places, and the ring begins at t.
+A part has a *ring* of places (the ends of a beam, the beams of a node, the edges of a panel), and some of its data have
+a value for each place. In turn t the part is described from place t: its frame is moved in the xy-plane, its corners
+are renumbered, and the ring begins at t.
 """
 
 from __future__ import annotations
@@ -18,14 +19,16 @@ from geometry.arrays import FloatArray, IntArray
 __all__ = ["Corners", "Symmetry", "Turns", "moved", "other_end", "shifted"]
 
 Corners = Callable[[IntArray, IntArray, IntArray], IntArray]
-"""(parts (q,), turns (q,), corners (c,)) -> (q, c): which corner of each part takes each one's place in that turn."""
+"""(parts (q,), turns (q,), corners (c,)) -> (q, c): number of the corner that replaces each of these corners in the
+turn of each part."""
 
 
 @dataclass(frozen=True, eq=False)
 class Turns:
-    """n parts with t turns each, the first of which is how they stand.
+    """The t turns of each of n parts; turn 0 leaves the part as it is.
 
-    starts (n, t, 2): where the turned frame stands, in mm; along (n, t, 2): unit direction in which its x-axis looks.
+    starts (n, t, 2): origins of the turned frames, in mm; along (n, t, 2): unit directions of their x axes; both in the
+    parts' own frames.
 
     >>> from fabkit.parts import Turns, shifted
     >>> quarter = Turns(np.zeros((1, 2, 2)), np.array([[[1.0, 0], [0, 1]]]), shifted(np.array([[0, 1]]), 4))
@@ -43,11 +46,11 @@ P = TypeVar("P")
 
 @dataclass(frozen=True)
 class Symmetry(Generic[P]):
-    """The turns of a kind of part, of which P are some.
+    """The turns of a kind of part; P is the type of its parts.
 
-    ring_fields: names of the details with a value for each place of the ring, rows of a Ragged or of an array (n,
-    places). azimuth_fields: those among them that are angles in degrees from the x-axis. turns: of parts of one
-    topology with equally many places, and of their corners (n, c, 3) in their own frames.
+    ring_fields: names of the details with a value for each place of the ring, as rows of a Ragged or of an array (n,
+    places). azimuth_fields: those of them that are angles in degrees from the x axis. turns: a function of parts with
+    one topology and equally many places, and of their corners (n, c, 3) in their own frames, that returns their turns.
 
     >>> from fabkit.kinds import NODE
     >>> NODE.symmetry.ring_fields, NODE.symmetry.azimuth_fields
@@ -60,7 +63,7 @@ class Symmetry(Generic[P]):
 
 
 def other_end(n_corners: int) -> Corners:
-    """Half a turn of a bar, of any section: its corners are listed so that this reverses their order.
+    """The renumbering of the corners of a bar that is turned end for end: it reverses the order of its corners.
 
     >>> from fabkit.parts import other_end
     >>> corners = other_end(8)
@@ -75,7 +78,8 @@ def other_end(n_corners: int) -> Corners:
 
 
 def shifted(first: IntArray, n: int) -> Corners:
-    """Prisms over polygons with n corners, the lower ones first: corner number first (parts, turns) comes in front.
+    """The renumbering of the corners of prisms over polygons with n corners, the lower ones first: in each turn, corner
+    `first` (parts, turns) becomes corner 0.
 
     >>> from fabkit.parts import shifted
     >>> corners = shifted(np.array([[0, 1, 2]]), 3)
@@ -91,13 +95,13 @@ def shifted(first: IntArray, n: int) -> Corners:
 
 
 def moved(points: FloatArray, starts: FloatArray, along: FloatArray) -> FloatArray:
-    """Points (q, c, 3) seen from the frames at starts (q, 2) with x-axes along (q, 2).
+    """Points (q, c, 3) in the frames with origins at starts (q, 2) and x axes along (q, 2).
 
     >>> from fabkit.parts import moved
     >>> moved(np.array([[[5.0, 2, 1]]]), np.array([[3.0, 0]]), np.array([[0.0, 1]])).tolist()
     [[[2.0, -2.0, 1.0]]]
     """
     flat = points[..., :2] - starts[:, None]
-    ahead, aside = along[:, :1], along[:, 1:]
-    turned = [flat[..., 0] * ahead + flat[..., 1] * aside, flat[..., 1] * ahead - flat[..., 0] * aside, points[..., 2]]
+    x, y = along[:, :1], along[:, 1:]
+    turned = [flat[..., 0] * x + flat[..., 1] * y, flat[..., 1] * x - flat[..., 0] * y, points[..., 2]]
     return np.stack(turned, axis=2)

@@ -12,9 +12,9 @@ from fabkit.production.summary import (
     ExactGaussImage,
     GaussImageSource,
     GivenGaussImage,
-    OnSurface,
     OptimisedGaussImage,
     Summary,
+    SurfaceSummary,
 )
 
 __all__ = [
@@ -34,10 +34,10 @@ __all__ = [
     "GaussImageSource",
     "GivenGaussImage",
     "Nest",
-    "OnSurface",
     "OptimisedGaussImage",
     "Sheet",
     "Summary",
+    "SurfaceSummary",
     "Table",
     "build_facts",
     "cut_list",

@@ -1,4 +1,4 @@
-"""Polylines one after another in one array, so that a million strokes are not as many arrays."""
+"""Many polylines in one array of points: a million strokes in separate arrays would be slow."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Curves(Ragged):
 
     @classmethod
     def joined(cls, several: Iterable[Curves]) -> Curves:
-        """All the curves of several."""
+        """The curves of several objects in one."""
         points, sizes = zip(*((each.values, each.sizes) for each in several), strict=True)
         return cls(np.concatenate(points), np.concatenate([[0], np.cumsum(np.concatenate(sizes))]))
 
@@ -40,7 +40,7 @@ class Curves(Ragged):
         return closed
 
     def grouped(self, group: IntArray, n_groups: int) -> list[Curves]:
-        """The curves of each group 0 .. n_groups - 1, by the group of each, in their order."""
+        """The curves of each group, from 0 to n_groups - 1, in their order. group (k,): of each curve."""
         order = np.argsort(group, kind="stable")
         sorted_ = self[order]
         ends = np.searchsorted(group[order], np.arange(n_groups + 1)).tolist()

@@ -1,4 +1,4 @@
-"""Cut lists: what to make of each kind, a row a mark, as data."""
+"""Cut lists as data: one table for each kind of part, one row for each mark."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ __all__ = ["CutList", "Table", "cut_list"]
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells. title: in one word, in small letters.
+    """Rows of cells. title: one word in small letters.
 
-    columns: names with their units. decimals: to which the numbers of each column are to be shown; None for columns
-    of text. totals: one cell a column, None where there is nothing to add up. left_out: sentences about the parts
-    that are missing.
+    columns: names with their units. decimals: number of decimals shown in each column; None for columns of text.
+    totals: one cell for each column, None where there is nothing to add up. left_out: sentences about the parts that
+    are left out.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -42,7 +42,7 @@ class Table:
 
     @cached_property
     def texts(self) -> tuple[tuple[str, ...], ...]:
-        """The rows as text: numbers with the decimals of their column, nothing where there is none."""
+        """The rows as text: numbers with the decimals of their column, an empty text for an empty cell."""
         columns = zip(*self.rows, strict=True)
         return tuple(zip(*map(texts, columns, self.decimals), strict=True))
 
@@ -72,11 +72,11 @@ class CutList:
 
 
 def cut_list(assembly: Assembly, nest: Nest | None) -> CutList:
-    """A table for each group, a row for each mark in the order of the marks' first parts.
+    """One table for each group of parts, one row for each mark, in the order of the first parts of the marks.
 
-    Equal parts share a row. What depends on where a part stands (its neighbours, its dihedral angles) is then given
-    for all of them: a range of numbers, or one text for each place. The files named are those of the mark: its STEP,
-    for panels its DXF.
+    Equal parts share a row. Values that depend on the place of a part (its neighbours, its dihedral angles) are then
+    given for all of them: a range of numbers, or one text for each place. The files listed are those of the mark: its
+    STEP file, and for panels its DXF file.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -86,7 +86,7 @@ def cut_list(assembly: Assembly, nest: Nest | None) -> CutList:
     >>> beams.columns[:4], beams.texts[0][:4]
     (('Mark', 'Count', 'Section', 'Material'), ('B001', '6', 'flat 50x120', 'steel'))
     """
-    sheets = {PANEL.group: np.array([at.sheet + 1 for at in nest.placements], dtype=np.int64)} if nest else {}
+    sheets = {PANEL.group: np.array([place.sheet + 1 for place in nest.placements], dtype=np.int64)} if nest else {}
     around = Surroundings(assembly, sheets)
     return CutList(tuple(_table(group, around) for group in assembly.groups))
 

@@ -1,8 +1,8 @@
 """Drawings for cutting machines, as data: layers of curves in millimetres.
 
 Layers: CUT, the nominal contours; MARK, open strokes to engrave or plot: the mark in the middle of the panel, an
-arrow along its first (longest) edge, in the drawing of a single panel also the neighbours' marks along the edges;
-SHEET, the stock. No line is drawn twice, and nothing is on the drawing that is not to be cut or marked but the stock.
+arrow along its first (longest) edge, and in the drawing of a single panel also the neighbours' marks along the edges;
+SHEET, the outline of the stock sheet. No line is drawn twice, and a drawing contains nothing else.
 """
 
 from __future__ import annotations
@@ -29,21 +29,21 @@ MAX_MARK_HEIGHT_MM, MAX_EDGE_MARK_HEIGHT_MM = 80.0, 30.0
 """Largest height of a panel's own mark, and of the marks along its edges, in mm."""
 
 LEAST_READABLE_HEIGHT_MM = 3.0
-"""Least height of a neighbour's mark in mm: smaller ones cannot be read and are omitted."""
+"""Minimum height of a neighbour's mark in mm: smaller ones cannot be read and are omitted."""
 
 MARK_SHARE, EDGE_MARK_SHARE, EDGE_GAP_SHARE = 0.7, 0.14, 0.06
 """Half the diagonal of a panel's mark, the height of the marks along its edges, and their distance from the edges, over
 the radius of the largest circle inside the panel. They add up to less than one, so the marks do not meet."""
 
 MAX_EDGE_SHARE = 0.4
-"""Largest part of an edge that a mark along it takes."""
+"""Largest length of a mark along an edge, over the length of the edge."""
 
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
     """Curves by layer.
 
-    name: becomes that of the file. notes: sentences for the head of the file.
+    name: of the file. layers: the curves of each layer in mm. notes: sentences for the head of the file.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -61,7 +61,8 @@ class Drawing:
 
 @dataclass(frozen=True, eq=False)
 class _Labels:
-    """Texts on panels: panel (m,), middle of the foot of the text (m, 2), its direction (m, 2), its height (m,)."""
+    """Texts on panels. panel (m,): index; foot (m, 2): middle of the base line in mm; along (m, 2): direction of the
+    line; height (m,) in mm."""
 
     texts: Sequence[str]
     panel: IntArray
@@ -70,7 +71,7 @@ class _Labels:
     height: FloatArray
 
     def strokes(self) -> tuple[Curves, IntArray]:
-        """Polylines in the frames of their panels, and (k,) the panel of each."""
+        """Polylines in mm in the frames of their panels, and (k,) the panel of each."""
         curves, text = text_strokes(self.texts)
         x = self.along * self.height[:, None]
         y = np.stack([-x[:, 1], x[:, 0]], axis=1)
@@ -80,7 +81,7 @@ class _Labels:
         return Curves(placed, curves.starts), self.panel[text]
 
     def boxes(self) -> FloatArray:
-        """(m, 4, 2) corners of the texts."""
+        """(m, 4, 2) corners of the boxes of the texts, in mm."""
         up = np.stack([-self.along[:, 1], self.along[:, 0]], axis=1) * self.height[:, None]
         half = self.along * (self.height * text_widths(self.texts) / 2)[:, None]
         corners = [self.foot - half, self.foot + half, self.foot + half + up, self.foot - half + up]
@@ -100,15 +101,15 @@ def sheet_drawings(nest: Nest, panels: Parts[PanelDetails]) -> tuple[Drawing, ..
     """
     sheet, sheets = nest.sheet, np.array([place.sheet for place in nest.placements], dtype=np.int64)
     stock = np.array([[0, 0], [sheet.length_mm, 0], [sheet.length_mm, sheet.width_mm], [0, sheet.width_mm]])
-    own = panel_outlines(panels)
-    outlines = Curves.of([_closed(moved(own[place.panel], place)) for place in nest.placements])
-    strokes, panel = _marks(panels.marks, own, [""] * len(own.values))
+    in_panel_frames = panel_outlines(panels)
+    outlines = Curves.of([_closed(moved(in_panel_frames[place.panel], place)) for place in nest.placements])
+    strokes, panel = _marks(panels.marks, in_panel_frames, [""] * len(in_panel_frames.values))
     ends = strokes.starts[np.searchsorted(panel, np.arange(len(panels) + 1))]
     points = map(moved, np.split(strokes.values, ends[1:-1]), nest.placements)
     strokes = Curves(np.concatenate([np.empty((0, 2)), *points]), strokes.starts)
     cut, mark = outlines.grouped(sheets, nest.n_sheets), strokes.grouped(sheets[panel], nest.n_sheets)
     notes = (
-        f"Contours are nominal: the kerf is not taken off; parts are at least {nest.gap_mm:g} mm apart.",
+        f"Contours are nominal, without allowance for the kerf; parts are at least {nest.gap_mm:g} mm apart.",
         "Millimetres. Outer side up. Layers: CUT contours, MARK open strokes, SHEET stock.",
     )
     return tuple(
@@ -118,9 +119,9 @@ def sheet_drawings(nest: Nest, panels: Parts[PanelDetails]) -> tuple[Drawing, ..
 
 
 def panel_drawings(assembly: Assembly) -> tuple[Drawing, ...]:
-    """One drawing for each mark of a panel, named like it, in the panel's own frame, in the order of the panels.
+    """One drawing for each mark of a panel, named like the mark, in the panel's own frame, in the order of the panels.
 
-    A neighbour's mark stands along an edge if all panels of this mark have that neighbour, and where there is room.
+    A neighbour's mark is drawn along an edge if all panels of this mark have that neighbour, and if there is room.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -133,7 +134,7 @@ def panel_drawings(assembly: Assembly) -> tuple[Drawing, ...]:
     outlines = panel_outlines(every)[every.firsts]
     strokes, panel_of_stroke = _marks(every.mark_names, outlines, _common_neighbours(every))
     notes = (
-        "Contours are nominal: the kerf is not taken off.",
+        "Contours are nominal, without allowance for the kerf.",
         "Millimetres. Outer side up. Layers: CUT contour, MARK open strokes.",
     )
     return tuple(
@@ -145,23 +146,24 @@ def panel_drawings(assembly: Assembly) -> tuple[Drawing, ...]:
 
 
 def _common_neighbours(panels: Parts[PanelDetails]) -> list[str]:
-    """The mark across each edge of each mark's first panel, where it is across those of all panels of the mark."""
+    """For each edge of the first panel of each mark, the neighbour's mark if it is the same for all panels of the mark,
+    and an empty text if not."""
     across = panels.details.neighbours
     numbers: dict[str, int] = {"": 0, NO_NEIGHBOUR: 0, LEFT_OUT: 0}
     names = marks_at(panels, across.values)
-    which = np.array([numbers.setdefault(name, len(numbers)) for name in names], dtype=np.int64)
+    number = np.array([numbers.setdefault(name, len(numbers)) for name in names], dtype=np.int64)
     starts = np.concatenate([[0], np.cumsum(across.sizes[panels.firsts])])
     edge = starts[panels.mark[across.row]] + across.place
-    least, largest = np.full(starts[-1], len(numbers)), np.zeros(starts[-1], dtype=np.int64)
-    np.minimum.at(least, edge, which)
-    np.maximum.at(largest, edge, which)
-    words = list(numbers)
-    return [words[k] for k in np.where(least == largest, largest, 0).tolist()]
+    smallest, largest = np.full(starts[-1], len(numbers)), np.zeros(starts[-1], dtype=np.int64)
+    np.minimum.at(smallest, edge, number)
+    np.maximum.at(largest, edge, number)
+    texts = list(numbers)
+    return [texts[k] for k in np.where(smallest == largest, largest, 0).tolist()]
 
 
 def _marks(marks: Sequence[str], outlines: Ragged, edge_texts: Sequence[str]) -> tuple[Curves, IntArray]:
-    """Strokes in the panels' own frames, panel after panel, and the panel of each: its mark, an arrow along its first
-    edge, a text along each edge."""
+    """Strokes in the panels' own frames, panel after panel, and the panel of each stroke. They draw the panel's mark,
+    an arrow along its first edge and a text along each edge."""
     if not marks:
         return Curves.of([]), integers([])
     shapes = polygons(outlines)
@@ -185,13 +187,13 @@ def _middle_labels(texts: Sequence[str], centres: FloatArray, radii: FloatArray)
 def _edge_labels(
     marks: Sequence[str], outlines: Ragged, edge_texts: Sequence[str], shapes: np.ndarray, radii: FloatArray
 ) -> _Labels:
-    """Texts along edges, upright seen with the edge below; what does not lie inside the panel is made smaller, and
-    left away when it becomes unreadable, except for the arrow."""
+    """Texts along edges, upright when the edge is below. A text that does not lie inside the panel is made smaller, and
+    omitted when it becomes unreadable, except for the arrow."""
     panel, start = outlines.row, outlines.values
     end = outlines.rolled(np.ones(len(outlines), dtype=np.int64)).values
     texts = [ARROW + t if edge == 0 else t for edge, t in zip(outlines.place.tolist(), edge_texts, strict=True)]
-    there = np.flatnonzero([text != "" for text in texts])
-    texts, panel, start, end = [texts[k] for k in there], panel[there], start[there], end[there]
+    nonempty = np.flatnonzero([text != "" for text in texts])
+    texts, panel, start, end = [texts[k] for k in nonempty], panel[nonempty], start[nonempty], end[nonempty]
     lengths = np.linalg.norm(end - start, axis=1)
     along = (end - start) / lengths[:, None]
     inward = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -206,11 +208,13 @@ def _edge_labels(
         return _Labels([texts[k] for k in chosen], panel[chosen], foot, along[chosen], height[chosen])
 
     outside = np.arange(len(texts))
-    shapely.prepare(shapes)  # one with thousands of corners is asked for each of its edges
+    shapely.prepare(shapes)  # a panel with thousands of corners is queried for each of its edges
     while len(outside):
         if height[outside].min() < LEAST_READABLE_HEIGHT_MM * 1e-3:
             named = ", ".join(marks[k] for k in np.unique(panel[outside])[:10])
-            raise DetailingError(f"panels {named}: no mark fits inside; the outline must run counter-clockwise")
+            raise DetailingError(
+                f"panels {named}: no mark fits inside; give an outline that runs counter-clockwise and is not a sliver"
+            )
         boxes = labels(outside).boxes()
         inside = shapely.contains_properly(shapes[panel[outside]], shapely.polygons(boxes))
         outside = outside[~inside]

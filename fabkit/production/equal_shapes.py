@@ -1,4 +1,4 @@
-"""Which of many shapes are equal, each of which may be seen in several turns; no step looks at all pairs."""
+"""Groups of equal shapes, where each shape may be rotated into several turns; no step compares all pairs."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 __all__ = ["TurnedShapes", "equal_shapes", "may_have_equals"]
 
 TREE_CORNERS = 8
-"""Number of corners, spread evenly, that are compared first: they distinguish most shapes; beams and quads have no
-more."""
+"""Number of corners, spread evenly over the shape, that are compared first: they distinguish most shapes, and beams and
+quads have no more."""
 DISTANCE_LEVELS = 5
-"""Number of distances of corners from their mean, from the least to the largest, that are compared before shapes are
+"""Number of distances of corners from their mean, from the smallest to the largest, that are compared before shapes are
 rotated."""
 DISTANCE_ROUNDING = 1e-13
 """Rounding error of distances within a shape, over its size: some hundred times the precision of double numbers."""
@@ -26,10 +26,10 @@ MAX_COORDINATES_IN_MEMORY = 4_000_000
 
 @dataclass(frozen=True, eq=False)
 class TurnedShapes:
-    """Shapes alike in their counts of turns and corners.
+    """Shapes with equally many turns and corners.
 
-    at(shapes (q,), turns (q,), corners (c,)) -> (q, c, d): where these corners of each of these shapes are if it is
-    seen in that turn.
+    A turn is one of the rotations that may bring a shape onto an equal one. at(shapes (q,), turns (q,), corners (c,))
+    -> (q, c, d): positions of these corners of each of these shapes after the turn given for it.
     """
 
     n_shapes: int
@@ -39,70 +39,75 @@ class TurnedShapes:
 
 
 def may_have_equals(corners: FloatArray, within: float) -> BoolArray:
-    """(P,) whether solids with corners (P, n, 3) may be equal to another one of them.
+    """(P,) whether solids with corners (P, n, 3) in mm may be equal to another one of them, to `within` in mm.
 
-    No turn changes the distances of the corners from their mean. Solids are linked where these are near; one that is
-    linked to no other has no equal. Sorted for one distance after the other, all is n log n.
+    No turn changes the distances of the corners from their mean. So solids are grouped where these distances differ
+    little, and a solid that is alone in its group has no equal. Sorting by one distance after the other takes n log n.
     """
     distances = np.sort(np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2), axis=1)
     levels = np.unique(np.linspace(0, distances.shape[1] - 1, DISTANCE_LEVELS).astype(np.int64))
-    # corners that are off by `within` in each coordinate, and so is their mean
-    largest = 2 * np.sqrt(3) * within + DISTANCE_ROUNDING * distances.max(initial=0.0)
+    # `within` in each coordinate of a corner, and again in each coordinate of the mean
+    max_difference = 2 * np.sqrt(3) * within + DISTANCE_ROUNDING * distances.max(initial=0.0)
     group = np.zeros(len(distances), dtype=np.int64)
     for values in (distances.mean(axis=1), *distances[:, levels].T):
         order = np.lexsort((values, group))
-        begins = (np.diff(group[order]) > 0) | (np.diff(values[order]) > largest)
+        begins = (np.diff(group[order]) > 0) | (np.diff(values[order]) > max_difference)
         group[order] = np.concatenate([[0], np.cumsum(begins)])[: len(order)]
-    company: BoolArray = np.bincount(group)[group] > 1
-    return company
+    in_company: BoolArray = np.bincount(group)[group] > 1
+    return in_company
 
 
 def equal_shapes(shapes: TurnedShapes, within: float) -> tuple[IntArray, IntArray]:
-    """The first shape to which each is equal (P,), itself where there is none, and the smallest turn in which it is.
+    """(P,) the first shape to which each shape is equal, itself where there is none; (P,) the smallest turn that brings
+    the shape onto this first one.
 
-    In their order, shapes that are equal to none before become the first of those equal to them: of all that come
-    later, are not taken yet, and have each coordinate of each corner `within` its own in some turn. What is taken is
-    no first, so that all deviate from their firsts by no more than that, however many are linked.
+    Shapes are visited in their order. A shape that is not equal to an earlier first shape becomes a first shape itself.
+    All later shapes that belong to no group yet, and in some turn differ from it by at most `within` in each coordinate
+    of each corner, join its group. So every shape deviates from the first of its group by `within` at most, even where
+    many shapes form a chain of small differences.
     """
     parts, turns = (index.ravel() for index in np.indices((shapes.n_shapes, shapes.n_turns)))
-    probes = np.unique(np.linspace(0, shapes.n_corners - 1, TREE_CORNERS).astype(np.int64))
-    points = shapes.at(parts, turns, probes).reshape(len(parts), -1)
+    compared_first = np.unique(np.linspace(0, shapes.n_corners - 1, TREE_CORNERS).astype(np.int64))
+    points = shapes.at(parts, turns, compared_first).reshape(len(parts), -1)
     tree = cKDTree(points)
     first, turn = np.arange(shapes.n_shapes), np.zeros(shapes.n_shapes, dtype=np.int64)
-    free = np.ones(shapes.n_shapes, dtype=bool)
+    ungrouped = np.ones(shapes.n_shapes, dtype=bool)
     for part in range(shapes.n_shapes):
-        if not free[part]:
+        if not ungrouped[part]:
             continue
-        free[part] = False
+        ungrouped[part] = False
         hits = np.sort(np.array(tree.query_ball_point(points[part * shapes.n_turns], within, p=np.inf), dtype=np.int64))
-        hits = hits[free[parts[hits]]]
+        hits = hits[ungrouped[parts[hits]]]
         if shapes.n_corners > TREE_CORNERS:
             hits = _near_in_all_corners(shapes, part, hits, within)
         equal, smallest = np.unique(parts[hits], return_index=True)
-        first[equal], turn[equal], free[equal] = part, turns[hits[smallest]], False
+        first[equal], turn[equal], ungrouped[equal] = part, turns[hits[smallest]], False
     return first, turn
 
 
 def _near_in_all_corners(shapes: TurnedShapes, part: int, hits: IntArray, within: float) -> IntArray:
-    """The first of these numbers (of turns of shapes, sorted) of each shape that is `within` of the part as it is."""
+    """For each shape, its first hit at which all corners are `within` of those of `part` in its own position.
 
-    def off(some: IntArray, corners: IntArray) -> FloatArray:
+    hits, sorted: numbers of turned shapes, shape * n_turns + turn.
+    """
+
+    def deviations(some: IntArray, corners: IntArray) -> FloatArray:
         turned = shapes.at(some // shapes.n_turns, some % shapes.n_turns, corners)
         found: FloatArray = np.abs(turned - own[:, corners]).max(axis=(1, 2))
         return found
 
     corners = np.arange(shapes.n_corners)
     own = shapes.at(np.array([part]), np.array([0]), corners)
-    # where the outline bends unlike elsewhere is where a round one in a wrong turn is found out
+    # a round outline in a wrong turn deviates most where its bend differs from that of other corners
     bends = np.square(own[0, 2:] - 2 * own[0, 1:-1] + own[0, :-2]).sum(axis=1)
     unusual = 1 + np.argsort(-np.abs(bends - np.median(bends)), kind="stable")[:TREE_CORNERS]
-    hits = hits[off(hits, unusual) <= within]
-    at_once = max(1, MAX_COORDINATES_IN_MEMORY // (3 * shapes.n_corners))
+    hits = hits[deviations(hits, unusual) <= within]
+    batch_size = max(1, MAX_COORDINATES_IN_MEMORY // (3 * shapes.n_corners))
     equal = [np.zeros(0, dtype=np.int64)]
     while len(hits):
-        # the smallest turn that is left of each shape, for as many shapes as memory allows
-        smallest = np.unique(hits // shapes.n_turns, return_index=True)[1][:at_once]
-        equal.append(hits[smallest[off(hits[smallest], corners) <= within]])
+        # the smallest remaining turn of each shape, for as many shapes as memory allows
+        smallest = np.unique(hits // shapes.n_turns, return_index=True)[1][:batch_size]
+        equal.append(hits[smallest[deviations(hits[smallest], corners) <= within]])
         hits = np.delete(hits, smallest)
         hits = hits[~np.isin(hits // shapes.n_turns, equal[-1] // shapes.n_turns)]
     return np.concatenate(equal)

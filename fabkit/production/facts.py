@@ -1,4 +1,4 @@
-"""The facts of one build, defined once: report, workbook, terminal and manifest show the same ones."""
+"""The facts of a build, defined once, so that report, workbook, terminal and manifest show the same ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fabkit.fitness.finding import named
 from fabkit.kinds import PANEL
 from fabkit.parts import Assembly
 from fabkit.production.nests import Nest
-from fabkit.production.summary import GivenGaussImage, OnSurface, OptimisedGaussImage, Summary
+from fabkit.production.summary import GivenGaussImage, OptimisedGaussImage, Summary, SurfaceSummary
 
 __all__ = ["REPORT", "TERMINAL", "WORKBOOK", "BuildFacts", "Fact", "build_facts"]
 
@@ -22,10 +22,10 @@ NOWHERE: frozenset[str] = frozenset()
 
 @dataclass(frozen=True)
 class Fact:
-    """name: what it is about. values: numbers, or one text. form: how a number is written, as `format` takes it; unit:
-    of the numbers. note: a few words more.
+    """One fact. name: its label. values: numbers, or one text. form: format of the numbers, as `format` takes it; unit:
+    of the numbers. note: a short explanation.
 
-    keys: of each value in the manifest, with dots where it is nested. shown: where people are shown it.
+    keys: key of each value in the manifest, with dots where it is nested. shown: the documents that show it.
 
     >>> from fabkit.production import Fact
     >>> Fact("Edge lengths", (1455.31, 1602.88), ".1f", "mm").text
@@ -111,8 +111,8 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     yield Fact("Gauss image", (summary.gauss_image_origin,), note=checksum)
     yield from _optimised(given) if isinstance(given, OptimisedGaussImage) else ()
     heights, leans = summary.height_shares, summary.lean_shares_deg
-    yield _shares("Beam heights", heights, ".4f", "of nominal", "least, 2.5 %, median, 97.5 %, largest", "heights")
-    yield _shares("Lean of node axes from the normals", leans, ".2f", "degrees", "median, 95 %, largest", "lean_deg")
+    yield _shares("Beam heights", heights, ".4f", "of nominal", "minimum, 2.5 %, median, 97.5 %, maximum", "heights")
+    yield _shares("Lean of node axes from the normals", leans, ".2f", "degrees", "median, 95 %, maximum", "lean_deg")
     twist = float(np.abs(summary.twists_deg).max())
     yield Fact("Largest twist of a beam", (twist,), ".1e", "degrees", keys=("largest_twist_deg",))
     yield Fact("Panel underside above the mesh", (summary.underside_mm,), ".1f", "mm", keys=("panel_underside.mm",))
@@ -121,11 +121,11 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     yield Fact("Parts with one mark differ by less than", within, ".2g", "mm", keys=key, shown=on_paper)
 
 
-def _surface(laid: OnSurface) -> Iterator[Fact]:
+def _surface(laid: SurfaceSummary) -> Iterator[Fact]:
     on_paper = frozenset({REPORT, WORKBOOK})
     yield Fact("Design surface", (laid.n_triangles,), "d", "triangles", keys=("surface.triangles",))
     low, median = laid.crossing_deg
-    crossing = f"crossing at {median:.0f} degrees in the median, 95 % at more than {low:.0f}"
+    crossing = f"median crossing angle of the lines {median:.0f} degrees, 95 % above {low:.0f} degrees"
     note = "lines of curvature" if laid.lines == "principal" else crossing
     yield Fact("Network of lines", (laid.lines,), note=note, keys=("surface.lines",))
     yield Fact("Edges along the lines", (100 * laid.aligned_share,), ".1f", "%", "within 10 degrees", shown=on_paper)
@@ -157,7 +157,7 @@ def _shares(name: str, shares: dict[str, float], form: str, unit: str, note: str
 
 
 def _parts(assembly: Assembly) -> Iterator[Fact]:
-    whole, in_cells = 0.0, frozenset({WORKBOOK})
+    total_mass, in_cells = 0.0, frozenset({WORKBOOK})
     for parts in assembly.groups:
         n_marks, mass = len(parts.mark_names), float(parts.masses_kg.sum())
         group, name = parts.kind.group, parts.kind.group.capitalize()
@@ -165,8 +165,8 @@ def _parts(assembly: Assembly) -> Iterator[Fact]:
         yield Fact(name, (len(parts),), note=note, keys=(f"counts.{group}",))
         yield Fact(f"{name}, marks", (n_marks,), keys=(f"counts.marks.{group}",), shown=in_cells)
         yield Fact(f"{name}, mass", (mass,), ",.1f", "kg", shown=in_cells)
-        whole += mass
-    yield Fact("Mass", (whole,), ",.0f", "kg")
+        total_mass += mass
+    yield Fact("Mass", (total_mass,), ",.0f", "kg")
     panels = assembly.of(PANEL)
     if len(panels):
         yield Fact("Area of the panels", (float(panels.details.area_mm2.sum()) * 1e-6,), ".2f", "m²")

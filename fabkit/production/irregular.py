@@ -1,8 +1,8 @@
-"""Engines that lay the outlines themselves close together, a sheet at a time.
+"""Nesting engines that place the outlines themselves close together, one sheet at a time.
 
-packingsolver (Python 3.12 and later) chooses the panels itself, as a knapsack whose profits are areas. spyrrow
-(Python 3.11) packs given panels into a strip of least length, so it is given as much area as it managed to get onto
-the sheets before.
+packingsolver (Python 3.12 and later) chooses the panels itself, as a knapsack problem whose profits are areas. spyrrow
+(Python 3.11) packs given panels into a strip of minimum length, so it is given as much area as it managed to place on
+earlier sheets.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ __all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine", "suits_engi
 LEAST_ROUNDNESS, LEAST_OUTLINE_EDGE_MM, LARGEST_OUTLINE_TURN_DEG = 0.01, 1.0, 175.0
 """Bounds of the outlines given to an engine: radius of the largest inner circle over the diagonal of the box; length of
 an edge in mm; turn of the outline at a corner in degrees. The engines offset outlines and look for circles inside them,
-and fail on slivers and needles; real panels are far from both."""
+and fail on slivers and sharp spikes; real panels have neither."""
 
 
 def suits_engines(outlines: Ragged) -> BoolArray:
-    """(m,) whether outlines (k, 2) may be given to an engine."""
+    """(m,) whether outlines, rows of (k, 2) in mm, may be given to an engine."""
     shapes = polygons(outlines)
     radii = shapely.length(shapely.maximum_inscribed_circle(shapes))
     boxes = shapely.bounds(shapes)
     round_enough = radii >= LEAST_ROUNDNESS * np.hypot(*(boxes[:, 2:] - boxes[:, :2]).T)
-    result: BoolArray = round_enough & np.array([_blunt(outline) for outline in outlines])
+    result: BoolArray = round_enough & np.array([_is_blunt(outline) for outline in outlines])
     return result
 
 
-def _blunt(outline: FloatArray) -> bool:
-    """No needle, no slit, no tiny edge."""
+def _is_blunt(outline: FloatArray) -> bool:
+    """Whether an outline (k, 2) in mm has no sharp spike, slit or tiny edge."""
     edges = np.roll(outline, -1, axis=0) - outline
     directions = np.arctan2(edges[:, 1], edges[:, 0])
     turns = (directions - np.roll(directions, 1) + np.pi) % (2 * np.pi) - np.pi
@@ -48,25 +48,25 @@ def _blunt(outline: FloatArray) -> bool:
 
 
 class Engine(Protocol):
-    """name; least_seconds: shorter calls are not worth it."""
+    """A nesting program. min_seconds: shortest time limit in s with which it is worth a call."""
 
     name: str
-    least_seconds: float
+    min_seconds: float
 
     def fill(self, outlines: Ragged, stock: Stock, seconds: float) -> list[Placement]:
-        """One sheet filled with some of the outlines (k, 2), of which there is at least one. All suit the engines and
-        fit onto a sheet. Placement.panel counts the outlines given, and the sheet is number zero."""
+        """One sheet, number 0, filled with some of the outlines, rows of (k, 2) in mm. There is at least one outline;
+        all are suitable and fit onto a sheet. `Placement.panel` is an index into the outlines given here."""
 
 
 def installed_engine() -> Engine:
-    """The better of the engines installed; a NestingError where there is none."""
+    """The better of the installed engines. Raises NestingError where there is none."""
     if find_spec("packingsolver"):
         return PackingSolver()
     if find_spec("spyrrow"):
         return Spyrrow()
     raise NestingError(
         "no engine for the best nest is installed: install packingsolver (Python 3.12 and later) or spyrrow, "
-        "or ask for the quick nest"
+        "or choose the quick nest"
     )
 
 
@@ -74,7 +74,7 @@ class PackingSolver:
     """One knapsack of packingsolver's irregular problem; exact to rounding."""
 
     name = "packingsolver"
-    least_seconds = 0.3
+    min_seconds = 0.3
 
     def fill(self, outlines: Ragged, stock: Stock, seconds: float) -> list[Placement]:
         import packingsolver.irregular as irregular
@@ -97,17 +97,17 @@ class PackingSolver:
 
 
 class Spyrrow:
-    """One strip of spyrrow, as high as the sheet is wide; panels that end beyond the sheet's length are taken off.
+    """One strip of spyrrow, as wide as the sheet; panels that end outside the sheet's length are removed.
 
-    density: area of panels over area of sheet to try for; it follows what the strips before came to.
+    density: area of panels over area of sheet to try; it follows the densities of earlier strips.
     """
 
     name = "spyrrow"
-    least_seconds = 1.0
+    min_seconds = 1.0
 
     #: spyrrow computes in single precision: 6000 mm are good to 0.0005 mm.
     margin_mm = 0.01
-    #: A panel that just fits across the strip may find no place at all.
+    #: Share of the width that stays free, as a panel that exactly fits across the strip may not be placed at all.
     slack = 0.001
 
     def __init__(self) -> None:
@@ -146,14 +146,14 @@ class Spyrrow:
         return filling
 
     def _choose(self, outlines: Ragged, stock: Stock) -> list[int]:
-        """Large panels first, as long as they keep to the density."""
+        """Indices of the outlines to pack, large ones first, up to the area that the density allows."""
         length, width = stock.inside
-        room = self.density * length * width
+        area_left = self.density * length * width
         areas = outline_areas(outlines)
         _, sizes = smallest_rectangles(outlines, stock.inside)
         chosen = []
         for index in np.argsort(-areas, kind="stable").tolist():
-            if areas[index] <= room and sizes[index].min() <= (1 - self.slack) * width:
+            if areas[index] <= area_left and sizes[index].min() <= (1 - self.slack) * width:
                 chosen.append(index)
-                room -= areas[index]
+                area_left -= areas[index]
         return chosen

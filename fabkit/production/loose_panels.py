@@ -1,4 +1,4 @@
-"""Panels from outlines alone, without a mesh: to be nested and drawn like those of a structure."""
+"""Panels from outlines alone, without a mesh, which are nested and drawn like those of a structure."""
 
 from __future__ import annotations
 
@@ -19,12 +19,11 @@ __all__ = ["panels_from_outlines"]
 def panels_from_outlines(
     outlines: Mapping[str, npt.ArrayLike], *, thickness_mm: float, material: Material
 ) -> Parts[PanelDetails]:
-    """A panel for each name, which becomes its mark, with the corners (k, 2) in mm of its outline, outer side up.
+    """One panel for each outline, with the key as its mark; corners (k, 2) in mm, seen with the outer side up.
 
-    Outlines are turned counter-clockwise where they are not, so that they keep their side; a corner that repeats the
-    first one at the end is left out. Raises NestingError where an outline has other than k >= 3 corners of two
-    finite numbers, and for a thickness that is not above 0; GeometryError where it is no number. Outlines that cross
-    themselves are found by `nest_panels`.
+    Clockwise outlines are reversed, so that the outer side stays up; a last corner that repeats the first one is
+    removed. Raises NestingError unless an outline has k >= 3 corners of two finite numbers, and for a thickness that is
+    not above 0; GeometryError where it is not a number. `nest_panels` refuses outlines that cross themselves.
 
     >>> import numpy as np
     >>> from fabkit.parts import Material
@@ -50,7 +49,7 @@ def panels_from_outlines(
     cross, dot = sides[:, 0] * back[:, 1] - sides[:, 1] * back[:, 0], (sides * back).sum(axis=1)
     n = len(rows)
     thickness = np.full(n, float(thickness_mm))
-    nobody = np.full(len(rows.values), -1)
+    none = np.full(len(rows.values), -1)
     return Parts(
         kind=PANEL,
         elements=np.arange(n),
@@ -68,15 +67,15 @@ def panels_from_outlines(
             area_mm2=outline_areas(rows),
             edge_lengths_mm=rows.with_values(np.linalg.norm(sides, axis=1)),
             corner_angles_deg=rows.with_values(np.degrees(np.arctan2(cross, dot)) % 360),
-            dihedrals_deg=rows.with_values(np.full(len(nobody), np.nan)),
-            beams=rows.with_values(nobody),
-            neighbours=rows.with_values(nobody),
+            dihedrals_deg=rows.with_values(np.full(len(none), np.nan)),
+            beams=rows.with_values(none),
+            neighbours=rows.with_values(none),
         ),
     )
 
 
 def _corners(name: str, outline: npt.ArrayLike) -> npt.NDArray[np.float64]:
-    """(k, 2) counter-clockwise, from the first one given on."""
+    """(k, 2) corners in mm, counter-clockwise, beginning with the first one given."""
     try:
         corners = np.asarray(outline, dtype=np.float64)
     except (TypeError, ValueError):

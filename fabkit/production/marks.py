@@ -1,4 +1,4 @@
-"""Marks: equal parts share one mark and one solid, so that a workshop makes them alike."""
+"""Marks: equal parts share one mark and one solid, so that a workshop makes them from one drawing."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ from geometry.arrays import FloatArray, IntArray
 __all__ = ["EQUAL_WITHIN_MM", "share_equal_parts", "turned_parts", "turned_shapes", "turns_of"]
 
 EQUAL_WITHIN_MM = 1e-7
-"""Parts with all corners within this distance are equal, if nothing else is said. Below what a beam's end may be off
-its facet (1e-6 mm), so that sharing solids keeps the fit; far above rounding (1e-10 mm for a building of 100 m)."""
+"""Default of the largest difference in mm of each coordinate of corners of parts that count as equal. Smaller than the
+permitted deviation of a beam's end from its facet (1e-6 mm), so that shared solids keep their fit; far above rounding
+(1e-10 mm for a building of 100 m)."""
 
 D = TypeVar("D", bound=Details)
 
 
 def share_equal_parts(assembly: Assembly, *, within_mm: float = EQUAL_WITHIN_MM) -> Assembly:
-    """The same parts; equal ones share a mark and the solid of the first of them, others have a mark of their own.
+    """The same parts, where equal ones share a mark and the solid of the first of them; all others have their own mark.
 
-    within_mm: how far each coordinate of corners of parts may differ for these to count as equal. Parts are then
-    misplaced by up to this tolerance.
+    within_mm: largest difference in each coordinate of the corners of parts that count as equal. Parts that share a
+    mark may be misplaced by up to this tolerance.
 
-    A part seen in one of the turns of its kind's symmetry is the same piece: a beam turned end for end, a node or panel
-    turned about its normal; a mirrored one is not. The first of equal parts keeps its own frame, the frames of the
+    A part in one of the turns of its kind's symmetry is the same piece: a beam turned end for end, a node or panel
+    turned about its normal. A mirrored part is not. The first of equal parts keeps its own frame; the frames of the
     others are turned to match it. Marks are numbered in the order of the mesh elements: B001, N001, P001.
 
     >>> from fabkit import Project, design
@@ -43,7 +44,8 @@ def share_equal_parts(assembly: Assembly, *, within_mm: float = EQUAL_WITHIN_MM)
 
 
 def _share(parts: Parts[D], within_mm: float) -> Parts[D]:
-    """Group equal parts. Only parts of one material and one topology, with equally many turns, are compared."""
+    """Parts grouped where they are equal. Only parts of the same material, topology and number of turns are
+    compared."""
     first, turn = np.arange(len(parts)), np.zeros(len(parts), dtype=np.int64)
     starts, along = np.zeros((len(parts), 2)), np.tile([1.0, 0.0], (len(parts), 1))
     keys = np.stack([parts.solids.topology[parts.shape], _n_turns(parts), parts.material], axis=1)
@@ -64,7 +66,7 @@ def _share(parts: Parts[D], within_mm: float) -> Parts[D]:
 
 
 def _n_turns(parts: Parts[D]) -> IntArray:
-    """(n,) in how many turns each part may be seen."""
+    """(n,) number of turns of each part that its kind's symmetry allows."""
     symmetry = parts.kind.symmetry
     if symmetry is None:
         return np.ones(len(parts), dtype=np.int64)
@@ -73,7 +75,7 @@ def _n_turns(parts: Parts[D]) -> IntArray:
 
 
 def turns_of(parts: Parts[D], corners: FloatArray) -> Turns:
-    """In which turns parts may be seen that are comparable and have corners (n, c, 3)."""
+    """The turns that symmetry allows, of comparable parts with corners (n, c, 3) in mm."""
     if parts.kind.symmetry is not None and len(_n_turns(parts)) and _n_turns(parts)[0] > 0:
         return parts.kind.symmetry.turns(parts, corners)
     starts, along = np.zeros((len(parts), 1, 2)), np.tile([1.0, 0.0], (len(parts), 1, 1))
@@ -81,7 +83,7 @@ def turns_of(parts: Parts[D], corners: FloatArray) -> Turns:
 
 
 def turned_shapes(turns: Turns, corners: FloatArray) -> TurnedShapes:
-    """Where corners (n, c, 3) are in each of the turns."""
+    """The shapes with corners (n, c, 3) in mm in each of their turns."""
 
     def at(parts: IntArray, turn: IntArray, chosen: IntArray) -> FloatArray:
         points = corners[parts[:, None], turns.corners(parts, turn, chosen)]
@@ -92,7 +94,7 @@ def turned_shapes(turns: Turns, corners: FloatArray) -> TurnedShapes:
 
 
 def _marked(parts: Parts[D], first: IntArray) -> Parts[D]:
-    """With marks and solids of the first part (n,) to which each is equal."""
+    """The parts with the marks and solids of the first parts (n,) to which they are equal."""
     firsts, mark = np.unique(first, return_inverse=True)
     width = max(3, len(str(len(firsts))))
     names = tuple(f"{parts.kind.letter}{number:0{width}d}" for number in range(1, len(firsts) + 1))
@@ -100,7 +102,8 @@ def _marked(parts: Parts[D], first: IntArray) -> Parts[D]:
 
 
 def turned_parts(parts: Parts[D], turn: IntArray, starts: FloatArray, along: FloatArray) -> Parts[D]:
-    """Placements and details as seen in these turns (n,), from starts with x-axes along (n, 2) in the parts' frames."""
+    """The parts with placements and details turned: turn (n,) of each; starts (n, 2) in mm and along (n, 2), origins
+    and x axes of the new frames in the frames of the parts."""
     symmetry, rows = parts.kind.symmetry, np.flatnonzero(turn)
     if symmetry is None or not len(rows):
         return parts
@@ -123,7 +126,7 @@ def _details_turned(details: D, symmetry: Symmetry[Any], turn: IntArray) -> D:
             continue
         rolled = values.rolled(turn)
         if name in symmetry.azimuth_fields:
-            ahead = rolled.values - np.append(rolled.values, 0.0)[rolled.starts[:-1]][rolled.row]
-            rolled = rolled.with_values(np.where(turn[rolled.row] > 0, np.mod(ahead, 360.0), rolled.values))
+            from_first = rolled.values - np.append(rolled.values, 0.0)[rolled.starts[:-1]][rolled.row]
+            rolled = rolled.with_values(np.where(turn[rolled.row] > 0, np.mod(from_first, 360.0), rolled.values))
         changes[name] = rolled
     return replace(details, **changes)

@@ -55,8 +55,8 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Stock:
-    """Sheets, as many as it takes. gap_mm: least distance between two panels; border_mm: least distance of a panel
-    from the sheet's edges."""
+    """An unlimited number of equal sheets. gap_mm: minimum distance between two panels; border_mm: minimum distance of
+    a panel from the sheet's edges."""
 
     sheet: Sheet
     gap_mm: float
@@ -70,8 +70,8 @@ class Stock:
 
 @dataclass(frozen=True)
 class Placement:
-    """A panel on a sheet. panel: its index; sheet: number of the sheet, from zero; a point of the panel's own frame
-    is turned counter-clockwise by angle_deg about the origin, then moved by offset_mm."""
+    """A panel on a sheet. panel: its index; sheet: number of the sheet, counted from 0. A point in the panel's own
+    frame is turned counter-clockwise by angle_deg about the origin, then moved by offset_mm."""
 
     panel: int
     sheet: int
@@ -83,8 +83,9 @@ class Placement:
 class Nest:
     """Panels on equal sheets.
 
-    gap_mm: least distance between two panels; border_mm: least distance of a panel from the sheet's edges.
-    placements: placements[i] is that of panel i. engine: what found it. panel_area_mm2: of all the panels.
+    gap_mm: minimum distance between two panels; border_mm: minimum distance of a panel from the sheet's edges.
+    placements: placements[i] is that of panel i. engine: name of the program that found the nest. panel_area_mm2: total
+    area of the panels.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -109,7 +110,7 @@ class Nest:
 
     @property
     def utilisation(self) -> float:
-        """Area of the panels over the area of the sheets, 0 .. 1; zero without panels."""
+        """Area of the panels over the area of the sheets, between 0 and 1; 0 without panels."""
         return self.panel_area_mm2 / (self.n_sheets * self.sheet.area_mm2) if self.placements else 0.0
 
 
@@ -148,33 +149,34 @@ def check_nest(nest: Nest, panels: Parts[PanelDetails]) -> None:
     if not len(panels):
         return
     outlines = panel_outlines(panels)
-    angles = np.deg2rad([at.angle_deg for at in nest.placements])[outlines.row]
-    ahead, aside = np.cos(angles), np.sin(angles)
+    angles = np.deg2rad([place.angle_deg for place in nest.placements])[outlines.row]
+    cosines, sines = np.cos(angles), np.sin(angles)
     x, y = outlines.values.T
-    offsets = np.array([at.offset_mm for at in nest.placements])[outlines.row]
-    placed = outlines.with_values(np.stack([x * ahead - y * aside, x * aside + y * ahead], axis=1) + offsets)
+    offsets = np.array([place.offset_mm for place in nest.placements])[outlines.row]
+    placed = outlines.with_values(np.stack([x * cosines - y * sines, x * sines + y * cosines], axis=1) + offsets)
     _check_inside(nest, panels.marks, placed)
-    _check_apart(nest, panels.marks, placed)
+    _check_gaps(nest, panels.marks, placed)
 
 
 def _check_inside(nest: Nest, marks: Sequence[str], outlines: Ragged) -> None:
     low = outlines.reduced(np.minimum).min(axis=1)
     size = np.array([nest.sheet.length_mm, nest.sheet.width_mm])
     high = (size - outlines.reduced(np.maximum)).min(axis=1)
-    room = np.minimum(low, high)
-    wrong = np.flatnonzero(~(room >= nest.border_mm - NEST_TOLERANCE_MM))
+    clearance = np.minimum(low, high)
+    wrong = np.flatnonzero(~(clearance >= nest.border_mm - NEST_TOLERANCE_MM))
     if len(wrong):
-        first = int(room.argmin())
+        first = int(clearance.argmin())
         named = ", ".join(marks[panel] for panel in wrong[:10])
         raise NestingError(
-            f"{len(wrong)} panels lie outside their sheets less the border of {nest.border_mm:g} mm: {named}; "
-            f"panel {marks[first]} is {room[first]:.6f} mm from an edge of sheet "
+            f"{len(wrong)} panels are nearer to an edge of their sheet than the border of {nest.border_mm:g} mm: "
+            f"{named}; "
+            f"panel {marks[first]} is {clearance[first]:.6f} mm from an edge of sheet "
             f"{nest.placements[first].sheet + 1}"
         )
 
 
-def _check_apart(nest: Nest, marks: Sequence[str], outlines: Ragged) -> None:
-    """Sheets are laid out in a row, further apart than the gap, so that one tree finds the near pairs of all."""
+def _check_gaps(nest: Nest, marks: Sequence[str], outlines: Ragged) -> None:
+    """Sheets are set side by side, further apart than the gap, so that one search finds the close pairs of all."""
     pitch = nest.sheet.length_mm + nest.gap_mm + 1000.0
     shapes = polygons(outlines)
     sheets = np.array([placement.sheet for placement in nest.placements])

@@ -1,4 +1,4 @@
-"""Which panel lies where on which sheet."""
+"""Nesting of panels on stock sheets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from geometry.errors import described
 __all__ = ["nest_panels", "too_large"]
 
 POOL_SHEETS = 3
-"""Area of the panels that an engine chooses from, in sheets: enough to combine, few enough to be quick."""
+"""Area of the panels that an engine chooses from, over the usable area of a sheet: enough to combine, few enough to be
+quick."""
 
 
 def nest_panels(
@@ -38,13 +39,14 @@ def nest_panels(
 ) -> Nest:
     """Lay all panels on as few sheets as can be found, turned but never mirrored.
 
-    quick: smallest rectangles, cut from edge to edge; deterministic. best: starts from that and spends up to about
-    `seconds` on laying the outlines themselves closer with packingsolver or spyrrow, whichever is installed; never
-    worse than quick, and `Nest.engine` says which one won; depends on the clock. progress is called with the
-    fraction done and a sentence. The result has passed check_nest.
+    mode "quick": the smallest rectangles of the panels, cut from edge to edge; deterministic. mode "best": starts from
+    the quick nest and spends up to about `seconds` on placing the outlines themselves closer together with
+    packingsolver or spyrrow, whichever is installed. It is never worse than quick; `Nest.engine` names the program
+    that found the nest; the result depends on the speed of the computer. progress is called with the fraction done and
+    a sentence. All gaps and borders of the result have been checked.
 
     Raises NestingError where a panel fits on no sheet, panels differ in thickness or material, an outline crosses
-    itself, a measure makes no sense, or no engine is installed for best.
+    itself, the sheet, gap or border is invalid, or no engine is installed for best.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -66,9 +68,9 @@ def nest_panels(
     areas = outline_areas(outlines)
     fillings, name = guillotine.sheets(np.arange(len(panels))), "guillotine"
     if engine is not None:
-        closer = _closer(guillotine, engine, fillings, areas, seconds, progress)
-        if closer is not fillings:
-            fillings, name = closer, engine.name
+        improved = _improved(guillotine, engine, fillings, areas, seconds, progress)
+        if improved is not fillings:
+            fillings, name = improved, engine.name
     fillings = sorted(fillings, key=lambda filling: -_area(filling, areas))
     placements = [replace(place, sheet=k) for k, filling in enumerate(fillings) for place in filling]
     placements.sort(key=lambda place: place.panel)
@@ -77,7 +79,7 @@ def nest_panels(
     return nest
 
 
-def _closer(
+def _improved(
     guillotine: Guillotine,
     engine: Engine,
     quick: list[list[Placement]],
@@ -85,8 +87,9 @@ def _closer(
     seconds: float,
     progress: Callable[[float, str], None] | None,
 ) -> list[list[Placement]]:
-    """Take the quick sheets apart, the emptiest first, and let the engine fill sheet after sheet from their panels,
-    until all is done or time is up; the rest stays as it was. The best of all states, `quick` itself included."""
+    """Release the panels of the quick sheets, beginning with the emptiest, and let the engine fill one sheet after the
+    other from them, until all panels are placed again or the time is up. Returns the best of all nests found on the
+    way, `quick` included."""
     start = time.monotonic()
     inside = float(np.prod(guillotine.stock.inside))
     waiting = sorted(quick, key=lambda filling: -_area(filling, areas))
@@ -99,11 +102,11 @@ def _closer(
             pool = np.union1d(pool, [place.panel for place in waiting.pop()])
         filling = guillotine.fill(pool)
         if len(filling) < len(pool):
-            left = seconds - (time.monotonic() - start)
-            if left < engine.least_seconds:
+            seconds_left = seconds - (time.monotonic() - start)
+            if seconds_left < engine.min_seconds:
                 break
             sheets_left = len(waiting) + areas[pool].sum() / inside
-            share = max(engine.least_seconds, left / sheets_left)
+            share = max(engine.min_seconds, seconds_left / sheets_left)
             chosen = pool[suitable[pool]].tolist()
             some = guillotine.outlines[np.array(chosen, dtype=np.int64)]
             found = engine.fill(some, guillotine.stock, share) if chosen else []
@@ -116,7 +119,7 @@ def _closer(
             best, best_score = state, score
         if progress is not None:
             fraction = min(1.0, (time.monotonic() - start) / seconds)
-            progress(fraction, f"{engine.name}: {len(best)} sheets, cut from edge to edge {len(quick)}")
+            progress(fraction, f"{engine.name}: {len(best)} sheets; {len(quick)} when cut from edge to edge")
     return best
 
 
@@ -125,7 +128,8 @@ def _area(filling: Sequence[Placement], areas: FloatArray) -> float:
 
 
 def _score(fillings: list[list[Placement]], guillotine: Guillotine, areas: FloatArray) -> tuple[int, float]:
-    """Number of sheets, then how much of the emptiest one is used up to one straight cut across it."""
+    """Number of sheets, then the share of the emptiest sheet that is used if the rest is cut off by one straight
+    cut."""
     last = min(fillings, key=lambda filling: _area(filling, areas))
     ends = np.concatenate([moved(guillotine.outlines[place.panel], place) for place in last]).max(axis=0)
     sheet = guillotine.stock.sheet
@@ -143,28 +147,30 @@ def _check_stock(stock: Stock) -> None:
     if not (np.isfinite(values).all() and min(length, width) > 0 and min(stock.gap_mm, stock.border_mm) >= 0):
         raise NestingError(
             f"a sheet of {stock.sheet.length_mm:g} x {stock.sheet.width_mm:g} mm with a border of "
-            f"{stock.border_mm:g} mm and a gap of {stock.gap_mm:g} mm holds nothing; give positive sizes, gap and "
-            "border not negative, and a border below half the sheet's width"
+            f"{stock.border_mm:g} mm and a gap of {stock.gap_mm:g} mm has no room for panels; give positive sizes, a "
+            "gap and a border of 0 or more, and a border below half the sheet's width"
         )
 
 
 def _check_panels(panels: Parts[PanelDetails], outlines: Ragged) -> None:
-    """What the engines cannot bear, and what no one sheet can be."""
+    """Raise NestingError for panels of several thicknesses or materials, and for invalid outlines."""
     kinds = np.unique(np.stack([panels.details.thickness_mm, panels.material], axis=1), axis=0)
     if len(kinds) > 1:
         of_stock = sorted((thickness, panels.materials[int(material)].name) for thickness, material in kinds.tolist())
         names = ", ".join(f"{thickness:g} mm {material}" for thickness, material in of_stock)
-        raise NestingError(f"panels of {names} cannot share sheets; nest each kind for itself")
+        raise NestingError(f"panels of {names} cannot share sheets; nest each thickness and material separately")
     shapes = polygons(outlines)
     finite = np.isfinite(outlines.with_values(outlines.values.sum(axis=1)).reduced(np.add))
     valid = finite & shapely.is_valid(shapes) & (shapely.area(shapes) > 0)
     if not valid.all():
         marks = ", ".join(panels.marks[panel] for panel in np.flatnonzero(~valid)[:10])
-        raise NestingError(f"outlines that cross themselves or have no area cannot be nested: panels {marks}")
+        raise NestingError(
+            f"outlines that cross themselves or have no area cannot be nested: panels {marks}; correct these outlines"
+        )
 
 
 def too_large(panels: Parts[PanelDetails], sheet: Sheet, *, border_mm: float) -> dict[int, str]:
-    """Panels whose smallest rectangle fits on no sheet: a sentence for each, by index.
+    """A sentence for each panel whose smallest rectangle does not fit on a sheet, by the index of the panel.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -179,9 +185,9 @@ def too_large(panels: Parts[PanelDetails], sheet: Sheet, *, border_mm: float) ->
 def _too_large(panels: Parts[PanelDetails], guillotine: Guillotine) -> dict[int, str]:
     inside = np.sort(guillotine.stock.inside)[::-1]
     return {
-        panel: f"panel {panels[panel].mark} on face {panels.elements[panel]} is larger than a sheet less its borders "
-        f"(face counted from 0): its smallest rectangle is {guillotine.sizes[panel, 0]:.1f} x "
-        f"{guillotine.sizes[panel, 1]:.1f} mm, and {inside[0]:g} x {inside[1]:g} mm are at hand"
+        panel: f"panel {panels[panel].mark} on face {panels.elements[panel]} does not fit on a sheet within its "
+        f"borders (face counted from 0): its smallest rectangle is {guillotine.sizes[panel, 0]:.1f} x "
+        f"{guillotine.sizes[panel, 1]:.1f} mm, and the sheet offers {inside[0]:g} x {inside[1]:g} mm"
         for panel in np.flatnonzero((guillotine.sizes > inside + RECTANGLE_ROUNDING_MM).any(axis=1)).tolist()
     }
 
@@ -192,7 +198,7 @@ def _check_sizes(panels: Parts[PanelDetails], guillotine: Guillotine) -> None:
         named = list(found.values())[:3]
         if len(found) > len(named):
             faces = ", ".join(str(panels.elements[panel]) for panel in list(found)[len(named) :])
-            named.append(f"and so are those on faces {faces}")
+            named.append(f"nor do those on faces {faces}")
         raise NestingError(
             f"{'; '.join(named)}. Use larger sheets, a smaller border or a mesh with smaller faces, leave these panels "
             "out with --skip-unbuildable, or turn nesting off"

@@ -1,4 +1,4 @@
-"""A single-stroke alphabet for marking: machines follow curves, they know no fonts."""
+"""A single-stroke alphabet for marking: cutting machines follow curves and know no fonts."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ GLYPHS = {
     "-": "13,33",
     ARROW: "03,93 75,93,71",
 }
-"""Strokes of each character on a grid 4 wide (the arrow: 9) and 6 high: "00,26,40" runs from (0, 0) over (2, 6) to
+"""Strokes of each character on a grid 4 wide (the arrow: 9) and 6 high: "00,26,40" runs from (0, 0) through (2, 6) to
 (4, 0)."""
 
 GLYPH_HEIGHT, GLYPH_SPACE = 6, 2
@@ -69,14 +69,17 @@ _STROKES = Curves.of(
         for stroke in strokes.split()
     ]
 )
-"""Of all glyphs, one after the other."""
+"""Strokes of all glyphs, one after the other, in grid units."""
 _FIRST_STROKE = np.cumsum([0, *(len(strokes.split()) for strokes in GLYPHS.values())])
+"""Index of the first stroke of each glyph in `_STROKES`, and their number at the end."""
 _ADVANCE = np.array([(9 if character == ARROW else 4) + GLYPH_SPACE for character in GLYPHS])
+"""Width of each glyph with the space after it, in grid units."""
 _GLYPH = {character: number for number, character in enumerate(GLYPHS)}
+"""Number of each character's glyph."""
 
 
 def text_widths(texts: Sequence[str]) -> FloatArray:
-    """(m,) widths over height of texts."""
+    """(m,) widths of texts over their height."""
     glyph, starts = _glyphs(texts)
     ends = np.concatenate([[0], np.cumsum(_ADVANCE[glyph])])[starts]
     widths: FloatArray = (np.diff(ends) - GLYPH_SPACE) / GLYPH_HEIGHT
@@ -84,8 +87,8 @@ def text_widths(texts: Sequence[str]) -> FloatArray:
 
 
 def text_strokes(texts: Sequence[str]) -> tuple[Curves, IntArray]:
-    """Open polylines of texts of height one, and (k,) the text of each; the box of a text starts at the origin, x along
-    the line.
+    """Open polylines of texts of height 1, and (k,) the text of each polyline. The lower left corner of each text is
+    the origin, and its line runs along x.
 
     Raises OutputError for a character that is not a capital letter, a digit, a hyphen or ARROW.
     """
@@ -102,7 +105,7 @@ def text_strokes(texts: Sequence[str]) -> tuple[Curves, IntArray]:
 
 
 def _glyphs(texts: Sequence[str]) -> tuple[IntArray, IntArray]:
-    """The glyph of each character, text after text, and where each text starts, and the last one ends."""
+    """The glyph of each character, text after text; (m + 1,) where each text starts in it, and where the last ends."""
     try:
         glyph = integers([_GLYPH[character] for text in texts for character in text])
     except KeyError:

@@ -10,13 +10,13 @@ from fabkit.fitness import Finding
 from fabkit.production.marks import EQUAL_WITHIN_MM
 from geometry.arrays import FloatArray, short_repr
 
-__all__ = ["ExactGaussImage", "GaussImageSource", "GivenGaussImage", "OnSurface", "OptimisedGaussImage", "Summary"]
+__all__ = ["ExactGaussImage", "GaussImageSource", "GivenGaussImage", "OptimisedGaussImage", "Summary", "SurfaceSummary"]
 
 
 @dataclass(frozen=True)
 class ExactGaussImage:
-    """The Gauss image where it was computed and is exact: offset says what is at constant distance, "vertex", "edge" or
-    "face".
+    """Record of a Gauss image that was computed and is exact. offset: what has a constant distance from the offset
+    mesh, "vertex", "edge" or "face".
 
     >>> from fabkit.production import ExactGaussImage
     >>> ExactGaussImage("edge").origin.split(":")[0]
@@ -27,19 +27,22 @@ class ExactGaussImage:
 
     @property
     def origin(self) -> str:
-        """Where it is from, in words."""
+        """Where it comes from, in words."""
         constant = {
             "edge": "all edges at distance 1 from the origin, so that all beams have one height",
             "vertex": "all vertices at distance 1 from the origin, so that all node axes have one length",
-            "face": "all faces at distance 1 from the origin, so that faces have one distance",
+            "face": "all faces at distance 1 from the origin, so that the layers are at one distance from each other",
         }[self.offset]
-        return f"computed, an exact {self.offset} offset: {constant}; weights in [gauss_image] ask for another"
+        return (
+            f"computed, an exact {self.offset} offset: {constant}; weights in [gauss_image] replace it by an "
+            "approximate one"
+        )
 
 
 @dataclass(frozen=True)
 class GivenGaussImage:
-    """The Gauss image where it was given: name and sha256 of its file; how far its vertices moved to become parallel to
-    the planar mesh, in radii of the unit sphere, so that 1 is the nominal height.
+    """Record of a Gauss image that was given: name and sha256 of its file; largest and mean displacement of its
+    vertices that made it parallel to the planar mesh, in radii of the unit sphere (1 is the nominal height).
 
     >>> from fabkit.production import GivenGaussImage
     >>> GivenGaussImage("S.obj", "", largest_move=0.0, mean_move=0.0).origin
@@ -53,10 +56,13 @@ class GivenGaussImage:
 
     @property
     def origin(self) -> str:
-        """Where it is from, in words."""
+        """Where it comes from, in words."""
         if self.largest_move == 0:
             return f"given by {self.file}, exact as it is"
-        return f"given by {self.file}; its vertices moved by {self.largest_move:.1e} at most to become parallel"
+        return (
+            f"given by {self.file}; its vertices moved by {self.largest_move:.1e} of the nominal height at most to "
+            "become parallel"
+        )
 
 
 @dataclass(frozen=True)
@@ -95,17 +101,17 @@ GaussImageSource = GivenGaussImage | ExactGaussImage | OptimisedGaussImage
 
 
 @dataclass(frozen=True, eq=False)
-class OnSurface:
+class SurfaceSummary:
     """Figures of a mesh that was laid on a design surface.
 
-    lines: "principal" or "conjugate"; affine (3, 3): the map whose principal lines these are; crossing_deg: the 5 %
-    percentile (by area) and the median of their crossing angles. quad_share: share of quads among the faces; valences:
-    number of inner vertices of each valence other than 4; aligned_share: share of edges within 10 degrees of the lines.
-    distances_mm (N,): of the vertices of the planar mesh from the surface. smoothing_mm: largest displacement of a
-    vertex of the surface by smoothing.
+    lines: "principal" or "conjugate"; affine (3, 3): the map whose principal lines they are; crossing_deg: 5 %
+    percentile (by area) and median of their crossing angles in degrees. quad_share: share of quads among the faces;
+    valences: number of inner vertices of each valence other than 4; aligned_share: share of edges within 10 degrees of
+    the lines. distances_mm (N,): of the vertices of the planar mesh from the surface. smoothing_mm: largest
+    displacement of a vertex of the surface by smoothing.
 
-    >>> from fabkit.production import OnSurface
-    >>> laid = OnSurface(800, "principal", np.eye(3), (82.0, 90.0), 0.98, {3: 4, 5: 2}, 0.95, np.zeros(9), 0.0)
+    >>> from fabkit.production import SurfaceSummary
+    >>> laid = SurfaceSummary(800, "principal", np.eye(3), (82.0, 90.0), 0.98, {3: 4, 5: 2}, 0.95, np.zeros(9), 0.0)
     >>> laid.irregular
     '4 of valence 3, 2 of valence 5'
     """
@@ -122,7 +128,7 @@ class OnSurface:
 
     @property
     def irregular(self) -> str:
-        """Numbers of inner vertices with a valence other than four, in words."""
+        """Numbers of inner vertices with a valence other than 4, in words."""
         return ", ".join(f"{count} of valence {valence}" for valence, count in self.valences.items()) or "none"
 
     @property
@@ -133,24 +139,24 @@ class OnSurface:
 
 @dataclass(frozen=True, eq=False)
 class Summary:
-    """Facts about the mesh and its support structure. Facts about parts are read off the assembly itself.
+    """Figures of the mesh and its support structure. Those of the parts are taken from the assembly itself.
 
-    name: of the structure; source: name of the mesh file; scale_mm: millimetres a unit of the file. origin (3,): what
-        was taken out of its coordinates, in its unit.
-    equal_within_mm: how far each coordinate of parts that share a mark may differ: what was asked for, or what rounding
-        leaves of coordinates far from zero.
-    mended: what the reader mended in the file, a sentence each.
+    name: of the structure; source: name of the mesh file; scale_mm: millimetres in a unit of the file. origin (3,):
+        subtracted from its coordinates, in its unit.
+    equal_within_mm: largest difference of each coordinate of parts that share a mark: the requested tolerance, or the
+        rounding error of coordinates far from zero if that is larger.
+    mended: sentences on what the reader mended in the file.
     planarity_before, planarity_after: largest distance of a corner from its face's best plane over the face's
-        mean edge length. largest_move_mm, mean_move_mm: how far planarising moved the vertices; farthest_vertex: the
-        one it moved most.
+        mean edge length. largest_move_mm, mean_move_mm: displacement of the vertices by planarising;
+        farthest_vertex: the vertex displaced most, counted from 0.
     edge_lengths_mm (E,): of the planar mesh. heights (E,): distance between the two parallel meshes at each edge
         over the nominal one (1 everywhere for an edge offset mesh).
     leans_deg (N,): angle between each node axis and the normal of the mesh there, NaN where there is none.
     twists_deg (E,): angle between the central planes at the two ends of each edge.
     underside_mm: height of the panels' underside above the mesh faces; underside_reason: what determines it.
     surface: None where the file held the mesh itself.
-    fitness: the findings, noted or accepted. gauss_image: None where it was computed, and is neither
-        exact nor optimised.
+    fitness: the findings, noted or accepted. gauss_image: None where it was computed, and is neither exact nor
+        optimised.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -184,7 +190,7 @@ class Summary:
     gauss_image: GaussImageSource | None = None
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))
     equal_within_mm: float = EQUAL_WITHIN_MM
-    surface: OnSurface | None = None
+    surface: SurfaceSummary | None = None
 
     @property
     def placed_at(self) -> str:
@@ -193,19 +199,19 @@ class Summary:
 
     @property
     def height_shares(self) -> dict[str, float]:
-        """Heights over all beams, from the least to the largest, and between which 95 % lie."""
+        """Beam heights over the nominal height: smallest, median, largest, and the bounds between which 95 % lie."""
         names = {"least": 0, "p2_5": 2.5, "median": 50, "p97_5": 97.5, "largest": 100}
         found = np.percentile(self.heights, list(names.values())).tolist()
         return dict(zip(names, found, strict=True))
 
     @property
     def lean_shares_deg(self) -> dict[str, float]:
-        """How far node axes lean: the median, what 95 % do not exceed, and the largest."""
+        """Lean of the node axes in degrees: the median, the value that 95 % do not exceed, and the largest."""
         return _upper_shares(self.leans_deg)
 
     @property
     def gauss_image_origin(self) -> str:
-        """Where the Gauss image is from, in words."""
+        """Where the Gauss image comes from, in words."""
         return "computed" if self.gauss_image is None else self.gauss_image.origin
 
 

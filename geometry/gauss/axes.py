@@ -146,7 +146,9 @@ def _check_start(mesh: Mesh, start: int, distance: float) -> None:
     if not (0 <= start < mesh.n_vertices and mesh.combinatorics.is_used[start]):
         raise GeometryError(f"there is no vertex {start} with a face to start from", elements=[start])
     if not (np.isfinite(distance) and distance != 0):
-        raise GeometryError(f"the distance at vertex {start} is {distance:g}, it must be a number other than 0")
+        raise GeometryError(
+            f"the distance at vertex {start} is {distance:g}, it must be a number other than 0", elements=[start]
+        )
 
 
 def _check_coplanar(mesh: Mesh, across: FloatArray, tolerance: float) -> None:

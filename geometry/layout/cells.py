@@ -90,10 +90,13 @@ def _check_rim(points: GridPoints, face_labels: IntArray, n_rays: int, ends: Int
     meets_no_line = np.bincount(face_labels[n_rays:], minlength=face_labels.max() + 1) == np.bincount(face_labels)
     meets_no_line = np.flatnonzero(meets_no_line[face_labels[n_rays:]])
     if len(meets_no_line):
+        one_of_each = np.unique(face_labels[n_rays:][meets_no_line], return_index=True)[1]
+        vertices = ends[meets_no_line[one_of_each]]
+        others = f" and {len(vertices) - 1} more like it meet" if len(vertices) > 1 else " meets"
         raise GeometryError(
-            f"the boundary through vertex {ends[meets_no_line[0]]} meets no line of the mesh: the hole or connected "
+            f"the boundary through vertex {vertices[0]}{others} no line of the mesh: the hole or connected "
             "part is smaller than a face; fill it or leave it out, or give a shorter edge length",
-            elements=[int(ends[meets_no_line[0]])],
+            elements=vertices.tolist(),
         )
 
 

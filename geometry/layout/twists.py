@@ -27,7 +27,7 @@ def twist_corrections(network: Network, derivatives: FloatArray, mesh: Mesh, h: 
 
     derivatives (F, 4): as in `integration`. For small quads the twist (p0 - p1 + p2 - p3) . n equals II of the tangents
     of the isolines. For quads of the actual size it differs, and the correction is this difference (a deferred
-    correction).
+    correction). Only the part in which neighbouring quads agree more than by chance counts: the rest is noise.
     """
     c = mesh.combinatorics
     frames = network.frames
@@ -54,8 +54,12 @@ def twist_corrections(network: Network, derivatives: FloatArray, mesh: Mesh, h: 
 
     distance, quad = KDTree(centres).query(frames.centres, AVERAGED_QUADS)
     weights = (np.asarray(distance) / h + QUAD_WEIGHT_OFFSET) ** -2
-    signs = sign[quad] * _along(side[quad], first[:, None], second[:, None])
-    return np.asarray((weights * signs * corrections[quad]).sum(axis=1) / weights.sum(axis=1))
+    weights /= weights.sum(axis=1, keepdims=True)
+    nearby = sign[quad] * _along(side[quad], first[:, None], second[:, None]) * corrections[quad]
+    mean, mean_square = (weights * nearby).sum(axis=1), (weights * nearby**2).sum(axis=1)
+    agreement = np.divide(mean**2, mean_square, out=np.ones_like(mean), where=mean_square > 0)
+    by_chance = (weights**2).sum(axis=1)
+    return np.asarray(mean * ((agreement - by_chance) / (1 - by_chance)).clip(min=0.0))
 
 
 def _along(side: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:

@@ -40,6 +40,10 @@ SURFACE_WEIGHT = 10.0
 """Weight of squared distances from a surface, over the weight of squared moves. With more, vertices come nearer on
 average but glide so far that edges collapse, since Newton's steps neglect the curvature of the constraints."""
 
+BOUNDARY_CURVE_WEIGHT = 30.0
+"""Weight of squared distances from the boundary as it was, where vertices glide on a surface, over the weight of
+squared moves."""
+
 
 @dataclass(frozen=True, eq=False)
 class OptimisedMesh:
@@ -188,7 +192,9 @@ class _Problem:
             return []
         vertices = integers(np.flatnonzero(self.mesh.combinatorics.is_used))
         distances = ComposedFunctional(OnSurface(surface, vertices, self.mesh.n_vertices), self.coordinates_of)
-        return [(SURFACE_WEIGHT / self.mesh.mean_edge_length**2, distances)]
+        found: list[tuple[float, Functional]] = [(SURFACE_WEIGHT / self.mesh.mean_edge_length**2, distances)]
+        boundary = [OnCurve(curve, sliding, self.mesh.n_vertices) for curve, sliding in self.guides.boundary]
+        return [*found, *((BOUNDARY_CURVE_WEIGHT, curve) for curve in boundary if len(curve.vertices))]
 
     @cached_property
     def metric(self) -> SparseMatrix:

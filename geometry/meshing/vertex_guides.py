@@ -39,7 +39,9 @@ class Guides:
     fixed: vertices that keep their positions exactly.
     curves: paths of vertices along edges; a path whose last vertex is its first one is closed. Their vertices slide on
       the spline through them, see `Curve.through`; ends, corners and crossings of curves keep their positions.
-    keep_boundary: the same for all boundary loops.
+    keep_boundary: the same for all boundary loops; where there is a surface, too, their vertices are attracted to the
+      spline instead of bound to it, with a weight of 30: faces at a boundary that crosses the lines of the mesh are
+      planar some hundredths of an edge beside it, or folded on it.
     convex: faces all of whose corners have to turn to the same side, by `result_checks.LEAST_CONVEX_TURN` or more; or
       "all".
 
@@ -130,14 +132,15 @@ class MeshGuides:
     """Guides checked and evaluated for one mesh.
 
     surface: the one on which vertices slide, or None. is_fixed (N,): vertices that keep their positions. curves: each
-    with the vertices that slide on it, relative to the centroid of the mesh and in mean edge lengths. convex: faces
-    that have to be convex.
+    with the vertices that slide on it, relative to the centroid of the mesh and in mean edge lengths. boundary: the
+    same of curves that vertices are attracted to. convex: faces that have to be convex.
     """
 
     fairness: float
     surface: Surface | None
     is_fixed: BoolArray
     curves: tuple[tuple[Curve, IntArray], ...]
+    boundary: tuple[tuple[Curve, IntArray], ...]
     convex: IntArray
 
     @classmethod
@@ -162,13 +165,16 @@ class MeshGuides:
         for curve, path in made:
             is_fixed[path[curve.corners]] = True
             is_fixed[path[:0] if curve.closed else path[[0, -1]]] = True
+        sliding = [(curve, integers(path[~is_fixed[path]])) for curve, path in made]
+        n_exact = len(guides.curves) if guides.surface is not None else len(made)
         convex = guides.convex
         faces = range(mesh.n_faces) if isinstance(convex, str) and convex == "all" else convex
         return cls(
             guides.fairness,
             guides.surface,
             is_fixed,
-            tuple((curve, integers(path[~is_fixed[path]])) for curve, path in made),
+            tuple(sliding[:n_exact]),
+            tuple(sliding[n_exact:]),
             _indices("convex", faces, mesh.n_faces, "faces"),
         )
 

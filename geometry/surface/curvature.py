@@ -139,7 +139,8 @@ class Curvature:
         if c.face_sizes.max() > 3:
             raise MeshError(
                 f"umbilics are found in triangles, but face {c.face_sizes.argmax()} has {c.face_sizes.max()} corners: "
-                "take Curvature.of(Surface(mesh).triangulated)"
+                "take Curvature.of(Surface(mesh).triangulated)",
+                elements=[int(c.face_sizes.argmax())],
             )
         first, second = _tangents(self.mesh.face_normals)
         corners = self.tensors[c.corners.reshape(-1, 3)]

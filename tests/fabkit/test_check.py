@@ -94,7 +94,7 @@ def test_nothing_fits() -> None:
 def test_beams_without_nodes_and_nodes_without_beams() -> None:
     whole = dome()
     refused(with_parts(whole, nodes=()), "which has no node")
-    refused(with_parts(whole, beams=()), "from which no beam comes")
+    refused(with_parts(whole, beams=()), "at which no beam ends")
     assert violations(with_parts(whole, beams=(), nodes=())) == ()
 
 
@@ -194,7 +194,7 @@ def test_beam_and_node_disagree_about_where_the_beam_ends() -> None:
     astray = change(whole, "beams", 4, lambda beam: altered(beam, nodes=(a, (b + 1) % 9)))
     sentences = [violation.sentence for violation in violations(astray)]
     assert any("beam B4 (edge 4) ends (end B)" in s and "which has no facet for it" in s for s in sentences)
-    assert any(f"node N{b} (vertex {b}) has a facet for edge 4, from which no beam comes" in s for s in sentences)
+    assert any(f"node N{b} (vertex {b}) has a facet for edge 4, at which no beam ends" in s for s in sentences)
 
 
 @pytest.mark.parametrize("alter", [inside_out, reversed_prism, scaled([-1.0, 1.0, 1.0])])
@@ -244,11 +244,11 @@ def test_outline_that_crosses_itself() -> None:
 
 def test_panel_lowered_into_the_beams() -> None:
     lowered = change(dome(), "panels", 2, moved([0, 0, -LIFT - 1.0]))
-    refused(lowered, "and panel P2 (face 2) share volume", "mm deep, allowed 1e-06 mm", "clearance, seat or joint")
+    refused(lowered, "and panel P2 (face 2) share volume", "mm deep, allowed 1e-06 mm", "the seat or the joint")
     assert {("panel", 2)} <= {part for violation in violations(lowered) for part in violation.parts}
 
 
-def test_parts_that_clash_far_apart_hear_of_the_mesh_and_neighbours_of_sizes() -> None:
+def test_the_cure_of_a_clash_is_in_the_mesh_for_distant_parts_and_in_sizes_for_neighbours() -> None:
     whole = dome()
     here = whole["panels"][0]
     corners = {vertex for beam in whole["beams"] if beam.element in here.details.beams for vertex in beam.details.nodes}
@@ -258,11 +258,11 @@ def test_parts_that_clash_far_apart_hear_of_the_mesh_and_neighbours_of_sizes() -
         whole, "beams", far.element, lambda beam: replace(beam, placement=Frame(middle, beam.placement.axes))
     )
     clash = [v for v in violations(there) if set(v.parts) == {("panel", here.element), ("beam", far.element)}]
-    assert "share no corner of the mesh, which runs through itself" in clash[0].sentence
+    assert "share no vertex of the mesh, which intersects itself" in clash[0].sentence
     assert "widen" not in clash[0].sentence
     near = violations(change(whole, "panels", 0, moved([0, 0, -LIFT - 1.0])))
     assert len(near) == 8  # four beams and four nodes
-    assert all("widen clearance" in violation.cure for violation in near)
+    assert all("increase the clearance" in violation.cure for violation in near)
 
 
 def test_panel_widened_into_its_neighbours() -> None:
@@ -277,7 +277,7 @@ def test_part_made_twice() -> None:
     assert len(violations(twice)) == 1
 
 
-def test_a_part_that_is_not_sound_is_looked_at_no_further() -> None:
+def test_an_invalid_part_is_not_checked_further() -> None:
     gone = change(dome(), "beams", 4, lambda beam: inside_out(moved([1.0, 0, 0])(beam)))
     assert [violation.parts for violation in violations(gone)] == [(("beam", 4),)]
 
@@ -286,7 +286,7 @@ def test_error_names_the_first_and_counts_the_rest() -> None:
     whole = dome()
     sunk = with_parts(whole, panels=tuple(inside_out(panel) for panel in whole["panels"]))
     sunk = change(sunk, "beams", 4, lambda beam: altered(beam, twist_deg=1.0))
-    refused(sunk, "P0 (face 0)", "P2 (face 2)", "and 1 more like this", "(1 other finding besides)")
+    refused(sunk, "P0 (face 0)", "P2 (face 2)", "and 1 more like this", "(and 1 other finding)")
     with pytest.raises(DetailingError) as caught:
         check_fit(sunk)
     assert "P3" not in str(caught.value)

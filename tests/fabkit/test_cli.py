@@ -80,7 +80,7 @@ def test_bad_meshes(tmp_path: Path, mesh: str, words: list[str]) -> None:
         pytest.param("f 1 2 5 4 4\nf 2 3 6 5\nf 1 2", "1 of 3 faces named a vertex twice", id="doubled corners"),
     ],
 )
-def test_what_is_mended_is_told(tmp_path: Path, mesh: str, mended: str) -> None:
+def test_what_is_mended_is_reported(tmp_path: Path, mesh: str, mended: str) -> None:
     file = tmp_path / "mesh.obj"
     file.write_text(QUAD_STRIP + mesh)
     result = run("inspect", file)

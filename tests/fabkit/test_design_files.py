@@ -140,7 +140,7 @@ def test_rims_come_off_until_all_that_is_left_can_be_built() -> None:
 
 def test_hexagons_turn_to_where_their_edges_are_longest(tmp_path: Path) -> None:
     file = surface(tmp_path, (0.7, -0.8))
-    with pytest.raises(ProjectError, match=r"hexagons that touch .* turn them by other degrees"):
+    with pytest.raises(ProjectError, match=r"hexagons that touch .* turn them by another angle"):
         hexagons_design(file, count=10, turn_deg=0.0)
     fit = hexagons_design(file, count=10)
     assert fit.settings["turn_deg"] in (15.0, 45.0)
@@ -148,13 +148,13 @@ def test_hexagons_turn_to_where_their_edges_are_longest(tmp_path: Path) -> None:
     assert fit.mesh.n_faces > 70
 
 
-def test_a_surface_that_has_its_normals_more_than_once_is_told_their_number(tmp_path: Path) -> None:
+def test_for_a_surface_with_repeated_normals_their_number_is_reported(tmp_path: Path) -> None:
     n = 60
     grid = shapes.grid(n, n)
     x, y = (grid.vertices[:, :2] * 4 / n - 2).T
     write_mesh(tmp_path / "waves.obj", grid.with_vertices(np.column_stack([x, y, 0.4 * np.cos(3 * x) * np.cos(3 * y)])))
     _, note = hexagons_design(tmp_path / "waves.obj").notes
-    assert 20 < float(note.split("normals of waves.obj occur ")[1].split()[0]) < 40  # some 15 waves, up and down
+    assert 20 < float(note.split("normal of waves.obj occurs ")[1].split()[0]) < 40  # some 15 waves, up and down
     (only,) = hexagons_design(surface(tmp_path, (-1.0, -0.7)), count=9).notes
     assert "normals" not in only
 
@@ -165,7 +165,7 @@ def test_surfaces_that_hexagons_do_not_cover_are_refused(tmp_path: Path, name: s
     file = DATA / f"directional/{name}.off"
     sentence = refused("design", "hexagons", file, "-o", tmp_path / "out")
     assert f"hexagons that touch {name}.off can be built together" in sentence
-    assert float(sentence.split(f"normals of {name}.off occur ")[1].split()[0]) == pytest.approx(times, abs=0.2)
+    assert float(sentence.split(f"normal of {name}.off occurs ")[1].split()[0]) == pytest.approx(times, abs=0.2)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -91,7 +91,7 @@ DESIGNS = {
 
 
 @pytest.mark.parametrize("name", DESIGNS)
-def test_what_is_designed_goes_straight_through_a_build_as_it_is_told(name: str, tmp_path: Path) -> None:
+def test_a_design_is_built_by_the_command_that_is_printed(name: str, tmp_path: Path) -> None:
     said = run("design", *DESIGNS[name].split(), "-o", tmp_path / "shell")
     assert said.exit_code == 0, said.output
     command = f"fabkit build {tmp_path / 'shell'}/M.obj --gauss-image {tmp_path / 'shell'}/S.obj --mean-edge "
@@ -313,11 +313,11 @@ def test_hexagons_on_a_surface_are_built_in_its_unit(tmp_path: Path) -> None:
         ),
         (["koebe", "--combinatorics", "none.obj"], "none.obj: there is no such file"),
         (["hexagons", "none.obj", "--turn", "nan"], "turned by nan degrees"),
-        (["hexagons", "none.obj", "--count", "1"], "1 hexagons across are asked for, at least 2"),
+        (["hexagons", "none.obj", "--count", "1"], "1 hexagons across were requested (--count), at least 2"),
         (["hexagons", "none.obj"], "none.obj: there is no such file"),
     ],
 )
-def test_what_there_is_not_is_said_and_leaves_nothing(tmp_path: Path, arguments: list[str], sentence: str) -> None:
+def test_impossible_designs_are_refused_and_leave_nothing(tmp_path: Path, arguments: list[str], sentence: str) -> None:
     assert sentence in refused("design", *arguments, "-o", tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
 

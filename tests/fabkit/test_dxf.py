@@ -92,7 +92,7 @@ def test_the_head_of_the_file(version: str, tmp_path: Path) -> None:
     drawing = nested(pieces())[0]
     write_dxf(tmp_path / "sheet.dxf", drawing, version=version)  # type: ignore[arg-type]
     assert (tmp_path / "sheet.dxf").read_bytes() == text_of(drawing, version).encode()
-    assert text_of(drawing, version).startswith("999\nContours are nominal: the kerf is not taken off")
+    assert text_of(drawing, version).startswith("999\nContours are nominal, without allowance for the kerf")
     document = ezdxf.readfile(tmp_path / "sheet.dxf")
     assert document.acad_release == version
     assert [document.layers.get(name).dxf.color for name in (CUT, MARK, SHEET)] == [1, 5, 8]

@@ -56,7 +56,7 @@ def of_array(given: FloatArray) -> TurnedShapes:
 @given(
     st.integers(1, 40), st.integers(1, 4), st.integers(1, 20), st.integers(0, 2**32 - 1), st.sampled_from([0, 1, 2, 6])
 )
-def test_shapes_are_equal_as_if_all_pairs_were_looked_at(
+def test_shapes_are_equal_as_if_all_pairs_were_compared(
     n: int, n_turns: int, n_corners: int, seed: int, spread: int
 ) -> None:
     """Coordinates in steps of two fifths of the tolerance: two steps are near, three are not, none is on the edge; so
@@ -74,7 +74,7 @@ def test_shapes_are_equal_as_if_all_pairs_were_looked_at(
 
 
 @given(st.integers(2, 60), st.integers(1, 30), st.integers(0, 2**32 - 1))
-def test_shapes_that_differ_in_one_coordinate_hang_together_as_a_chain(n: int, step: int, seed: int) -> None:
+def test_shapes_that_differ_in_one_coordinate_form_a_chain(n: int, step: int, seed: int) -> None:
     """In any order; steps in hundredths and half a hundredth of the tolerance, so that none is on the edge."""
     order = np.random.default_rng(seed).permutation(n)
     given = np.zeros((n, 1, 3, 3))

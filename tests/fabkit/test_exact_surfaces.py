@@ -211,7 +211,7 @@ def test_a_step_file_is_built(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.skipif(HAS_KERNEL, reason="a kernel is installed")
-def test_without_a_kernel_the_cure_is_said(tmp_path: Path) -> None:
+def test_without_a_kernel_the_cure_is_named(tmp_path: Path) -> None:
     (tmp_path / "roof.step").write_text("ISO-10303-21;\n")
     with pytest.raises(FabkitError, match=r'pip install "fabkit\[build123d\]"'):
         read_shape(tmp_path / "roof.step")

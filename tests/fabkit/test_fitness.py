@@ -126,7 +126,7 @@ def test_inspect_takes_a_project_file_and_the_sizes_in_it(tmp_path: Path) -> Non
     inspected = run("inspect", project)
     assert inspected.exit_code == 1
     assert "sheets: panel P001" in inspected.stdout
-    assert f"so are {vault().n_faces - 1} more, with the mark" in " ".join(inspected.stdout.split())
+    assert f"nor do {vault().n_faces - 1} more, with the mark" in " ".join(inspected.stdout.split())
     assert run("inspect", project, "--nest", "off").exit_code == 0
     assert run("inspect", written(tmp_path, vault()), "--beam", "40x80").exit_code == 2  # a size without a unit
     assert run("inspect", tmp_path / "none.obj").exit_code == 2
@@ -154,8 +154,8 @@ def test_what_runs_through_itself_is_built_without_what_shares_room(tmp_path: Pa
     file = written(tmp_path, unfit.through_itself())
     accepted = run("build", file, "--unit", "m", "-o", tmp_path / "out", "--accept", "self-intersection")
     assert accepted.exit_code == 2
-    assert "share no corner of the mesh, which runs through itself" in accepted.stderr
-    assert "widen clearance" not in accepted.stderr
+    assert "share no vertex of the mesh, which intersects itself" in accepted.stderr
+    assert "increase the clearance" not in accepted.stderr
     # the parts have no marks yet, so they are called by their edges and faces
     assert re.search(
         r"the (beam on edge|panel on face) \d+ and the (node at vertex|panel on face) \d+ share", accepted.stderr
@@ -184,11 +184,11 @@ def test_where_nothing_is_left_one_sentence_says_why(mesh: Mesh, tmp_path: Path)
     arguments = ("--unit", "m", "-o", tmp_path / "out", "--skip-unbuildable", "--joint", "1600")
     result = run("build", written(tmp_path, mesh), *arguments)
     assert result.exit_code == 2
-    assert "remains of" in result.stderr
+    assert "can be built; the reason for the first is" in result.stderr
     assert result.exception is None or isinstance(result.exception, SystemExit)
     tiny = run("build", written(tmp_path, vault()), *arguments[:-2], "--sheet", "300x200")
     assert tiny.exit_code == 2
-    assert "with what fits on no sheet left out, no panel remains of 20" in tiny.stderr
+    assert "none of the 20 panels fits on a sheet" in tiny.stderr
 
 
 # --- bounds
@@ -259,7 +259,7 @@ def test_bounds_in_the_project_file_hold(tmp_path: Path) -> None:
             {"accept": ["mitres"]},
             "'mitres' cannot be accepted: it is only noted and stops no build; those that can be are moves",
         ),
-        ({"accept": ["tilt"]}, "'tilt' cannot be accepted: a beam that does not point out"),
+        ({"accept": ["tilt"]}, "'tilt' cannot be accepted: a beam that does not point to the outside"),
         ({"fitness": {"move_noted": 1}}, r"unknown key 'move_noted' in \[fitness\]; did you mean moves_noted"),
         ({"fitness": {"moves_noted": 0.5}}, "moves_noted is 0.5, but moves_refused is 0.3"),
         ({"fitness": {"lean_noted_deg": 95}}, "less than or equal to 90"),

@@ -244,14 +244,14 @@ def test_no_input_is_in_the_folder_nor_are_we(tmp_path: Path, monkeypatch: pytes
     (tmp_path / "link").symlink_to(out)
     (tmp_path / "mesh.obj").symlink_to(out / "part.txt")
     for path in (out / "part.txt", tmp_path / "link" / "parts" / "B001.step", tmp_path / "mesh.obj"):
-        with pytest.raises(OutputError, match="from which it would be made"):
+        with pytest.raises(OutputError, match="which is an input of this run"):
             check_replaceable(out, force=True, inputs=[path])
     check_replaceable(out, force=True, inputs=[tmp_path / "another.obj"])
     for place in (out, out / "parts"):
         monkeypatch.chdir(place)
-        with pytest.raises(OutputError, match="is the folder in which you are"):
+        with pytest.raises(OutputError, match="is the current folder"):
             write(out, "two", force=True)
-    with pytest.raises(OutputError, match="is the folder in which you are"):
+    with pytest.raises(OutputError, match="is the current folder"):
         write(Path("/"), "two", force=True)
     assert (out / "part.txt").read_text() == "one"
 
@@ -275,7 +275,7 @@ def test_what_appears_meanwhile_stays(
             if filled:
                 (out / "mine.txt").write_text("mine")
 
-    with pytest.raises(OutputError, match="was made by somebody else meanwhile"):
+    with pytest.raises(OutputError, match="was made by another program during this run"):
         build()
     assert contents(tmp_path) == ({"out": "", "out/mine.txt": "mine"} if filled else {"out": ""})
 

@@ -167,8 +167,8 @@ def renumbered(mesh: Mesh) -> Mesh:
             id="a vertex moved",
         ),
         pytest.param(renumbered, "the two meshes are not parallel; .* vertices in the same order", id="other numbers"),
-        pytest.param(lambda s: s * 1000.0, "distance of 1e.03 from the origin .* scale and move it", id="in mm"),
-        pytest.param(lambda s: s * 0.0, "distance of 0 from the origin", id="a point"),
+        pytest.param(lambda s: s * 1000.0, "from the origin is 1e.03, .* scale and move it", id="in mm"),
+        pytest.param(lambda s: s * 0.0, "from the origin is 0, ", id="a point"),
         pytest.param(lambda s: s.translated([30.0, 0, 0]), "scale and move it there", id="elsewhere"),
     ],
 )
@@ -224,12 +224,12 @@ def test_an_inspection_says_how_a_pair_fits(tmp_path: Path) -> None:
         assert facts["made exact"] == "nothing to do"
         assert "an edge offset: beams of one height" in facts["edges of S"]
         assert "so not a vertex offset" in facts["vertices of S"]
-        assert float(facts["alignment"].split(" by ")[1].split()[0]) < 1e-12
-    assert convex["reversed"].startswith("0 of 108 edges run against those of S; around 0 of 60")
-    assert saddle["reversed"].startswith("60 of 108 edges run against those of S; around 60 of 60")
+        assert float(facts["alignment"].split("median ")[1].split()[0]) < 1e-12
+    assert convex["reversed"].startswith("0 of 108 edges run against those of S; at 0 of 60")
+    assert saddle["reversed"].startswith("60 of 108 edges run against those of S; at 60 of 60")
     tilted = inspected(tmp_path, M, S.translated([0.1, 0.0, 0.0]))
     assert "so not an edge offset" in tilted["edges of S"]
-    assert float(tilted["alignment"].split("median, ")[1].split()[0]) > 1e-3
+    assert float(tilted["alignment"].split("largest ")[1].split()[0]) > 1e-3
     lost = inspected(tmp_path, rounded(M, 5), rounded(S, 5))
     assert "of its mean edge length at most, of the Gauss image by" in lost["made exact"]
     other = inspected(tmp_path, M, renumbered(S))

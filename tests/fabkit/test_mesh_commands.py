@@ -148,7 +148,7 @@ def test_curvatures_as_a_table_and_as_colours(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["planarise", "cube.obj", "-o", "cube.obj", "--force"], "is the file from which it would be made"),
+        (["planarise", "cube.obj", "-o", "cube.obj", "--force"], "is an input of this run"),
         (
             ["planarise", "cube.obj", "-o", "there.obj"],
             "exists already; choose another name, or replace it with --force",

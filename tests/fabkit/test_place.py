@@ -95,7 +95,7 @@ def test_other_copies_differ_by_the_rounding_of_their_coordinates(made: dict[str
     assert axes < 300 * COARSE_MM / near.structure.mesh.mean_edge_length
 
 
-def test_everybody_is_told_where_zero_is(made: dict[str, tuple[Path, Built]]) -> None:
+def test_every_document_names_the_origin(made: dict[str, tuple[Path, Built]]) -> None:
     out, _ = made["far"]
     manifest = json.loads((out / "manifest.json").read_text())
     zero = [2_600_000.0, -5_000_000.0, 1236.0]

@@ -61,13 +61,13 @@ def test_indices_of_obj_files_may_be_relative(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
-        ("a.obj", "v 0 0 0\nl 1 2\n", "line 2 of .*'l 1 2', which is no l element"),
-        ("a.obj", "v 0 0 0\nl 1 0\n", "line 2 of .*which is no l element"),
-        ("a.obj", "v 0 0 0\nl 1 -2\n", "line 2 of .*which is no l element"),
-        ("a.obj", "v 0 0\n", "line 1 of .*which is no v element"),
-        ("a.obj", "v 0 0 x\n", "line 1 of .*which is no v element"),
-        ("a.obj", "v 0 0 0\n", "holds no polyline: `l` elements"),
-        ("a.dxf", "nothing\n", "is no DXF file that can be read"),
+        ("a.obj", "v 0 0 0\nl 1 2\n", "line 2 of .*'l 1 2', which is not a valid l element"),
+        ("a.obj", "v 0 0 0\nl 1 0\n", "line 2 of .*which is not a valid l element"),
+        ("a.obj", "v 0 0 0\nl 1 -2\n", "line 2 of .*which is not a valid l element"),
+        ("a.obj", "v 0 0\n", "line 1 of .*which is not a valid v element"),
+        ("a.obj", "v 0 0 x\n", "line 1 of .*which is not a valid v element"),
+        ("a.obj", "v 0 0 0\n", "contains no polyline: `l` elements"),
+        ("a.dxf", "nothing\n", "is not a readable DXF file"),
         ("a.stl", "", "read from .obj and .dxf files"),
     ],
 )

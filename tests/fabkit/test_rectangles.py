@@ -1,4 +1,4 @@
-"""The smallest rectangles of outlines, and of those left the one that fits best, are as a look at all of them says."""
+"""The smallest rectangles of outlines, and the free one that fits best, are those that a search over all finds."""
 
 from __future__ import annotations
 
@@ -17,10 +17,12 @@ from fabkit.production.remaining_rectangles import RemainingRectangles
 from geometry.arrays import BoolArray, FloatArray
 
 
-def best_of_all(sizes: FloatArray, left: BoolArray, length: float, width: float, ways: tuple[bool, bool]) -> tuple:
+def best_of_all(
+    sizes: FloatArray, is_free: BoolArray, length: float, width: float, orientations: tuple[bool, bool]
+) -> tuple:
     lengths, widths = np.concatenate([sizes, sizes[:, ::-1]]).T
     strips = np.minimum(length - lengths, width - widths)
-    strips[~(np.tile(left, 2) & np.repeat(ways, len(sizes)) & (strips >= -RECTANGLE_ROUNDING_MM))] = np.inf
+    strips[~(np.tile(is_free, 2) & np.repeat(orientations, len(sizes)) & (strips >= -RECTANGLE_ROUNDING_MM))] = np.inf
     choice = int(strips.argmin())
     return (strips[choice], choice) if strips[choice] < np.inf else (np.inf, -1)
 
@@ -39,39 +41,41 @@ seeds, counts, ranges, both = (
 
 
 @given(seeds, counts, ranges, st.tuples(both, both))
-def test_the_best_of_those_left_is_found(seed: int, m: int, values: int, ways: tuple[bool, bool]) -> None:
+def test_the_best_of_those_free_is_found(seed: int, m: int, values: int, orientations: tuple[bool, bool]) -> None:
     rng = np.random.default_rng(seed)
-    sizes, left = random_sizes(rng, m, values), np.ones(m, dtype=bool)
+    sizes, is_free = random_sizes(rng, m, values), np.ones(m, dtype=bool)
     rectangles = RemainingRectangles(sizes, RECTANGLE_ROUNDING_MM)
     for _ in range(2 * m):
         k = int(rng.integers(m))
         (rectangles.put_back if rng.random() < 0.3 else rectangles.take)(k)
-        left[k] = rectangles.left[k]
+        is_free[k] = rectangles.is_free[k]
         section = rng.integers(0, values + 2, 2).astype(float).tolist()
-        assert rectangles.best(*section, ways) == best_of_all(sizes, left, *section, ways)
+        assert rectangles.best(*section, orientations) == best_of_all(sizes, is_free, *section, orientations)
 
 
 @given(seeds, counts, ranges, st.sampled_from(SPLITS), st.sampled_from(ORIENTATIONS))
-def test_a_sheet_is_filled_by_the_best_pair_of_all_sections_and_rectangles(seed, m, values, split, ways) -> None:
+def test_a_sheet_is_filled_by_the_best_pair_of_all_sections_and_rectangles(
+    seed, m, values, split, orientations
+) -> None:
     rng = np.random.default_rng(seed)
-    sizes, left = random_sizes(rng, m, values), np.ones(m, dtype=bool)
+    sizes, is_free = random_sizes(rng, m, values), np.ones(m, dtype=bool)
     inside = (2.0 * values + 1, 1.5 * values)
     sections, expected = [(0.0, 0.0, *inside)], []
     while True:
-        pairs = [(*best_of_all(sizes, left, *section[2:], ways), section) for section in sections]
+        pairs = [(*best_of_all(sizes, is_free, *section[2:], orientations), section) for section in sections]
         strip, choice, here = min(pairs, key=lambda pair: pair[0], default=(np.inf, -1, ()))
         if strip == np.inf:
             break
         length, width = sizes[choice % m][:: 1 if choice < m else -1]
         expected.append((choice, *here[:2]))
-        left[choice % m] = False
+        is_free[choice % m] = False
         x, y, across = here[2] - length, here[3] - width, split(here[2] - length, here[3] - width, length, width)
         sections = [section for section in sections if section is not here]
         sections.append((here[0], here[1] + width, here[2] if across else length, y))
         sections.append((here[0] + length, here[1], x, width if across else here[3]))
     rectangles = RemainingRectangles(sizes, RECTANGLE_ROUNDING_MM)
-    assert [(each.choice, each.x, each.y) for each in _fill(rectangles, inside, split, ways)] == expected
-    assert all(rectangles.left)
+    assert [(each.choice, each.x, each.y) for each in _fill(rectangles, inside, split, orientations)] == expected
+    assert all(rectangles.is_free)
 
 
 @given(st.integers(3, 60), st.integers(0, 2**32 - 1), st.sampled_from([0.0, 1e-9, 0.3]))

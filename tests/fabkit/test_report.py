@@ -158,7 +158,7 @@ def test_data_has_a_value_for_each_part(text: str) -> None:
     assert lengths == [round(beam.details.long_point_mm, 1) for beam in assembly["beams"]]
 
 
-def test_what_does_not_align_is_told_in_millimetres(text: str) -> None:
+def test_misalignments_are_reported_in_millimetres(text: str) -> None:
     spread = np.array([node.details.top_step_mm for node in gridshell(6, 5)["nodes"]])
     figures = [f"{np.percentile(spread, share):.2f}" for share in (50, 95, 100)]
     row = next(line for line in text.splitlines() if "Step between beam tops at a node, mm" in line)

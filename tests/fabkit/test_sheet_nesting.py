@@ -71,7 +71,7 @@ def cut_apart(boxes: FloatArray) -> bool:
 
 @settings(deadline=None, max_examples=40)
 @given(st.lists(outlines(), max_size=25), gaps, borders)
-def test_quick_nests_are_sound_and_cut_from_edge_to_edge(some: list[FloatArray], gap: float, border: float) -> None:
+def test_quick_nests_are_valid_and_cut_from_edge_to_edge(some: list[FloatArray], gap: float, border: float) -> None:
     panels = plates(some)
     nest = nest_panels(panels, SHEET, gap_mm=gap, border_mm=border)
     assert_sound(nest, panels)
@@ -83,7 +83,7 @@ def test_quick_nests_are_sound_and_cut_from_edge_to_edge(some: list[FloatArray],
 @pytest.mark.parametrize("engine", ENGINES)
 @settings(deadline=None, max_examples=3)
 @given(some=st.lists(outlines(), min_size=12, max_size=20), gap=gaps, border=borders)
-def test_best_nests_are_sound_and_never_worse(
+def test_best_nests_are_valid_and_never_worse(
     engine: type[irregular.Engine], some: list[FloatArray], gap: float, border: float
 ) -> None:
     panels = plates(some)
@@ -131,7 +131,7 @@ def test_slivers_needles_and_nicks_are_kept_from_the_engines() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_what_no_engine_bears_is_nested_all_the_same(
+def test_panels_unsuitable_for_engines_are_nested_all_the_same(
     engine: type[irregular.Engine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sheet_nesting, "installed_engine", engine)
@@ -144,11 +144,11 @@ class Idle:
 
     name = "idle"
 
-    def __init__(self, found: list[Placement], least_seconds: float = 0.0) -> None:
-        self.found, self.least_seconds = found, least_seconds
+    def __init__(self, found: list[Placement], min_seconds: float = 0.0) -> None:
+        self.found, self.min_seconds = found, min_seconds
 
     def fill(self, outlines: Ragged, stock: Stock, seconds: float) -> list[Placement]:
-        time.sleep(self.least_seconds)
+        time.sleep(self.min_seconds)
         return self.found
 
 
@@ -169,7 +169,7 @@ def test_an_engine_that_finds_nothing_makes_nothing_worse(seed: int, monkeypatch
 
 
 def test_the_budget_holds(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sheet_nesting, "installed_engine", lambda: Idle([], least_seconds=0.2))
+    monkeypatch.setattr(sheet_nesting, "installed_engine", lambda: Idle([], min_seconds=0.2))
     panels = random_plates(0, 200)
     start = time.monotonic()
     nest_panels(panels, SHEET, gap_mm=5, border_mm=10, mode="best", seconds=0.5)
@@ -226,7 +226,7 @@ def test_panels_that_fit_exactly_fit() -> None:
 def test_too_large_panels_are_named() -> None:
     small, large = np.array([[0, 0], [500, 0], [0, 500.0]]), np.array([[0, 0], [3100, 0], [3100, 200.0], [0, 200]])
     panels = Parts.of(PANEL, [plate("P001", small), plate("P002", large), plate("P003", large)])
-    message = r"panel P002 .* 3100\.0 x 200\.0 mm, and 2970 x 1970 mm are at hand; panel P003 .* Use larger sheets"
+    message = r"panel P002 .* 3100\.0 x 200\.0 mm, and the sheet offers 2970 x 1970 mm; panel P003 .* Use larger sheets"
     with pytest.raises(NestingError, match=message):
         nest_panels(panels, SHEET, gap_mm=10, border_mm=15)
 
@@ -245,13 +245,13 @@ def test_no_panels_need_no_sheets() -> None:
         ({"sheet": Sheet(0.0, 2000.0)}, "0 x 2000 mm"),
     ],
 )
-def test_senseless_stock_is_refused(change: dict[str, object], message: str) -> None:
+def test_invalid_stock_is_refused(change: dict[str, object], message: str) -> None:
     request = {"sheet": SHEET, "gap_mm": 10.0, "border_mm": 15.0, **change}
     with pytest.raises(NestingError, match=message):
         nest_panels(plates([np.eye(3)[:, :2] * 100]), **request)  # type: ignore[arg-type]
 
 
-def test_panels_that_no_engine_bears_are_refused() -> None:
+def test_invalid_panels_are_refused() -> None:
     bow = plate("P002", SQUARE[[0, 2, 1, 3]])
     with pytest.raises(NestingError, match=r"cross themselves .* panels P002"):
         nest_panels(Parts.of(PANEL, [plate("P001", SQUARE), bow]), SHEET, gap_mm=10, border_mm=15)

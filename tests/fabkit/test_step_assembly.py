@@ -166,10 +166,10 @@ def refused(parts: list[Part], message: str, **options: Any) -> None:
 
 
 def test_one_mark_for_two_solids_is_refused() -> None:
-    refused([node("N1", tube()), node("N1", tube(height=101.0), None, 5)], "mark N1 stands for two .* N1 v5")
-    refused([node("N1", tube()), node("N1", tube(), material=Material("oak", 700.0))], "mark N1 stands for two")
+    refused([node("N1", tube()), node("N1", tube(height=101.0), None, 5)], "mark N1 is that of two .* N1 v5")
+    refused([node("N1", tube()), node("N1", tube(), material=Material("oak", 700.0))], "mark N1 is that of two")
     apart = [node(f"A{n}", star(3, 50 + n)) for n in range(200)]
-    refused([node("N1", tube()), *apart, node("N1", tube(height=101.0))], "mark N1 stands for two")
+    refused([node("N1", tube()), *apart, node("N1", tube(height=101.0))], "mark N1 is that of two")
 
 
 @pytest.mark.parametrize("mark", ["Träger", "", "a\tb"])
@@ -231,7 +231,7 @@ def test_broken_solids_are_refused() -> None:
     refused([node("N1", moved(block, 2, (np.nan, 0, 0)))], "part N1 .* vertex at nan")
     refused([node("N1", moved(block, 2, (np.inf, 0, 0)))], "part N1 .* vertex at inf")
     flat = prism([[0, 0], [10, 0], [20, 0]], 5.0)
-    refused([node("N1", flat)], "part N1 .* a face .* mm wide, needs over 1e-07 mm")
+    refused([node("N1", flat)], "part N1 .* a face .* mm wide, more than 1e-07 mm are needed")
 
 
 def test_missing_folder_is_refused(assembly: Assembly, tmp_path: Path) -> None:

@@ -88,7 +88,7 @@ def test_inspect_judges_what_a_build_would_make(roof: Path) -> None:
     assert "fit to build" in done.stdout
 
 
-def test_a_triangle_mesh_without_a_size_is_told_of_them(roof: Path) -> None:
+def test_a_triangle_mesh_without_a_size_names_the_options(roof: Path) -> None:
     done = run("build", roof, "--unit", "m", "-o", "built")
     assert done.exit_code == 2
     said = " ".join(done.stderr.split())
@@ -152,7 +152,7 @@ def test_the_study_is_a_page_that_shows_the_best_network_first(roof: Path, monke
     assert page.count("<svg") == len(spreads)
 
 
-def test_nothing_to_write_is_said(roof: Path) -> None:
+def test_nothing_to_write_is_reported(roof: Path) -> None:
     done = run("mesh", roof, "--faces", 100)
     assert done.exit_code == 2
     assert "give -o FILE" in " ".join(done.stderr.split())

@@ -18,7 +18,7 @@ from typing import Any
 from driver import Files, Kind, mutated
 from faults import FileSystem
 from mesh_files import MESHES, written
-from said import check_folder, check_said, snapshot
+from run_checks import check_folder, check_messages, snapshot
 from typer.testing import CliRunner
 
 from fabkit.commands.command_line import app
@@ -179,7 +179,7 @@ def _run_inside(work: Path, wanted: dict[str, Any]) -> int:
         assert not strange, f"outside the folder: {strange}"
     finally:
         os.chdir(here)
-    check_said(result.exit_code, result.stdout, result.stderr, f"{' '.join(arguments)} {project}")
+    check_messages(result.exit_code, result.stdout, result.stderr, f"{' '.join(arguments)} {project}")
     return result.exit_code
 
 
@@ -190,14 +190,14 @@ def _run_as_program(work: Path, wanted: dict[str, Any]) -> int:
         return -1  # there nothing would keep it from writing elsewhere
     plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii"} if way == "ascii" else {}
     number = Random(wanted["after"]).choice([signal.SIGINT, signal.SIGTERM, signal.SIGHUP]) if way == "ended" else 0
-    with tempfile.TemporaryFile() as printed, open("/dev/full", "wb") as full, tempfile.TemporaryFile() as said:
+    with tempfile.TemporaryFile() as printed, open("/dev/full", "wb") as full, tempfile.TemporaryFile() as error_stream:
         process = subprocess.Popen(
             [sys.executable, "-m", "fabkit", *arguments],
             cwd=work,
             env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1", **plain},
             stdin=subprocess.DEVNULL,
             stdout=full if way == "full device" else printed,
-            stderr=said,
+            stderr=error_stream,
         )
         try:
             if number:
@@ -209,9 +209,9 @@ def _run_as_program(work: Path, wanted: dict[str, Any]) -> int:
         finally:
             process.kill()
         printed.seek(0)
-        said.seek(0)
-        output, errors = printed.read().decode(), said.read().decode()
-    check_said(code, output, errors, " ".join(arguments), signalled=number)
+        error_stream.seek(0)
+        output, errors = printed.read().decode(), error_stream.read().decode()
+    check_messages(code, output, errors, " ".join(arguments), signalled=number)
     return code
 
 

@@ -1,4 +1,5 @@
-"""Damaged pairs of a mesh and its Gauss image: parallel in the end, or refused in one sentence that counts from 0."""
+"""Damaged pairs of a mesh and its Gauss image: they are made parallel, or refused with one sentence that counts from
+0."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ ELEMENTS = re.compile(r"\b(vertex|vertices|edge|edges|face|faces) \d+[ ,;:-]")
 
 
 def inputs(random: Random) -> Files:
-    """A mesh and its Gauss image, or another element of P(M), or anything: moved, noisy, and as files with faults."""
+    """A mesh and its Gauss image, or another element of P(M), or unrelated meshes: moved, noisy, as files with
+    faults."""
     mesh, image = random.choice(_pairs())
     if random.random() < 0.2:
         image = image.with_vertices(image.vertices @ [[0.1, 0.2, 0], [0, 0.3, 0.1], [0.1, 0, 0.4]])
@@ -37,14 +39,14 @@ def inputs(random: Random) -> Files:
 
 
 def attempt(folder: Path) -> str:
-    """Two files are one mesh with two sets of vertices; as M and S, what becomes of them is planar and parallel."""
+    """Two files are read as one mesh with two sets of vertices; as M and S they are made planar and parallel."""
     first, second = sorted(folder.iterdir())
     found, image = read_mesh_pair(first, second)
     assert image.combinatorics is found.mesh.combinatorics
     check_faces(found.mesh)
     tolerance = 10.0 ** -(len(first.read_bytes()) % 7)
-    is_given = _said_with_counting(lambda: _made_exact(first, second, tolerance))
-    is_found = _said_with_counting(lambda: _is_parallel(nearest_parallel_pair(found.mesh.near_zero()[0], image)))
+    is_given = _is_made_or_refused(lambda: _made_exact(first, second, tolerance))
+    is_found = _is_made_or_refused(lambda: _is_parallel(nearest_parallel_pair(found.mesh.near_zero()[0], image)))
     return "a pair" if is_given else "parallel" if is_found else "read"
 
 
@@ -62,9 +64,9 @@ def _is_parallel(pair: Pair) -> None:
     )  # what the library promises
 
 
-def _said_with_counting(make: Callable[[], None]) -> bool:
-    """Whether it is made. If not, a sentence that numbers elements says which they are, so that `fabkit` can say from
-    where they count."""
+def _is_made_or_refused(make: Callable[[], None]) -> bool:
+    """Whether `make` succeeds. If not, assert that its error is one sentence, and that an error which numbers elements
+    also carries them in `error.elements`, so that `fabkit` can say that they are counted from 0."""
     try:
         make()
         return True
@@ -78,7 +80,7 @@ def _said_with_counting(make: Callable[[], None]) -> bool:
 
 @cache
 def _pairs() -> list[tuple[Mesh, Mesh]]:
-    """Meshes with planar faces and their Gauss images, and such that are no pair of the kind."""
+    """Meshes with planar faces and their Gauss images, and pairs of meshes that are not parallel."""
     planar = [shapes.grid(3, 2), shapes.dome(5, 2), shapes.catenoid(6, 2), shapes.dodecahedron(), shapes.cube()]
     made = [(mesh, approximate_pair(mesh, normals=mesh.vertex_normals).gauss_image) for mesh in planar]
     centred = [mesh.with_vertices(mesh.vertices - mesh.vertices.mean(axis=0)) for mesh in planar]

@@ -147,6 +147,11 @@ def test_edges_collapse_at_the_ends_of_the_ranges_of_weights(seed: int, count: i
                 kept = np.sign(edge_factors(WAVY, space.blend(changed, elements))) == signs
                 assert kept.all() == is_kept
         assert limits[0] < weights[place] < limits[1]
+        for limit, far in zip(limits, (-1e3, 1e3), strict=True):  # where there is no limit, nothing ever collapses
+            if np.isinf(limit):
+                changed = weights.copy()
+                changed[place] += far
+                assert (np.sign(edge_factors(WAVY, space.blend(changed, elements))) == signs).all()
 
 
 def test_ranges_without_limits_and_edges_without_length() -> None:

@@ -183,7 +183,7 @@ def test_curvatures_scale(pair: tuple[Mesh, Mesh], c: float, s: float, turned: b
 
 
 @given(parallel_faces())
-def test_curvatures_do_not_see_from_which_side_the_meshes_are_looked_at(pair: tuple[Mesh, Mesh]) -> None:
+def test_curvatures_do_not_depend_on_the_side_of_the_meshes(pair: tuple[Mesh, Mesh]) -> None:
     """Each face is oriented such that its area is positive, so S alone says where outside is."""
     mesh, image = pair
     atol = ROUNDING * (1 + np.abs(image.vertices).max()) ** 2

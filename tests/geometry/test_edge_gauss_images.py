@@ -115,7 +115,7 @@ def test_of_several_images_rounding_does_not_choose(mesh: Mesh, seed: int) -> No
 
 @given(st.integers(2, 4), st.floats(1.1, 3), seeds)
 @settings(max_examples=20)
-def test_edges_that_do_not_tell_candidates_apart_are_told_by_others(half: int, ratio: float, seed: int) -> None:
+def test_edges_that_do_not_distinguish_candidates_are_decided_by_others(half: int, ratio: float, seed: int) -> None:
     """A tube with a crown: its lower ring, perpendicular to the upright edges, is as good above as it is below."""
     n = 2 * half
     tube = shapes.regular_prism(n)

@@ -149,7 +149,7 @@ def parallelograms() -> Mesh:
     )
 
 
-def test_a_mesh_without_any_is_told_where_it_fails() -> None:
+def test_for_a_mesh_without_any_the_place_is_named() -> None:
     mesh = parallelograms()
     assert exact_pairs(mesh) == {}
     with pytest.raises(

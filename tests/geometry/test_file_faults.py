@@ -117,7 +117,7 @@ def test_any_space_parts_words(tmp_path: Path, space: str, suffix: str) -> None:
 # --- OBJ: what is ignored is reported
 
 
-def test_obj_words_and_shapes_that_are_no_polygons_are_told(tmp_path: Path) -> None:
+def test_obj_words_and_shapes_that_are_no_polygons_are_reported(tmp_path: Path) -> None:
     text = text_of(tmp_path, ".obj") + "vp 1 2\ncstype bezier\ncurv 0 1 1 2\nend\nvv 1 2 3\nface 1 2 3\np 1\n"
     mesh, said = read_bytes(tmp_path / "a.obj", text.encode())
     assert mesh.n_faces == MESH.n_faces
@@ -282,7 +282,7 @@ def test_folders_pipes_and_devices_are_no_files(tmp_path: Path, suffix: str) -> 
 
 @pytest.mark.parametrize("name", ["x" * 300, "a\0b", "a\nb", "\udcff\udcfe", "[bold]", "é" * 200], ids=ascii)
 @pytest.mark.parametrize("suffix", [".obj", ".stl", ""])
-def test_names_that_no_file_has_are_said_in_one_printable_line(tmp_path: Path, name: str, suffix: str) -> None:
+def test_names_that_no_file_has_are_reported_in_one_printable_line(tmp_path: Path, name: str, suffix: str) -> None:
     for attempt in (read_mesh, lambda path: write_mesh(path / "a.obj", MESH)):
         with pytest.raises(MeshFileError) as caught:
             attempt(tmp_path / (name + suffix))
@@ -299,7 +299,7 @@ def test_a_name_of_any_bytes_is_read(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("error", [PermissionError(13, "Permission denied"), OSError(5, "Input/output error")])
 @pytest.mark.parametrize("call", ["stat", "read_bytes"])
-def test_what_the_system_denies_is_said(
+def test_errors_of_the_system_are_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: OSError, call: str
 ) -> None:
     path = tmp_path / "a.obj"

@@ -120,7 +120,7 @@ def test_obj_extra_coordinates_and_a_byte_order_mark(read: Read) -> None:
     assert_quad_and_triangle(read("a.obj", "\ufeff" + colours + "f 1 2 3 4\nf 2 5 3\n"))
 
 
-def test_obj_lines_and_points_are_ignored_and_said(read: Read) -> None:
+def test_obj_lines_and_points_are_ignored_and_reported(read: Read) -> None:
     text = V_ROWS + "f 1 2 3 4\nf 2 5 3\nl 1 2\nl 2 3 4\np 1\n"
     assert_quad_and_triangle(read("a.obj", text), "2 line elements ignored", "1 point elements ignored")
 

@@ -85,7 +85,7 @@ def test_other_meshes_stay_as_they_are(decade: float, seed: int) -> None:
     np.testing.assert_array_equal(found.gauss_image.vertices, approximate_pair(planar).gauss_image.vertices)
 
 
-def test_where_nothing_was_rounded_what_decides_is_said() -> None:
+def test_where_nothing_was_rounded_the_deciding_equations_are_reported() -> None:
     """Faces in one plane, but for the last digits, which were not made so by planarising."""
     planar, moved = made_planar(noisy(block(4), 1e-12, 0))
     for within in (0.0, 1.1e-4 * planar.mean_edge_length):

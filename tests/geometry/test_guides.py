@@ -233,7 +233,7 @@ def paraboloid(n: int) -> Mesh:
     return mesh.with_vertices(mesh.vertices * 20 / n)
 
 
-def test_a_mesh_beside_a_surface_is_drawn_to_it() -> None:
+def test_a_mesh_beside_a_surface_is_attracted_to_it() -> None:
     surface = Surface(paraboloid(60))
     below = paraboloid(12)
     above = below.with_vertices(below.vertices + np.array([0, 0, 1.0]))

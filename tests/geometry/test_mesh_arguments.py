@@ -53,7 +53,7 @@ class Held:
 # --- accepted
 
 
-def test_a_mesh_stays_the_same_object_and_so_does_one_that_is_held() -> None:
+def test_a_mesh_stays_the_same_object_and_so_does_one_inside_another() -> None:
     for given in (DOME, Held(DOME), Pair(DOME, DOME), Surface(DOME), ParallelSpace(DOME), planarise(DOME)):
         assert as_mesh(given) is DOME
 

@@ -169,7 +169,7 @@ def test_rounding_beyond_the_promised_parallelity_is_put_down_to_the_faces(monke
 
 @given(st.sampled_from([tower(3), tower(4), stairs(4, 3), block(3)]), st.floats(1, 14), seeds)
 @settings(max_examples=40, deadline=None)
-def test_boxes_with_noise_build_or_hear_the_truth(mesh: Mesh, digits: float, seed: int) -> None:
+def test_boxes_with_noise_build_or_are_refused_correctly(mesh: Mesh, digits: float, seed: int) -> None:
     planar = planarise(noisy(mesh, 10**-digits, seed)).mesh
     turn = turning(seed)
     try:

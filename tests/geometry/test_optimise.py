@@ -186,7 +186,7 @@ def test_stacked_functionals_of_fewer_unknowns_have_the_derivatives_of_their_res
 
 
 @given(seeds, st.floats(0.01, 100.0))
-def test_linear_wishes_weigh_against_the_way_from_the_start(seed: int, weight: float) -> None:
+def test_linear_soft_terms_are_weighed_against_the_distance_from_the_start(seed: int, weight: float) -> None:
     rng = np.random.default_rng(seed)
     H, _, A, b = random_problem(seed)
     B, wanted, start = rng.normal(size=(5, 8)), rng.normal(size=5), rng.normal(size=8)

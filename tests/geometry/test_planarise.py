@@ -205,7 +205,7 @@ def test_a_mesh_too_far_from_the_origin_is_refused_unless_more_is_allowed() -> N
     assert out_of_plane(planarise(far, effort=Effort(tolerance=1e-9)).mesh) <= 1e-9
 
 
-def test_a_mesh_about_the_origin_is_not_told_to_move_there() -> None:
+def test_a_mesh_about_the_origin_is_not_advised_to_move_there() -> None:
     bent = shaken(vault(40, 30), 0.05, 0)
     with pytest.raises(ConvergenceError, match=r"coordinates are rounded to .* lengths; allow more$") as raised:
         planarise(bent, effort=Effort(tolerance=1e-16))
@@ -221,7 +221,7 @@ def test_advice_names_nothing_that_only_a_library_knows(mesh: Mesh) -> None:
 
 @given(seeds, st.floats(1e-6, 0.05))
 @settings(deadline=None, max_examples=20)
-def test_moves_are_told_of_each_vertex(seed: int, amount: float) -> None:
+def test_moves_are_reported_for_each_vertex(seed: int, amount: float) -> None:
     bent = shaken(vault(), amount, seed)
     bent = Mesh.from_faces(np.concatenate([bent.vertices, [[9.0, 9.0, 9.0]]]), bent.combinatorics.faces)
     result = planarise(bent)

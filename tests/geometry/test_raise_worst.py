@@ -75,5 +75,5 @@ def test_errors_are_of_the_class_asked_for_with_what_it_needs() -> None:
     assert (folded.problem, folded.message) == ("1: 3.0", "1: 3.0; unfold it")
 
 
-def test_nothing_is_said_of_no_values() -> None:
+def test_no_values_raise_nothing() -> None:
     raise_worst(np.zeros(0), ">", 1.0, lambda element, value: pytest.fail("there is nothing to speak of"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
@@ -137,3 +139,30 @@ def test_stretches_are_different_up_to_turns_and_scale() -> None:
     apart = np.abs(np.array(forms)[:, None] - np.array(forms)).max(axis=(2, 3)) + np.eye(len(forms))
     assert len(forms) == 27
     assert apart.min() > 0.1
+
+
+def hyperbolic(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
+    """Lines of curvature cross the boundary at 45 degrees, asymptotic lines run along it."""
+    return 2 * u - 1, 2 * v - 1, 0.6 * (2 * u - 1) * (2 * v - 1)
+
+
+def helicoid(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
+    return (0.4 + v) * np.cos(4 * u), (0.4 + v) * np.sin(4 * u), 1.5 * u
+
+
+def elliptic_ring(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
+    x, y = (0.4 + 0.6 * v) * np.cos(2 * np.pi * u), (0.4 + 0.6 * v) * np.sin(2 * np.pi * u)
+    return x, y, 0.5 * x**2 - 0.2 * y**2
+
+
+@pytest.mark.parametrize(("point", "rings"), [(hyperbolic, ""), (helicoid, ""), (elliptic_ring, "u")])
+@pytest.mark.parametrize("n_faces", [300, 1000])
+def test_a_boundary_that_crosses_the_lines_costs_no_large_moves(point: Any, rings: str, n_faces: int) -> None:
+    result = remesh(chart(48, 32, point, rings=rings), n_faces=n_faces)
+    assert result.mesh.planarity.max() < 1e-12
+    assert result.planarised.largest_move < 0.1
+    assert result.surface_distances.max() < 0.03 * result.mesh.mean_edge_length
+    assert from_boundary(result.mesh, result.surface).max() < 0.08
+    corners = np.degrees(result.mesh.corner_angles)
+    assert corners.min() > 15
+    assert corners.max() < 165

@@ -307,7 +307,7 @@ def test_no_sun_above_any_panel() -> None:
             ask(fins, below)
 
 
-def test_meshes_that_bear_no_fins() -> None:
+def test_meshes_without_possible_fins() -> None:
     grid, dome = shapes.grid(2, 1), shapes.dome(8, 2)
     with pytest.raises(MeshError, match=r"at vertex \d+ the Gauss image rises -1\.00e\+00 above the plane of face 0"):
         upright(grid.reversed(), 0, 0.3)

@@ -26,12 +26,12 @@ def test_offsets_are_recognised(name: str, circular: str, conical: str, edge_off
     assert facts["edge offset"].split(":")[0] == edge_offset
 
 
-def test_a_triangle_mesh_is_told_to_be_unfit() -> None:
+def test_a_triangle_mesh_is_reported_as_unfit() -> None:
     facts = dict(inspect_mesh(DATA / "directional" / "dome.off").facts())
     assert "only scaled copies" in facts["unfit"]
     assert "beam heights" not in facts
 
 
-def test_what_was_mended_is_told() -> None:
+def test_what_was_mended_is_reported() -> None:
     facts = list(inspect_mesh(DATA / "libhedra" / "catenoid3.off").facts())
     assert any(name == "mended" and "6500 of 9900 vertices" in fact for name, fact in facts)

@@ -125,7 +125,7 @@ def test_a_conical_mesh_nearly_has_a_face_offset() -> None:
     np.testing.assert_allclose(distances, 1.0, atol=1e-4)
 
 
-def test_a_circular_mesh_is_told_from_others() -> None:
+def test_a_circular_mesh_is_distinguished_from_others() -> None:
     assert np.median(circularity(planar(CIRCULAR).mesh)) < 2e-3
     assert np.median(circularity(planar(SIX_ARMED).mesh)) < 4e-3
     assert np.median(circularity(planar(YAS).mesh)) > 5e-2

@@ -59,8 +59,9 @@ def _figure(number: int, trial: NetworkTrial) -> str:
     return (
         f"<figure>{lines_picture(mesh, families[0], families[1], laid.singularities)}<figcaption>"
         f"<b>{number}. Heights within {100 * trial.height_spread:.1f} %</b> (from 5 to 95 % of the beams)<br>"
-        f"node axes lean up to {np.degrees(trial.lean):.0f}° (95 %); lines cross at {angles[1]:.0f}° in the median, "
-        f"95 % at more than {angles[0]:.0f}°; {trial.n_singularities} singular vertices, "
+        f"node axes lean up to {np.degrees(trial.lean):.0f}° (95 %); median crossing angle of the lines "
+        f"{angles[1]:.0f}°, "
+        f"95 % above {angles[0]:.0f}°; {trial.n_singularities} singular vertices, "
         f"{100 * laid.quality.quad_share:.0f} % quads<br><code>{_map(trial.affine)}</code></figcaption></figure>"
     )
 

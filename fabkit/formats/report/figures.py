@@ -19,17 +19,17 @@ _MAX_BARS = 30
 
 
 def histogram(measure: Measure) -> str:
-    """A figure: how many parts have which value; the median and the extremes in words."""
+    """A histogram of the values of the parts, with the median and the extremes in words."""
     values = measure.values[~np.isnan(measure.values)]
     title = f"{escape(measure.title)} <span class='unit'>{escape(measure.unit)}</span>"
     if len(values) == 0:
         return f"<figure><h3>{title}</h3><figcaption>no values</figcaption></figure>"
-    least, median, most = (_decimal(v, measure.decimals) for v in (values.min(), np.median(values), values.max()))
-    if least == most:
-        return f"<figure><h3>{title}</h3><figcaption>{least} for all {len(values)}</figcaption></figure>"
+    smallest, median, largest = (_decimal(v, measure.decimals) for v in (values.min(), np.median(values), values.max()))
+    if smallest == largest:
+        return f"<figure><h3>{title}</h3><figcaption>{smallest} for all {len(values)}</figcaption></figure>"
     edges = _edges(float(values.min()), float(values.max()))
     counts = np.histogram(values, edges)[0]
-    caption = f"{least} to {most}, median {median}"
+    caption = f"{smallest} to {largest}, median {median}"
     return f"<figure><h3>{title}</h3>{_bars(counts, edges)}<figcaption>{caption}</figcaption></figure>"
 
 
@@ -57,19 +57,20 @@ def _bars(counts: np.typing.NDArray[np.int64], edges: FloatArray) -> str:
     )
 
 
-def _edges(least: float, most: float) -> FloatArray:
-    """Edges of bars of a round width (1, 2 or 5 times a power of ten) that hold all values."""
-    rough = (most - least) / _MAX_BARS
+def _edges(smallest: float, largest: float) -> FloatArray:
+    """Bounds of the bars of a histogram, which have a round width (1, 2 or 5 times a power of ten) and cover all
+    values."""
+    rough = (largest - smallest) / _MAX_BARS
     power = 10.0 ** np.floor(np.log10(rough))
     width = power * next(step for step in (1, 2, 5, 10) if step * power >= rough)
-    first, last = np.floor(least / width), np.ceil(most / width)
+    first, last = np.floor(smallest / width), np.ceil(largest / width)
     edges: FloatArray = np.arange(first, last + 1) * width
-    edges[[0, -1]] = min(edges[0], least), max(edges[-1], most)  # rounding must not lose a value
+    edges[[0, -1]] = min(edges[0], smallest), max(edges[-1], largest)  # rounding must not lose a value
     return edges
 
 
 def _decimal(value: float, decimals: int) -> str:
-    """The number with so many decimals, and no minus before a zero."""
+    """The number with this many decimals, and no minus before a zero."""
     text = f"{value:.{decimals}f}"
     return text[1:] if text.startswith("-") and float(text) == 0 else text
 
@@ -94,7 +95,7 @@ def sheet_picture(drawing: Drawing) -> str:
 
 
 def _path(curves: Curves) -> str:
-    """The curves in relative steps, y downwards as SVG wants it; a closed curve is closed."""
+    """The curves as an SVG path in relative steps, with y downwards."""
     points = np.round(curves.values * [1, -1]).astype(np.int64)
     steps = np.diff(points, axis=0, prepend=0)
     steps[curves.starts[:-1]] = points[curves.starts[:-1]]

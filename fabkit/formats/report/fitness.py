@@ -29,13 +29,13 @@ TITLES = {
 
 
 def fitness_html(findings: Sequence[Finding], assembly: Assembly) -> str:
-    """The findings as cards; where there are none, what was looked at."""
+    """The findings as cards, and the criteria whose values are within their bounds."""
     within = [TITLES[name].lower() for name in CRITERIA if name not in {finding.name for finding in findings}]
-    looked_at = f"Within their bounds: {', '.join(within)}."
+    within_bounds = f"Within their bounds: {', '.join(within)}."
     if not findings:
-        return f'<p class="soft">Nothing is unusual. {looked_at}</p>'
+        return f'<p class="soft">Nothing is unusual. {within_bounds}</p>'
     cards = "\n".join(_card(finding, assembly) for finding in findings)
-    return f'<div class="findings">\n{cards}\n</div>\n<p class="soft">{looked_at}</p>'
+    return f'<div class="findings">\n{cards}\n</div>\n<p class="soft">{within_bounds}</p>'
 
 
 def _card(finding: Finding, assembly: Assembly) -> str:
@@ -44,13 +44,13 @@ def _card(finding: Finding, assembly: Assembly) -> str:
         f'<article class="{finding.level}"><header><h3>{TITLES[finding.name]}</h3>'
         f"<span>{finding.level}</span></header>"
         f"<p class='number'>{number} <small>{escape(finding.unit)}</small></p>{_bar(finding)}"
-        f"<p class='said'>{escape(finding.sentence)}.</p>{_buttons(finding, assembly)}"
+        f"<p class='sentence'>{escape(finding.sentence)}.</p>{_buttons(finding, assembly)}"
         f"<p class='soft'>Remedy: {escape(finding.cure)}.</p></article>"
     )
 
 
 def _bar(finding: Finding) -> str:
-    """The value as a part of twice its bound, which is marked in the middle."""
+    """A bar that shows the value on a scale from zero to twice its bound, which is marked in the middle."""
     if finding.bound <= 0:
         return ""
     share = 100 * min(1.0, finding.value / (2 * finding.bound))
@@ -61,7 +61,7 @@ def _bar(finding: Finding) -> str:
 
 
 def _buttons(finding: Finding, assembly: Assembly) -> str:
-    """The parts on the elements concerned, to be seen in the model."""
+    """Buttons that show the parts on the elements concerned in the model."""
     marks: dict[int, str] = {}
     for group in assembly.groups:
         if group.kind.element == finding.noun:

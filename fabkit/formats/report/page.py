@@ -69,7 +69,7 @@ def report_html(
     page = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
     return page.substitute(
         name=escape(summary.name),
-        source=f"from {escape(summary.source)}, one unit of which is {summary.scale_mm:g} mm",
+        source=f"from {escape(summary.source)}, in units of {summary.scale_mm:g} mm",
         style=_colours(assembly) + room.joinpath("page.css").read_text(encoding="utf-8"),
         script="".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS),
         key_facts=_key_facts([*facts.parts, *facts.sheets]),
@@ -105,7 +105,7 @@ def _colours(assembly: Assembly) -> str:
 
 
 def _json(value: object) -> str:
-    """JSON that may stand in a script element: nothing in it can end the element or open a comment."""
+    """JSON for a script element: nothing in it can end the element or open a comment."""
     return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
@@ -118,7 +118,7 @@ def _key_facts(facts: Sequence[Fact]) -> str:
 
 
 def _left_out(assembly: Assembly) -> str:
-    """A red box with every part that was not made; nothing where all were."""
+    """A red box that lists every part that was not made; empty if all were made."""
     if not assembly.left_out:
         return ""
     kinds = Counter(left.kind for left in assembly.left_out)
@@ -126,7 +126,8 @@ def _left_out(assembly: Assembly) -> str:
     items = "\n".join(f"<li>{escape(left.reason)}</li>" for left in assembly.left_out)
     return (
         f'<div class="left-out" role="alert"><h2>Left out: {escape(counted)}</h2>'
-        f"<p>This structure is not complete. Left-out beams stand in red in the model.</p><ul>\n{items}\n</ul></div>"
+        "<p>This structure is not complete. Beams that are left out are shown in red in the "
+        f"model.</p><ul>\n{items}\n</ul></div>"
     )
 
 
@@ -173,7 +174,7 @@ def _mended(summary: Summary) -> str:
 
 
 def _deviations(summary: Summary, assembly: Assembly) -> str:
-    """Median, 95th percentile and maximum of what would be zero for an ideal mesh, and the part it is largest at."""
+    """Median, 95th percentile and maximum of values that are zero for an ideal mesh, and the part with the maximum."""
     beams, nodes = assembly.of(BEAM), assembly.of(NODE)
     rows = []
     if len(nodes):

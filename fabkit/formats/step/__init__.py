@@ -1,4 +1,4 @@
-"""STEP, written by ourselves: exact Part 21, streamed."""
+"""STEP files (ISO 10303-21), written directly, without a CAD kernel."""
 
 from fabkit.formats.step.files import instance_name, stream_step, write_part_step, write_part_steps, write_step
 

@@ -1,4 +1,5 @@
-"""What STEP files say around the solids: header, units, products, placements, materials, colours; as blocks of text."""
+"""Entities of STEP files other than solids, as blocks of text: header, units, products, placements, materials,
+colours."""
 
 from __future__ import annotations
 
@@ -44,6 +45,7 @@ SCHEMAS = {
 """For each schema: its name in the header, the application, its protocol with the year."""
 
 PRACTICE = "CAx-IF Rec.Pracs.---Geometric and Assembly Validation Properties---4.6---2023-04-21"
+"""The recommended practice that the files follow, named in their headers."""
 
 HEADER = """\
 ISO-10303-21;
@@ -127,7 +129,7 @@ PLACEMENT_BLOCK = Block(_PLACEMENT)
 
 
 def _instance(first: int, placement: str) -> tuple[str, ...]:
-    """What is said of an instance after its placement, as the entities from `first` on."""
+    """The entities of an instance after its placement; `first` is the number of the first of them in its block."""
     return (
         f"ITEM_DEFINED_TRANSFORMATION('','',#%s,{placement})",
         "(REPRESENTATION_RELATIONSHIP('','',#%s,#%s)"
@@ -141,7 +143,7 @@ def _instance(first: int, placement: str) -> tuple[str, ...]:
 INSTANCE_BLOCK = Block((*_PLACEMENT, *_instance(4, f"#<{PLACEMENT_OFFSET}>")))
 """An instance with a placement of its own."""
 PLACED_BLOCK = Block(_instance(0, "#%s"))
-"""An instance with a placement that is there already."""
+"""An instance with a placement that was written before."""
 
 MATERIAL_BLOCK = Block(
     (

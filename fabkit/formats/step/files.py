@@ -1,12 +1,12 @@
 """STEP files (ISO 10303-21, AP242 or AP214) of parts with planar faces, written without a CAD kernel.
 
 One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / group /
-part; no loose faces, no p-curves. One placement, which the groups share, puts the structure where the
-mesh file has it; the parts are placed near zero within it. A product is called as its mark, an instance of it as
-`instance_name` says. Each product carries its volume, surface area and centroid as geometric validation properties,
-its material and density, and the colour of its kind on its solid.
+part; no loose faces, no p-curves. One placement, which the groups share, moves the structure to the
+coordinates of the mesh file; the parts are placed near zero within it. A product has the name of its mark, an instance
+of it the name that `instance_name` gives. Each product carries its volume, surface area and centroid as geometric
+validation properties, its material and density, and the colour of its kind on its solid.
 
-Text is written batch by batch: memory grows by a few integers for each mark and one for each part, no more.
+Text is written in batches, so memory grows only by a few integers for each mark and one for each part.
 The same parts and arguments give the same bytes.
 """
 
@@ -83,8 +83,10 @@ def stream_step(
     organisation: str = "",
     time_stamp: str = _NO_TIME,
 ) -> None:
-    """Write parts as they come, some of a group at a time, as the structure `name`, its zero at origin_mm (3,);
-    otherwise as `write_step`, which holds them all at once.
+    """Write parts from an iterator, some of a group at a time; otherwise as `write_step`, which has all parts in
+    memory.
+
+    name: of the structure. origin_mm (3,): where its zero is placed.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -129,7 +131,7 @@ def write_part_step(
 
 
 def write_part_steps(folder: Path, groups: Iterable[Parts[Any]]) -> None:
-    """Write a file for each mark, called like it, into an empty folder; otherwise as `write_part_step`.
+    """Write a file for each mark, named like the mark, into an empty folder; otherwise as `write_part_step`.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -151,24 +153,24 @@ def write_part_steps(folder: Path, groups: Iterable[Parts[Any]]) -> None:
 
 
 def _write_solids(folder: Path, marks: Sequence[str], kind: Kind[Any], material: Material, batch: SolidArray) -> None:
-    """Write a file for each mark (k,) of parts that differ in nothing but the vertices of their solids.
+    """Write a file for each mark (k,) of parts that differ only in the vertices of their solids.
 
-    All files have one text but for the mark and the numbers.
+    The files differ only in the mark and the numbers, so one text serves as the template of all.
     """
     numbers = solid_numbers(batch, marks)
     width, texts = numbers.shape[1], reals(numbers)
-    form = _file_form(kind, material, batch.topology, width)
-    n_names = form.replace("%%", "").count("%s") - width
+    template = _file_template(kind, material, batch.topology, width)
+    n_names = template.replace("%%", "").count("%s") - width
     for n, mark in enumerate(marks):
         check_name(mark)
-        text = form % (*[string(mark)] * n_names, *texts[n * width : (n + 1) * width])
+        text = template % (*[string(mark)] * n_names, *texts[n * width : (n + 1) * width])
         with open(folder / f"{mark}.step", "wb", buffering=0) as stream:
             stream.write(text.encode("ascii"))
 
 
 @lru_cache(maxsize=256)
-def _file_form(kind: Kind[Any], material: Material, topology: Topology, n_numbers: int) -> str:
-    """A file of one part, with %s wherever its mark stands, then for each of its numbers."""
+def _file_template(kind: Kind[Any], material: Material, topology: Topology, n_numbers: int) -> str:
+    """The text of the file of one part, with %s in place of its mark, and of each of its numbers after that."""
     stream = StringIO()
     writer = StepWriter(stream, "%s", "AP242", "", "", _NO_TIME)
     material = replace(material, name=material.name.replace("%", "%%"))
@@ -179,7 +181,7 @@ def _file_form(kind: Kind[Any], material: Material, topology: Topology, n_number
 
 @contextmanager
 def _opened(target: Path | str | TextIO) -> Iterator[TextIO]:
-    """The stream itself, or a draft beside the file that takes its place when all went well."""
+    """The stream itself, or a draft beside the file, which replaces it if no error is raised."""
     if not isinstance(target, Path | str):
         yield target
         return

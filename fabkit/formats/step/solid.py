@@ -13,18 +13,18 @@ from geometry.arrays import BoolArray, FloatArray
 __all__ = ["STEP_ACCURACY_MM", "solid_entities", "solid_numbers"]
 
 STEP_ACCURACY_MM = 1e-7
-"""Accuracy of STEP files in mm, written into their header: points that are closer are one to a reader, and a point that
-is closer to a plane lies on it. It is also the default of OCCT."""
+"""Accuracy of STEP files in mm, written into their header: a reader takes points that are closer for one
+point, and a point that is closer to a plane as lying on it. It is also the default of OCCT."""
 
 _POINT = "CARTESIAN_POINT('',(%s,%s,%s))"
 _DIRECTION = "DIRECTION('',(%s,%s,%s))"
 
 
 def solid_entities(topology: Topology, first: int) -> list[str]:
-    """Entities `#<first>` and on of one closed solid, the first one its CLOSED_SHELL, to be filled in with a row of
-    `solid_numbers` but for its measures.
+    """The entities of one closed solid, numbered from `first`; the first one is its CLOSED_SHELL. They are filled in
+    with a row of `solid_numbers` without the measures at its beginning.
 
-    Lines and planes start at points of vertices, and the x direction of a plane is that of its face's first edge,
+    Lines and planes refer to the points of vertices, and the x direction of a plane is that of its face's first edge,
     so nothing is written twice.
     """
     entities = [""]
@@ -61,43 +61,51 @@ def solid_entities(topology: Topology, first: int) -> list[str]:
 
 
 def solid_numbers(batch: SolidArray, names: Sequence[str]) -> FloatArray:
-    """(k, m) numbers of the k solids with these names: first volume in mm3, surface area in mm2 and centroid in mm;
-    then points of vertices, directions of edges, normals of faces.
+    """(k, m) numbers of the k solids with these names: first the volume in mm3, the surface area in mm2 and the
+    centroid in mm; then the points of vertices, directions of edges and normals of faces.
 
     Raises OutputError, with the name of the solid, where a number is not finite, an edge is shorter or a face narrower
     than STEP_ACCURACY_MM, a face is off its plane by more than that, or the volume is not positive.
     """
     t, of = batch.topology, Measures(batch.topology, batch.vertices)
     extents = np.abs(batch.vertices).max(axis=(1, 2))
-    _hold(np.isfinite(extents), names, extents, "has a vertex at {}")
+    _require(np.isfinite(extents), names, extents, "has a vertex at {}")
     along = of.points[:, :, t.edges[:, 1]] - of.points[:, :, t.edges[:, 0]]
     lengths = np.sqrt((along * along).sum(axis=0))
     shortest = lengths.min(axis=1)
-    _hold(
-        shortest > STEP_ACCURACY_MM, names, shortest, f"has an edge of {{:.3g}} mm, needs over {STEP_ACCURACY_MM:g} mm"
+    _require(
+        shortest > STEP_ACCURACY_MM,
+        names,
+        shortest,
+        f"has an edge of {{:.3g}} mm, more than {STEP_ACCURACY_MM:g} mm are needed",
     )
 
     here = of.from_apex
-    reaches = np.sqrt(np.maximum.reduceat((here * here).sum(axis=0), t.first_corner, axis=1))
-    narrowest = (of.areas / reaches).min(axis=1)
-    _hold(
+    radii = np.sqrt(np.maximum.reduceat((here * here).sum(axis=0), t.first_corner, axis=1))
+    narrowest = (of.areas / radii).min(axis=1)
+    _require(
         narrowest > STEP_ACCURACY_MM,
         names,
         narrowest,
-        f"has a face {{:.3g}} mm wide, needs over {STEP_ACCURACY_MM:g} mm",
+        f"has a face {{:.3g}} mm wide, more than {STEP_ACCURACY_MM:g} mm are needed",
     )
-    off = np.abs(np.einsum("xkc,kcx->kc", here, of.normals[:, t.corner_face])).max(axis=1)
-    _hold(off <= STEP_ACCURACY_MM, names, off, f"has a face {{:.3g}} mm off its plane, allowed {STEP_ACCURACY_MM:g} mm")
+    deviations = np.abs(np.einsum("xkc,kcx->kc", here, of.normals[:, t.corner_face])).max(axis=1)
+    _require(
+        deviations <= STEP_ACCURACY_MM,
+        names,
+        deviations,
+        f"has a face {{:.3g}} mm off its plane, allowed {STEP_ACCURACY_MM:g} mm",
+    )
 
     volumes = of.volumes
-    _hold(volumes > 0, names, volumes, "encloses {:.3g} mm3; its faces must run counter-clockwise seen from outside")
+    _require(volumes > 0, names, volumes, "encloses {:.3g} mm3; its faces must run counter-clockwise seen from outside")
     directions = np.moveaxis(along / lengths, 0, 2)
     columns = (volumes, of.areas.sum(axis=1), of.centroids, batch.vertices, directions, of.normals)
     return np.concatenate([each.reshape(len(volumes), -1) for each in columns], axis=1)
 
 
-def _hold(fine: BoolArray, names: Sequence[str], values: FloatArray, what: str) -> None:
-    """Raise OutputError for the first solid that is not fine."""
-    if not fine.all():
-        worst = int(np.argmin(fine))
+def _require(passes: BoolArray, names: Sequence[str], values: FloatArray, what: str) -> None:
+    """Raise OutputError for the first solid whose value does not pass. what: the finding, with {} for the value."""
+    if not passes.all():
+        worst = int(np.argmin(passes))
         raise OutputError(f"part {names[worst]} cannot be written: it {what.format(values[worst])}")

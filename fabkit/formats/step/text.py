@@ -1,4 +1,4 @@
-"""ISO 10303-21, the words: strings, reals, and blocks of entities that are numbered on from any id."""
+"""The text of ISO 10303-21: strings, reals, and blocks of entities that can be numbered from any id."""
 
 from __future__ import annotations
 
@@ -75,11 +75,11 @@ class Block:
         self._tokens = tokens
 
     def first_id(self, free_id: int) -> int:
-        """The least id where this block may begin, given the least that is free, which must be positive."""
+        """The smallest id at which this block may begin; free_id: the smallest free id, which must be positive."""
         return -(-free_id // self._step) * self._step
 
     def text(self, first_id: int, values: Sequence[str]) -> str:
-        """The entities, numbered from first_id on, with these values filled in one after the other."""
+        """The entities, numbered from first_id, with these values filled in one after the other."""
         group = first_id // self._step
         tokens = self._tokens.copy()
         tokens[1::2] = self._pick((*map(str, range(group, group + self._n_groups)), *values))

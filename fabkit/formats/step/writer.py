@@ -1,4 +1,4 @@
-"""Puts the text of one STEP file together, batch by batch."""
+"""Composes the text of one STEP file, in batches."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ STEP_ACCURACY_MM."""
 
 
 def instance_name(part: Part) -> str:
-    """The name of one instance of a mark: the mark, and the mesh edge (e), vertex (v) or face (f) it stands for:
-    `B12 e37`.
+    """The name of one instance of a mark: the mark, and the number of its mesh edge (e), vertex (v) or face (f),
+    counted from 0, such as `B12 e37`.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -68,7 +68,7 @@ def _instance_name(kind: Kind[Any], mark: str, element: int) -> str:
 
 @dataclass(frozen=True)
 class _Assembly:
-    """A product that holds others: its first id, and the ids of their placements."""
+    """A product that contains others: its first id, and the ids of their placements."""
 
     first_id: int
     placements: array[int] = field(default_factory=lambda: array("Q"))
@@ -92,7 +92,7 @@ class StepWriter:
         self._materials: dict[Material, int] = {}
         self._styles: dict[tuple[float, float, float], int] = {}
         self._products: dict[str, int] = {}  # first id of the product of each mark
-        self._contents: dict[str, int] = {}  # a hash of what each mark stands for
+        self._contents: dict[str, int] = {}  # a hash of the part of each mark
         self._groups: dict[str, _Assembly] = {}
         self._taken: set[str] = set()  # names that no mark may have
         stream.write(
@@ -110,7 +110,7 @@ class StepWriter:
         )
 
     def begin_structure(self, origin_mm: FloatArray) -> None:
-        """The product that holds all others, and the placement of what is in it; origin_mm (3,): of that."""
+        """The product that contains all others, and the placement of its contents at origin_mm (3,)."""
         self._taken.add(self._name)
         self._root = self._add_assembly(self._name)
         at = reals(np.concatenate([origin_mm, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
@@ -132,7 +132,7 @@ class StepWriter:
             self._write_instances(parts, rows)
 
     def write_shapes(self, parts: Parts[Any], rows: IntArray) -> None:
-        """A product with its solid for the mark of each of these parts, where that was not written before."""
+        """A product with its solid for the mark of each of these parts, if it was not written before."""
         new = np.array([k for k in rows.tolist() if parts.mark_names[parts.mark[k]] not in self._products], dtype=int)
         names = [parts.mark_names[k] for k in parts.mark[new].tolist()]
         texts = solid_texts(parts.solids, parts.shape[new], names)
@@ -143,8 +143,8 @@ class StepWriter:
             self.write_shape(parts.kind, mark, parts.materials[material], topology, numbers)
 
     def write_shape(self, kind: Kind[Any], mark: str, of: Material, topology: Topology, numbers: Sequence[str]) -> None:
-        """The product of a mark; numbers: what `solid_texts` says of its solid. Raises OutputError for a mark that is
-        no name."""
+        """The product of a mark; numbers: those of its solid, by `solid_texts`. Raises OutputError for a mark that is
+        not a valid name."""
         check_name(mark)
         if mark in self._taken:
             raise _taken(mark)
@@ -169,7 +169,7 @@ class StepWriter:
             group.placements.append(self._add(INSTANCE_BLOCK, values) + PLACEMENT_OFFSET)
 
     def end_structure(self) -> None:
-        """What the structure and each group hold. Raises OutputError where that is nothing."""
+        """The contents of the structure and of each group. Raises OutputError if there are no parts."""
         if not self._groups:
             raise OutputError(f"{self._name} has no parts, so there is nothing to write")
         for assembly in (self._root, *self._groups.values()):
@@ -195,14 +195,14 @@ class StepWriter:
         return _Assembly(self._add(ASSEMBLY_BLOCK, (string(name), string(name), "")))
 
     def _names(self, assembly: _Assembly, product: int, name: str) -> tuple[str, ...]:
-        """What an instance of a product in an assembly says of both, after its placement."""
+        """Ids and names in the entities of an instance of a product in an assembly, after its placement."""
         into = assembly.first_id
         shapes = (str(product + REPRESENTATION), str(into + REPRESENTATION))
         definitions = (str(into + DEFINITION), str(product + DEFINITION))
         return (*shapes, string(name), string(name), *definitions)
 
     def _check_marks(self, parts: Parts[Any]) -> None:
-        """Raise OutputError for a mark that stands for something else as well."""
+        """Raise OutputError for a mark that two different parts have."""
         for k in parts.firsts.tolist():
             self._check_content(parts, k)
         first = parts.firsts[parts.mark]
@@ -217,7 +217,7 @@ class StepWriter:
         content = hash((parts.kind.name, parts.materials[parts.material[k]], corners, vertices))
         if self._contents.setdefault(mark, content) != content:
             raise OutputError(
-                f"mark {mark} stands for two different parts, the second of them {instance_name(parts[k])}; "
+                f"mark {mark} is that of two different parts, the second of them {instance_name(parts[k])}; "
                 "parts share a mark only where solid, kind and material are equal"
             )
 
@@ -235,9 +235,11 @@ class StepWriter:
 
 
 def check_name(mark: str) -> None:
-    """Raise OutputError for a mark that is no name."""
+    """Raise OutputError for a mark that is not a valid name."""
     if not (mark and mark.isascii() and mark.isprintable()):
-        raise OutputError(f"mark {mark!r} is not printable ASCII, which names in STEP files should be")
+        raise OutputError(
+            f"mark {mark!r} is not printable ASCII, as names in STEP files must be; give the part another mark"
+        )
 
 
 def _taken(mark: str) -> OutputError:
@@ -245,8 +247,7 @@ def _taken(mark: str) -> OutputError:
 
 
 def solid_texts(solids: Solids, chosen: IntArray, names: Sequence[str]) -> list[list[str]]:
-    """Measures and numbers of these solids (k,), of parts with these names, as text; worked out for all of one
-    topology at once."""
+    """Measures and numbers of these solids (k,), of parts with these names, as text."""
     rows: dict[int, list[str]] = {}
     for batch in solids.by_topology(chosen):
         texts = reals(solid_numbers(batch, [names[n] for n in batch.parts.tolist()]))
@@ -257,21 +258,21 @@ def solid_texts(solids: Solids, chosen: IntArray, names: Sequence[str]) -> list[
 
 @lru_cache(maxsize=256)
 def _part_block(topology: Topology) -> Block:
-    """What is written for a part, but for its placements."""
+    """The entities of a part, without its placements."""
     return Block([*PART, *solid_entities(topology, len(PART))])
 
 
 def _placements(parts: Parts[Any], rows: IntArray) -> FloatArray:
     """(k, 9) origin, x axis and z axis of these parts. Raises OutputError where that is not a rigid motion."""
     axes, origins = parts.axes[rows], parts.origins[rows]
-    off = np.abs(np.cross(axes[:, 0], axes[:, 1]) - axes[:, 2]).max(axis=1)
-    off = np.maximum(off, np.abs(axes @ axes.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2)))
-    fine = (off <= _FRAME_TOLERANCE) & np.isfinite(origins).all(axis=1)
-    if not fine.all():
-        worst = int(np.argmin(fine))
+    deviations = np.abs(np.cross(axes[:, 0], axes[:, 1]) - axes[:, 2]).max(axis=1)
+    deviations = np.maximum(deviations, np.abs(axes @ axes.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2)))
+    is_rigid = (deviations <= _FRAME_TOLERANCE) & np.isfinite(origins).all(axis=1)
+    if not is_rigid.all():
+        worst = int(np.argmin(is_rigid))
         raise OutputError(
             f"the placement of {instance_name(parts[int(rows[worst])])} is not a rigid motion: its origin is "
-            f"{origins[worst]}, its axes are {off[worst]:.2g} off a right-handed orthonormal frame, allowed "
+            f"{origins[worst]}, its axes are {deviations[worst]:.2g} off a right-handed orthonormal frame, allowed "
             f"{_FRAME_TOLERANCE:g}"
         )
     return np.concatenate([origins, axes[:, 0], axes[:, 2]], axis=1)
