@@ -90,7 +90,7 @@ def offset_kinds(mesh: Mesh) -> Iterator[tuple[str, str]]:
 
 def _offset(deviation: float, offers: str) -> str:
     if deviation > NEAR_PROPERTY_TOLERANCE:
-        return f"no {offers}"
+        return f"no: it does not have {offers}"
     answer = "yes" if deviation <= EXACT_OFFSET_TOLERANCE else "nearly"
     return f"{answer}: {offers}, with a largest relative deviation of {deviation:.1e}"
 
