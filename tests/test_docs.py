@@ -116,9 +116,6 @@ assert abs(near.vertices[[0, 19]] - wanted).max() < 0.3
 assert curve[-1].after.edge_spread < 0.05 < curve[0].after.edge_spread
 assert (Path("shell-built") / "model.step").is_file()
 """,
-    "design-surfaces.md": """
-assert (Path("roof") / "model.step").is_file() and (Path("roof-in-one-step") / "model.step").is_file()
-""",
     "shading.md": """
 assert found.after.share > found.before.share
 assert Path("shade.png").stat().st_size > 20_000
