@@ -43,7 +43,7 @@ def by_instant_meshes(triangles: Mesh, n_faces: int) -> Mesh:
     vertices, faces = pynanoinstantmeshes.remesh(
         triangles.vertices.astype(np.float32),
         corners,
-        vertex_count=n_faces,
+        vertex_count=n_faces // 4,
         align_to_boundaries=True,
         deterministic=True,
     )
