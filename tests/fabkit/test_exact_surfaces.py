@@ -125,7 +125,7 @@ def test_nearest_points_are_those_of_the_sphere_the_torus_and_the_cylinder() -> 
             outwards = flat / np.linalg.norm(flat, axis=1, keepdims=True)
             exact = np.linalg.norm(flat, axis=1) - 3000
         assert np.abs(distances - exact).max() < 1e-4
-        assert np.einsum("ni,ni->n", normals, outwards).min() > 1 - 1e-9
+        assert np.einsum("ni,ni->n", normals, outwards).min() > 1 - 1e-7  # feet are up to .3 mm aside
         assert np.abs(gradients - normals).max() == 0
         assert np.abs(feet + distances[:, None] * normals - points).max() < 0.3  # of 300 mm, across the normal
 
