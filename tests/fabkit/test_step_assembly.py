@@ -17,6 +17,7 @@ from fabkit.errors import OutputError
 from fabkit.formats.step.files import instance_name, stream_step, write_step
 from fabkit.kinds import NODE
 from fabkit.parts import Assembly, Frame, Material, Part, Parts, Solid
+from geometry.errors import GeometryError
 from tests.fabkit.assemblies import by_name, with_parts
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.part21 import StepText, coordinates, written
