@@ -246,8 +246,9 @@ def test_small_weights_decide_what_larger_ones_leave_free(weight: float) -> None
     mesh, turn = planarise(shaken(shapes.dome(12, 6), 0.02, 3)).mesh, turning(0)
     found = approximate_pair(mesh, vertices=weight).gauss_image
     turned = approximate_pair(mesh.with_vertices(mesh.vertices @ turn), vertices=weight).gauss_image
-    # rounding over the weight, with room; one refinement only leaves 1e-4 with the least weight
-    np.testing.assert_allclose(turned.vertices, found.vertices @ turn, atol=max(1e-10, 1e-14 / weight))
+    # rounding over the weight, up to 8e-14 with the versions of SciPy tried; one refinement only leaves 1e-4 with the
+    # least weight
+    np.testing.assert_allclose(turned.vertices, found.vertices @ turn, atol=1e-13 / weight)
 
 
 # --- the checks are seen to fire
