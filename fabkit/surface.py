@@ -25,7 +25,15 @@ from geometry.mesh import Mesh
 from geometry.remeshing import study_networks
 from geometry.surface import Surface, refined, smoothed
 
-__all__ = ["ExactFile", "LaidSurface", "SurfaceRules", "check_surface", "lay_on_surface", "read_exact_file"]
+__all__ = [
+    "ExactFile",
+    "LaidSurface",
+    "SurfaceRules",
+    "check_surface",
+    "design_surface",
+    "lay_on_surface",
+    "read_exact_file",
+]
 
 ALIGNED_DEG = 10.0
 """Angle in degrees from a line of the network up to which an edge counts as lying along it."""
@@ -156,6 +164,11 @@ def read_exact_file(path: Path, rules: SurfaceRules | None, *, flip: bool) -> Ex
     return ExactFile(path, surface.mesh, (), digest, surface=surface)
 
 
+def design_surface(file: MeshFile) -> Surface:
+    """The exact surface in a file, or that of its mesh."""
+    return file.surface if isinstance(file, ExactFile) else Surface(file.mesh)
+
+
 def lay_on_surface(
     file: MeshFile, rules: SurfaceRules, mm: float | None, progress: Callable[[float], None] | None = None
 ) -> tuple[MeshFile, LaidSurface]:
@@ -165,7 +178,7 @@ def lay_on_surface(
     study of networks. Raises ProjectError for sizes in mm of a file without unit, and GeometryError as `lay_quads`
     does.
     """
-    given = file.surface if isinstance(file, ExactFile) else Surface(file.mesh)
+    given = design_surface(file)
     largest_smoothing = 0.0
     if rules.smooth_mm is not None and given.is_exact:
         raise ProjectError(

@@ -272,7 +272,6 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.formats.drawings",
         "fabkit.units",
         "geometry.remeshing",
-        "geometry.surface",
         "fabkit.structure",
         "fabkit.designs",
         "fabkit.families",

@@ -12,7 +12,7 @@ import numpy as np
 from rich.text import Text
 
 from fabkit.commands.facts import findings_facts, moves
-from fabkit.commands.printing import add_facts, check_suffix
+from fabkit.commands.printing import MESH_SUFFIXES, add_facts, check_suffix
 from fabkit.commands.terminal import OUT, facts_table, printable
 from fabkit.fitness import Finding, FitnessRules
 from fabkit.fitness.shape import of_planar_mesh
@@ -28,8 +28,6 @@ from geometry.gauss import Pair, nearest_parallel_pair
 from geometry.mesh import Mesh
 
 __all__ = ["write_curvature", "write_offset", "write_planar"]
-
-MESH_SUFFIXES = (".obj", ".off", ".ply")
 
 
 @dataclass(frozen=True, eq=False)

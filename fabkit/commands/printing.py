@@ -28,7 +28,18 @@ from fabkit.production import TERMINAL
 from fabkit.project import Project
 from fabkit.stages import Listener
 
-__all__ = ["add_facts", "build_and_print", "check_suffix", "inspect_and_print", "progress_display", "write_and_print"]
+__all__ = [
+    "MESH_SUFFIXES",
+    "add_facts",
+    "build_and_print",
+    "check_suffix",
+    "inspect_and_print",
+    "progress_display",
+    "write_and_print",
+]
+
+MESH_SUFFIXES = (".obj", ".off", ".ply")
+"""Of mesh files that commands write."""
 
 COLOURS = {"note": "yellow", "accepted": "yellow", "unfit": "red"}
 

@@ -10,7 +10,7 @@ import numpy as np
 from rich.text import Text
 
 from fabkit.commands.facts import moves
-from fabkit.commands.printing import add_facts, check_suffix, progress_display
+from fabkit.commands.printing import MESH_SUFFIXES, add_facts, check_suffix, progress_display
 from fabkit.commands.terminal import OUT, facts_table, printable
 from fabkit.errors import ProjectError
 from fabkit.formats import EXACT_SUFFIXES, whole_file
@@ -19,13 +19,12 @@ from fabkit.formats.polylines import write_polylines
 from fabkit.project import surface_rules_from
 from fabkit.stages import Stages
 from fabkit.structure import made_planar
-from fabkit.surface import ExactFile, LaidSurface, SurfaceRules, lay_on_surface, read_exact_file
+from fabkit.surface import LaidSurface, SurfaceRules, design_surface, lay_on_surface, read_exact_file
 from fabkit.units import MM_PER_UNIT
 from fabkit.wording import echo, readable
 from geometry.files import MeshFile, read_mesh, write_mesh
 from geometry.mesh import Mesh
 from geometry.remeshing import study_networks
-from geometry.surface import Surface
 
 __all__ = ["write_surface_mesh"]
 
@@ -49,7 +48,7 @@ def write_surface_mesh(
         raise ProjectError("there is no mesh file to write: give -o FILE, or --study FILE alone for a page of networks")
     if unit is not None and unit not in MM_PER_UNIT:
         raise ProjectError(f"--unit is {echo(unit)}: one of {', '.join(MM_PER_UNIT)} is needed")
-    for target, known in ((out, (".obj", ".off", ".ply")), (polylines, (".obj", ".dxf")), (study, (".html", ".htm"))):
+    for target, known in ((out, MESH_SUFFIXES), (polylines, (".obj", ".dxf")), (study, (".html", ".htm"))):
         if target is not None:
             check_suffix(target, known)
     mm = 1.0 if path.suffix.lower() in EXACT_SUFFIXES else None if unit is None else MM_PER_UNIT[unit]
@@ -91,7 +90,7 @@ def _read(path: Path, rules: SurfaceRules | None, *, flip: bool) -> MeshFile:
 
 def _study(file: MeshFile, draft: Path, stages: Stages) -> list[tuple[str, str]]:
     with stages("Study networks"):
-        surface = file.surface if isinstance(file, ExactFile) else Surface(file.mesh)
+        surface = design_surface(file)
         trials = study_networks(surface, progress=lambda share: stages.progress("Study networks", share))
         page = networks_html(readable(file.path.stem), trials, surface.triangulated.n_faces)
         draft.write_text(page, encoding="utf-8", newline="\n")

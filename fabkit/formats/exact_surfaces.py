@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -92,7 +93,7 @@ class ExactSurface(Surface):
         mesh = self.mesh.with_vertices(self.mesh.vertices * scale + offset)
         return replace(self, mesh=mesh, scale=self.scale * scale, offset=self.offset * scale + offset)
 
-    @property
+    @cached_property
     def _is_rim(self) -> Any:
         """(T, 3) whether the side opposite to a corner is at the boundary."""
         c = self.mesh.combinatorics
