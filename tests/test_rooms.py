@@ -118,7 +118,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.wording": set(),
     "fabkit.parts": {"fabkit.errors", "geometry.mesh", *GROUND},
     "fabkit.kinds": {"fabkit.parts", "geometry.arrays"},
-    "fabkit.rules": {"fabkit.wording"},
+    "fabkit.rules": {"fabkit.parts", "fabkit.wording"},
     "fabkit.fitness": {
         "fabkit.kinds",
         "fabkit.parts",
