@@ -305,6 +305,7 @@ LARGE_ROOM = 1000
 LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.mesh": (
         "ragged_arrays origin spanning_forests",
+        "orientability",
         "combinatorics",
         "polygons",
         "mesh independent_faces mesh_polylines",
