@@ -48,7 +48,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.mesh": GROUND,
     "geometry.mesh.intersections": {"geometry.mesh", "geometry.arrays"},
     "geometry.optimise": GROUND,
-    "geometry.surface": {"geometry.mesh", *GROUND},
+    "geometry.surface": {"geometry.mesh", "geometry.mesh.intersections", *GROUND},
     "geometry.colours": {"geometry.mesh", *GROUND},
     "geometry.pictures": {"geometry.colours", "geometry.mesh", *GROUND},
     "geometry.files": {"geometry.colours", "geometry.mesh", *GROUND},
