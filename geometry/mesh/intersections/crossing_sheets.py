@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
 from geometry.mesh.intersections.face_neighbours import neighbours
 from geometry.mesh.intersections.flat_faces import coplanar, overlapping
@@ -40,7 +40,7 @@ def crossing_triangles(mesh: Mesh) -> IntArray:
     c = mesh.combinatorics
     extremes = c.corners.reshape(-1, 3)[:, [0, 1, 2, 0]]
     corner_keys = np.sort(c.corner_face * c.n_vertices + c.corners)
-    at_boundary = c.is_boundary_vertex[c.corners].reshape(-1, 3).any(axis=1)
+    at_boundary: BoolArray = np.any(c.is_boundary_vertex[c.corners].reshape(-1, 3), axis=1)
     neighbour_pairs = neighbours(mesh)
     contacts, flat = [np.zeros((2, 0), dtype=np.int64)], [neighbour_pairs[coplanar(mesh, extremes, neighbour_pairs)]]
     for pairs in near_pairs(mesh):
