@@ -48,7 +48,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.mesh": GROUND,
     "geometry.mesh.intersections": {"geometry.mesh", "geometry.arrays"},
     "geometry.optimise": GROUND,
-    "geometry.surface": {"geometry.mesh", *GROUND},
+    "geometry.surface": {"geometry.mesh", "geometry.mesh.intersections", *GROUND},
     "geometry.colours": {"geometry.mesh", *GROUND},
     "geometry.pictures": {"geometry.colours", "geometry.mesh", *GROUND},
     "geometry.files": {"geometry.colours", "geometry.mesh", *GROUND},
@@ -305,6 +305,7 @@ LARGE_ROOM = 1000
 LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.mesh": (
         "ragged_arrays origin spanning_forests",
+        "orientability",
         "combinatorics",
         "polygons",
         "mesh independent_faces mesh_polylines",
