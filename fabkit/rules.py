@@ -8,12 +8,23 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
+from fabkit.parts import Section
 from fabkit.wording import echo
 
-__all__ = ["BeamRules", "DetailingRules", "HeightReference", "NodeRules", "PanelRules", "Setbacks", "SheetRules"]
+__all__ = [
+    "BeamRules",
+    "ConnectionKind",
+    "ConnectionRules",
+    "DetailingRules",
+    "HeightReference",
+    "NodeRules",
+    "PanelRules",
+    "Setbacks",
+    "SheetRules",
+]
 
 LARGEST_LENGTH_MM = 1e9
 """Largest length in mm that a project may state: a thousand kilometres, far below the
@@ -23,22 +34,85 @@ Positive = Annotated[float, Field(gt=0, le=LARGEST_LENGTH_MM, allow_inf_nan=Fals
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
 HeightReference = Literal["outer", "centre", "inner"]
 Setbacks = Literal["auto", "least", "equal"]
+ConnectionKind = Literal["welded", "bolted", "hub", "contact"]
+SectionName = Annotated[str, AfterValidator(lambda text: Section.of(text).name)]
 
 _STRICT = ConfigDict(extra="forbid")
 
 
 @dataclass(frozen=True, config=_STRICT)
 class BeamRules:
-    """Solid rectangular bars, symmetric about the central plane of their edge.
+    """Bars of one section, symmetric about the central plane of their edge.
 
+    section: as the trade writes it, see `Section`. width_mm, height_mm: instead of a section, those of a solid bar.
     reference: the side of the bar that lies on the mesh. least_length_mm: minimum length of a bar between its two cuts.
+
+    >>> from fabkit.rules import BeamRules
+    >>> BeamRules(section="RHS 120 x 60 x 5").profile.name, BeamRules(width_mm=40).profile.name
+    ('rhs 120x60x5', 'flat 120x40')
     """
 
-    width_mm: Positive = 50.0
-    height_mm: Positive = 120.0
+    width_mm: Positive | None = None
+    height_mm: Positive | None = None
+    section: SectionName | None = None
     reference: HeightReference = "outer"
     least_length_mm: Positive = 20.0
     material: str = "steel"
+
+    @model_validator(mode="after")
+    def _one_section(self) -> BeamRules:
+        sizes = [key for key in ("width_mm", "height_mm") if getattr(self, key) is not None]
+        if self.section is not None and sizes:
+            raise ValueError(
+                f"section is {echo(self.section)} and {' and '.join(sizes)} given too, which are those of a solid bar: "
+                "take out one of the two"
+            )
+        return self
+
+    @property
+    def profile(self) -> Section:
+        """The section of all beams."""
+        if self.section is not None:
+            return Section.of(self.section)
+        return Section("flat", (self.height_mm or 120.0, self.width_mm or 50.0))
+
+
+@dataclass(frozen=True, config=_STRICT)
+class ConnectionRules:
+    """How beams meet their nodes.
+
+    kind: "welded" to the node block, "bolted" to it, welded to a "hub", a round tube, or in "contact" with the block
+    only. slot_mm: minimum clear distance between two neighbouring beams at the node, by default 25 where they are
+    welded (room for the torch) and 10 where they are bolted (room for tolerances); beams in contact have none, but
+    `NodeRules.clearance_mm`. ledge_mm: what the facet of a block shows at least on either side of a beam that is
+    welded to it, for the seam. gap_mm: clear distance between the end of a beam and the facet: the root gap of a weld,
+    or the room to move a beam into its place.
+
+    >>> from fabkit.rules import ConnectionRules
+    >>> ConnectionRules(kind="welded").slot, ConnectionRules(kind="bolted", slot_mm=15).slot
+    (25.0, 15.0)
+    """
+
+    kind: ConnectionKind = "contact"
+    slot_mm: Positive | None = None
+    ledge_mm: NotNegative = 8.0
+    gap_mm: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _slot_of_a_kind(self) -> ConnectionRules:
+        if self.kind == "contact" and self.slot_mm is not None:
+            raise ValueError(
+                "slot_mm is given, but beams in contact have no slot: take another kind of connection, or "
+                "[nodes] clearance_mm (--clearance)"
+            )
+        return self
+
+    @property
+    def slot(self) -> float:
+        """Minimum clear distance between neighbouring beams in mm, 0 for beams in contact."""
+        if self.slot_mm is not None:
+            return self.slot_mm
+        return {"welded": 25.0, "hub": 25.0, "bolted": 10.0, "contact": 0.0}[self.kind]
 
 
 @dataclass(frozen=True, config=_STRICT)
@@ -89,6 +163,7 @@ class DetailingRules:
     """All parameters of the shop. densities_kg_m3: by the name of the material."""
 
     beams: BeamRules = field(default_factory=BeamRules)
+    connection: ConnectionRules = field(default_factory=ConnectionRules)
     nodes: NodeRules = field(default_factory=NodeRules)
     panels: PanelRules = field(default_factory=PanelRules)
     sheets: SheetRules = field(default_factory=SheetRules)

@@ -48,7 +48,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.mesh": GROUND,
     "geometry.mesh.intersections": {"geometry.mesh", "geometry.arrays"},
     "geometry.optimise": GROUND,
-    "geometry.surface": {"geometry.mesh", *GROUND},
+    "geometry.surface": {"geometry.mesh", "geometry.mesh.intersections", *GROUND},
     "geometry.colours": {"geometry.mesh", *GROUND},
     "geometry.pictures": {"geometry.colours", "geometry.mesh", *GROUND},
     "geometry.files": {"geometry.colours", "geometry.mesh", *GROUND},
@@ -119,7 +119,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.wording": set(),
     "fabkit.parts": {"fabkit.errors", "geometry.mesh", *GROUND},
     "fabkit.kinds": {"fabkit.parts", "geometry.arrays"},
-    "fabkit.rules": {"fabkit.wording"},
+    "fabkit.rules": {"fabkit.parts", "fabkit.wording"},
     "fabkit.fitness": {
         "fabkit.kinds",
         "fabkit.parts",
@@ -306,6 +306,7 @@ LARGE_ROOM = 1000
 LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.mesh": (
         "ragged_arrays origin spanning_forests",
+        "orientability",
         "combinatorics",
         "polygons",
         "mesh independent_faces mesh_polylines",

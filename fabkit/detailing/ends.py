@@ -126,7 +126,7 @@ def _azimuths(vertex: IntArray, axis: FloatArray, radial: FloatArray, made: Bool
 
 def _min_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
     """(R,) setbacks in mm for which neighbouring beams do not touch, with the clearance."""
-    half_width = rules.beams.width_mm / 2
+    half_width = rules.beams.profile.width_mm / 2
     with np.errstate(divide="ignore"):
         needed = np.where(gap[ring] < np.pi, half_width / np.tan(gap[ring] / 2), 0.0)
     setback = np.full(len(gap), np.nan)
@@ -145,7 +145,7 @@ def _setbacks(vertex: IntArray, inclination: FloatArray, minimum: FloatArray, ru
     equal: FloatArray = np.maximum.reduceat(minimum, starts)[of_ring]
     if rules.nodes.setbacks == "equal":
         return equal
-    slope, height = np.abs(np.tan(inclination)), rules.beams.height_mm
+    slope, height = np.abs(np.tan(inclination)), rules.beams.profile.height_mm
     off_level = _spread(minimum * slope, starts) > ALIGNED_ENDS_TOLERANCE * height
     on_cone = np.maximum(_spread(equal * slope, starts), _spread(height / np.cos(inclination), starts)) <= LEVEL_ENDS_MM
     return np.where((off_level & on_cone)[of_ring], equal, minimum)

@@ -46,7 +46,7 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> No
     Neighbouring facets are joined by straight lines. A gap between beams of more than half a turn gets one more corner
     in its middle, half a beam's width from the axis, so that the block always contains its axis.
     """
-    corners, starts = _sections(ends, rules.width_mm / 2, structure.mesh.n_vertices)
+    corners, starts = _sections(ends, rules.profile.width_mm / 2, structure.mesh.n_vertices)
     inner, outer = height_range(rules)
     lows, highs = (
         (ends.setback * np.sin(ends.inclination) + level) / np.cos(ends.inclination) for level in (inner, outer)

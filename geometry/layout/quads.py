@@ -94,8 +94,8 @@ def lay_quads(
     conjugate cannot have any distances: `quality.length_shares` has the lengths that were reached.
     Where the surface is flat or umbilic, directions continue from its surroundings; if it is so everywhere, they follow
     the longest direction of the surface.
-    Raises GeometryError for numbers that do not fit the surface, curvature that cannot be estimated, boundary loops
-    smaller than a face, and FoldedError where the lines cannot be laid without a fold.
+    Raises GeometryError for numbers that do not fit the surface, surfaces that cross themselves, curvature that cannot
+    be estimated, boundary loops smaller than a face, and FoldedError where the lines cannot be laid without a fold.
 
     >>> import numpy as np
     >>> from geometry import Mesh, Surface, lay_quads
@@ -165,6 +165,7 @@ def _check(surface: Surface, n_faces: int | None, edge_length: float | None) -> 
             value=float(count),
             bound=FEWEST_FACES,
         )
+    surface.check_embedded()
 
 
 def _check_ratio(finer_where_curved: float) -> None:

@@ -28,7 +28,7 @@ __all__ = ["gridshell", "gridshell_summary"]
 
 STEEL = Material("S355", 7850.0)
 GLASS = Material("glass", 2500.0)
-SECTION = Section(50.0, 120.0)
+SECTION = Section("flat", (120.0, 50.0))
 SETBACK = 45.0
 THICKNESS = 12.0
 LIFT = 8.0
