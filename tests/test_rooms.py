@@ -383,6 +383,14 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "signed_meshes covering",
     ),
     "fabkit.parts": ("frame material section ragged solid symmetry", "solids kind", "parts", "assembly"),
+    "fabkit.detailing": (
+        "setbacks",
+        "ends",
+        "beams joining",
+        "nodes panels",
+        "panel_underside",
+        "assembling",
+    ),
     "fabkit.production": (
         "curves nests equal_shapes remaining_rectangles",
         "strokes",
