@@ -6,7 +6,7 @@ Values are checked when a rule is made; pydantic's ValidationError names the key
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
@@ -15,6 +15,7 @@ from fabkit.parts import Section
 from fabkit.wording import echo
 
 __all__ = [
+    "CONNECTION_KINDS",
     "BeamRules",
     "ConnectionKind",
     "ConnectionRules",
@@ -35,6 +36,7 @@ NotNegative = Annotated[float, Field(ge=0, le=LARGEST_LENGTH_MM, allow_inf_nan=F
 HeightReference = Literal["outer", "centre", "inner"]
 Setbacks = Literal["auto", "least", "equal"]
 ConnectionKind = Literal["welded", "bolted", "hub", "contact"]
+CONNECTION_KINDS: tuple[ConnectionKind, ...] = get_args(ConnectionKind)
 SectionName = Annotated[str, AfterValidator(lambda text: Section.of(text).name)]
 
 _STRICT = ConfigDict(extra="forbid")
@@ -86,7 +88,9 @@ class ConnectionRules:
     welded (room for the torch) and 10 where they are bolted (room for tolerances); beams in contact have none, but
     `NodeRules.clearance_mm`. ledge_mm: what the facet of a block shows at least on either side of a beam that is
     welded to it, for the seam. gap_mm: clear distance between the end of a beam and the facet: the root gap of a weld,
-    or the room to move a beam into its place.
+    or the room to move a beam into its place. least_angle_deg: smallest angle between two beams about the node axis
+    that can be joined. longest_setback_mm: largest distance of a facet from the axis, which is also at most 35 % of the
+    edge. Beams in contact have no such limits.
 
     >>> from fabkit.rules import ConnectionRules
     >>> ConnectionRules(kind="welded").slot, ConnectionRules(kind="bolted", slot_mm=15).slot
@@ -97,6 +101,8 @@ class ConnectionRules:
     slot_mm: Positive | None = None
     ledge_mm: NotNegative = 8.0
     gap_mm: NotNegative = 0.0
+    least_angle_deg: Annotated[float, Field(gt=0, le=90, allow_inf_nan=False)] = 30.0
+    longest_setback_mm: Positive = 150.0
 
     @model_validator(mode="after")
     def _slot_of_a_kind(self) -> ConnectionRules:

@@ -54,7 +54,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.files": {"geometry.colours", "geometry.mesh", *GROUND},
     "geometry.functionals": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.meshing": {"geometry.functionals", "geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
-    "geometry.layout": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.networks": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.layout": {"geometry.networks", "geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.parallel": {"geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.spheres": {"geometry.mesh", *GROUND},
     "geometry.gauss": {
@@ -334,11 +335,14 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "circular_faces conical_vertices gauss_image_terms planar_faces pair_distances",
         "constant_curvature upright_axes",
     ),
+    "geometry.networks": (
+        "tangent_frames",
+        "combed_fields cross_fields networks graded_sizes",
+        "conjugate_networks",
+    ),
     "geometry.layout": (
         "quarter_turns integer_lattices",
-        "tangent_frames",
-        "combed_fields cross_fields networks",
-        "conjugate_networks seams twists quality",
+        "seams twists quality",
         "exact_maps integration open_rims singular_points",
         "grid_points",
         "rays",
@@ -384,6 +388,14 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "solids",
         "parts",
         "assembly",
+    ),
+    "fabkit.detailing": (
+        "setbacks",
+        "ends",
+        "beams joining",
+        "nodes panels",
+        "panel_underside",
+        "assembling",
     ),
     "fabkit.production": (
         "curves nests equal_shapes remaining_rectangles",
