@@ -42,6 +42,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.remeshing",
         "geometry.spheres",
         "geometry.surface",
+        "geometry.traced_curves",
     },
     "geometry.arrays": set(),
     "geometry.errors": {"geometry.arrays"},
@@ -55,6 +56,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "geometry.functionals": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.meshing": {"geometry.functionals", "geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.layout": {"geometry.surface", "geometry.optimise", "geometry.mesh", *GROUND},
+    "geometry.traced_curves": {"geometry.layout", "geometry.surface", "geometry.mesh", *GROUND},
     "geometry.parallel": {"geometry.functionals", "geometry.optimise", "geometry.mesh", *GROUND},
     "geometry.spheres": {"geometry.mesh", *GROUND},
     "geometry.gauss": {
