@@ -248,28 +248,26 @@ class _Tracer:
         """Points at the spacing from the curves, on both sides, as far as they are free; one in each cube."""
         places, families = [], []
         for curve in curves:
-            points, normals = self._placed(curve.triangles, curve.weights)
-            for point, along, normal in self._every_spacing(points, normals):
-                across = self.spacing * np.cross(normal, along)
-                places += [point + across, point - across]
-                families += [curve.family, curve.family]
-        seeds = self._at(floats(places), integers(families), self.spacing / 2)
+            points, along, normals = self._every_spacing(*self._placed(curve.triangles, curve.weights))
+            across = self.spacing * np.cross(normals, along)
+            places += [points + across, points - across]
+            families.append(np.full(2 * len(points), curve.family))
+        seeds = self._at(np.concatenate(places), np.concatenate(families), self.spacing / 2)
         seeds = seeds.take(self._free(seeds, coverages))
         cubes = np.floor(seeds.points / (1.5 * self.spacing)).astype(np.int64)
         keys = np.concatenate([cubes, seeds.families[:, None]], axis=1)
         return seeds.take(np.sort(np.unique(keys, axis=0, return_index=True)[1]))
 
-    def _every_spacing(self, points: FloatArray, normals: FloatArray) -> Any:
-        """Points, unit tangents and normals of a curve (k, 3) at distances of the spacing along it."""
+    def _every_spacing(self, points: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Points, unit tangents and normals (m, 3) of a curve (k, 3) at distances of the spacing along it."""
         steps = np.diff(points, axis=0)
         lengths = np.linalg.norm(steps, axis=1)
         arc = np.concatenate([[0.0], np.cumsum(lengths)])
         count = max(round(arc[-1] / self.spacing), 1)
-        for place in (np.arange(count) + 0.5) / count * arc[-1]:
-            part = min(int(np.searchsorted(arc, place, side="right")) - 1, len(steps) - 1)
-            if lengths[part] > 0:
-                along = steps[part] / lengths[part]
-                yield points[part] + (place - arc[part]) * along, along, normals[part]
+        places = (np.arange(count) + 0.5) / count * arc[-1]
+        part = np.searchsorted(arc, places, side="right").clip(1, len(steps)) - 1
+        along = steps[part] / lengths[part, None]
+        return points[part] + (places - arc[part])[:, None] * along, along, normals[part]
 
     def _gaps(self, coverages: tuple[Coverage, Coverage], is_tried: BoolArray) -> _Seeds:
         """Centres of triangles far from all curves so far and from each other; they are marked as tried."""
@@ -299,7 +297,7 @@ class _Tracer:
             own = [self._placed(curve.triangles, curve.weights) for curve in curves if curve.family == family]
             if own:
                 points, normals = max(own, key=lambda each: np.linalg.norm(np.diff(each[0], axis=0), axis=1).sum())
-                places = floats([point for point, _, _ in self._every_spacing(points, normals)])
+                places, _, _ = self._every_spacing(points, normals)
                 chosen.append(self._at(places, np.full(len(places), 1 - family), self.spacing))
         return _joined(chosen) if chosen else seeds
 
