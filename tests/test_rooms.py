@@ -119,7 +119,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.wording": set(),
     "fabkit.parts": {"fabkit.errors", "geometry.mesh", *GROUND},
     "fabkit.kinds": {"fabkit.parts", "geometry.arrays"},
-    "fabkit.rules": {"fabkit.parts", "fabkit.wording"},
+    "fabkit.connections": {"fabkit.errors", "geometry.arrays"},
+    "fabkit.rules": {"fabkit.connections", "fabkit.parts", "fabkit.wording"},
     "fabkit.fitness": {
         "fabkit.kinds",
         "fabkit.parts",
