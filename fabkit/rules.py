@@ -85,10 +85,10 @@ class BeamRules:
 class ConnectionRules:
     """How beams meet their nodes.
 
-    bolts: of each end of a beam, see `BoltGroup`; a single one has a dowel of dowel_mm beside it. They hold an end plate
-    of plate_mm, and are put in through hand holes of hand_hole_height_mm by hand_hole_length_mm in the wide walls of the
-    beam. tube_wall_mm, cap_mm: thickness of the tube of a hub, and of the caps at its ends. axial_bore_mm: diameter of a
-    bore along the axis of each node block or hub, 0 for none.
+    bolts: of each end of a beam, see `BoltGroup`; a single one has a dowel of dowel_mm beside it. They hold an end
+    plate of plate_mm, and are put in through hand holes of hand_hole_height_mm by hand_hole_length_mm in the sides of
+    the beam. tube_wall_mm, cap_mm: thickness of the tube of a hub, and of the caps at its ends. axial_bore_mm: diameter
+    of a bore along the axis of each node block or hub, 0 for none.
 
     kind: "welded" to the node block, "bolted" to it, welded to a "hub", a round tube, or in "contact" with the block
     only. slot_mm: minimum clear distance between two neighbouring beams at the node, by default 25 where they are
@@ -158,40 +158,33 @@ class ConnectionRules:
         wall = section.wall_mm
         if section.shape != "rhs" or wall is None:
             return (
-                f"bolts are put in from inside of a rectangular hollow section, and the section is {section.name}: write "
+                f"bolts are put in from inside a rectangular hollow section, and the section is {section.name}: write "
                 "one like rhs 120x60x5, or take another kind of connection"
             )
-        group, height, width = self.group, section.height_mm, section.width_mm
-        size = group.size
-        edge = min(width / 2, height / 2 - max(group.offsets_mm))
+        for what, found, needed in self._needs_of_bolts(section, wall):
+            if found < needed:
+                return (
+                    f"bolts {self.bolts} do not fit the section {section.name}: {needed:.1f} mm are needed from {what}, "
+                    f"and there are {found:.1f} mm; take a larger section, smaller bolts (--bolts), or another kind of "
+                    "connection"
+                )
+        return ""
+
+    def _needs_of_bolts(self, section: Section, wall: float) -> list[tuple[str, float, float]]:
+        """What is measured, its size, and the least one."""
+        size, highest = self.group.size, max(self.group.offsets_mm)
+        half_height, half_width = section.height_mm / 2, section.width_mm / 2
+        edge = LEAST_EDGE_RATIO * size.clearance_mm
         needs = [
-            (
-                f"an edge distance of {LEAST_EDGE_RATIO:g} hole diameters in its end plate",
-                edge,
-                LEAST_EDGE_RATIO * size.clearance_mm,
-            ),
-            (
-                "room for half of the socket beside the bolt",
-                width / 2 - wall,
-                size.tool_radius_mm,
-            ),
-            (
-                "a wall that is higher inside than the hand hole",
-                height - 2 * wall,
-                self.hand_hole_height_mm,
-            ),
+            ("a bolt to the edge of its end plate", min(half_width, half_height - highest), edge),
+            ("a bolt to the side inside, for the socket", half_width - wall, size.tool_radius_mm),
+            ("a bolt to the top inside, for the socket", half_height - wall - highest, size.tool_radius_mm),
+            ("wall to wall inside, for the hand hole", section.height_mm - 2 * wall, self.hand_hole_height_mm),
         ]
         if self.has_dowel:
             apart = LEAST_PITCH_RATIO * (size.clearance_mm + self.dowel_mm) / 2
-            needs.append(("bolt and dowel apart from each other", self.dowel_offset_mm(height), apart))
-        for what, found, needed in needs:
-            if found < needed:
-                return (
-                    f"bolts {group.name} do not fit the section {section.name}: {what} is needed, which is {needed:.1f} "
-                    f"mm, and there are {found:.1f} mm; take a larger section, smaller bolts (--bolts), or another kind "
-                    "of connection"
-                )
-        return ""
+            needs.append(("the bolt to its dowel", self.dowel_offset_mm(section.height_mm), apart))
+        return needs
 
 
 @dataclass(frozen=True, config=_STRICT)

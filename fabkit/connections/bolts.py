@@ -95,7 +95,8 @@ class BoltGroup:
         found = re.fullmatch(r"\s*(\d{1,3})\s*[x*]\s*(m\d{1,3})\s*", text.lower()[:200])
         if not found or found[2].upper() not in BOLT_SIZES or int(found[1]) not in (1, 2):
             raise ProjectError(
-                f"{text[:40]!r} are no bolts of a beam end: write 1x or 2x and one of {', '.join(BOLT_SIZES)}, like 1xM20"
+                f"{text[:40]!r} are no bolts of a beam end: write 1x or 2x and one of {', '.join(BOLT_SIZES)}, "
+                "like 1xM20"
             )
         return cls(int(found[1]), BOLT_SIZES[found[2].upper()])
 
