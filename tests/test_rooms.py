@@ -383,7 +383,13 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "koebe_polyhedra tangent_hexagons",
         "signed_meshes covering",
     ),
-    "fabkit.parts": ("frame material section ragged solid symmetry", "solids kind", "parts", "assembly"),
+    "fabkit.parts": (
+        "frame material section ragged topology symmetry",
+        "solid profiles kind",
+        "solids",
+        "parts",
+        "assembly",
+    ),
     "fabkit.detailing": (
         "setbacks",
         "ends",
