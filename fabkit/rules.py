@@ -164,8 +164,8 @@ class ConnectionRules:
         for what, found, needed in self._needs_of_bolts(section, wall):
             if found < needed:
                 return (
-                    f"bolts {self.bolts} do not fit the section {section.name}: {needed:.1f} mm are needed from {what}, "
-                    f"and there are {found:.1f} mm; take a larger section, smaller bolts (--bolts), or another kind of "
+                    f"bolts {self.bolts} do not fit the section {section.name}: {needed:.1f} mm are needed from "
+                    f"{what}, and there are {found:.1f} mm; take a larger section, smaller bolts (--bolts), or another kind of "
                     "connection"
                 )
         return ""

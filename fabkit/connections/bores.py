@@ -35,8 +35,8 @@ def slot_setbacks(gaps: FloatArray, width: FloatArray | float, slot: FloatArray 
     `slot` between them: (slot + w cos p) / (2 sin p) with p half of the gap, at most a right angle.
 
     >>> from fabkit.connections import slot_setbacks
-    >>> slot_setbacks(np.radians([30, 60, 90, 200]), 60.0, 25.0).round().tolist()
-    [160.0, 77.0, 48.0, 12.0]
+    >>> slot_setbacks(np.radians([30, 60, 90, 120]), 60.0, 25.0).round().tolist()
+    [160.0, 77.0, 48.0, 32.0]
     """
     half = np.minimum(gaps, np.pi) / 2
     setbacks: FloatArray = (slot + width * np.cos(half)) / (2 * np.sin(half))
