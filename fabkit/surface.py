@@ -20,7 +20,7 @@ from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError
 from geometry.files import MeshFile
-from geometry.layout import Boundary, LaidMesh, lay_quads
+from geometry.layout import LARGEST_LENGTH_RATIO, Boundary, LaidMesh, lay_quads
 from geometry.mesh import Mesh
 from geometry.remeshing import study_networks
 from geometry.surface import Surface, refined, smoothed
@@ -55,7 +55,9 @@ class SurfaceRules(BaseModel):
     curvature, along which the heights of the beams vary least on most surfaces; "conjugate", lines of the best of many
     conjugate networks. boundary: "open", lines end at the boundary, or "aligned", the boundary is a line; or one of
     these words for each boundary loop, the longest first. strokes: an OBJ or DXF file of polylines near the surface, in
-    its unit, which the lines follow. smooth_mm: waves of the surface shorter than this are smoothed first.
+    its unit, which the lines follow. finer_where_curved: how many times longer edges may be where the surface is
+    flattest than where it curves most, from 1, all of one length, to 10; the report has the lengths that the lines
+    allow. smooth_mm: waves of the surface shorter than this are smoothed first.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -65,6 +67,7 @@ class SurfaceRules(BaseModel):
     lines: Literal["principal", "conjugate"] = "principal"
     boundary: Boundary | tuple[Boundary, ...] = "open"
     strokes: Path | None = None
+    finer_where_curved: Annotated[float, Field(ge=1, le=LARGEST_LENGTH_RATIO)] = 1.0
     smooth_mm: Positive | None = None
 
     @field_serializer("strokes")
@@ -234,7 +237,7 @@ def _without_noise(file: MeshFile, rules: SurfaceRules, mm: float | None) -> tup
 
 
 def _line_options(file: MeshFile, rules: SurfaceRules) -> dict[str, Any]:
-    options: dict[str, Any] = {"boundary": rules.boundary}
+    options: dict[str, Any] = {"boundary": rules.boundary, "finer_where_curved": rules.finer_where_curved}
     if rules.strokes is not None:
         options["strokes"] = [line - file.origin for line in read_polylines(rules.strokes)]
     return options

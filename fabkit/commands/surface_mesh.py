@@ -13,6 +13,7 @@ from fabkit.commands.options import (
     BoundaryLines,
     EdgeLength,
     Faces,
+    FinerWhereCurved,
     Flip,
     Lines,
     Smooth,
@@ -40,6 +41,7 @@ def mesh_command(
     lines: Lines = None,
     boundary: BoundaryLines = None,
     strokes: Strokes = None,
+    finer_where_curved: FinerWhereCurved = None,
     smooth: Smooth = None,
     polylines: Annotated[
         Path | None,
@@ -79,6 +81,7 @@ def mesh_command(
             lines=lines,
             boundary=boundary,
             strokes=strokes,
+            finer_where_curved=finer_where_curved,
             smooth=smooth,
         )
         from fabkit.commands.surface_output import write_surface_mesh

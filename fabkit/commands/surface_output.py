@@ -116,10 +116,10 @@ def _check_outputs(
             "there is no mesh file to write: give -o FILE, --curves FILE or --asymptotic FILE, or --study FILE alone "
             "for a page of networks"
         )
-    ignored = [name for name in ("boundary", "strokes") if name in settings]
+    ignored = [name for name in ("boundary", "strokes", "finer_where_curved") if name in settings]
     if out is None and ignored:
         raise ProjectError(
-            f"--{ignored[0]} changes the lines of a mesh, not the curves of the surface: give -o FILE, too, or leave "
+            f"--{ignored[0].replace('_', '-')} changes the lines of a mesh, not the curves of the surface: give -o FILE, too, or leave "
             "it out"
         )
 
@@ -175,13 +175,18 @@ def _mesh(file: MeshFile, rules: SurfaceRules, mm: float | None, stages: Stages)
 
 
 def _facts(mesh: Mesh, laid: LaidSurface) -> list[tuple[str, str]]:
-    quality, length = laid.laid.quality, mesh.mean_edge_length
+    quality = laid.laid.quality
+    lengths = mesh.edge_lengths
+    low, high = np.quantile(lengths, [0.05, 0.95])
     irregular = ", ".join(f"{count} of valence {valence}" for valence, count in quality.valences.items())
     distances = laid.distances(mesh)
     most, largest = np.quantile(distances, 0.95), distances.max()
     return [
         ("mesh", f"{mesh.n_vertices} vertices, {mesh.n_faces} faces, {100 * quality.quad_share:.1f} % of them quads"),
-        ("edges", f"{mesh.edge_lengths.min():.4g} to {mesh.edge_lengths.max():.4g}, on average {length:.4g}"),
+        (
+            "edges",
+            f"{lengths.min():.4g} to {lengths.max():.4g}, 90 % of them {low:.4g} to {high:.4g}",
+        ),
         ("lines", f"{laid.lines}; {100 * laid.aligned_share:.1f} % of the edges within 10 degrees of them"),
         ("irregular vertices", irregular or "none"),
         ("planarised", moves(laid.laid.mesh, mesh) or "nothing to do"),

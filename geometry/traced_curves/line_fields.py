@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, complexes, floats
-from geometry.layout.tangent_frames import TangentFrames
 from geometry.mesh import Mesh
+from geometry.networks.tangent_frames import TangentFrames
 from geometry.surface import Curvature
 
 __all__ = ["LineField"]

@@ -74,12 +74,15 @@ def test_a_project_file_says_the_same(roof: Path) -> None:
     write_polylines(Path("lines/strokes.obj"), [stroke])
     Path("roof.toml").write_text(
         "mesh = 'roof.obj'\nunit = 'm'\nskip_unbuildable = true\n[surface]\nfaces = 100\nboundary = ['aligned']\n"
-        "strokes = 'lines/strokes.obj'\nsmooth_mm = 500\n[nesting]\nmode = 'off'\n"
+        "strokes = 'lines/strokes.obj'\nfiner_where_curved = 2\nsmooth_mm = 500\n[nesting]\nmode = 'off'\n"
     )
     done = run("build", "roof.toml", "-o", "built")
     assert done.exit_code == 0, done.output
     manifest = json.loads(Path("built/manifest.json").read_text())
     assert manifest["surface"]["smoothing_mm"] > 0
+    lengths = manifest["surface"]["edge_length_mm"]
+    assert lengths["p5"] < lengths["median"] < lengths["p95"]
+    assert manifest["settings"]["surface"]["finer_where_curved"] == 2
     assert manifest["settings"]["surface"]["strokes"] == "strokes.obj"  # and nothing of where it is
 
 
@@ -105,6 +108,7 @@ def test_a_triangle_mesh_without_a_size_names_the_options(roof: Path) -> None:
         ({"mean_edge_mm": 9, "surface": {"edge_length_mm": 3}}, "is in mm, but the surface has no unit"),
         ({"unit": "m", "surface": {"faces": 9}, "gauss_image": "S.obj"}, "no Gauss image can be given for it"),
         ({"unit": "m", "surface": {"faces": 3}}, "surface.faces is 3"),
+        ({"unit": "m", "surface": {"faces": 9, "finer_where_curved": 0.5}}, "surface.finer_where_curved is 0.5"),
         ({"unit": "m", "surface": {"faces": 9, "lines": "straight"}}, "surface.lines is 'straight'"),
         ({"unit": "m", "surface": {"faces": 9, "edges": 1}}, "unknown key 'edges' in [surface]"),
     ],
@@ -186,7 +190,7 @@ def test_curves_are_written_without_a_mesh(roof: Path) -> None:
         (["--curves", "x.svg", "--faces", 100], "one of .obj, .dxf is needed"),
         (["--curves", "x.obj", "--faces", 100, "--boundary", "aligned"], "--boundary changes the lines of a mesh"),
         (["--polylines", "x.obj", "--faces", 100], "--polylines writes the lines of a mesh"),
-        (["--curves", "x.obj", "--faces", 1], "surface.faces is 1"),
+        (["--curves", "x.obj", "--faces", 1], "faces is 1: input should be greater"),
     ):
         refused = run("mesh", roof, *options)
         assert refused.exit_code == 2, refused.output
