@@ -118,9 +118,9 @@ def _check_outputs(
         )
     ignored = [name for name in ("boundary", "strokes", "finer_where_curved") if name in settings]
     if out is None and ignored:
+        option = ignored[0].replace("_", "-")
         raise ProjectError(
-            f"--{ignored[0].replace('_', '-')} changes the lines of a mesh, not the curves of the surface: give -o FILE, too, or leave "
-            "it out"
+            f"--{option} changes the lines of a mesh, not the curves of the surface: give -o FILE, too, or leave it out"
         )
 
 
