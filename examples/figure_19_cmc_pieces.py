@@ -3,9 +3,9 @@
 Three bulges (gold) have hexagons and, at their ends, pentagons: edge offset meshes whose mean curvature with respect to
 a Koebe polyhedron is exactly -1, in closed form. A junction of quads (glass) begins as three tubes that meet, with the
 boundaries of the bulges and an approximate Gauss image. Joined, M and S are optimised together until all faces have
-mean curvature -1 with respect to S. The edges of S are then off distance 1 by less than a hundredth in the bulges, which
-adapt to the junction as it does to them. With respect to a Gauss image of M alone, mean curvature is nearly constant:
-the paper has [.966, 1.048] for its junction. At the right, the Gauss image of one bulge.
+mean curvature -1 with respect to S. The edges of S are then off distance 1 by less than a hundredth in the bulges,
+which adapt to the junction as it does to them. With respect to a Gauss image of M alone, mean curvature is nearly
+constant: the paper has [.966, 1.048] for its junction. At the right, the Gauss image of one bulge.
 """
 
 from __future__ import annotations

@@ -37,8 +37,8 @@ class JoinedPair:
 
     >>> from geometry.gauss import Pair
     >>> from geometry.mesh.shapes import dome
-    >>> tube = Pair(dome(12, 4), dome(12, 4))
-    >>> lower, upper = tube.part(np.arange(24)), tube.part(np.arange(24, 48))
+    >>> tube, row = Pair(dome(12, 4), dome(12, 4)), np.arange(48) % 4
+    >>> lower, upper = (tube.part(np.flatnonzero(half)) for half in (row < 2, row >= 2))
     >>> joined = join_pairs([lower, upper])
     >>> joined.pieces.tolist() == 24 * [0] + 24 * [1], len(joined.vertices_of([0])) == lower.mesh.n_vertices
     (True, True)
@@ -76,11 +76,11 @@ def join_pairs(
 
     >>> from geometry.gauss import Pair
     >>> from geometry.mesh.shapes import dome
-    >>> tube = Pair(dome(12, 4), dome(12, 4))
-    >>> lower, upper = tube.part(np.arange(24)), tube.part(np.arange(24, 48))
+    >>> tube, row = Pair(dome(12, 4), dome(12, 4)), np.arange(48) % 4
+    >>> lower, upper = (tube.part(np.flatnonzero(half)) for half in (row < 2, row >= 2))
     >>> joined = join_pairs([lower, upper.translated([5.0, 0.0, 0.0])])
     >>> joined.pair.mesh, joined.gaps.round(9).tolist()
-    (Mesh(60 vertices, 48 faces), [[0.0, 0.0]])
+    (Mesh(60 vertices, 48 faces, 108 edges), [[0.0, 0.0]])
     """
     given = [as_pair(pair) for pair in pairs]
     if len(given) < 2:
