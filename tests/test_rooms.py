@@ -133,6 +133,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.checking": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", "geometry.gauss", "geometry.arrays"},
     "fabkit.detailing": {
         "fabkit.checking",
+        "fabkit.connections",
         "fabkit.fitness",
         "fabkit.kinds",
         "fabkit.parts",
@@ -391,10 +392,11 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembly",
     ),
     "fabkit.detailing": (
-        "setbacks",
+        "setbacks bars drilling",
         "ends",
         "beams joining",
         "nodes panels",
+        "bolted",
         "panel_underside",
         "assembling",
     ),

@@ -122,7 +122,7 @@ def violations(
     - No beam is twisted about its axis by more than `twist_deg`.
     - Each beam has a node at both ends, and each facet of a node has its beam.
     - Each end face of a beam lies on a facet of its node that faces it, and inside that facet, to `fit_mm`.
-    - No two parts overlap by more than `fit_mm`.
+    - No two parts overlap by more than `fit_mm`, but for those that are set into bores of others.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -168,7 +168,7 @@ def _concerned(*parts: Part) -> tuple[tuple[str, int], ...]:
 
 
 def _twice(assembly: Assembly) -> Iterator[Violation]:
-    for group in assembly.groups:
+    for group in (each for each in assembly.groups if each.kind.one_per_element):
         elements, counts = np.unique(group.elements, return_counts=True)
         for element, count in zip(elements[counts > 1].tolist(), counts[counts > 1].tolist(), strict=True):
             finding = f"{group.kind.element} {element} has {count} {group.kind.group}, allowed 1"
@@ -304,6 +304,8 @@ def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name
     pairs, depths = clashing_pairs(valid, depth_mm=fit_mm)
     if not len(pairs):
         return
+    set_into = positions.set_into(pairs)
+    pairs, depths = pairs[~set_into], depths[~set_into]
     vertices = ElementVertices(positions.assembly)
     for (i, j), depth in zip(pairs.tolist(), depths.tolist(), strict=True):
         first, second = positions[i], positions[j]

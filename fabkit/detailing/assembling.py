@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from fabkit.checking import Violation, panels_crossing_support_planes, violations, violations_sentence
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
+from fabkit.detailing.bolted import bolted_nodes, fasteners
 from fabkit.detailing.ends import Ends, beam_ends
 from fabkit.detailing.joining import not_joinable
 from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
@@ -18,7 +20,7 @@ from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
 from fabkit.fitness.shape import tilt
 from fabkit.kinds import PANEL
-from fabkit.parts import Assembly, LeftOut, Material
+from fabkit.parts import Assembly, LeftOut, Material, Parts
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray
 from geometry.gauss import SupportStructure
@@ -99,11 +101,15 @@ class _Plan:
         heights, panels = self._fit_panels(ends, nodes)
         with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
         edges, faces = np.flatnonzero(self.beams), np.flatnonzero(self.panels)
-        groups = (
-            make_beams(self.structure, ends, beams, edges, self.rules.beams, self._material("beams")),
+        groups: tuple[Parts[Any], ...] = (
+            make_beams(self.structure, ends, beams, edges, self.rules, self._material("beams")),
             make_nodes(self.structure, ends, nodes, with_beams, self._material("nodes")),
             make_panels(self.structure, panels, faces, self.rules.panels, self._material("panels")),
         )
+        if self.rules.connection.kind == "bolted":
+            beams_made, blocks, panels_made = groups
+            own = fasteners(self.structure, ends, self.rules, self._material("nodes"))
+            groups = (beams_made, bolted_nodes(blocks, ends, self.rules), panels_made, *own)
         assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
         needed = np.zeros(self.structure.mesh.n_vertices)
         np.maximum.at(needed, self.structure.mesh.combinatorics.corners, heights)
@@ -112,7 +118,7 @@ class _Plan:
     # --- beams and nodes
 
     def _fit_beams(self) -> tuple[Ends, BeamShapes]:
-        min_length = self.rules.beams.least_length_mm
+        min_length = self.rules.least_length_mm
         while True:
             ends = beam_ends(self.structure, self.beams, self.rules)
             if reasons := not_joinable(self.structure.mesh, ends, self.rules):
@@ -135,7 +141,7 @@ class _Plan:
             f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
             f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
             f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
-            f"{self.rules.beams.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
+            f"{self.rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
             f"{angle:.1f} degrees apart; counted from 0)"
         )
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabkit.detailing.bars import bar_solids, cut_planes, with_hand_holes
 from fabkit.detailing.ends import Ends
 from fabkit.kinds import BEAM, BeamDetails
-from fabkit.parts import Material, Parts, Solids, prism_topology
-from fabkit.rules import BeamRules
+from fabkit.parts import Material, Parts, Solids
+from fabkit.rules import BeamRules, DetailingRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh
@@ -76,23 +77,19 @@ def make_beams(
     ends: Ends,
     shapes: BeamShapes,
     edges: IntArray,
-    rules: BeamRules,
+    rules: DetailingRules,
     material: Material,
 ) -> Parts[BeamDetails]:
     """Beams on these edges, in their order."""
     start = shapes.corners[edges, 1]
-    local = shapes.corners[edges] - start[:, None, :]
-    half = np.full(local.shape[:2], rules.profile.width_mm / 2)
-    lower = np.stack([local[..., 0], -half, local[..., 1]], axis=-1)
-    vertices = np.concatenate([lower, lower * [1, -1, 1]], axis=1)
     t, u = structure.mesh.edge_directions[edges], structure.height_directions[edges]
     nodes = structure.mesh.combinatorics.edges[edges]
     section = np.empty(len(edges), dtype=object)
-    section[:] = rules.profile
+    section[:] = rules.beams.profile
     return Parts.each_its_own(
         BEAM,
         edges,
-        Solids.alike(vertices, prism_topology(4)),
+        _solids(shapes, ends, edges, rules),
         origins=structure.mesh.vertices[nodes[:, 0]] + start[:, :1] * t + start[:, 1:] * u,
         axes=np.stack([t, np.cross(u, t), u], axis=1),
         material=material,
@@ -108,3 +105,13 @@ def make_beams(
             twist_deg=np.degrees(structure.twists[edges]),
         ),
     )
+
+
+def _solids(shapes: BeamShapes, ends: Ends, edges: IntArray, rules: DetailingRules) -> Solids:
+    """The solids of the beams on these edges, in their own frames."""
+    section, connection = rules.beams.profile, rules.connection
+    local = shapes.corners[edges] - shapes.corners[edges, None, 1]
+    planes = cut_planes(local)
+    if connection.kind == "bolted":
+        return with_hand_holes(section, planes, connection.hand_hole_height_mm, connection.hand_hole_length_mm)
+    return bar_solids(section, *planes)

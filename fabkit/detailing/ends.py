@@ -29,7 +29,7 @@ class Ends:
     ring[ring_starts[i]:ring_starts[i+1]]. following (2E,): the next end of the ring, -1 for ends in no ring.
     gap (2E,): angle to the next end of the ring, 2 pi where the ring has one end only; NaN for ends in no ring.
     setback (2E,): distance in mm of the facet from the node axis. cut (2E,): distance in mm of the beam's end from the
-    axis, that of the facet and the gap between the two.
+    axis: that of the facet, the gap between the two, and the end plate if there is one.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -105,7 +105,7 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
         following=following,
         gap=gap,
         setback=setback,
-        cut=setback + rules.connection.gap_mm,
+        cut=setback + rules.connection.end_distance_mm,
     )
 
 

@@ -15,7 +15,7 @@ from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
-__all__ = ["NodeShapes", "axis_misalignments", "make_nodes", "node_shapes"]
+__all__ = ["NodeShapes", "axis_misalignments", "facet_sides", "make_nodes", "node_shapes"]
 
 
 HALF_TURN_TOLERANCE = 1e-6
@@ -100,6 +100,15 @@ def _sections(ends: Ends, half_width: float, n_vertices: int) -> tuple[FloatArra
     angles, radii = angles[present], radii[present]
     corners = radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     return corners, np.concatenate([[0], np.cumsum(counts)])
+
+
+def facet_sides(ends: Ends) -> IntArray:
+    """(2E,) face of its node block, a prism, on which each beam ends; -1 for ends in no ring."""
+    ring, wide = ends.ring, ends.gap[ends.ring] > np.pi + HALF_TURN_TOLERANCE
+    before = np.concatenate([[0], np.cumsum(2 + wide)])
+    sides = np.full(len(ends.vertex), -1, dtype=np.int64)
+    sides[ring] = 2 + before[:-1] - before[ends.ring_starts[ends.vertex[ring]]]
+    return sides
 
 
 def make_nodes(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fabkit.connections import bored_setbacks
 from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
 
@@ -43,6 +44,10 @@ def needed_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules:
     sine, cosine = np.sin(half_gap), np.where(gap[ring] < np.pi, np.cos(half_gap), 0.0)
     with np.errstate(divide="ignore"):
         needed = np.maximum(connection.slot + width * cosine, 2 * block_half_width(rules) * cosine) / (2 * sine)
+    if connection.kind == "bolted":
+        size, axial = connection.group.size, connection.axial_bore_mm
+        bored = bored_setbacks(gap[ring], size.diameter_mm, size.bore_depth_mm, axial_mm=axial)
+        needed = np.maximum(needed, bored)
     setback = np.full(len(gap), np.nan)
     setback[ring] = needed
     np.maximum.at(setback, following[ring], needed)
