@@ -213,7 +213,7 @@ def _solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_ed
     volume = measures.volumes
     tail, head = batch.topology.edges.T
     edges = np.linalg.norm(batch.vertices[:, head] - batch.vertices[:, tail], axis=-1)
-    shortest = np.concatenate([edges, measures.lengths, measures.radii], axis=1).min(axis=1)
+    shortest = np.concatenate([edges, measures.shortest_sides, measures.radii], axis=1).min(axis=1)
     bulge = _bulges(measures)
     measured = (skew <= ORTHONORMALITY_TOLERANCE) & (volume > 0) & (shortest >= shortest_edge_mm) & (bulge <= fit_mm)
     splittable = measured.copy()
