@@ -399,6 +399,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "setbacks bars drilling",
         "ends",
         "beams joining",
+        "hubs",
         "nodes panels",
         "bolted",
         "panel_underside",

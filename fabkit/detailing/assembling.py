@@ -12,6 +12,7 @@ from fabkit.checking import Violation, panels_crossing_support_planes, violation
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
 from fabkit.detailing.bolted import bolted_nodes, fasteners
 from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.hubs import caps, on_tubes
 from fabkit.detailing.joining import not_joinable
 from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
 from fabkit.detailing.panel_underside import heights_under_panels
@@ -106,14 +107,22 @@ class _Plan:
             make_nodes(self.structure, ends, nodes, with_beams, self._material("nodes")),
             make_panels(self.structure, panels, faces, self.rules.panels, self._material("panels")),
         )
-        if self.rules.connection.kind == "bolted":
-            beams_made, blocks, panels_made = groups
-            own = fasteners(self.structure, ends, self.rules, self._material("nodes"))
-            groups = (beams_made, bolted_nodes(blocks, ends, self.rules), panels_made, *own)
+        groups = self._joined(ends, groups)
         assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
         needed = np.zeros(self.structure.mesh.n_vertices)
         np.maximum.at(needed, self.structure.mesh.combinatorics.corners, heights)
         return Detailed(assembly, panels.underside, needed, self._underside_reason(heights, needed, panels.underside))
+
+    def _joined(self, ends: Ends, groups: tuple[Parts[Any], ...]) -> tuple[Parts[Any], ...]:
+        """The beams, nodes and panels, the nodes as the connection needs them, and the parts that it adds."""
+        (beams, nodes, panels), kind = groups, self.rules.connection.kind
+        if kind == "bolted":
+            added = fasteners(self.structure, ends, self.rules, self._material("nodes"))
+            return (beams, bolted_nodes(nodes, ends, self.rules), panels, *added)
+        if kind == "hub":
+            tubes = on_tubes(nodes, ends, self.rules)
+            return beams, tubes, panels, caps(tubes, self.rules.connection, self._material("nodes"))
+        return groups
 
     # --- beams and nodes
 

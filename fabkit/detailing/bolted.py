@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.detailing.beams import height_range
+from fabkit.detailing.beams import end_levels
 from fabkit.detailing.drilling import BLIND, Bores, drilled
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import facet_sides
@@ -57,14 +57,8 @@ class _Places:
 def _places(structure: SupportStructure, ends: Ends, rules: DetailingRules) -> _Places:
     own = np.sort(ends.ring)
     radial, axis = ends.radial[own], structure.axes[ends.vertex[own]]
-    middles = structure.mesh.vertices[ends.vertex[own]] + plate_levels(ends, rules)[own, None] * axis
+    middles = structure.mesh.vertices[ends.vertex[own]] + end_levels(ends, rules.beams)[own, None] * axis
     return _Places(own, middles, np.stack([radial, np.cross(axis, radial), axis], axis=1))
-
-
-def plate_levels(ends: Ends, rules: DetailingRules) -> FloatArray:
-    """(2E,) levels of the middles of the beams' end faces along the node axes, in mm."""
-    middle = sum(height_range(rules.beams)) / 2
-    return np.asarray((ends.cut * np.sin(ends.inclination) + middle) / np.cos(ends.inclination))
 
 
 def fasteners(
@@ -182,10 +176,10 @@ def bolted_nodes(nodes: Parts[NodeDetails], ends: Ends, rules: DetailingRules) -
     """The node blocks with the bores in their facets for bolts and dowels."""
     around, bores = nodes.details.beams, _bores(rules.connection, rules.beams.profile.height_mm)
     solid, azimuth = around.row, np.radians(nodes.details.azimuths_deg.values)
-    end = 2 * around.values + (ends.vertex[2 * around.values + 1] == nodes.elements[solid])
+    end = ends.at(nodes.elements[solid], around.values)
     radial = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(len(end))], axis=1)
     aside = np.stack([-np.sin(azimuth), np.cos(azimuth), np.zeros(len(end))], axis=1)
-    facets = ends.setback[end, None] * radial + plate_levels(ends, rules)[end, None] * Z
+    facets = ends.setback[end, None] * radial + end_levels(ends, rules.beams)[end, None] * Z
     starts = np.stack([facets + z * Z for z, *_ in bores], axis=1)
     depths = np.array([depth for *_, depth in bores])
     stops = starts - depths[:, None] * radial[:, None]

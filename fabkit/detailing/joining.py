@@ -10,7 +10,7 @@ from fabkit.connections import largest_inclination
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.setbacks import LONGEST_SETBACK_SHARE, longest_setbacks, needed_setbacks
 from fabkit.rules import CONNECTION_KINDS, ConnectionKind, ConnectionRules, DetailingRules
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
 
 __all__ = ["not_joinable"]
@@ -51,9 +51,23 @@ def _failing(mesh: Mesh, ends: Ends, rules: DetailingRules) -> IntArray:
     failing = needed > np.minimum(longest_setbacks(mesh.edge_lengths, rules), np.repeat(mesh.edge_lengths / 2, 2))
     if rules.connection.kind in ("welded", "hub"):
         failing |= _smallest_gaps(ends) < np.radians(rules.connection.least_angle_deg)
+    if rules.connection.kind == "hub":
+        failing |= _on_too_large_tubes(mesh, ends, failing, rules)
     if rules.connection.kind == "bolted":
         failing[ends.ring] |= np.abs(ends.inclination[ends.ring]) > _reach(rules)
     return np.flatnonzero(failing)
+
+
+def _on_too_large_tubes(mesh: Mesh, ends: Ends, failing: BoolArray, rules: DetailingRules) -> BoolArray:
+    """(2E,) ends at nodes where none fails by itself that are too far from the axis on the tube for all, or with their
+    flanges."""
+    others = np.zeros(mesh.n_vertices, dtype=bool)
+    others[ends.vertex[failing]] = True
+    half = (np.repeat(mesh.edge_lengths, 2) - rules.least_length_mm) / 2
+    with np.errstate(invalid="ignore"):
+        too_far = ends.setback > longest_setbacks(mesh.edge_lengths, rules)
+        too_far |= ~(ends.flange_cut <= half) & np.isfinite(ends.cut)
+    return ~others[ends.vertex] & too_far
 
 
 def _reach(rules: DetailingRules) -> float:

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabkit.detailing.beams import height_range
-from fabkit.detailing.ends import Ends
+from fabkit.detailing.ends import HALF_TURN_TOLERANCE, Ends
+from fabkit.detailing.hubs import circumscribed_sections
 from fabkit.detailing.setbacks import block_half_width
 from fabkit.kinds import NODE, NodeDetails
 from fabkit.parts import Material, Parts, Ragged, Solids
@@ -16,11 +17,6 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
 __all__ = ["NodeShapes", "axis_misalignments", "facet_sides", "make_nodes", "node_shapes"]
-
-
-HALF_TURN_TOLERANCE = 1e-6
-"""Angle in radians by which a gap between beams may exceed half a turn without an extra corner of the block. It is
-above rounding at map coordinates, and a block without that corner deviates by a ten-thousandth of a millimetre."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,15 +43,19 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: DetailingRules) 
     Neighbouring facets are joined by straight lines. A gap between beams of more than half a turn gets one more corner
     in its middle, half a beam's width from the axis, so that the block always contains its axis.
     """
-    corners, starts = _sections(ends, block_half_width(rules), structure.mesh.n_vertices)
-    inner, outer = height_range(rules.beams)
-    lows, highs = (
-        (ends.setback * np.sin(ends.inclination) + level) / np.cos(ends.inclination) for level in (inner, outer)
-    )
     n = structure.mesh.n_vertices
+    corners, starts = _sections(ends, block_half_width(rules), n)
+    inner, outer = height_range(rules.beams)
+    lows, highs = ((ends.cut * np.sin(ends.inclination) + level) / np.cos(ends.inclination) for level in (inner, outer))
     bottom, _ = _extremes(lows, ends, n)
     lowest_top, top = _extremes(highs, ends, n)
-    return NodeShapes(corners, starts, bottom, top, top - lowest_top, axis_misalignments(ends, (inner, outer), n))
+    step = top - lowest_top
+    if rules.connection.kind == "hub":
+        corners, starts = circumscribed_sections(ends, n)
+        flange, cap = rules.beams.profile.flange_mm, rules.connection.cap_mm
+        _, web_top = _extremes(highs - flange / np.cos(ends.inclination), ends, n)
+        bottom, top = bottom - cap, web_top + cap
+    return NodeShapes(corners, starts, bottom, top, step, axis_misalignments(ends, (inner, outer), n))
 
 
 def axis_misalignments(ends: Ends, levels: tuple[float, float], n_vertices: int) -> FloatArray:
