@@ -389,6 +389,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "beams joining",
         "nodes panels",
         "panel_underside",
+        "panel_levels",
         "assembling",
     ),
     "fabkit.production": (
