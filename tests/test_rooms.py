@@ -395,6 +395,12 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "parts",
         "assembly",
     ),
+    "fabkit.checking": (
+        "convex_pieces fit links panel_bounds positions",
+        "convex",
+        "clash",
+        "placed_parts",
+    ),
     "fabkit.detailing": (
         "setbacks bars drilling",
         "ends",
@@ -403,6 +409,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "nodes panels",
         "bolted",
         "panel_underside",
+        "panel_levels",
         "assembling",
     ),
     "fabkit.production": (

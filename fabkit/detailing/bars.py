@@ -43,8 +43,8 @@ RIGHT, LEFT = (5, 9), (3, 7)
 
 
 def cut_planes(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(n, 3) planes of both cuts, as in `profile_vertices`, of bars whose side views have corners (n, 4, 2), in the order
-    of `BeamShapes`."""
+    """(n, 3) planes of both cuts, as in `profile_vertices`, of bars whose side views have corners (n, 4, 2), in the
+    order of `BeamShapes`."""
     height = corners[:, 1, 1] - corners[:, 0, 1]
 
     def plane(inner: FloatArray, outer: FloatArray) -> FloatArray:
@@ -71,7 +71,7 @@ def bar_solids(section: Section, first: FloatArray, second: FloatArray) -> Solid
 
 def _outer_side_up(vertices: FloatArray, section: Section) -> FloatArray:
     """The vertices of bars whose axes are at half of the height, with z = 0 at the outer side."""
-    return vertices - np.array([0.0, 0.0, section.height_mm / 2])
+    return np.asarray(vertices - np.array([0.0, 0.0, section.height_mm / 2]))
 
 
 def _mirrored(section: Section) -> IntArray:
@@ -107,9 +107,7 @@ def _renumbered(topology: Topology, order: tuple[int, ...]) -> Topology:
 # --- hand holes
 
 
-def with_hand_holes(
-    section: Section, planes: tuple[FloatArray, FloatArray], height: float, length: float
-) -> Solids:
+def with_hand_holes(section: Section, planes: tuple[FloatArray, FloatArray], height: float, length: float) -> Solids:
     """Bars of a rectangular hollow section as in `bar_solids`, with a hand hole of this height and length near each
     end, seen from which it is in the left side; bars that are too short for two have one in the middle."""
     reach = section.height_mm / 2 * np.abs(np.stack(planes)[..., 2])
@@ -188,8 +186,8 @@ def stepped_tees(section: Section, web: tuple[FloatArray, FloatArray], flange: t
 
 @lru_cache(maxsize=1)
 def stepped_tee_topology() -> Topology:
-    """At each end: lower and upper corner of the web on the right, the point of the flange's end above the latter, lower
-    and upper corner of the flange; then the same on the left from above to below."""
+    """At each end: lower and upper corner of the web on the right, the point of the flange's end above the latter,
+    lower and upper corner of the flange; then the same on the left from above to below."""
     loops = [
         *([0, 9, 8, 1], [10, 11, 18, 19], [3, 2, 7, 6, 5, 4], [13, 14, 15, 16, 17, 12]),  # ends of web and flange
         *([0, 1, 2, 12, 11, 10], [19, 18, 17, 7, 8, 9], [0, 10, 19, 9]),  # sides and lower side of the web

@@ -19,9 +19,9 @@ __all__ = ["BeamShapes", "beam_shapes", "dihedral_angles", "end_levels", "height
 
 
 def height_range(rules: BeamRules) -> tuple[float, float]:
-    """Levels in mm of the inner and the outer side of the bar above the mesh edge."""
+    """Levels in mm of the inner and the outer side of the bar above the mesh edge on which it stands."""
     height = rules.profile.height_mm
-    outer = {"outer": 0.0, "centre": height / 2, "inner": height}[rules.reference]
+    outer = {"outer": 0.0, "glass": 0.0, "centre": height / 2, "inner": height}[rules.reference]
     return outer - height, outer
 
 
@@ -115,8 +115,8 @@ def make_beams(
 
 
 def _solids(side_views: FloatArray, back: FloatArray, rules: DetailingRules) -> Solids:
-    """The solids of n beams in their own frames. side_views (n, 4, 2): their corners, as in `BeamShapes`; back (n, 2): how
-    much of the flange is cut off at either end, in mm."""
+    """The solids of n beams in their own frames. side_views (n, 4, 2): their corners, as in `BeamShapes`; back (n, 2):
+    how much of the flange is cut off at either end, in mm."""
     section, connection = rules.beams.profile, rules.connection
     planes = cut_planes(side_views)
     if connection.kind == "bolted":

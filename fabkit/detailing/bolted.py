@@ -42,8 +42,8 @@ X, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class _Places:
-    """The n ends that are made. ends (n,): their numbers; origins (n, 3): points of the axes at the levels of the middles
-    of the end plates; axes (n, 3, 3): their frames."""
+    """The n ends that are made. ends (n,): their numbers; origins (n, 3): points of the axes at the levels of the
+    middles of the end plates; axes (n, 3, 3): their frames."""
 
     ends: IntArray
     origins: FloatArray
@@ -150,7 +150,7 @@ def _dowels(places: _Places, ends: Ends, rules: DetailingRules, material: Materi
 
 @dataclass(frozen=True, eq=False)
 class _Pins:
-    """Equal pins that point from the ends of beams to the axes of their nodes. edges (n,): of the beams; axes (n, 3, 3)."""
+    """Equal pins that point from the ends of beams to the axes of their nodes. edges (n,): of the beams."""
 
     edges: IntArray
     axes: FloatArray

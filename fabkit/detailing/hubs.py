@@ -62,7 +62,7 @@ def on_tubes(nodes: Parts[NodeDetails], ends: Ends, rules: DetailingRules) -> Pa
         nodes,
         solids=Solids(topologies, topology, Ragged(values, starts)),
         shape=np.arange(len(nodes)),
-        details=replace(details, height_mm=tops - bottoms),
+        details=replace(details, height_mm=tops - bottoms, uncovered_percent=beams.with_values(np.zeros(len(azimuth)))),
     )
 
 
