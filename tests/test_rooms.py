@@ -411,7 +411,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "facts",
     ),
     "fabkit.formats": (
-        "shape_triangles",
+        "shape_files shape_triangles",
         "exact_surfaces manifest polylines renaming tables triangles single_files",
         "folder gltf kernels",
         "documents",
