@@ -421,7 +421,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "facts",
     ),
     "fabkit.formats": (
-        "shape_triangles occt_solids",
+        "shape_files shape_triangles occt_solids",
         "exact_surfaces manifest polylines renaming tables triangles single_files",
         "folder gltf kernels",
         "documents",
