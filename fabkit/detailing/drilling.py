@@ -17,9 +17,9 @@ BLIND = -1
 
 @dataclass(frozen=True, eq=False)
 class Bores:
-    """K bores with square ends. solids (K,): position of the solid; faces (K, 2): those where each begins and ends, the
-    second one BLIND inside; starts, stops (K, 3): ends of the axes in mm, in the frames of the solids; radii (K,) in mm;
-    across (K, 3): directions not along the axes, towards which the rims lie."""
+    """K bores with square ends. solids (K,): position of the solid; faces (K, 2): those where each begins and ends,
+    the second one BLIND inside; starts, stops (K, 3): ends of the axes in mm, in the frames of the solids; radii (K,)
+    in mm; across (K, 3): directions not along the axes, towards which the rims lie."""
 
     solids: IntArray
     faces: IntArray

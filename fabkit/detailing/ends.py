@@ -33,8 +33,8 @@ class Ends:
     vertex (2E,): the node. outward (2E, 3): unit direction of the beam away from the node. radial (2E, 3): its unit
     projection along the node axis. inclination (2E,): angle of the beam above the plane perpendicular to the axis.
     azimuth (2E,): angle in [0, 2 pi) about the axis from the first end of the ring.
-    ring (R,): the ends that are made, node by node, counter-clockwise, from the one after a gap of more than half a turn
-    or else from the one with the lowest number; ring_starts (N+1,): node i has
+    ring (R,): the ends that are made, node by node, counter-clockwise, from the one after a gap of more than half a
+    turn or else from the one with the lowest number; ring_starts (N+1,): node i has
     ring[ring_starts[i]:ring_starts[i+1]]. following (2E,): the next end of the ring, -1 for ends in no ring.
     gap (2E,): angle to the next end of the ring, 2 pi where the ring has one end only; NaN for ends in no ring.
     setback (2E,): distance in mm of the facet from the node axis. cut (2E,): distance in mm of the beam's end from the

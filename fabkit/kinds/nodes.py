@@ -86,9 +86,9 @@ def _turns(nodes: Parts[NodeDetails], corners: FloatArray) -> Turns:
 
 
 def _renumbered(topology: Topology, of_prism: Corners, n_beams: int) -> Corners:
-    """The renumbering of the vertices of a block or hub. Those of the prism turn with it, and those in the middle of the
-    node stay; the others belong to its beams, equally many to each, beam after beam: bores in facets, or points at which
-    beams are welded to a tube."""
+    """The renumbering of the vertices of a block or hub. Those of the prism turn with it, and those in the middle of
+    the node stay; the others belong to its beams, equally many to each, beam after beam: bores in facets, or points at
+    which beams are welded to a tube."""
     in_middle = topology.rounds[(topology.rounds[:, 4:6] < 2).all(axis=1), :4].ravel()
     n_prism = len(np.unique(topology.corners))
     own = np.setdiff1d(np.arange(n_prism, topology.n_vertices), in_middle)
