@@ -396,10 +396,11 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembly",
     ),
     "fabkit.checking": (
-        "convex_pieces fit links panel_bounds positions",
+        "convex_pieces fit links positions",
         "convex",
         "clash",
         "placed_parts",
+        "panel_bounds",
     ),
     "fabkit.detailing": (
         "setbacks bars drilling",

@@ -126,7 +126,7 @@ def violations(
     - Each beam has a node at both ends, and each facet of a node has its beam.
     - Each end face of a beam lies, moved by its gap, on a facet of its node that faces it, to `fit_mm`, and inside that
       facet but for the share that the node says is uncovered.
-    - No two parts overlap by more than `fit_mm`, but for those that are set into bores of others.
+    - No two parts overlap by more than `fit_mm`.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -311,8 +311,6 @@ def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name
     pairs, depths = clashing_pairs(valid, depth_mm=fit_mm)
     if not len(pairs):
         return
-    set_into = positions.set_into(pairs)
-    pairs, depths = pairs[~set_into], depths[~set_into]
     vertices = ElementVertices(positions.assembly)
     for (i, j), depth in zip(pairs.tolist(), depths.tolist(), strict=True):
         first, second = positions[i], positions[j]

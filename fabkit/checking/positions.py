@@ -47,17 +47,3 @@ class Positions:
             for group, start, end in zip(self.assembly.groups, starts[:-1], starts[1:], strict=True)
         )
         return replace(self.assembly, groups=tuple(groups))
-
-    def set_into(self, pairs: IntArray) -> BoolArray:
-        """(K,) whether one part of each pair (K, 2) is set into a bore of the other one, by its kind."""
-        elements = np.concatenate([np.zeros(0, dtype=np.int64), *(group.elements for group in self.assembly.groups)])
-        numbers = {group.kind.group: number for number, group in enumerate(self.assembly.groups)}
-        group_of = np.searchsorted(self.starts, pairs, side="right") - 1
-        found = np.zeros(len(pairs), dtype=bool)
-        for number, group in enumerate(self.assembly.groups):
-            for name, hosts in group.kind.set_into(group).items():
-                for own, other in ((0, 1), (1, 0)):
-                    rows = np.flatnonzero((group_of[:, own] == number) & (group_of[:, other] == numbers.get(name)))
-                    place = pairs[rows, own] - self.starts[number]
-                    found[rows] |= hosts[place] == elements[pairs[rows, other]]
-        return found

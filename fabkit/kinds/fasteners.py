@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -114,10 +113,6 @@ def _dowel_columns(dowels: Parts[DowelDetails], around: Surroundings) -> list[Co
     ]
 
 
-def _in_node_and_plate(parts: Parts[Any]) -> Mapping[str, IntArray]:
-    return {"nodes": parts.details.nodes, "end plates": parts.elements}
-
-
 def _places(what: list[str], parts: Parts[Any]) -> list[str]:
     rows = zip(what, parts.elements.tolist(), parts.details.nodes.tolist(), strict=True)
     return [f"{each}; edge {edge}, at vertex {vertex}" for each, edge, vertex in rows]
@@ -157,7 +152,6 @@ BOLT = Kind(
         tool_length_mm=np.zeros(0),
     ),
     one_per_element=False,
-    set_into=_in_node_and_plate,
     columns=_bolt_columns,
     measures=lambda bolts: [],
     labels=lambda bolts, around: _places(bolts.details.size.tolist(), bolts),
@@ -176,7 +170,6 @@ DOWEL = Kind(
         length_mm=np.zeros(0),
     ),
     one_per_element=False,
-    set_into=_in_node_and_plate,
     columns=_dowel_columns,
     measures=lambda dowels: [],
     labels=lambda dowels, around: _places(["dowel"] * len(dowels), dowels),

@@ -6,14 +6,14 @@ checks or writes parts works for all kinds and names none of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
 
 from fabkit.parts.symmetry import Symmetry
-from geometry.arrays import FloatArray, IntArray, floats
+from geometry.arrays import FloatArray, floats
 
 __all__ = ["Cell", "Column", "Details", "Kind", "Measure"]
 
@@ -109,8 +109,7 @@ class Kind(Generic[P]):
     name: of one part; group: name of all parts of the kind; element: the mesh element of a part. letter: first letter
     of the marks. colour: sRGB red, green and blue, 0 to 1. form: how a viewer draws the part: plates hide what lies
     below them, blocks are small. empty_details: the record for zero parts. symmetry: None for parts without symmetry.
-    one_per_element: whether a mesh element has at most one part. set_into: the parts into whose bores each part is set,
-    so that both may share volume: mesh elements (n,) by the names of groups.
+    one_per_element: whether a mesh element has at most one part.
 
     columns: of the cut list, with one cell for each mark. measures: numbers for colours and histograms. labels: one
     line about each part. The functions for columns and labels also take the `Surroundings` of the parts.
@@ -129,7 +128,6 @@ class Kind(Generic[P]):
     empty_details: Details
     symmetry: Symmetry[P] | None = None
     one_per_element: bool = True
-    set_into: Callable[[P], Mapping[str, IntArray]] = lambda parts: {}
     columns: Callable[[P, Any], Sequence[Column]]
     measures: Callable[[P], Sequence[Measure]]
     labels: Callable[[P, Any], Sequence[str]]
