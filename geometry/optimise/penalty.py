@@ -22,8 +22,8 @@ from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["minimise_by_penalty"]
 
-MAX_STEPS_PER_PENALTY = 3
-"""Gauss-Newton steps with one penalty; after three, the next penalty gains more than a fourth step."""
+MAX_STEPS_PER_PENALTY = 4
+"""Gauss-Newton steps with one penalty; after four, the next penalty gains more than a fifth step."""
 
 LEAST_RELATIVE_DESCENT = 1e-3
 """Descent of a step over the objective, below which the next penalty is used."""
