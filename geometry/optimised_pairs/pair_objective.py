@@ -39,6 +39,7 @@ from geometry.gauss import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import vector_areas
 from geometry.meshing import Guides
+from geometry.meshing.result_checks import LEAST_CONVEX_TURN
 from geometry.meshing.vertex_guides import Indices, MeshGuides, in_edge_lengths
 from geometry.optimise import (
     AffineMap,
@@ -97,9 +98,9 @@ LEAST_KEPT_LENGTH = 0.6
 """Length of an edge over its length before, below which it is penalised. An edge without length has no direction,
 hence no condition on S, which the optimisation would exploit."""
 
-LEAST_KEPT_TURN = 0.01
-"""Turn of a corner that was convex, in mean edge lengths, below which it is penalised; see
-`functionals.ConvexFaces`."""
+LEAST_KEPT_TURN = 0.03
+"""Turn of a corner that was convex, in mean edge lengths, below which it is penalised; see `functionals.ConvexFaces`. A
+penalty leaves a small excess, so it begins above `result_checks.LEAST_CONVEX_TURN`."""
 
 IMAGE_MOVES_WEIGHT = 0.01
 """Weight of the moves of S: enough to determine S where nothing else does."""
@@ -261,7 +262,7 @@ class Objective:
         """The faces that are convex in M as given."""
         c = self.mesh.combinatorics
         turns = ConvexFaces(c, np.arange(c.n_faces)).residual(self.blocks.split(self.start)["M"].ravel())
-        return integers(np.flatnonzero(np.minimum.reduceat(turns, c.face_starts[:-1]) >= LEAST_KEPT_TURN))
+        return integers(np.flatnonzero(np.minimum.reduceat(turns, c.face_starts[:-1]) >= LEAST_CONVEX_TURN))
 
     def no_longer_convex(self, x: FloatArray) -> IntArray:
         """Those of them that are not any more."""
