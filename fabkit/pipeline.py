@@ -186,7 +186,7 @@ def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None, Surface
 def _unusual_parts(
     project: Project, detailed: Detailed, assembly: Assembly, reasons: dict[int, str]
 ) -> tuple[Finding, ...]:
-    rules, height = project.fitness, project.beams.height_mm
+    rules, height = project.fitness, project.beams.profile.height_mm
     nodes, panels = assembly.of(NODE), assembly.of(PANEL)
     marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
     faces = {int(panels.elements[k]): reason for k, reason in reasons.items()}

@@ -16,7 +16,7 @@ from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GaussImageRules
 from fabkit.optimisation import OptimiseRules
 from fabkit.production import EQUAL_WITHIN_MM
-from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
 from fabkit.units import MM_PER_UNIT, Unit
@@ -92,8 +92,8 @@ class Project(BaseModel):
 
     >>> from geometry.mesh.shapes import dome
     >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})
-    >>> project.rules.beams.height_mm, project.title, Project(mesh="roof.obj", unit="m").title
-    (150.0, 'structure', 'roof')
+    >>> project.rules.beams.profile.name, project.title, Project(mesh="roof.obj", unit="m").title
+    ('flat 150x60', 'structure', 'roof')
     """
 
     model_config = _STRICT
@@ -114,6 +114,7 @@ class Project(BaseModel):
     optimise: OptimiseRules | None = None
     nesting: Nesting = Nesting()
     beams: BeamRules = Field(default_factory=BeamRules)
+    connection: ConnectionRules = Field(default_factory=ConnectionRules)
     nodes: NodeRules = Field(default_factory=NodeRules)
     panels: PanelRules = Field(default_factory=PanelRules)
     sheets: SheetRules = Field(default_factory=SheetRules)
@@ -195,6 +196,7 @@ class Project(BaseModel):
 def _rules_of(project: Project) -> DetailingRules:
     return DetailingRules(
         beams=project.beams,
+        connection=project.connection,
         nodes=project.nodes,
         panels=project.panels,
         sheets=project.sheets,
@@ -219,10 +221,20 @@ def load_project(path: Path, overrides: dict[str, Any]) -> Project:
     if "unit" in overrides or "mean_edge_mm" in overrides:
         found.pop("unit", None)
         found.pop("mean_edge_mm", None)
+    if isinstance(found.get("beams"), dict):
+        for key in _keys_instead(overrides.get("beams", {})):
+            found["beams"].pop(key, None)
     wanted = overrides.get("gauss_image")
     if isinstance(wanted, dict) and "file" in wanted:
         found.pop("gauss_image", None)
     return project_from(_merged(found, overrides), source=path.name)
+
+
+def _keys_instead(beams: dict[str, Any]) -> tuple[str, ...]:
+    """The keys of [beams] in a file that these settings replace."""
+    if "section" in beams:
+        return ("width_mm", "height_mm")
+    return ("section",) if beams.keys() & {"width_mm", "height_mm"} else ()
 
 
 def project_from(settings: dict[str, Any], *, source: str = "") -> Project:

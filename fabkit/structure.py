@@ -86,7 +86,7 @@ def checked_image(
             pair, image = optimised(pair, project.optimise, offset=offset, surface=surface)
             found = crossings(pair.mesh)
             before = tuple(finding for finding in before if finding.name not in CROSSINGS)  # of the mesh that was
-    structure = SupportStructure(pair, project.beams.height_mm)
+    structure = SupportStructure(pair, project.beams.profile.height_mm)
     return structure, image, with_checked(project, before, (*found, *of_gauss_image(structure, project.fitness)))
 
 
@@ -99,7 +99,7 @@ def checked_pair(
         _, moves = pair.moves_from(mesh, given.gauss_image)
         image = GivenGaussImage(given.name, given.sha256, float(moves.max()), float(moves.mean()))
         found = with_checked(project, (), of_planar_mesh(mesh, pair.mesh, project.fitness))
-        structure = SupportStructure(pair, project.beams.height_mm)
+        structure = SupportStructure(pair, project.beams.profile.height_mm)
         return structure, image, with_checked(project, found, of_gauss_image(structure, project.fitness))
 
 

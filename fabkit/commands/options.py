@@ -18,6 +18,7 @@ __all__ = [
     "Beam",
     "BoundaryLines",
     "Clearance",
+    "Connection",
     "EdgeLength",
     "EqualWithin",
     "Faces",
@@ -31,6 +32,7 @@ __all__ = [
     "NestSeconds",
     "Optimise",
     "Reference",
+    "SectionOfBeams",
     "Sheet",
     "SkipUnbuildable",
     "Smooth",
@@ -86,6 +88,15 @@ Strokes = Annotated[
         help="OBJ or DXF file of polylines on the surface, which the lines of the mesh follow.", rich_help_panel=SURFACE
     ),
 ]
+FinerWhereCurved = Annotated[
+    float | None,
+    typer.Option(
+        metavar="RATIO",
+        help="How many times longer edges may be where the surface is flattest than where it curves most, 1 to 10, as "
+        "far as the lines allow. Default: 1, all of one length.",
+        rich_help_panel=SURFACE,
+    ),
+]
 Smooth = Annotated[
     float | None,
     typer.Option(help="Smooth waves of the surface that are shorter than this many mm first.", rich_help_panel=SURFACE),
@@ -108,7 +119,26 @@ MeanEdge = Annotated[
 ]
 Flip = Annotated[bool, typer.Option("--flip", help="Reverse all faces, so that the other side is outside.")]
 Beam = Annotated[
-    str | None, typer.Option(metavar="WxH", help="Section of the beams. Default: 50x120.", rich_help_panel=SIZES)
+    str | None,
+    typer.Option(
+        metavar="WxH", help="Width and height of beams that are solid bars. Default: 50x120.", rich_help_panel=SIZES
+    ),
+]
+SectionOfBeams = Annotated[
+    str | None,
+    typer.Option(
+        "--section",
+        metavar="NAME",
+        help="Section of the beams, height first: flat 120x12, rhs 120x60x5, tee 120x80x10x8, i 120x80x10x8, round 60, "
+        "chs 60.3x4. Default: that of --beam.",
+        rich_help_panel=SIZES,
+    ),
+]
+Connection = Annotated[
+    str | None,
+    typer.Option(
+        help="How beams meet their nodes: welded, bolted, hub or contact. Default: contact.", rich_help_panel=SIZES
+    ),
 ]
 Reference = Annotated[
     str | None,
@@ -172,6 +202,8 @@ SkipUnbuildable = Annotated[
 def settings_of(
     *,
     beam: str | None = None,
+    section: str | None = None,
+    connection: str | None = None,
     reference: str | None = None,
     clearance: float | None = None,
     thickness: float | None = None,
@@ -185,6 +217,7 @@ def settings_of(
     lines: str | None = None,
     boundary: str | None = None,
     strokes: Path | None = None,
+    finer_where_curved: float | None = None,
     smooth: float | None = None,
     optimise: str | None = None,
     **whole: Any,
@@ -193,7 +226,8 @@ def settings_of(
     return _drop_unset(
         {
             **whole,
-            "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "reference": reference},
+            "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "section": section, "reference": reference},
+            "connection": {"kind": connection},
             "nodes": {"clearance_mm": clearance},
             "panels": {"thickness_mm": thickness, "joint_mm": joint, "underside_mm": underside},
             "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
@@ -205,6 +239,7 @@ def settings_of(
                 "lines": lines,
                 "boundary": boundary.split(",") if boundary and "," in boundary else boundary,
                 "strokes": strokes,
+                "finer_where_curved": finer_where_curved,
                 "smooth_mm": smooth,
             },
         }

@@ -8,7 +8,7 @@ import numpy as np
 
 from fabkit.detailing.ends import Ends
 from fabkit.kinds import BEAM, BeamDetails
-from fabkit.parts import Material, Parts, Section, Solids, prism_topology
+from fabkit.parts import Material, Parts, Solids, prism_topology
 from fabkit.rules import BeamRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
@@ -19,8 +19,9 @@ __all__ = ["BeamShapes", "beam_shapes", "dihedral_angles", "height_range", "make
 
 def height_range(rules: BeamRules) -> tuple[float, float]:
     """Levels in mm of the inner and the outer side of the bar above the mesh edge."""
-    outer = {"outer": 0.0, "centre": rules.height_mm / 2, "inner": rules.height_mm}[rules.reference]
-    return outer - rules.height_mm, outer
+    height = rules.profile.height_mm
+    outer = {"outer": 0.0, "centre": height / 2, "inner": height}[rules.reference]
+    return outer - height, outer
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,12 +47,12 @@ class BeamShapes:
 
 
 def beam_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> BeamShapes:
-    """Side views of the beams. The cuts are parallel to the node axes, at the setbacks."""
+    """Side views of the beams. The cuts are parallel to the node axes, at their distances from them."""
     inner, outer = height_range(rules)
-    setback = ends.setback.reshape(-1, 2, 1)
+    cut = ends.cut.reshape(-1, 2, 1)
     inclination = ends.inclination.reshape(-1, 2, 1)
     levels = np.array([inner, outer])
-    from_node = (setback + levels * np.sin(inclination)) / np.cos(inclination)  # (E, end, level)
+    from_node = (cut + levels * np.sin(inclination)) / np.cos(inclination)  # (E, end, level)
     length = structure.mesh.edge_lengths[:, None]
     corners = np.empty((len(length), 4, 2))
     corners[:, :2, 0] = from_node[:, 0]
@@ -81,13 +82,13 @@ def make_beams(
     """Beams on these edges, in their order."""
     start = shapes.corners[edges, 1]
     local = shapes.corners[edges] - start[:, None, :]
-    half = np.full(local.shape[:2], rules.width_mm / 2)
+    half = np.full(local.shape[:2], rules.profile.width_mm / 2)
     lower = np.stack([local[..., 0], -half, local[..., 1]], axis=-1)
     vertices = np.concatenate([lower, lower * [1, -1, 1]], axis=1)
     t, u = structure.mesh.edge_directions[edges], structure.height_directions[edges]
     nodes = structure.mesh.combinatorics.edges[edges]
     section = np.empty(len(edges), dtype=object)
-    section[:] = Section(rules.width_mm, rules.height_mm)
+    section[:] = rules.profile
     return Parts.each_its_own(
         BEAM,
         edges,
@@ -99,6 +100,7 @@ def make_beams(
             nodes=nodes,
             section=section,
             cut_angles_deg=-np.degrees(ends.inclination.reshape(-1, 2)[edges]),
+            end_gaps_mm=(ends.cut - ends.setback).reshape(-1, 2)[edges],
             long_point_mm=shapes.long_point[edges],
             short_point_mm=shapes.short_point[edges],
             dihedral_deg=np.degrees(dihedral_angles(structure.mesh)[edges]),

@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import NoReturn
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from geometry.arrays import BoolArray, IntArray
 from geometry.errors import MeshError
 from geometry.files.raw_polygons import RawPolygons
+from geometry.mesh.orientability import agreement, conflict
 from geometry.mesh.ragged_arrays import next_in_row
 
 __all__ = ["oriented"]
@@ -23,7 +22,9 @@ rounding decides on its sign."""
 def oriented(raw: RawPolygons) -> RawPolygons:
     """With faces reversed so that neighbours agree and closed components have positive volume, if any."""
     pairs, same_direction = _neighbours(raw)
-    component, is_reversed = _agreement(raw, pairs, same_direction)
+    component, is_reversed, is_one_sided = agreement(raw.n_faces, raw.corner_face[pairs], same_direction)
+    if is_one_sided.any():
+        _raise_one_sided(raw, pairs, same_direction)
     sizes = np.bincount(component)
     is_reversed ^= (2 * np.bincount(component, is_reversed) > sizes)[component]
     has_rim = np.zeros(len(sizes), dtype=bool)
@@ -51,43 +52,11 @@ def _neighbours(raw: RawPolygons) -> tuple[IntArray, BoolArray]:
     return pairs, raw.corners[pairs[:, 0]] == raw.corners[pairs[:, 1]]
 
 
-def _agreement(raw: RawPolygons, pairs: IntArray, same_direction: BoolArray) -> tuple[IntArray, BoolArray]:
-    """Component of each face (F,), and whether it must be turned to agree with the first face of its component.
-
-    Each face is in the graph twice, as it is and reversed; edges join orientations that agree. A component whose faces
-    can agree falls into two mirror images; for a component with only one side both are connected.
-    """
-    n = raw.n_faces
-    left, right = raw.corner_face[pairs].T
-    rows = np.concatenate([left, left + n])
-    columns = np.concatenate([right + n * same_direction, right + n * ~same_direction])
-    graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(2 * n, 2 * n))
-    labels = connected_components(graph, directed=False)[1]
-    labels_as_given, reversed_labels = labels[:n], labels[n:]
-    if (labels_as_given == reversed_labels).any():
-        _raise_one_sided(raw, pairs, same_direction, np.flatnonzero(labels_as_given == reversed_labels)[0])
-    _, first, component = np.unique(
-        np.minimum(labels_as_given, reversed_labels), return_index=True, return_inverse=True
-    )
-    return component, labels_as_given != labels_as_given[first[component]]
-
-
-def _raise_one_sided(raw: RawPolygons, pairs: IntArray, same_direction: BoolArray, start: int) -> NoReturn:
-    """Walk over the component breadth first, turning faces to agree, and name an edge where that fails."""
-    left, right = raw.corner_face[pairs].T
-    graph = coo_array((np.ones(len(pairs)), (left, right)), shape=(raw.n_faces, raw.n_faces)).tocsr()
-    order, previous = breadth_first_order(graph, start, directed=False)
-    must_differ = {}
-    for i, j, same in zip(left.tolist(), right.tolist(), same_direction.tolist(), strict=True):
-        must_differ[i, j] = must_differ[j, i] = same
-    is_reversed = np.zeros(raw.n_faces, dtype=bool)
-    for face in order[1:].tolist():
-        is_reversed[face] = is_reversed[previous[face]] ^ must_differ[int(previous[face]), face]
-    reached = np.isin(left, order)
-    conflict = np.flatnonzero(reached & (is_reversed[left] ^ is_reversed[right] ^ same_direction))[0]
-    corner = pairs[conflict, 0]
-    tail, head = (raw.vertex_name(vertex) for vertex in (raw.corners[corner], raw.heads[corner]))
-    faces = [int(left[conflict]), int(right[conflict])]
+def _raise_one_sided(raw: RawPolygons, pairs: IntArray, same_direction: BoolArray) -> NoReturn:
+    """Name an edge where faces do not agree when they are made to agree from face to face."""
+    corner = pairs[conflict(raw.n_faces, raw.corner_face[pairs], same_direction)]
+    tail, head = (raw.vertex_name(vertex) for vertex in (raw.corners[corner[0]], raw.heads[corner[0]]))
+    faces = raw.corner_face[corner].tolist()
     raise MeshError(
         f"the surface has one side only (it is not orientable): with all other faces made to agree, faces "
         f"{raw.face_name(faces[0])} and {raw.face_name(faces[1])} do not at their edge from vertex {tail} to vertex "

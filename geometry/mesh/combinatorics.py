@@ -19,6 +19,7 @@ from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, IntArray, integers, short_repr
 from geometry.errors import MeshError, described
+from geometry.mesh.orientability import wrong_edge
 from geometry.mesh.ragged_arrays import next_in_row, row_of_entry, rows_by_size
 
 __all__ = ["Combinatorics", "corners_and_sizes"]
@@ -335,13 +336,7 @@ class Combinatorics:
     def _check_half_edges(self) -> None:
         tail, head = self.corners, self.corners[self.next_corner]
         keys = tail * self.n_vertices + head
-        order = np.argsort(keys, kind="stable")
-        twice = np.flatnonzero(keys[order][1:] == keys[order][:-1])
-        if len(twice):
-            first, second = (int(self.corner_face[order[twice[0] + step]]) for step in (0, 1))
-            i, j = divmod(int(keys[order[twice[0]]]), self.n_vertices)
-            raise MeshError(
-                f"faces {first} and {second} both run from vertex {i} to vertex {j}: "
-                "the edge has more than two faces, or the faces have different orientations",
-                elements=[first, second],
-            )
+        keys.sort()
+        if (keys[1:] == keys[:-1]).any():
+            sentence, faces = wrong_edge(self.n_vertices, self.corners, self.face_starts)
+            raise MeshError(sentence, elements=faces)

@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers, short_repr
 from geometry.errors import GeometryError, MeshError, described, raise_worst
 from geometry.mesh import Combinatorics, Mesh, as_mesh
+from geometry.mesh.intersections import crossing_triangles
 from geometry.mesh.polygons import face_centroids
 
 __all__ = ["Surface", "check_points"]
@@ -95,7 +96,7 @@ class Surface:
 
         Raises GeometryError for points that are not finite.
         """
-        feet, _, normals, _ = self._locate(check_points(points))
+        feet, _, normals, _ = self.locate(check_points(points))
         return feet, normals
 
     def distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -106,7 +107,7 @@ class Surface:
         from the normals at the feet, since interpolated normals are not perpendicular to the flat triangles.
         """
         points = check_points(points)
-        feet, triangles, normals, weights = self._locate(points)
+        feet, triangles, normals, weights = self.locate(points)
         offsets = points - feet
         flat, size = self._triangle_normals[triangles], self._sizes[triangles]
         sideways = offsets - np.einsum("ni,ni->n", offsets, flat)[:, None] * flat
@@ -121,7 +122,7 @@ class Surface:
         gradients[on_edge] -= _along(normals[on_edge], edges)
         return np.einsum("ni,ni->n", offsets, normals), gradients
 
-    def _locate(self, points: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
+    def locate(self, points: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
         """Feet (n, 3), their triangles (n,), normals (n, 3) and barycentric coordinates (n, 3) in the triangles."""
         _, triangles, feet = self._tree.squared_distance(self._vertices, self._triangles, points)
         triangles = np.asarray(triangles, dtype=np.int64).reshape(-1)
@@ -143,6 +144,27 @@ class Surface:
         return np.asarray(edges / np.linalg.norm(edges, axis=1, keepdims=True))
 
     # --- triangles
+
+    @cached_property
+    def crossing_faces(self) -> IntArray:
+        """(n, 2) pairs of faces where the surface crosses, touches or covers itself, apart from its boundary."""
+        c = Combinatorics(len(self._vertices), self._triangles.ravel(), 3 * np.arange(len(self._triangles) + 1))
+        pairs = crossing_triangles(Mesh(self._vertices, c).near_zero()[0])
+        return integers(np.unique(np.sort(self._pieces[1][pairs], axis=1), axis=0))
+
+    def check_embedded(self) -> None:
+        """Raise MeshError where the surface crosses, touches or covers itself, so that no mesh can be laid on it."""
+        pairs = self.crossing_faces
+        if len(pairs):
+            first, second = pairs[0].tolist()
+            others = f"; so do {len(pairs) - 1} other pairs of faces" if len(pairs) > 1 else ""
+            raise MeshError(
+                f"the surface crosses, touches or covers itself: faces {first} and {second} meet apart from common "
+                f"vertices{others}; cut the surface there and lay a mesh on each part, or remove one of its layers",
+                elements=np.unique(pairs).tolist(),
+                value=len(pairs),
+                bound=0,
+            )
 
     @cached_property
     def triangulated(self) -> Mesh:

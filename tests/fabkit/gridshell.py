@@ -28,7 +28,7 @@ __all__ = ["gridshell", "gridshell_summary"]
 
 STEEL = Material("S355", 7850.0)
 GLASS = Material("glass", 2500.0)
-SECTION = Section(50.0, 120.0)
+SECTION = Section("flat", (120.0, 50.0))
 SETBACK = 45.0
 THICKNESS = 12.0
 LIFT = 8.0
@@ -94,6 +94,7 @@ def beam(vertices: FloatArray, normals: FloatArray, marks: Marks, edge: int, end
             nodes=(int(ends[0]), int(ends[1])),
             section=SECTION,
             cut_angles_deg=(float(cuts[0]), float(cuts[1])),
+            end_gaps_mm=(0.0, 0.0),
             long_point_mm=max(top, low),
             short_point_mm=min(top, low),
             dihedral_deg=float(np.degrees(np.arccos(np.clip(axes[0] @ axes[1], -1, 1)))),

@@ -65,7 +65,7 @@ def test_beams() -> None:
     table = cut_list(assembly(), None)["beams"]
     assert column(table, "Mark") == ["B001", "B002"]
     assert column(table, "Count") == [2, 1]
-    assert column(table, "Section") == ["flat 50x120"] * 2
+    assert column(table, "Section") == ["flat 120x50"] * 2
     assert column(table, "Ends") == ["\\_|", "/_\\"]
     assert column(table, "Nodes A B") == ["N001 N001 (x2)", "N001 left out"]
     assert column(table, "Dihedral (deg)") == ["5.00 to 7.13", None]

@@ -42,7 +42,8 @@ def test_a_project_file_with_paths_from_its_folder_and_overrides(tmp_path: Path)
     assert project.out == tmp_path / "made"
     assert project.rules.beams.width_mm == 70.0
     assert project.rules.beams.reference == "centre"
-    assert project.rules.beams.height_mm == 120.0
+    assert project.rules.beams.profile.name == "flat 120x70"
+    assert load_project(file, {"beams": {"section": "rhs 120x60x5"}}).rules.beams.profile.name == "rhs 120x60x5"
     assert project.rules.nodes.clearance_mm == 9
     assert project.rules.densities_kg_m3["steel"] == 7800
     assert project.title == "roof"
@@ -67,6 +68,9 @@ def test_a_mean_edge_on_the_command_line_replaces_the_unit_of_the_file(tmp_path:
         ({"unit": "m", "nesting": {"modus": "off"}}, r"unknown key 'modus' in \[nesting\]; did you mean mode?"),
         ({"unit": "m", "beams": {"width_mm": -5}}, "beams.width_mm is -5: input should be greater than 0"),
         ({"unit": "m", "nodes": {"clearance_mm": float("nan")}}, "nodes.clearance_mm is nan"),
+        ({"unit": "m", "beams": {"section": "rhs 120x60x40"}}, "beams.section is 'rhs 120x60x40': the wall of the"),
+        ({"unit": "m", "beams": {"section": "rhs 120x60x5", "height_mm": 9}}, "height_mm given too"),
+        ({"unit": "m", "connection": {"kind": "glued"}}, "connection.kind is 'glued'"),
         ({"unit": "m", "equal_within_mm": 3}, "equal_within_mm is 3: input should be less than or equal to 1"),
         ({"unit": "m", "panels": {"material": "oak"}}, "panels.material is 'oak', but densities_kg_m3 has only"),
     ],

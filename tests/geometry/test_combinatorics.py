@@ -172,7 +172,12 @@ def test_same_as_needs_equal_faces() -> None:
         ([[0, 1]], "face 0 has 2 corners, at least 3"),
         ([[0, 1, 2], [0, 2, 9]], "face 1 names vertex 9, but there are 6 vertices"),
         ([[0, 1, 2, 1]], "face 0 touches itself: it meets vertex 1 twice"),
-        ([[0, 1, 2], [0, 1, 3]], "faces 0 and 1 both run from vertex 0 to vertex 1"),
+        ([[0, 1, 2], [0, 1, 3]], "faces 0 and 1 both run from vertex 0 to vertex 1: neighbours have different orient"),
+        ([[0, 1, 2], [1, 0, 3], [0, 1, 4]], "the edge from vertex 0 to vertex 1 belongs to faces 0, 1 and 2, two at"),
+        (
+            [[0, 1, 4, 3], [1, 2, 5, 4], [2, 3, 0, 5]],  # a strip, its last face turned over
+            r"one side only \(it is not orientable\): with all other faces made to agree, faces \d and \d do not",
+        ),
     ],
 )
 def test_what_is_no_manifold_is_refused(faces: list[list[int]], sentence: str) -> None:

@@ -10,7 +10,7 @@ from geometry.mesh.intersections.box_trees import BoxTree, box_trees, meeting_se
 from geometry.mesh.intersections.flat_faces import CLEARANCE, heights_over
 from geometry.mesh.ragged_arrays import rows_by_size
 
-__all__ = ["edge_trees", "face_trees", "neighbours"]
+__all__ = ["edge_trees", "face_trees", "local", "margin", "neighbours"]
 
 CROWDED_VERTEX_FACES = 16
 """Largest number of faces at a vertex for which all pairs of them are compared."""
@@ -23,14 +23,14 @@ def face_trees(mesh: Mesh) -> list[BoxTree]:
     points = points - heights_over(mesh, c.corner_face, points)[:, None] * mesh.face_normals[c.corner_face]
     order = np.lexsort((c.corners, -_faces_at_vertices(mesh)[c.corners], c.corner_face))
     at = c.corners[order[c.face_starts[:-1, None] + [0, 1]]]  # the vertices with most faces
-    return box_trees(_local(mesh, points), c.face_starts, np.full(mesh.n_faces, _margin(mesh)), _names(mesh, at))
+    return box_trees(local(mesh, points), c.face_starts, np.full(mesh.n_faces, margin(mesh)), _names(mesh, at))
 
 
 def edge_trees(mesh: Mesh, edges: IntArray) -> list[BoxTree]:
     """Trees of edges (k,), which are numbered by their positions in this array."""
     ends = mesh.combinatorics.edges[edges]
-    points, starts = _local(mesh, mesh.vertices[ends.ravel()]), 2 * np.arange(len(edges) + 1)
-    return box_trees(points, starts, np.full(len(edges), _margin(mesh)), _names(mesh, ends))
+    points, starts = local(mesh, mesh.vertices[ends.ravel()]), 2 * np.arange(len(edges) + 1)
+    return box_trees(points, starts, np.full(len(edges), margin(mesh)), _names(mesh, ends))
 
 
 def neighbours(mesh: Mesh) -> IntArray:
@@ -77,7 +77,7 @@ def _overlapping_angles(mesh: Mesh, corners: IntArray) -> IntArray:
     here, normals = mesh.vertices[c.corners[corners]], mesh.face_normals[c.corner_face[corners]]
     sides = np.stack([mesh.vertices[c.corners[at[corners]]] - here for at in (c.next_corner, c.previous_corner)])
     lengths = np.maximum(np.linalg.norm(sides, axis=2), np.finfo(np.float64).tiny)
-    margins = np.minimum(_margin(mesh) / lengths, 2.0)  # the direction of a side as short as the clearance is uncertain
+    margins = np.minimum(margin(mesh) / lengths, 2.0)  # the direction of a side as short as the clearance is uncertain
     rays = sides / lengths[:, :, None]
     across = np.cross(normals, rays[0])
     angles = np.arctan2(np.einsum("ki,ki->k", across, rays[1]), np.einsum("ki,ki->k", rays[0], rays[1]))
@@ -118,13 +118,13 @@ def _crossing_edges(mesh: Mesh) -> IntArray:
 # --- coordinates and margins
 
 
-def _local(mesh: Mesh, points: FloatArray) -> FloatArray:
+def local(mesh: Mesh, points: FloatArray) -> FloatArray:
     """Points (k, 3) relative to the centre of the mesh, since far from the origin oriented boxes would lose digits."""
     return np.asarray(points - mesh.vertices[mesh.combinatorics.corners].mean(axis=0))
 
 
-def _margin(mesh: Mesh) -> float:
+def margin(mesh: Mesh) -> float:
     """The margin of the boxes: the clearance within which parts count as meeting, and rounding."""
-    size = float(np.abs(_local(mesh, mesh.vertices)).max())
+    size = float(np.abs(local(mesh, mesh.vertices)).max())
     far = float(np.abs(mesh.vertices).max())
     return 2 * CLEARANCE * mesh.mean_edge_length + 1e-14 * size + 1e-15 * far

@@ -101,7 +101,8 @@ def _in_plane(mesh: Mesh, extremes: IntArray, faces: IntArray, others: IntArray)
 
 def overlapping(mesh: Mesh, pairs: IntArray) -> IntArray:
     """(n, 2) those of the pairs (k, 2) of coplanar faces that are simple and share area."""
-    pairs = pairs[are_simple(mesh)[pairs].all(axis=1)]
+    faces, which = np.unique(pairs, return_inverse=True)
+    pairs = pairs[shapely.is_valid(outlines(mesh, faces, faces))[which].reshape(-1, 2).all(axis=1)]
     small, large = _by_size(mesh, pairs)
     is_large = mesh.combinatorics.face_sizes[large] > MANY_CORNERS
     found = np.zeros(len(pairs), dtype=bool)

@@ -10,8 +10,7 @@ import shapely
 
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
-from geometry.mesh.intersections.box_trees import meeting_sets
-from geometry.mesh.intersections.face_neighbours import edge_trees, face_trees, neighbours
+from geometry.mesh.intersections.face_neighbours import neighbours
 from geometry.mesh.intersections.flat_faces import (
     MANY_CORNERS,
     are_simple,
@@ -21,9 +20,17 @@ from geometry.mesh.intersections.flat_faces import (
     outlines,
     overlapping,
 )
+from geometry.mesh.intersections.near_pairs import near_pairs
 from geometry.mesh.polygons import perpendicular_pair
 
-__all__ = ["intersecting_faces", "is_embedded", "meeting_boxes", "self_crossing_faces"]
+__all__ = [
+    "edge_ends_over",
+    "faces_at_edges",
+    "intersecting_faces",
+    "is_embedded",
+    "self_crossing_faces",
+    "without_common_vertex",
+]
 
 
 def self_crossing_faces(mesh: Mesh) -> IntArray:
@@ -56,14 +63,14 @@ def intersecting_faces(mesh: Mesh) -> IntArray:
     neighbour_pairs = neighbours(mesh)
     crossing_pairs, flat = [], [neighbour_pairs[coplanar(mesh, extremes, neighbour_pairs)]]
     corner_keys = np.sort(c.corner_face * c.n_vertices + c.corners)
-    for pairs in meeting_sets(edge_trees(mesh, np.arange(c.n_edges)), face_trees(mesh)):
-        edges, faces = _without_common_vertex(mesh, corner_keys, *pairs)
+    for pairs in near_pairs(mesh):
+        edges, faces = without_common_vertex(mesh, corner_keys, *pairs)
         crossing_pairs.append(_edges_through_planes(mesh, edges, faces))
-        pairs_with_edge_faces = _at_edges(mesh, edges, faces)
+        pairs_with_edge_faces = faces_at_edges(mesh, edges, faces)
         flat.append(pairs_with_edge_faces[coplanar(mesh, extremes, pairs_with_edge_faces)])
     edges, faces = _within(mesh, *np.concatenate([np.zeros((2, 0), dtype=np.int64), *crossing_pairs], axis=1))
     shared = overlapping(mesh, np.unique(np.sort(np.concatenate(flat), axis=1), axis=0))
-    return np.unique(np.sort(np.concatenate([_at_edges(mesh, edges, faces), shared]), axis=1), axis=0)
+    return np.unique(np.sort(np.concatenate([faces_at_edges(mesh, edges, faces), shared]), axis=1), axis=0)
 
 
 def is_embedded(mesh: Mesh) -> bool:
@@ -80,7 +87,7 @@ def is_embedded(mesh: Mesh) -> bool:
 # --- edges through faces: where two faces cross in a segment, its ends are on edges of the two
 
 
-def _without_common_vertex(
+def without_common_vertex(
     mesh: Mesh, corner_keys: IntArray, edges: IntArray, faces: IntArray
 ) -> tuple[IntArray, IntArray]:
     """Those of edges (k,) and faces (k,) that share no vertex. corner_keys (C,): face and vertex of all corners
@@ -92,7 +99,7 @@ def _without_common_vertex(
     return edges[apart], faces[apart]
 
 
-def _at_edges(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
+def faces_at_edges(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
     """(n, 2) the faces at edges (k,), and faces (k,)."""
     sides = mesh.combinatorics.edge_faces[edges]
     pairs = np.stack([sides, np.broadcast_to(faces[:, None], sides.shape)], axis=2)
@@ -101,7 +108,7 @@ def _at_edges(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
 
 def _edges_through_planes(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntArray:
     """(2, n) those of edges (k,) and faces (k,) where the edge meets the plane of the face without lying in it."""
-    heights = _end_heights(mesh, edges, faces)
+    heights = edge_ends_over(mesh, edges, faces)
     within = (heights == 0).all(axis=0)  # in the plane: found as overlapping faces, or at other edges
     passes = (heights.min(axis=0) <= 0) & (heights.max(axis=0) >= 0) & ~within
     return np.stack([edges[passes], faces[passes]])
@@ -109,14 +116,14 @@ def _edges_through_planes(mesh: Mesh, edges: IntArray, faces: IntArray) -> IntAr
 
 def _within(mesh: Mesh, edges: IntArray, faces: IntArray) -> tuple[IntArray, IntArray]:
     """Those of edges (k,) that meet the planes of faces (k,) within the faces, and these faces."""
-    heights = _end_heights(mesh, edges, faces)
+    heights = edge_ends_over(mesh, edges, faces)
     share = heights[0] / (heights[0] - heights[1])
     tails = mesh.vertices[mesh.combinatorics.edges[edges, 0]]
     hit = _contain(mesh, faces, tails + share[:, None] * mesh.edge_vectors[edges])
     return edges[hit], faces[hit]
 
 
-def _end_heights(mesh: Mesh, edges: IntArray, faces: IntArray) -> FloatArray:
+def edge_ends_over(mesh: Mesh, edges: IntArray, faces: IntArray) -> FloatArray:
     """(2, k) heights of the ends of edges (k,) above the planes of faces (k,)."""
     ends = mesh.vertices[mesh.combinatorics.edges[edges]]
     return np.stack([heights_over(mesh, faces, ends[:, end]) for end in (0, 1)])
@@ -149,28 +156,3 @@ def _large_contain(mesh: Mesh, faces: IntArray, points: FloatArray) -> BoolArray
     shapely.prepare(polygons)
     x, y = np.einsum("kai,ki->ak", perpendicular_pair(mesh.face_normals)[faces], points)
     return np.asarray(shapely.contains_xy(polygons[face], x, y))
-
-
-# --- boxes
-
-
-def meeting_boxes(
-    lower: FloatArray, upper: FloatArray, lower_2: FloatArray, upper_2: FloatArray
-) -> tuple[IntArray, IntArray]:
-    """Pairs of boxes (n, 3) and other boxes (m, 3) that meet, as two arrays (k,) of their numbers.
-
-    >>> import numpy as np
-    >>> from geometry.mesh.intersections import meeting_boxes
-    >>> low = np.array([[0.0, 0, 0], [3, 0, 0]])
-    >>> first, second = meeting_boxes(low, low + 1, low + [0.5, 0, 0], low + 2)
-    >>> first.tolist(), second.tolist()
-    ([0, 1], [0, 1])
-    """
-    if not len(lower_2):
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    z, x, y = np.argsort(np.ptp(lower_2, axis=0))  # shapely's tree is two-dimensional: the two longest extents are used
-    boxes = shapely.box(lower[:, x], lower[:, y], upper[:, x], upper[:, y])
-    others = shapely.box(lower_2[:, x], lower_2[:, y], upper_2[:, x], upper_2[:, y])
-    first, second = shapely.STRtree(others).query(boxes)
-    meet = (lower[first, z] <= upper_2[second, z]) & (lower_2[second, z] <= upper[first, z])
-    return first[meet], second[meet]
