@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import bsr_array, coo_array, csr_array, eye_array
+from scipy.sparse import bsr_array, coo_array, csr_array
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.functionals.pair_distances import derivatives_by_corners, face_rows
