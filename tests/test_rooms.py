@@ -400,6 +400,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "beams joining",
         "nodes panels",
         "panel_underside",
+        "panel_levels",
         "assembling",
     ),
     "fabkit.production": (
@@ -411,7 +412,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "facts",
     ),
     "fabkit.formats": (
-        "shape_triangles occt_solids",
+        "shape_files shape_triangles occt_solids",
         "exact_surfaces manifest polylines renaming tables triangles single_files",
         "folder gltf kernels",
         "documents",

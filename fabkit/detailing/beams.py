@@ -18,9 +18,9 @@ __all__ = ["BeamShapes", "beam_shapes", "dihedral_angles", "height_range", "make
 
 
 def height_range(rules: BeamRules) -> tuple[float, float]:
-    """Levels in mm of the inner and the outer side of the bar above the mesh edge."""
+    """Levels in mm of the inner and the outer side of the bar above the mesh edge on which it stands."""
     height = rules.profile.height_mm
-    outer = {"outer": 0.0, "centre": height / 2, "inner": height}[rules.reference]
+    outer = {"outer": 0.0, "glass": 0.0, "centre": height / 2, "inner": height}[rules.reference]
     return outer - height, outer
 
 
