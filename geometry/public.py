@@ -44,6 +44,7 @@ from geometry.pictures import plot
 from geometry.remeshing import NetworkTrial, RemeshedSurface, affine_stretches, remesh, study_networks
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed, subdivided
+from geometry.traced_curves import TracedCurves, trace_curves
 
 __all__ = [
     "Combinatorics",
@@ -76,6 +77,7 @@ __all__ = [
     "SmoothedSurface",
     "SupportStructure",
     "Surface",
+    "TracedCurves",
     "affine_stretches",
     "approximate_pair",
     "as_mesh",
@@ -120,6 +122,7 @@ __all__ = [
     "to_compas",
     "to_meshio",
     "to_trimesh",
+    "trace_curves",
     "vertex_distances",
     "vertex_offset_pair",
     "write_mesh",

@@ -19,9 +19,7 @@ from geometry.surface.surface import check_points
 if TYPE_CHECKING:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
 
-__all__ = ["EXACT_SUFFIXES", "ExactSurface", "exact_surface"]
-
-EXACT_SUFFIXES = (".step", ".stp", ".iges", ".igs", ".brep")
+__all__ = ["ExactSurface", "exact_surface"]
 
 FOOT_STEPS = 2
 """Newton steps to the nearest point, from that of the triangles, which is near: each squares the error."""
@@ -48,7 +46,7 @@ class ExactSurface(Surface):
     def closest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Feet (n, 3) of points (n, 3), the nearest points of the exact faces, and unit normals (n, 3) there."""
         points = check_points(points)
-        _, triangles, normals, weights = self._locate(points)
+        _, triangles, normals, weights = self.locate(points)
         uv = np.einsum("nk,nkp->np", weights, self.parameters[triangles])
         glides = ~(self._is_rim[triangles] & (weights <= 0)).any(axis=1)  # a foot at the boundary stays there
         wanted, face = (points - self.offset) / self.scale, self.face[triangles]
