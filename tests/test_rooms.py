@@ -135,6 +135,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.checking": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", "geometry.gauss", "geometry.arrays"},
     "fabkit.detailing": {
         "fabkit.checking",
+        "fabkit.connections",
         "fabkit.fitness",
         "fabkit.kinds",
         "fabkit.parts",
@@ -364,8 +365,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.gauss": (
         "axes distances lean",
         "pair unit_distances",
-        "support_structure approximate_gauss_image nearest_pair",
-        "rounded_mesh",
+        "support_structure approximate_gauss_image nearest_pair boundary_matches",
+        "rounded_mesh joined_pairs",
     ),
     "geometry.exact_offsets": (
         "edge_cones inscribed",
@@ -394,12 +395,22 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "parts",
         "assembly",
     ),
+    "fabkit.checking": (
+        "convex_pieces fit links positions",
+        "convex",
+        "clash",
+        "placed_parts",
+        "panel_bounds",
+    ),
     "fabkit.detailing": (
-        "setbacks",
+        "setbacks bars drilling",
         "ends",
         "beams joining",
+        "hubs",
         "nodes panels",
+        "bolted",
         "panel_underside",
+        "panel_levels",
         "assembling",
     ),
     "fabkit.production": (
@@ -411,7 +422,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "facts",
     ),
     "fabkit.formats": (
-        "shape_triangles occt_solids",
+        "shape_files shape_triangles occt_solids",
         "exact_surfaces manifest polylines renaming tables triangles single_files",
         "folder gltf kernels",
         "documents",

@@ -143,7 +143,8 @@ Connection = Annotated[
 Reference = Annotated[
     str | None,
     typer.Option(
-        help="Side of the beams that lies on the mesh: outer, centre or inner. Default: outer.", rich_help_panel=SIZES
+        help="Side of the beams that lies on the mesh: outer, centre or inner; or glass. Default: outer.",
+        rich_help_panel=SIZES,
     ),
 ]
 Clearance = Annotated[
