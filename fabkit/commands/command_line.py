@@ -14,8 +14,10 @@ from fabkit.commands.options import (
     Accept,
     Beam,
     BoundaryLines,
+    ByteOrderMark,
     Clearance,
     Connection,
+    DecimalSign,
     EdgeLength,
     EqualWithin,
     Faces,
@@ -30,6 +32,7 @@ from fabkit.commands.options import (
     Optimise,
     Reference,
     SectionOfBeams,
+    Separator,
     Sheet,
     SkipUnbuildable,
     Smooth,
@@ -86,6 +89,9 @@ def build_command(
     nest: NestMode = None,
     nest_seconds: NestSeconds = None,
     equal_within: EqualWithin = None,
+    separator: Separator = None,
+    decimal: DecimalSign = None,
+    bom: ByteOrderMark = False,
     accept: Accept = None,
     skip_unbuildable: SkipUnbuildable = False,
     force: Annotated[
@@ -128,6 +134,9 @@ def build_command(
             sheet=sheet,
             nest=nest,
             nest_seconds=nest_seconds,
+            separator=separator,
+            decimal=decimal,
+            bom=bom,
         )
         build_and_print(mesh, settings, force=force)
 
