@@ -193,10 +193,11 @@ def _unusual_parts(
     faces = {int(panels.elements[k]): reason for k, reason in reasons.items()}
     of_panels = dict(zip(panels.elements.tolist(), panels.marks, strict=True))
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
+    is_raised_by_blocks = project.panels.underside_mm is None and project.nodes.top == "enclosing"
     found = (
         mitres_of(assembly.of(BEAM), rules),
         block_heights(nodes, height, rules),
-        underside(detailed.needed_mm, marks, height, rules) if project.panels.underside_mm is None else None,
+        underside(detailed.needed_mm, marks, height, rules) if is_raised_by_blocks else None,
         sheets(faces, of_panels, "refused" if is_refused else "note"),
     )
     return tuple(finding for finding in found if finding)

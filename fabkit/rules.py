@@ -6,21 +6,24 @@ Values are checked when a rule is made; pydantic's ValidationError names the key
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
+from fabkit.connections import LEAST_EDGE_RATIO, LEAST_PITCH_RATIO, BoltGroup
 from fabkit.parts import Section
 from fabkit.wording import echo
 
 __all__ = [
+    "CONNECTION_KINDS",
     "BeamRules",
     "ConnectionKind",
     "ConnectionRules",
     "DetailingRules",
     "HeightReference",
     "NodeRules",
+    "NodeTop",
     "PanelRules",
     "Setbacks",
     "SheetRules",
@@ -32,10 +35,14 @@ lengths whose products overflow."""
 
 Positive = Annotated[float, Field(gt=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
-HeightReference = Literal["outer", "centre", "inner"]
+Level = Annotated[float, Field(ge=-LARGEST_LENGTH_MM, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
+HeightReference = Literal["outer", "centre", "inner", "glass"]
 Setbacks = Literal["auto", "least", "equal"]
+NodeTop = Literal["enclosing", "trimmed"]
 ConnectionKind = Literal["welded", "bolted", "hub", "contact"]
+CONNECTION_KINDS: tuple[ConnectionKind, ...] = get_args(ConnectionKind)
 SectionName = Annotated[str, AfterValidator(lambda text: Section.of(text).name)]
+BoltsName = Annotated[str, AfterValidator(lambda text: BoltGroup.of(text).name)]
 
 _STRICT = ConfigDict(extra="forbid")
 
@@ -45,7 +52,8 @@ class BeamRules:
     """Bars of one section, symmetric about the central plane of their edge.
 
     section: as the trade writes it, see `Section`. width_mm, height_mm: instead of a section, those of a solid bar.
-    reference: the side of the bar that lies on the mesh. least_length_mm: minimum length of a bar between its two cuts.
+    reference: the side of the bar that lies on the mesh; "glass": the outer faces of the panels lie on the mesh, and
+    the outer sides of the bars on a parallel mesh below. least_length_mm: minimum length of a bar between its two cuts.
 
     >>> from fabkit.rules import BeamRules
     >>> BeamRules(section="RHS 120 x 60 x 5").profile.name, BeamRules(width_mm=40).profile.name
@@ -81,12 +89,19 @@ class BeamRules:
 class ConnectionRules:
     """How beams meet their nodes.
 
+    bolts: of each end of a beam, see `BoltGroup`; a single one has a dowel of dowel_mm beside it. They hold an end
+    plate of plate_mm, and are put in through hand holes of hand_hole_height_mm by hand_hole_length_mm in the sides of
+    the beam. tube_wall_mm, cap_mm: thickness of the tube of a hub, and of the caps at its ends. axial_bore_mm: diameter
+    of a bore along the axis of each node block or hub, 0 for none.
+
     kind: "welded" to the node block, "bolted" to it, welded to a "hub", a round tube, or in "contact" with the block
     only. slot_mm: minimum clear distance between two neighbouring beams at the node, by default 25 where they are
     welded (room for the torch) and 10 where they are bolted (room for tolerances); beams in contact have none, but
     `NodeRules.clearance_mm`. ledge_mm: what the facet of a block shows at least on either side of a beam that is
     welded to it, for the seam. gap_mm: clear distance between the end of a beam and the facet: the root gap of a weld,
-    or the room to move a beam into its place.
+    or the room to move a beam into its place. least_angle_deg: smallest angle between two beams about the node axis
+    that can be joined. longest_setback_mm: largest distance of a facet from the axis, which is also at most 35 % of the
+    edge. Beams in contact have no such limits.
 
     >>> from fabkit.rules import ConnectionRules
     >>> ConnectionRules(kind="welded").slot, ConnectionRules(kind="bolted", slot_mm=15).slot
@@ -97,6 +112,16 @@ class ConnectionRules:
     slot_mm: Positive | None = None
     ledge_mm: NotNegative = 8.0
     gap_mm: NotNegative = 0.0
+    bolts: BoltsName = "1xM20"
+    plate_mm: Positive = 15.0
+    dowel_mm: Positive = 10.0
+    hand_hole_height_mm: Positive = 70.0
+    hand_hole_length_mm: Positive = 110.0
+    tube_wall_mm: Positive = 8.0
+    cap_mm: Positive = 5.0
+    axial_bore_mm: NotNegative = 0.0
+    least_angle_deg: Annotated[float, Field(gt=0, le=90, allow_inf_nan=False)] = 30.0
+    longest_setback_mm: Positive = 150.0
 
     @model_validator(mode="after")
     def _slot_of_a_kind(self) -> ConnectionRules:
@@ -114,18 +139,73 @@ class ConnectionRules:
             return self.slot_mm
         return {"welded": 25.0, "hub": 25.0, "bolted": 10.0, "contact": 0.0}[self.kind]
 
+    @property
+    def group(self) -> BoltGroup:
+        """The bolts of a beam end."""
+        return BoltGroup.of(self.bolts)
+
+    @property
+    def has_dowel(self) -> bool:
+        """Whether a dowel keeps the beam from turning about a single bolt."""
+        return self.kind == "bolted" and self.group.count == 1
+
+    def dowel_offset_mm(self, height_mm: float) -> float:
+        """Level of the dowel above the middle of an end plate of this height: as far out as edges allow."""
+        return height_mm / 2 - 1.5 * self.dowel_mm
+
+    def problems_with(self, section: Section) -> str:
+        """Why beams of this section cannot be joined so, in a sentence; empty if they can."""
+        if self.kind == "hub" and section.shape not in ("flat", "tee"):
+            return f"beams on hubs are flats or tees, and the section is {section.name}: write one like tee 120x80x10x8"
+        if self.kind != "bolted":
+            return ""
+        wall = section.wall_mm
+        if section.shape != "rhs" or wall is None:
+            return (
+                f"bolts are put in from inside a rectangular hollow section, and the section is {section.name}: write "
+                "one like rhs 120x60x5, or take another kind of connection"
+            )
+        for what, found, needed in self._needs_of_bolts(section, wall):
+            if found < needed:
+                return (
+                    f"bolts {self.bolts} do not fit the section {section.name}: {needed:.1f} mm are needed from "
+                    f"{what}, and there are {found:.1f} mm; take a larger section, smaller bolts (--bolts), or another "
+                    "kind of connection"
+                )
+        return ""
+
+    def _needs_of_bolts(self, section: Section, wall: float) -> list[tuple[str, float, float]]:
+        """What is measured, its size, and the least one."""
+        size, highest = self.group.size, max(self.group.offsets_mm)
+        half_height, half_width = section.height_mm / 2, section.width_mm / 2
+        edge = LEAST_EDGE_RATIO * size.clearance_mm
+        needs = [
+            ("a bolt to the edge of its end plate", min(half_width, half_height - highest), edge),
+            ("a bolt to the side inside, for the socket", half_width - wall, size.tool_radius_mm),
+            ("a bolt to the top inside, for the socket", half_height - wall - highest, size.tool_radius_mm),
+            ("wall to wall inside, for the hand hole", section.height_mm - 2 * wall, self.hand_hole_height_mm),
+        ]
+        if self.has_dowel:
+            apart = LEAST_PITCH_RATIO * (size.clearance_mm + self.dowel_mm) / 2
+            needs.append(("the bolt to its dowel", self.dowel_offset_mm(section.height_mm), apart))
+        return needs
+
 
 @dataclass(frozen=True, config=_STRICT)
 class NodeRules:
-    """Prisms along the node axes. clearance_mm: added to the minimum distance of the facets from the axis.
+    """Prisms along the node axes. clearance_mm: added to the minimum distance of the facets from the axis where beams
+    are in contact with the block.
 
-    setbacks: "least" gives each beam the minimum setback at which it does not touch its neighbours; "equal" gives all
-    beams of a node the largest of these; "auto" uses equal setbacks where these bring the beams' ends to one level, as
-    in edge offset meshes, and the minimum ones elsewhere.
+    setbacks: "least" gives each beam the minimum setback; "equal" gives all beams of a node the largest of these;
+    "auto" uses equal setbacks where these bring the beams' ends to one level, as in edge offset meshes, and where the
+    facets of beams that are joined would be stepped by more than 10 mm, and the minimum ones elsewhere. top:
+    "enclosing" blocks end in a plane perpendicular to the axis above all beams; "trimmed" ones in a plane that follows
+    the tops of the beams, lowered as far as the panels need it when they lie as low as the beams permit.
     """
 
     clearance_mm: Positive = 5.0
     setbacks: Setbacks = "auto"
+    top: NodeTop = "enclosing"
     material: str = "steel"
 
 
@@ -135,16 +215,16 @@ class PanelRules:
 
     joint_mm: gap between two panels. seat_mm: free height between the panels and the highest node block under them.
     underside_mm: height of the panels' lower side above the mesh; by default the minimum that clears beams and nodes,
-    plus the seat. least_edge_mm: minimum length of an edge of a panel.
+    plus the seat. least_edge_mm: minimum length of an edge of a panel. least_bearing_mm: minimum width over which a
+    panel lies above the beam at each of its edges; negative for panels that are held otherwise, and may end beside it.
     """
 
     thickness_mm: Positive = 10.0
     joint_mm: NotNegative = 10.0
     seat_mm: NotNegative = 5.0
-    underside_mm: Annotated[float, Field(ge=-LARGEST_LENGTH_MM, le=LARGEST_LENGTH_MM, allow_inf_nan=False)] | None = (
-        None
-    )
+    underside_mm: Level | None = None
     least_edge_mm: Positive = 1.0
+    least_bearing_mm: Level = 10.0
     material: str = "glass"
 
 
@@ -168,6 +248,13 @@ class DetailingRules:
     panels: PanelRules = field(default_factory=PanelRules)
     sheets: SheetRules = field(default_factory=SheetRules)
     densities_kg_m3: dict[str, Positive] = field(default_factory=lambda: {"steel": 7850.0, "glass": 2500.0})
+
+    @model_validator(mode="after")
+    def _connection_fits(self) -> DetailingRules:
+        problem = self.connection.problems_with(self.beams.profile)
+        if problem:
+            raise ValueError(problem)
+        return self
 
     @model_validator(mode="after")
     def _densities_known(self) -> DetailingRules:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from fabkit.kinds import BeamDetails, NodeDetails
 from fabkit.parts import Parts, SolidArray, Topology
@@ -16,13 +17,20 @@ MAX_FIT_VALUES_IN_MEMORY = 4_000_000
 """Number of values held in memory while beam ends are compared with facets: 32 MB."""
 
 
+SAME_PLANE_MM = 1e-3
+"""Distance in mm between two facets up to which a beam end counts as near both, and belongs to the one that it exceeds
+less. The shortest edge of a solid is as long."""
+
+
 @dataclass(frozen=True, eq=False)
 class EndFits:
     """Ends of beams and the facets they meet: one row for each end whose node exists.
 
     beams, nodes (K,): positions in the groups given; ends (K,): 0 for end A, 1 for end B.
-    plane_gap_mm (K,): largest distance of the end face from the plane of the facet. overhang_mm (K,): largest distance
-    by which the end face exceeds the facet's outline, negative inside. Both are infinite where no facet faces the end.
+    plane_gap_mm (K,): largest distance of the end face, moved by the gap that it has by its record, from the plane of
+    the facet. overhang_mm (K,): largest distance by which the end face exceeds the facet's outline, negative inside.
+    Both are infinite where no facet faces the end. uncovered_percent (K,): how much of the area of the end face lies
+    outside the facet.
     """
 
     beams: IntArray
@@ -30,6 +38,7 @@ class EndFits:
     nodes: IntArray
     plane_gap_mm: FloatArray
     overhang_mm: FloatArray
+    uncovered_percent: FloatArray
 
 
 def end_fits(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> EndFits:
@@ -37,7 +46,7 @@ def end_fits(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> EndFits:
     at = nodes.find(beams.details.nodes)
     beam, end = np.nonzero(at >= 0)
     node = at[beam, end]
-    gaps, overhangs = np.empty(len(node)), np.empty(len(node))
+    gaps, overhangs, uncovered = np.empty((3, len(node)))
     node_batches = nodes.placed()
     which, row = np.empty(len(nodes), dtype=np.int64), np.empty(len(nodes), dtype=np.int64)
     for k, blocks in enumerate(node_batches):
@@ -50,8 +59,12 @@ def end_fits(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> EndFits:
             rows = np.flatnonzero((bar[beam] >= 0) & (which[node] == k))
             for some in _in_batches(rows, blocks.topology):
                 own = bar[beam[some]], end[some]
-                gaps[some], overhangs[some] = _misfits(corners[own], normals[own], blocks[row[node[some]]])
-    return EndFits(beam, end, node, gaps, overhangs)
+                moves = beams.details.end_gaps_mm[beam[some], end[some], None] * normals[own]
+                moved = corners[own] + moves[:, None]
+                own_blocks = blocks[row[node[some]]]
+                gaps[some], overhangs[some], facets = _misfits(moved, normals[own], own_blocks)
+                uncovered[some] = _uncovered_percent(moved, normals[own], own_blocks, facets, overhangs[some])
+    return EndFits(beam, end, node, gaps, overhangs, uncovered)
 
 
 def _in_batches(rows: IntArray, topology: Topology) -> list[IntArray]:
@@ -79,9 +92,9 @@ def _face_corners(topology: Topology) -> IntArray:
     return corners
 
 
-def _misfits(corners: FloatArray, normals: FloatArray, blocks: SolidArray) -> tuple[FloatArray, FloatArray]:
-    """(K,) plane_gap_mm and (K,) overhang_mm of end faces with corners (K, m, 3) and normals (K, 3), each on the block
-    of its own row."""
+def _misfits(corners: FloatArray, normals: FloatArray, blocks: SolidArray) -> tuple[FloatArray, FloatArray, IntArray]:
+    """(K,) plane_gap_mm, (K,) overhang_mm and (K,) the facet of end faces with corners (K, m, 3) and normals (K, 3),
+    each on the block of its own row."""
     t = blocks.topology
     starts, facing = t.first_corner, blocks.normals
     here, following = blocks.vertices[:, t.corners], blocks.vertices[:, t.corners[t.next_corner]]
@@ -89,11 +102,29 @@ def _misfits(corners: FloatArray, normals: FloatArray, blocks: SolidArray) -> tu
     outward = np.cross(following - here, facing[:, t.corner_face])
     outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
     overhangs = np.maximum.reduceat(_levels(outward, here, corners).max(axis=-1), starts, axis=1)
-    misfit = np.maximum(gaps, overhangs)
+    misfit = np.where(gaps > SAME_PLANE_MM, gaps, 0.0) + SAME_PLANE_MM * np.maximum(overhangs, 0.0)
     misfit[np.einsum("kfj,kj->kf", facing, normals) >= 0] = np.inf
     rows, best = np.arange(len(misfit)), misfit.argmin(axis=1)
     none = np.isinf(misfit[rows, best])
-    return np.where(none, np.inf, gaps[rows, best]), np.where(none, np.inf, overhangs[rows, best])
+    return np.where(none, np.inf, gaps[rows, best]), np.where(none, np.inf, overhangs[rows, best]), best
+
+
+def _uncovered_percent(
+    corners: FloatArray, normals: FloatArray, blocks: SolidArray, facets: IntArray, overhangs: FloatArray
+) -> FloatArray:
+    """(K,) percentage of the area of each end face outside its facet, both projected along the normal of the end."""
+    found = np.zeros(len(corners))
+    over = np.flatnonzero((overhangs > 0) & np.isfinite(overhangs))
+    if not len(over):
+        return found
+    along = corners[over, 1] - corners[over, 0]
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    plane = np.stack([along, np.cross(normals[over], along)], axis=2)
+    outlines = blocks.vertices[over[:, None], _face_corners(blocks.topology)[facets[over]]]
+    ends, faces = (shapely.polygons((points - corners[over, :1]) @ plane) for points in (corners[over], outlines))
+    areas = shapely.area(ends)
+    found[over] = 100 * (areas - shapely.area(shapely.intersection(ends, faces))) / areas
+    return found
 
 
 def _levels(normals: FloatArray, anchors: FloatArray, points: FloatArray) -> FloatArray:

@@ -92,6 +92,15 @@ Strokes = Annotated[
         help="OBJ or DXF file of polylines on the surface, which the lines of the mesh follow.", rich_help_panel=SURFACE
     ),
 ]
+FinerWhereCurved = Annotated[
+    float | None,
+    typer.Option(
+        metavar="RATIO",
+        help="How many times longer edges may be where the surface is flattest than where it curves most, 1 to 10, as "
+        "far as the lines allow. Default: 1, all of one length.",
+        rich_help_panel=SURFACE,
+    ),
+]
 Smooth = Annotated[
     float | None,
     typer.Option(help="Smooth waves of the surface that are shorter than this many mm first.", rich_help_panel=SURFACE),
@@ -138,7 +147,8 @@ Connection = Annotated[
 Reference = Annotated[
     str | None,
     typer.Option(
-        help="Side of the beams that lies on the mesh: outer, centre or inner. Default: outer.", rich_help_panel=SIZES
+        help="Side of the beams that lies on the mesh: outer, centre or inner; or glass. Default: outer.",
+        rich_help_panel=SIZES,
     ),
 ]
 Clearance = Annotated[
@@ -173,9 +183,7 @@ Separator = Annotated[
 ]
 DecimalSign = Annotated[
     str | None,
-    typer.Option(
-        "--decimal", metavar="SIGN", help="Decimal sign in CSV files: . or , Default: .", rich_help_panel=FILES
-    ),
+    typer.Option("--decimal", metavar="SIGN", help="Decimal sign in CSV files, . or ,", rich_help_panel=FILES),
 ]
 ByteOrderMark = Annotated[
     bool,
@@ -226,6 +234,7 @@ def settings_of(
     lines: str | None = None,
     boundary: str | None = None,
     strokes: Path | None = None,
+    finer_where_curved: float | None = None,
     smooth: float | None = None,
     optimise: str | None = None,
     separator: str | None = None,
@@ -251,6 +260,7 @@ def settings_of(
                 "lines": lines,
                 "boundary": boundary.split(",") if boundary and "," in boundary else boundary,
                 "strokes": strokes,
+                "finer_where_curved": finer_where_curved,
                 "smooth_mm": smooth,
             },
         }

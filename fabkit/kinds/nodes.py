@@ -35,7 +35,8 @@ class NodeDetails(Details):
 
     beams: mesh edges. azimuths_deg: directions of the beams about the axis, the first one zero. inclinations_deg:
     angles of the beams' axes above the plane perpendicular to the node axis. setbacks_mm: distances of the facets from
-    the axis. height_mm (n,): from bottom to top. top_step_mm (n,): largest difference in level between the tops of the
+    the axis. uncovered_percent: how much of the end of each beam stands above the block, of its width times its height.
+    height_mm (n,): from bottom to top. top_step_mm (n,): largest difference in level between the tops of the
     beams at their ends. axis_misalignment_mm (n,): largest distance between the points in which the centre lines of the
     beams' outer sides, or of their inner sides, meet the axis. It is zero in edge offset meshes, even where some beams
     descend from the node and others rise, so that their ends differ in level.
@@ -52,9 +53,21 @@ class NodeDetails(Details):
     azimuths_deg: Ragged
     inclinations_deg: Ragged
     setbacks_mm: Ragged
+    uncovered_percent: Ragged
     height_mm: FloatArray
     top_step_mm: FloatArray
     axis_misalignment_mm: FloatArray
+
+    def uncovered_at(self, edges: IntArray, nodes: IntArray) -> FloatArray:
+        """(K,) how much of the end of the beam on each edge (K,) stands above each node (K,), in per cent; 0 for a beam
+        that is not at that node."""
+        pairs = (self.beams.row << 32) + self.beams.values
+        order = np.argsort(pairs)
+        wanted = (nodes << 32) + edges
+        place = np.minimum(np.searchsorted(pairs[order], wanted), max(len(pairs) - 1, 0))
+        if not len(pairs):
+            return np.zeros(len(edges))
+        return np.where(pairs[order][place] == wanted, self.uncovered_percent.values[order][place], 0.0)
 
 
 def _turns(nodes: Parts[NodeDetails], corners: FloatArray) -> Turns:
@@ -92,6 +105,7 @@ def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
         each_value("Azimuths (deg)", 2, nodes, own.azimuths_deg),
         each_value("Inclinations (deg)", 2, nodes, own.inclinations_deg),
         each_value("Setbacks (mm)", 2, nodes, own.setbacks_mm),
+        each_value("Uncovered (%)", 1, nodes, own.uncovered_percent),
         of_first("Height (mm)", 2, nodes, own.height_mm),
         *over_all("Step between tops (mm)", 2, nodes, own.top_step_mm),
         *over_all("Axis misalignment (mm)", 2, nodes, own.axis_misalignment_mm),
@@ -106,6 +120,7 @@ def _measures(nodes: Parts[NodeDetails]) -> list[Measure]:
         measure("Step between beam tops", "mm", 2, own.top_step_mm),
         measure("Misalignment at the node axis", "mm", 2, own.axis_misalignment_mm),
         measure("Largest setback", "mm", 1, own.setbacks_mm.reduced(np.maximum)),
+        measure("Uncovered part of a beam's end", "%", 1, own.uncovered_percent.reduced(np.maximum)),
         measure("Smallest angle between beams", "°", 1, _smallest_gaps(own.azimuths_deg)),
         measure("Height of a node", "mm", 1, own.height_mm),
         measure("Mass of a node", "kg", 2, nodes.masses_kg),
@@ -138,11 +153,14 @@ NODE = Kind(
         azimuths_deg=Ragged.of([]),
         inclinations_deg=Ragged.of([]),
         setbacks_mm=Ragged.of([]),
+        uncovered_percent=Ragged.of([]),
         height_mm=np.zeros(0),
         top_step_mm=np.zeros(0),
         axis_misalignment_mm=np.zeros(0),
     ),
-    symmetry=Symmetry(("beams", "azimuths_deg", "inclinations_deg", "setbacks_mm"), ("azimuths_deg",), _turns),
+    symmetry=Symmetry(
+        ("beams", "azimuths_deg", "inclinations_deg", "setbacks_mm", "uncovered_percent"), ("azimuths_deg",), _turns
+    ),
     columns=_columns,
     measures=_measures,
     labels=_labels,

@@ -96,7 +96,10 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     yield Fact("Faces", (summary.n_faces,), keys=("counts.faces",), shown=on_paper)
     yield Fact("Boundaries", (summary.n_boundaries,), shown=on_paper)
     yield Fact("Edge lengths", (float(lengths.min()), float(lengths.max())), ".1f", "mm", shown=on_paper)
-    yield from _surface(summary.surface) if summary.surface is not None else ()
+    if summary.surface is not None:
+        yield from _surface(summary.surface)
+        laid = summary.edge_length_shares_mm
+        yield _shares("Most edges", laid, ".1f", "mm", "5 %, median, 95 % of their lengths", "surface.edge_length_mm")
     of_edge = ".1e", "of the face's mean edge"
     before = "Largest planarity, as read" if summary.surface is None else "Largest planarity, as laid"
     yield Fact(before, (summary.planarity_before,), *of_edge, keys=("planarity.before",))

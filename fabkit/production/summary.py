@@ -198,6 +198,12 @@ class Summary:
         return ", ".join(f"{each:.0f}" for each in self.origin) + " in the unit of the mesh file"
 
     @property
+    def edge_length_shares_mm(self) -> dict[str, float]:
+        """Edge lengths: what 5 %, 50 % and 95 % of the edges do not exceed."""
+        found = np.percentile(self.edge_lengths_mm, [5, 50, 95]).tolist()
+        return dict(zip(("p5", "median", "p95"), found, strict=True))
+
+    @property
     def height_shares(self) -> dict[str, float]:
         """Beam heights over the nominal height: smallest, median, largest, and the bounds between which 95 % lie."""
         names = {"least": 0, "p2_5": 2.5, "median": 50, "p97_5": 97.5, "largest": 100}

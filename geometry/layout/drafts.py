@@ -9,15 +9,15 @@ import numpy as np
 from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import FoldedError, GeometryError
 from geometry.layout.cells import cells_between_isolines
-from geometry.layout.combed_fields import CombedField
 from geometry.layout.exact_maps import ExactMap
 from geometry.layout.integer_lattices import nearest_integers
 from geometry.layout.integration import Integration
-from geometry.layout.networks import Network
 from geometry.layout.open_rims import Polygons, simplified_rim
 from geometry.layout.seams import SeamlessMaps
 from geometry.layout.singular_points import singular_differences
 from geometry.mesh import Mesh
+from geometry.networks.combed_fields import CombedField
+from geometry.networks.networks import Network
 from geometry.surface import boundary_corners, on_curved_triangles
 
 __all__ = ["Draft", "draft"]
@@ -70,7 +70,8 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     positions = on_curved_triangles(surface, surface.vertex_normals, cells.triangles, cells.weights)
     kept = (cells.vertices >= 0) & (boundary_corners(surface) | (field.indices != 0))[cells.vertices]
     numbers = integers(np.arange(len(positions)))
-    polygons = simplified_rim(Polygons(positions, numbers, kept, cells.corners, cells.starts), h)
+    lengths = h * network.sizes[cells.triangles]
+    polygons = simplified_rim(Polygons(positions, numbers, lengths, kept, cells.corners, cells.starts))
     mesh = Mesh(polygons.positions, polygons.combinatorics)
     chi = mesh.combinatorics.euler_characteristic
     if chi != c.euler_characteristic or mesh.edge_lengths.min() == 0:

@@ -1,7 +1,8 @@
 """Functions (u, v) whose isolines follow a network and are conjugate: least squares for reals, then for integers.
 
-The derivatives of (u, v) in a triangle along the directions X, Y of the network, times the target edge length h, are
-the matrix [[p, q], [r, s]] = h [[du(X), du(Y)], [dv(X), dv(Y)]]. All triangles are weighted by their areas.
+The derivatives of (u, v) in a triangle along the directions X, Y of the network, times the edge length wanted there,
+are the matrix [[p, q], [r, s]] = h size [[du(X), du(Y)], [dv(X), dv(Y)]], with h the typical edge length. All triangles
+are weighted by their areas.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ import scipy.linalg
 from scipy.sparse import coo_array, csr_array
 
 from geometry.arrays import FloatArray, IntArray
-from geometry.layout.networks import Network, determinants, forms_of_isolines
 from geometry.layout.seams import SeamlessMaps
+from geometry.networks.networks import Network, determinants, forms_of_isolines
 from geometry.optimise import SparseMatrix, apply, factorise
 
 __all__ = ["Integration", "RealSolution"]
@@ -75,8 +76,9 @@ class Integration:
     def _derivatives(self) -> tuple[SparseMatrix, SparseMatrix]:
         """(4F, n), (4F, m): p of all triangles, then q, r, s, for h = 1, from the reals and from the integers."""
         frames, n = self.network.frames, self.network.frames.n_triangles
-        along = (frames.gradients.conj() * self.network.first[:, None]).real
-        across = (frames.gradients.conj() * self.network.second[:, None]).real
+        sizes = self.network.sizes[:, None]
+        along = sizes * (frames.gradients.conj() * self.network.first[:, None]).real
+        across = sizes * (frames.gradients.conj() * self.network.second[:, None]).real
         rows, columns, values = [], [], []
         corners = np.arange(3 * n).reshape(n, 3)
         for block, (component, weights) in enumerate(((0, along), (0, across), (1, along), (1, across))):
@@ -145,7 +147,8 @@ class Integration:
             )[0]
         x = x_without_integers - reals_by_integers @ values
         areas = determinants(self.derivatives(x, values, 1.0))
-        return RealSolution(values, (gram + gram.T) / 2, float(self.network.frames.areas @ areas))
+        predicted = float((self.network.frames.areas / self.network.sizes**2) @ areas)
+        return RealSolution(values, (gram + gram.T) / 2, predicted)
 
     def derivatives(self, x: FloatArray, t: FloatArray, h: float) -> FloatArray:
         """(F, 4) p, q, r, s of the triangles, for real unknowns x (n,) and integers t (m,)."""

@@ -13,13 +13,13 @@ from geometry.mesh.ragged_arrays import next_in_row, row_of_entry
 __all__ = ["Polygons", "simplified_rim"]
 
 SHORT_RIM_EDGE = 0.42
-"""Length below which an edge that touches the rim is contracted, over the target edge length."""
+"""Length below which an edge that touches the rim is contracted, over the edge length wanted there."""
 
 SHARP_RIM_CORNER = np.radians(22.0)
 """Angle of a face at the rim, in radians, below which the shortest of its edges that touch the rim is contracted."""
 
 LONGEST_CONTRACTED_EDGE = 0.9
-"""Length below which such an edge of a face with a sharp corner is contracted, over the target edge length."""
+"""Length below which such an edge of a face with a sharp corner is contracted, over the edge length wanted there."""
 
 MAX_CONTRACTION_ROUNDS = 60
 """Largest number of rounds of contractions at the rim."""
@@ -28,11 +28,13 @@ MAX_CONTRACTION_ROUNDS = 60
 @dataclass(frozen=True, eq=False)
 class Polygons:
     """Faces as corners and starts, of Combinatorics, over positions (N, 3). origins (N,): the vertex that each vertex
-    was originally. is_kept (N,): vertices that are neither removed nor contracted into another one.
+    was originally. lengths (N,): edge lengths wanted there. is_kept (N,): vertices that are neither removed nor
+    contracted into another one.
     """
 
     positions: FloatArray
     origins: IntArray
+    lengths: FloatArray
     is_kept: BoolArray
     corners: IntArray
     starts: IntArray
@@ -60,13 +62,14 @@ class Polygons:
         return Polygons(
             self.positions[used],
             self.origins[used],
+            self.lengths[used],
             self.is_kept[used],
             integers(numbered),
             integers(np.concatenate([[0], np.cumsum(sizes)])),
         )
 
 
-def simplified_rim(polygons: Polygons, edge_length: float) -> Polygons:
+def simplified_rim(polygons: Polygons) -> Polygons:
     """The polygons without rim vertices at which no line ends, and with short edges at the rim contracted.
 
     Contracted are edges that touch the rim and are shorter than `SHORT_RIM_EDGE`, or the shortest ones of a face with a
@@ -76,7 +79,7 @@ def simplified_rim(polygons: Polygons, edge_length: float) -> Polygons:
     forbidden = np.zeros(0, dtype=np.int64)
     for _ in range(MAX_CONTRACTION_ROUNDS):
         c = polygons.combinatorics
-        costs = _costs(polygons, c, edge_length)
+        costs = _costs(polygons, c)
         keys = _edge_keys(polygons, c.edges)
         costs[np.isin(keys, forbidden)] = np.inf
         least = np.full(c.n_vertices, np.inf)
@@ -111,10 +114,11 @@ def _without_rim_vertices(polygons: Polygons) -> Polygons:
         polygons = smaller
 
 
-def _costs(polygons: Polygons, c: Combinatorics, edge_length: float) -> FloatArray:
-    """(E,) lengths of edges that may be contracted, others infinite."""
+def _costs(polygons: Polygons, c: Combinatorics) -> FloatArray:
+    """(E,) lengths of edges that may be contracted, over the wanted ones; others infinite."""
     tail, head = c.edges.T
-    lengths = np.linalg.norm(polygons.positions[head] - polygons.positions[tail], axis=1) / edge_length
+    lengths = np.linalg.norm(polygons.positions[head] - polygons.positions[tail], axis=1)
+    lengths = lengths / polygons.lengths[c.edges].mean(axis=1)
     at_rim = c.is_boundary_vertex[c.edges]
     can_move = ~polygons.is_kept[c.edges] & (~at_rim | at_rim[:, ::-1])  # the ends that may move to the other end
     possible = at_rim.any(axis=1) & can_move.any(axis=1) & (c.is_boundary_edge | ~at_rim.all(axis=1))

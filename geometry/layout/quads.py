@@ -9,20 +9,21 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, floats, integers, short_repr
-from geometry.errors import GeometryError
-from geometry.layout.conjugate_networks import conjugate_network
+from geometry.errors import GeometryError, finite_number
 from geometry.layout.drafts import draft
-from geometry.layout.networks import Network
 from geometry.layout.quality import LayoutQuality, along_network, layout_quality
 from geometry.layout.seams import seamless_maps
-from geometry.layout.tangent_frames import TangentFrames
 from geometry.layout.twists import twist_corrections
 from geometry.mesh import Mesh
 from geometry.mesh.mesh_polylines import mesh_polylines
+from geometry.networks.conjugate_networks import conjugate_network
+from geometry.networks.graded_sizes import graded_sizes
+from geometry.networks.networks import Network
+from geometry.networks.tangent_frames import TangentFrames
 from geometry.surface import Surface
 from geometry.surface.surface import check_points
 
-__all__ = ["Boundary", "LaidMesh", "boundary_lengths", "lay_quads"]
+__all__ = ["LARGEST_LENGTH_RATIO", "Boundary", "LaidMesh", "affine_map", "boundary_lengths", "lay_quads"]
 
 Boundary = Literal["open", "aligned"]
 """Whether lines end at the boundary ("open") or the boundary consists of lines ("aligned")."""
@@ -36,6 +37,10 @@ FEWEST_FACES = 4
 
 SINGULAR_DETERMINANT = 1e-6
 """Determinant of an affine map over the cube of its size, below which it is not invertible."""
+
+
+LARGEST_LENGTH_RATIO = 10.0
+"""Largest ratio of edge lengths that can be asked for: beyond, faces between long and short edges are distorted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +80,7 @@ def lay_quads(
     affine: Any = None,
     boundary: Boundary | Sequence[Boundary] = "open",
     strokes: Sequence[Any] = (),
+    finer_where_curved: float = 1.0,
 ) -> LaidMesh:
     """Quads of about one size along principal lines, or along other conjugate lines.
 
@@ -83,6 +89,9 @@ def lay_quads(
     boundary: "open", lines end there; or "aligned", it consists of lines, which may add singularities; or a list with
     one of these words for each boundary loop, the longest first, in the order of `boundary_lengths`.
     strokes: polylines (k, 3) near the surface, of any length, whose directions the lines follow.
+    finer_where_curved: how many times longer edges may be where the surface is flattest than where it curves most;
+    between these, chords are to be equally far from the surface. 1: all edges are to be of one length. Lines that are
+    conjugate cannot have any distances: `quality.length_shares` has the lengths that were reached.
     Where the surface is flat or umbilic, directions continue from its surroundings; if it is so everywhere, they follow
     the longest direction of the surface.
     Raises GeometryError for numbers that do not fit the surface, surfaces that cross themselves, curvature that cannot
@@ -97,13 +106,17 @@ def lay_quads(
     (True, 0, True)
     """
     _check(surface, n_faces, edge_length)
+    _check_ratio(finer_where_curved)
     mesh, origin = surface.triangulated.near_zero()
     frames = TangentFrames(mesh)
     align = _aligned_edges(mesh, boundary)
-    network, field, undirected = conjugate_network(frames, _affine(affine), align, _strokes(strokes, origin))
+    network, field, undirected = conjugate_network(frames, affine_map(affine), align, _strokes(strokes, origin))
     maps = seamless_maps(mesh.combinatorics, field, _lines(network, align) if align.any() else None)
 
-    count = float(n_faces) if n_faces is not None else float(frames.areas.sum()) / float(edge_length or 1) ** 2
+    area = float(frames.areas.sum())
+    count = float(n_faces) if n_faces is not None else area / float(edge_length or 1) ** 2
+    if finer_where_curved > 1:
+        network = network.with_sizes(graded_sizes(frames, finer_where_curved, np.sqrt(area / count)))
     first = draft(network, field, maps, count)
     twists = twist_corrections(network, first.derivatives, first.mesh, first.edge_length)
     corrected = count * count / first.mesh.n_faces  # the rim adds or removes faces
@@ -155,6 +168,17 @@ def _check(surface: Surface, n_faces: int | None, edge_length: float | None) -> 
     surface.check_embedded()
 
 
+def _check_ratio(finer_where_curved: float) -> None:
+    ratio = finite_number("finer_where_curved", finer_where_curved)
+    if not 1 <= ratio <= LARGEST_LENGTH_RATIO:
+        raise GeometryError(
+            f"finer_where_curved is {ratio:g}: a number from 1, for edges of one length, to "
+            f"{LARGEST_LENGTH_RATIO:g} is needed",
+            value=ratio,
+            bound=1.0 if ratio < 1 else LARGEST_LENGTH_RATIO,
+        )
+
+
 def _loops(mesh: Mesh) -> list[tuple[IntArray, float]]:
     """The vertices of each boundary loop, and its length, longest first."""
     loops = mesh.combinatorics.boundary_loops
@@ -198,7 +222,8 @@ def _strokes(given: Sequence[Any], origin: FloatArray) -> list[FloatArray]:
     return strokes
 
 
-def _affine(given: Any) -> FloatArray | None:
+def affine_map(given: Any) -> FloatArray | None:
+    """The given map as a matrix (3, 3); None for the identity. Raises GeometryError where it is not invertible."""
     if given is None:
         return None
     affine = floats(given)

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray, floats
-from geometry.layout.networks import Network
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import face_centroids
+from geometry.networks.networks import Network
 from geometry.surface import Surface
 
 __all__ = ["LayoutQuality", "along_network", "layout_quality"]
+
+LENGTH_SHARES = (0.05, 0.5, 0.95)
+"""Shares of the edges whose largest length is reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,10 +23,10 @@ class LayoutQuality:
     """Lengths in mean edge lengths of the mesh, angles in radians.
 
     quad_share: share of the faces that are quads. valences: numbers of inner vertices by valence, without 4.
-    corner_angles (C,). edge_lengths (E,). off_network (n,): angles between the edges inside the mesh and the nearer
-    direction of the network. planarity (F,): see `Mesh`. off_surface (F,): distances of the centres of faces from the
-    surface; vertices are on it. undirected_share: share of the area where the surface is flat or umbilic, so that any
-    directions are conjugate.
+    corner_angles (C,). edge_lengths (E,); length_shares (3,): what 5 %, 50 % and 95 % of them do not exceed.
+    off_network (n,): angles between the edges inside the mesh and the nearer direction of the network. planarity (F,):
+    see `Mesh`. off_surface (F,): distances of the centres of faces from the surface; vertices are on it.
+    undirected_share: share of the area where the surface is flat or umbilic, so that any directions are conjugate.
     """
 
     quad_share: float
@@ -34,6 +37,10 @@ class LayoutQuality:
     planarity: FloatArray
     off_surface: FloatArray
     undirected_share: float
+
+    @property
+    def length_shares(self) -> FloatArray:
+        return floats(np.quantile(self.edge_lengths, LENGTH_SHARES))
 
 
 def layout_quality(mesh: Mesh, along: FloatArray, surface: Surface, undirected_share: float) -> LayoutQuality:

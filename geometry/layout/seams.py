@@ -14,9 +14,9 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from geometry.arrays import BoolArray, FloatArray, IntArray, integers
-from geometry.layout.combed_fields import CombedField
 from geometry.layout.integer_lattices import integer_kernel
 from geometry.mesh import Combinatorics
+from geometry.networks.combed_fields import CombedField
 from geometry.optimise import SparseMatrix, apply
 
 __all__ = ["SeamlessMaps", "seamless_maps"]

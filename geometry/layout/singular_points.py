@@ -8,10 +8,10 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
 from geometry.arrays import IntArray, integers
-from geometry.layout.combed_fields import CombedField
 from geometry.layout.quarter_turns import quarter_turned
 from geometry.layout.seams import SeamlessMaps
-from geometry.layout.tangent_frames import TangentFrames
+from geometry.networks.combed_fields import CombedField
+from geometry.networks.tangent_frames import TangentFrames
 from geometry.optimise import SparseMatrix
 
 __all__ = ["singular_differences"]

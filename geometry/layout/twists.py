@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geometry.arrays import FloatArray
-from geometry.layout.networks import Network, determinants, forms_of_isolines
 from geometry.mesh import Mesh
+from geometry.networks.networks import Network, determinants, forms_of_isolines
 
 __all__ = ["twist_corrections"]
 
@@ -37,6 +37,7 @@ def twist_corrections(network: Network, derivatives: FloatArray, mesh: Mesh, h: 
     points = mesh.vertices[c.corners[c.face_starts[quads][:, None] + np.arange(4)]]
     centres = points.mean(axis=1)
     nearest = frames.nearest(centres)
+    lengths = h * network.sizes
     normals = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     twists = np.einsum("qi,qi->q", points[:, 0] - points[:, 1] + points[:, 2] - points[:, 3], normals)
@@ -45,7 +46,7 @@ def twist_corrections(network: Network, derivatives: FloatArray, mesh: Mesh, h: 
 
     p, q, r, s = derivatives.T
     form = forms_of_isolines(network.forms, derivatives)
-    twist_scale = network.curvature * h**2
+    twist_scale = network.curvature * lengths[nearest] ** 2
     sign = _along(side, first[nearest], second[nearest])
     corrections = sign * twists * determinants(derivatives)[nearest] ** 2 / twist_scale - form[nearest]
     corrections = (corrections / np.maximum(p * s + q * r, 0.2)[nearest]).clip(
@@ -53,7 +54,7 @@ def twist_corrections(network: Network, derivatives: FloatArray, mesh: Mesh, h: 
     )
 
     distance, quad = KDTree(centres).query(frames.centres, AVERAGED_QUADS)
-    weights = (np.asarray(distance) / h + QUAD_WEIGHT_OFFSET) ** -2
+    weights = (np.asarray(distance) / lengths[:, None] + QUAD_WEIGHT_OFFSET) ** -2
     weights /= weights.sum(axis=1, keepdims=True)
     nearby = sign[quad] * _along(side[quad], first[:, None], second[:, None]) * corrections[quad]
     mean, mean_square = (weights * nearby).sum(axis=1), (weights * nearby**2).sum(axis=1)

@@ -60,12 +60,13 @@ def remesh(
     affine: Any = None,
     boundary: Boundary | Sequence[Boundary] = "open",
     strokes: Sequence[Any] = (),
+    finer_where_curved: float = 1.0,
     fairness: float = 0.3,
 ) -> RemeshedSurface:
     """A mesh of planar, mostly quadrilateral faces on a surface, along a network of conjugate curves.
 
-    n_faces or edge_length, affine, boundary, strokes: see `lay_quads`. fairness: see `Guides`; vertices glide on the
-    surface, those at the boundary along it.
+    n_faces or edge_length, affine, boundary, strokes, finer_where_curved: see `lay_quads`. fairness: see `Guides`;
+    vertices glide on the surface, those at the boundary along it.
 
     Raises as `lay_quads` does, and as `planarise` does where the laid mesh has no planar one near it.
 
@@ -79,7 +80,13 @@ def remesh(
     (True, 1.0)
     """
     laid = lay_quads(
-        surface, n_faces=n_faces, edge_length=edge_length, affine=affine, boundary=boundary, strokes=strokes
+        surface,
+        n_faces=n_faces,
+        edge_length=edge_length,
+        affine=affine,
+        boundary=boundary,
+        strokes=strokes,
+        finer_where_curved=finer_where_curved,
     )
     smooth = refined(surface)
     return RemeshedSurface(

@@ -24,10 +24,10 @@ from rich.console import Console
 
 from geometry.errors import GeometryError
 from geometry.layout import lay_quads
-from geometry.layout.networks import Network
 from geometry.layout.quality import along_network, layout_quality
 from geometry.mesh import Mesh
 from geometry.meshing import Guides, planarise
+from geometry.networks.networks import Network
 from geometry.surface import Surface, refined
 
 sys.path.insert(0, str(Path(__file__).parents[2]))

@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.layout.cells import cells_between_isolines
-from geometry.layout.combed_fields import CombedField, comb
-from geometry.layout.conjugate_networks import conjugate_network
-from geometry.layout.cross_fields import cross_field
 from geometry.layout.exact_maps import CELL_SIZE, ExactMap, cross
 from geometry.layout.integer_lattices import integer_kernel, nearest_integers
 from geometry.layout.quarter_turns import quarter_turned
 from geometry.layout.seams import SeamlessMaps, seamless_maps
-from geometry.layout.tangent_frames import TangentFrames
+from geometry.networks.combed_fields import CombedField, comb
+from geometry.networks.conjugate_networks import conjugate_network
+from geometry.networks.cross_fields import cross_field
+from geometry.networks.tangent_frames import TangentFrames
 from geometry.surface import Surface
 from tests.geometry.design_surfaces import ball, chart, cylinder, disc, monkey_saddle, torus
 

@@ -13,12 +13,21 @@ from geometry.errors import GeometryError
 from geometry.layout import boundary_lengths, lay_quads
 from geometry.mesh import Mesh
 from geometry.remeshing import affine_stretches, remesh, study_networks
-from geometry.surface import Surface
-from tests.geometry.design_surfaces import chart, cylinder, disc, sphere_cap
+from geometry.surface import Curvature, Surface
+from tests.geometry.design_surfaces import ball, chart, cylinder, disc, sphere_cap
 
 
 def saddle() -> Surface:
     return disc(20, lambda x, y: x**2 / 2 - y**2 / 4)
+
+
+def vault() -> Surface:
+    """Of parabolas: the curvature at the ridge is 30 times that at the eaves, and rulings can have any distances."""
+    return chart(60, 40, lambda u, v: (2 * u - 1, 2 * v, -1.5 * (2 * u - 1) ** 2))
+
+
+def bowl() -> Surface:
+    return disc(30, lambda x, y: 1.5 * x**2 + 0.5 * y**2)
 
 
 def square_saddle() -> Surface:
@@ -80,6 +89,49 @@ def test_lines_follow_a_stroke(turn: float) -> None:
     assert lengthwise.sum() > 10
     assert np.median(off[lengthwise]) < 3
     assert np.median(90 - off[~lengthwise]) < 6
+
+
+def by_curvature(mesh: Mesh, surface: Surface) -> tuple[float, float]:
+    """Mean lengths of the quarters of the edges where the surface is flattest and where it curves most."""
+    curvatures = np.linalg.norm(Curvature.of(surface.triangulated).tensors, axis=(1, 2))
+    middles = mesh.vertices[mesh.combinatorics.edges].mean(axis=1)
+    lengths = mesh.edge_lengths[np.argsort(curvatures[KDTree(surface.triangulated.vertices).query(middles)[1]])]
+    quarter = len(lengths) // 4
+    return float(lengths[:quarter].mean()), float(lengths[-quarter:].mean())
+
+
+@pytest.mark.parametrize(("make", "gain"), [(vault, 1.5), (bowl, 1.2), (lambda: ball(3, (4.0, 1.2, 1.0)), 1.03)])
+def test_edges_are_shorter_where_the_surface_curves_more(make: Any, gain: float) -> None:
+    """As far as the lines allow: on the ellipsoid they leave no choice but that between its two ends and its middle."""
+    surface = make()
+    ratios = []
+    for ratio in (1.0, 4.0):
+        result = remesh(surface, n_faces=500, finer_where_curved=ratio)
+        flat, curved = by_curvature(result.mesh, surface)
+        ratios.append(flat / curved)
+        assert result.mesh.planarity.max() < 1e-12
+        assert abs(result.mesh.n_faces - 500) < 60
+        assert np.quantile(result.planarised.moves, 0.95) < 0.08
+        assert result.surface_distances.max() < 0.1 * result.mesh.mean_edge_length
+        assert (np.diff(result.laid.quality.length_shares) > 0).all()
+    print(ratios)
+    assert ratios[1] > gain * ratios[0]
+
+
+@pytest.mark.parametrize("make", [cylinder, sphere_cap])
+def test_constant_curvature_asks_for_one_length(make: Any) -> None:
+    surface = make()
+    one, graded = (lay_quads(surface, n_faces=400, finer_where_curved=ratio) for ratio in (1, 4))
+    assert one.mesh.combinatorics.same_as(graded.mesh.combinatorics)
+    moves = np.linalg.norm(one.mesh.vertices - graded.mesh.vertices, axis=1) / one.mesh.mean_edge_length
+    assert moves.max() < 0.1
+    assert graded.network.sizes == pytest.approx(1, abs=0.02)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 11, float("nan")])
+def test_ratios_of_lengths_are_bounded(ratio: float) -> None:
+    with pytest.raises(GeometryError, match="finer_where_curved is"):
+        lay_quads(saddle(), n_faces=100, finer_where_curved=ratio)
 
 
 def regular_shares(surface: Surface, boundary: object) -> tuple[float, float]:

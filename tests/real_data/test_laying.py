@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from geometry.layout import lay_quads
-from geometry.layout.conjugate_networks import conjugate_network
 from geometry.layout.drafts import draft
 from geometry.layout.seams import seamless_maps
-from geometry.layout.tangent_frames import TangentFrames
 from geometry.layout.twists import twist_corrections
 from geometry.meshing import Guides, planarise
+from geometry.networks.conjugate_networks import conjugate_network
+from geometry.networks.tangent_frames import TangentFrames
 from geometry.surface import refined
 from tests.geometry.design_surfaces import roof
 from tests.real_data.meshes import needs_data

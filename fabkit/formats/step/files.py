@@ -1,4 +1,4 @@
-"""STEP files (ISO 10303-21, AP242 or AP214) of parts with planar faces, written without a CAD kernel.
+"""STEP files (ISO 10303-21, AP242 or AP214) of parts with planar and round faces, written without a CAD kernel.
 
 One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / group /
 part; no loose faces, no p-curves. One placement, which the groups share, moves the structure to the
@@ -24,10 +24,10 @@ import numpy as np
 
 from fabkit.errors import OutputError
 from fabkit.formats.step.entities import Schema
-from fabkit.formats.step.solid import solid_numbers
+from fabkit.formats.step.solid import Template, by_template, solid_numbers
 from fabkit.formats.step.text import reals, string
 from fabkit.formats.step.writer import PARTS_PER_BATCH, StepWriter, check_name, instance_name, product_names
-from fabkit.parts import Assembly, Kind, Material, Part, Parts, SolidArray, Topology
+from fabkit.parts import Assembly, Kind, Material, Part, Parts, SolidArray
 from geometry.arrays import FloatArray
 
 __all__ = [
@@ -174,23 +174,29 @@ def write_part_steps(
         names, materials = product_names(parts), parts.material[parts.firsts]
         for number, material in enumerate(parts.materials):
             own = np.flatnonzero(materials == number)
-            for solids in parts.solids.by_topology(parts.shape[parts.firsts[own]]):
+            for template, solids in by_template(parts.solids.by_topology(parts.shape[parts.firsts[own]])):
                 for start in range(0, len(solids.parts), PARTS_PER_BATCH):
                     batch = solids[start : start + PARTS_PER_BATCH]
                     named = {parts.mark_names[k]: names[k] for k in own[batch.parts].tolist()}
-                    _write_solids(folder, head, named, parts.kind, material, batch)
+                    _write_solids(folder, head, named, parts.kind, material, template, batch)
 
 
 def _write_solids(
-    folder: Path, head: _Head, names: dict[str, str], kind: Kind[Any], material: Material, batch: SolidArray
+    folder: Path,
+    head: _Head,
+    names: dict[str, str],
+    kind: Kind[Any],
+    material: Material,
+    of: Template,
+    batch: SolidArray,
 ) -> None:
     """Write a file for each mark, whose products have these names, of parts that differ only in the vertices of their
     solids; so one text serves as the template of all.
     """
     marks = list(names)
-    numbers = solid_numbers(batch, marks)
+    numbers = solid_numbers(of, batch, marks)
     width, texts = numbers.shape[1], reals(numbers)
-    template = _file_template(head, kind, material, batch.topology, width)
+    template = _file_template(head, kind, material, of, width)
     for n, mark in enumerate(marks):
         check_name(mark)
         text = template % tuple(texts[n * width : (n + 1) * width])
@@ -200,13 +206,13 @@ def _write_solids(
 
 
 @lru_cache(maxsize=256)
-def _file_template(head: _Head, kind: Kind[Any], material: Material, topology: Topology, n_numbers: int) -> str:
+def _file_template(head: _Head, kind: Kind[Any], material: Material, of: Template, n_numbers: int) -> str:
     """The text of the file of one part, with %s in place of each of its numbers, and with stand-ins for its names."""
     stream = StringIO()
     schema, *texts = head
     writer = StepWriter(stream, MARK_HERE, schema, *(text.replace("%", "%%") for text in texts))
     material = replace(material, name=material.name.replace("%", "%%"))
-    writer.write_shape(kind, MARK_HERE, NAME_HERE, material, topology, ["%s"] * n_numbers)
+    writer.write_shape(kind, MARK_HERE, NAME_HERE, material, of, ["%s"] * n_numbers)
     writer.end()
     return stream.getvalue()
 

@@ -31,9 +31,9 @@ from fabkit.formats.step.entities import (
     STYLE_BLOCK,
     Schema,
 )
-from fabkit.formats.step.solid import STEP_ACCURACY_MM, solid_entities, solid_numbers
+from fabkit.formats.step.solid import STEP_ACCURACY_MM, Template, by_template, solid_entities, solid_numbers
 from fabkit.formats.step.text import Block, reals, string
-from fabkit.parts import Kind, Material, Part, Parts, Solids, Topology
+from fabkit.parts import Kind, Material, Part, Parts, Solids
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["PARTS_PER_BATCH", "StepWriter", "check_name", "instance_name", "product_names", "solid_texts"]
@@ -147,24 +147,23 @@ class StepWriter:
         chosen = parts.take(new)
         marks, names = chosen.mark_names, product_names(chosen)
         texts = solid_texts(parts.solids, parts.shape[new], marks)
-        for mark, name, material, shape, numbers in zip(
-            marks, names, parts.material[new].tolist(), parts.shape[new].tolist(), texts, strict=True
+        for mark, name, material, (template, numbers) in zip(
+            marks, names, parts.material[new].tolist(), texts, strict=True
         ):
-            topology = parts.solids.topologies[parts.solids.topology[shape]]
-            self.write_shape(parts.kind, mark, name, parts.materials[material], topology, numbers)
+            self.write_shape(parts.kind, mark, name, parts.materials[material], template, numbers)
 
     def write_shape(
-        self, kind: Kind[Any], mark: str, product: str, of: Material, topology: Topology, numbers: Sequence[str]
+        self, kind: Kind[Any], mark: str, product: str, of: Material, template: Template, numbers: Sequence[str]
     ) -> None:
-        """The product of a mark; product: its name, by `product_names`; numbers: those of its solid, by `solid_texts`.
-        Raises OutputError for a mark that is not a valid name."""
+        """The product of a mark; product: its name, by `product_names`; template and numbers: those of its solid, by
+        `solid_texts`. Raises OutputError for a mark that is not a valid name."""
         check_name(mark)
         if mark in self._taken:
             raise _taken(mark)
         name, material, style = string(mark), self._material(of), self._style(kind.colour)
         ids = (str(material), str(material + DENSITY_OFFSET), str(style))
         values = (self._revision, name, string(product), kind.name, *ids, name, *numbers)
-        self._products[mark] = self._add(_part_block(topology), values)
+        self._products[mark] = self._add(_part_block(template), values)
 
     def _write_instances(self, parts: Parts[Any], rows: IntArray) -> None:
         """These parts at their places, in their group."""
@@ -228,7 +227,8 @@ class StepWriter:
     def _check_content(self, parts: Parts[Any], k: int) -> None:
         mark, shape = parts.mark_names[parts.mark[k]], parts.shape[k]
         topology = parts.solids.topologies[parts.solids.topology[shape]]
-        corners, vertices = topology.corners.tobytes(), parts.solids.vertices[int(shape)].tobytes()
+        corners = topology.corners.tobytes() + topology.rounds.tobytes()
+        vertices = parts.solids.vertices[int(shape)].tobytes()
         content = hash((parts.kind.name, parts.materials[parts.material[k]], corners, vertices))
         if self._contents.setdefault(mark, content) != content:
             raise OutputError(
@@ -279,20 +279,21 @@ def _taken(mark: str) -> OutputError:
     return OutputError(f"mark {mark} is also the name of the structure or a group; names must be unique")
 
 
-def solid_texts(solids: Solids, chosen: IntArray, names: Sequence[str]) -> list[list[str]]:
-    """Measures and numbers of these solids (k,), of parts with these names, as text."""
-    rows: dict[int, list[str]] = {}
-    for batch in solids.by_topology(chosen):
-        texts = reals(solid_numbers(batch, [names[n] for n in batch.parts.tolist()]))
+def solid_texts(solids: Solids, chosen: IntArray, names: Sequence[str]) -> list[tuple[Template, list[str]]]:
+    """Template, and measures and numbers as text, of these solids (k,), of parts with these names."""
+    rows: dict[int, tuple[Template, list[str]]] = {}
+    for template, batch in by_template(solids.by_topology(chosen)):
+        texts = reals(solid_numbers(template, batch, [names[n] for n in batch.parts.tolist()]))
         width = len(texts) // len(batch.parts)
-        rows |= {n: texts[row * width : (row + 1) * width] for row, n in enumerate(batch.parts.tolist())}
+        for row, n in enumerate(batch.parts.tolist()):
+            rows[n] = template, texts[row * width : (row + 1) * width]
     return [rows[n] for n in range(len(chosen))]
 
 
 @lru_cache(maxsize=256)
-def _part_block(topology: Topology) -> Block:
+def _part_block(template: Template) -> Block:
     """The entities of a part, without its placements."""
-    return Block([*PART, *solid_entities(topology, len(PART))])
+    return Block([*PART, *solid_entities(template, len(PART))])
 
 
 def _placements(parts: Parts[Any], rows: IntArray) -> FloatArray:

@@ -8,9 +8,9 @@ import numpy as np
 
 from geometry.arrays import BoolArray, ComplexArray, IntArray, complexes, integers
 from geometry.errors import raise_worst
-from geometry.layout.tangent_frames import TangentFrames
 from geometry.mesh import Combinatorics
 from geometry.mesh.spanning_forests import spanning_forest
+from geometry.networks.tangent_frames import TangentFrames
 
 __all__ = ["CombedField", "comb"]
 

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array, csc_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
 from geometry.arrays import ComplexArray, FloatArray, IntArray
-from geometry.layout.tangent_frames import TangentFrames
+from geometry.networks.tangent_frames import TangentFrames
 from geometry.optimise import factorise
 
 __all__ = ["aligned_directions", "cross_field"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry.arrays import ComplexArray, FloatArray, floats, short_repr
-from geometry.layout.tangent_frames import TangentFrames
+from geometry.networks.tangent_frames import TangentFrames
 
 __all__ = ["Network", "determinants", "forms_of_isolines"]
 
@@ -17,6 +17,14 @@ class Network:
     """first, second (F,): unit tangent vectors in the frames of triangles, the second to the left of the first.
 
     forms (F, 3): II(first, first), II(first, second), II(second, second), over `curvature`, its root mean square.
+    sizes (F,): wanted edge lengths over the typical one.
+
+    >>> from geometry import Surface, lay_quads
+    >>> from geometry.mesh import shapes
+    >>> barrel = Surface(shapes.rotational_mesh([[2, 0.3 * k] for k in range(10)], 30, closed=False))
+    >>> network = lay_quads(barrel, n_faces=100).network
+    >>> np.degrees(network.crossing_angles).round().tolist(), set(network.sizes.tolist())
+    ([90.0, 90.0], {1.0})
     """
 
     __repr__ = short_repr
@@ -26,6 +34,7 @@ class Network:
     second: ComplexArray
     forms: FloatArray
     curvature: float
+    sizes: FloatArray
 
     @classmethod
     def of(cls, frames: TangentFrames, first: FloatArray, second: FloatArray, tensors: FloatArray) -> Network:
@@ -39,7 +48,8 @@ class Network:
         mean_square = frames.areas @ (tensors**2).sum(axis=(1, 2)) / frames.areas.sum()
         size = float(np.sqrt(mean_square))
         flat = np.zeros_like(forms)
-        return cls(frames, a, b, floats(np.divide(forms, size, out=flat, where=size > 0)), size)
+        relative = floats(np.divide(forms, size, out=flat, where=size > 0))
+        return cls(frames, a, b, relative, size, floats(np.ones(len(forms))))
 
     @property
     def crossing_angles(self) -> FloatArray:
@@ -49,6 +59,10 @@ class Network:
         order = np.argsort(angles)
         shares = np.cumsum(self.frames.areas[order]) / self.frames.areas.sum()
         return floats(angles[order][np.minimum(np.searchsorted(shares, (0.05, 0.5)), len(angles) - 1)])
+
+    def with_sizes(self, sizes: FloatArray) -> Network:
+        """The network with other wanted edge lengths (F,)."""
+        return replace(self, sizes=sizes)
 
     def corrected(self, twists: FloatArray) -> Network:
         """The network with twists (F,) added to II(first, second), over the root mean square of the curvature."""

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, complexes
-from geometry.layout.combed_fields import CombedField, comb
-from geometry.layout.cross_fields import aligned_directions, cross_field
-from geometry.layout.networks import Network
-from geometry.layout.tangent_frames import TangentFrames
+from geometry.networks.combed_fields import CombedField, comb
+from geometry.networks.cross_fields import aligned_directions, cross_field
+from geometry.networks.networks import Network
+from geometry.networks.tangent_frames import TangentFrames
 from geometry.surface import Curvature
 
 __all__ = ["conjugate_network"]
