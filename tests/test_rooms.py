@@ -136,6 +136,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.checking": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", "geometry.gauss", "geometry.arrays"},
     "fabkit.detailing": {
         "fabkit.checking",
+        "fabkit.connections",
         "fabkit.fitness",
         "fabkit.kinds",
         "fabkit.parts",
@@ -397,11 +398,20 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "parts",
         "assembly",
     ),
+    "fabkit.checking": (
+        "convex_pieces fit links positions",
+        "convex",
+        "clash",
+        "placed_parts",
+        "panel_bounds",
+    ),
     "fabkit.detailing": (
-        "setbacks",
+        "setbacks bars drilling",
         "ends",
         "beams joining",
+        "hubs",
         "nodes panels",
+        "bolted",
         "panel_underside",
         "panel_levels",
         "assembling",
@@ -415,7 +425,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "facts",
     ),
     "fabkit.formats": (
-        "shape_triangles occt_solids",
+        "shape_files shape_triangles occt_solids",
         "exact_surfaces manifest polylines renaming tables triangles single_files workbook",
         "folder gltf kernels",
         "documents",

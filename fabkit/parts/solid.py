@@ -60,7 +60,7 @@ class SolidArray:
 
     def in_batches(self) -> list[SolidArray]:
         """The same solids in smaller batches, one at least."""
-        size = max(1, CORNERS_PER_BATCH // len(self.topology.corners))
+        size = max(1, CORNERS_PER_BATCH // max(1, len(self.topology.corners)))
         return [self[k : k + size] for k in range(0, max(1, len(self.parts)), size)]
 
     @cached_property
