@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from geometry.errors import GeometryError, MeshFileError
 
-__all__ = ["DetailingError", "FabkitError", "FolderError", "NestingError", "OutputError", "ProjectError", "error_sentence"]
+__all__ = [
+    "DetailingError",
+    "FabkitError",
+    "FolderError",
+    "NestingError",
+    "OutputError",
+    "ProjectError",
+    "error_sentence",
+]
 
 
 class FabkitError(ValueError):
