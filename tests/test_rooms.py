@@ -424,6 +424,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "sheet_nesting summary",
         "facts",
     ),
+    "fabkit.formats.step": ("text solid", "entities", "writer", "files"),
     "fabkit.formats": (
         "shape_files shape_triangles occt_solids",
         "exact_surfaces manifest polylines renaming tables triangles single_files workbook",
