@@ -399,8 +399,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembly",
     ),
     "fabkit.checking": (
-        "convex_pieces fit links positions",
-        "convex",
+        "convex_pieces fit links positions separation",
+        "bores convex",
         "clash",
         "placed_parts",
         "panel_bounds",
