@@ -134,8 +134,8 @@ def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
         each_value("Setbacks (mm)", 2, nodes, own.setbacks_mm),
         each_value("Uncovered (%)", 1, nodes, own.uncovered_percent),
         of_first("Height (mm)", 2, nodes, own.height_mm),
-        over_all("Step between tops (mm)", 2, nodes, own.top_step_mm),
-        over_all("Axis misalignment (mm)", 2, nodes, own.axis_misalignment_mm),
+        *over_all("Step between tops (mm)", 2, nodes, own.top_step_mm),
+        *over_all("Axis misalignment (mm)", 2, nodes, own.axis_misalignment_mm),
         *masses(nodes),
         files(nodes, "parts/{}.step"),
     ]
