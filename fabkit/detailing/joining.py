@@ -33,9 +33,9 @@ def not_joinable(mesh: Mesh, ends: Ends, rules: DetailingRules) -> dict[int, str
         return {}
     would_do: dict[ConnectionKind, IntArray] = {}
     for kind in CONNECTION_KINDS:
-        if kind != rules.connection.kind:
-            other = replace(rules, connection=ConnectionRules(kind=kind))
-            would_do[kind] = np.setdiff1d(found, _failing(mesh, ends, other))
+        other = ConnectionRules(kind=kind)
+        if kind != rules.connection.kind and not other.problems_with(rules.beams.profile):
+            would_do[kind] = np.setdiff1d(found, _failing(mesh, ends, replace(rules, connection=other)))
     reasons = {}
     for end in found[np.argsort(ends.setback[found], kind="stable")].tolist():
         others = [TO_JOIN[kind] for kind, good in would_do.items() if end in good]

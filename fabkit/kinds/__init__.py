@@ -3,7 +3,7 @@ its measures and labels, and its symmetry."""
 
 from fabkit.kinds.beams import BEAM, BeamDetails
 from fabkit.kinds.columns import LEFT_OUT, NO_NEIGHBOUR, marks_at
-from fabkit.kinds.nodes import NODE, NodeDetails
+from fabkit.kinds.nodes import NODE, NodeDetails, smallest_gaps
 from fabkit.kinds.panels import PANEL, PanelDetails, panel_outlines
 from fabkit.kinds.plain import plain_kind
 
@@ -19,4 +19,5 @@ __all__ = [
     "marks_at",
     "panel_outlines",
     "plain_kind",
+    "smallest_gaps",
 ]
