@@ -91,7 +91,8 @@ def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path
 
 
 def _write(folder: Path, built: Built, stages: Stages) -> None:
-    write_documents(folder, built.structure.pair, built.assembly, built.nest, built.summary, stages)
+    rules = built.project.document_rules
+    write_documents(folder, built.structure.pair, built.assembly, built.nest, built.summary, stages, rules)
     write_manifest(folder, manifest_of(built), built.facts.all)
 
 

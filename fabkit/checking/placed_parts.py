@@ -172,7 +172,7 @@ def _concerned(*parts: Part) -> tuple[tuple[str, int], ...]:
 
 
 def _twice(assembly: Assembly) -> Iterator[Violation]:
-    for group in assembly.groups:
+    for group in (each for each in assembly.groups if each.kind.one_per_element):
         elements, counts = np.unique(group.elements, return_counts=True)
         for element, count in zip(elements[counts > 1].tolist(), counts[counts > 1].tolist(), strict=True):
             finding = f"{group.kind.element} {element} has {count} {group.kind.group}, allowed 1"

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from fabkit.checking import Violation, panels_crossing_support_planes, violations, violations_sentence
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
+from fabkit.detailing.bolted import bolted_nodes, fasteners
 from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.hubs import caps, on_tubes
 from fabkit.detailing.joining import not_joinable
 from fabkit.detailing.nodes import make_nodes
 from fabkit.detailing.panel_levels import PanelLevels, panel_levels, underside_reason, unfit_panels
@@ -18,7 +21,7 @@ from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
 from fabkit.fitness.shape import tilt
 from fabkit.kinds import PANEL
-from fabkit.parts import Assembly, LeftOut, Material
+from fabkit.parts import Assembly, LeftOut, Material, Parts
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray
 from geometry.gauss import Pair, SupportStructure
@@ -113,21 +116,33 @@ class _Plan:
             self.structure = _lowered(self.given, levels.depth)
         with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
         edges, faces = np.flatnonzero(self.beams), np.flatnonzero(self.panels)
-        groups = (
-            make_beams(self.structure, ends, beams, edges, self.rules.beams, self._material("beams")),
+        groups: tuple[Parts[Any], ...] = (
+            make_beams(self.structure, ends, beams, edges, self.rules, self._material("beams")),
             make_nodes(self.structure, ends, levels.nodes, with_beams, self.rules.beams, self._material("nodes")),
             make_panels(self.structure, levels.shapes, faces, self.rules.panels, self._material("panels")),
         )
+        groups = self._joined(ends, groups)
         assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
         needed = np.zeros(self.structure.mesh.n_vertices)
         np.maximum.at(needed, self.structure.mesh.combinatorics.corners, levels.of_blocks)
         underside = float(levels.shapes.underside[self.panels].min(initial=np.inf))
         return Detailed(assembly, underside, needed, underside_reason(self.structure, levels, self.rules))
 
+    def _joined(self, ends: Ends, groups: tuple[Parts[Any], ...]) -> tuple[Parts[Any], ...]:
+        """The beams, nodes and panels, the nodes as the connection needs them, and the parts that it adds."""
+        (beams, nodes, panels), kind = groups, self.rules.connection.kind
+        if kind == "bolted":
+            added = fasteners(self.structure, ends, self.rules, self._material("nodes"))
+            return (beams, bolted_nodes(nodes, ends, self.rules), panels, *added)
+        if kind == "hub":
+            tubes = on_tubes(nodes, ends, self.rules)
+            return beams, tubes, panels, caps(tubes, self.rules.connection, self._material("nodes"))
+        return groups
+
     # --- beams and nodes
 
     def _fit_beams(self) -> tuple[Ends, BeamShapes]:
-        min_length = self.rules.beams.least_length_mm
+        min_length = self.rules.least_length_mm
         while True:
             ends = beam_ends(self.structure, self.beams, self.rules)
             if reasons := not_joinable(self.structure.mesh, ends, self.rules):
@@ -150,7 +165,7 @@ class _Plan:
             f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
             f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
             f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
-            f"{self.rules.beams.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
+            f"{self.rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
             f"{angle:.1f} degrees apart; counted from 0)"
         )
 
