@@ -114,7 +114,9 @@ def test_narrow_welds_and_uncovered_ends_are_told() -> None:
     nodes = detail(fan(50), WELDED, name="fan").assembly["nodes"]
     found = slots(nodes, FitnessRules())
     assert found is not None
-    sharpest = np.degrees(np.arctan2(1 - np.sin(np.radians(50)), 1 - np.cos(np.radians(50))))  # of the quad, at vertex 4
+    sharpest = np.degrees(
+        np.arctan2(1 - np.sin(np.radians(50)), 1 - np.cos(np.radians(50)))
+    )  # of the quad, at vertex 4
     assert (round(found.value, 6), found.elements[0]) == (round(float(sharpest), 6), 4)
     assert "less than 60 degrees apart, at least 33.2 degrees" in found.sentence
     assert slots(nodes, FitnessRules(slots_noted_deg=33)) is None
