@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, floats, integers, short_repr
-from geometry.errors import GeometryError, finite_number
+from geometry.errors import FoldedError, GeometryError, finite_number
 from geometry.layout.drafts import draft
 from geometry.layout.quality import LayoutQuality, along_network, layout_quality
 from geometry.layout.seams import seamless_maps
@@ -120,7 +120,10 @@ def lay_quads(
     first = draft(network, field, maps, count)
     twists = twist_corrections(network, first.derivatives, first.mesh, first.edge_length)
     corrected = count * count / first.mesh.n_faces  # the rim adds or removes faces
-    final = draft(network.corrected(twists), field, maps, corrected)
+    try:
+        final = draft(network.corrected(twists), field, maps, corrected)
+    except FoldedError:
+        final = first
     indices = np.where(final.vertices >= 0, field.indices[final.vertices], 0)
     singular = np.flatnonzero(indices)
     laid, along = final.mesh, along_network(final.mesh, network)

@@ -33,6 +33,11 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests.geometry.design_surfaces import KNOWN, ROOFS, ball, off_conjugate, roof
 
 NAMES = ("train-station", "botanic-garden-bubble", "dome")
+COLUMNS = ("mesh", "faces", "lay plan Gauss", "quads", "irregular", "on", "planarity", "moves", "off", "corners") + (
+    "planar",
+    "axes",
+    "heights",
+)
 SIZES = (300, 1000, 3000, 10_000)
 
 
@@ -70,7 +75,7 @@ def row(name: str, surface: Surface, n_faces: int) -> tuple[list[str], list[floa
     try:
         result = planar(laid, smooth)
     except GeometryError as error:
-        return [*cells, error.message[:24]], [clock[1] - clock[0]]
+        return [*cells, "! " + error.message[:24]], [clock[1] - clock[0]]
     clock.append(time.perf_counter())
     mesh = result.mesh
     off = np.linalg.norm(smooth.closest(mesh.vertices)[0] - mesh.vertices, axis=1) / laid.mesh.mean_edge_length
@@ -108,19 +113,7 @@ def main(sizes: tuple[int, ...]) -> None:
     console = Console(width=170)
     times: dict[str, list[list[float]]] = {}
     for n_faces in sizes:
-        columns = (
-            "mesh",
-            "faces",
-            "lay plan Gauss",
-            "quads",
-            "irregular",
-            "on",
-            "planarity",
-            "moves",
-            "off",
-            "corners",
-        )
-        made = table(f"{n_faces} faces wanted", *columns, "planar", "axes", "heights")
+        made = table(f"{n_faces} faces wanted", *COLUMNS)
         for name, surface in surfaces().items():
             cells, seconds = row(name, surface, n_faces)
             made.add_row(*cells)
