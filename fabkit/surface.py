@@ -24,12 +24,14 @@ from geometry.layout import LARGEST_LENGTH_RATIO, Boundary, LaidMesh, lay_quads
 from geometry.mesh import Mesh
 from geometry.remeshing import study_networks
 from geometry.surface import Surface, refined, smoothed
+from geometry.traced_curves import TracedCurves, trace_curves
 
 __all__ = [
     "ExactFile",
     "LaidSurface",
     "SurfaceRules",
     "check_surface",
+    "curves_on_surface",
     "design_surface",
     "lay_on_surface",
     "read_exact_file",
@@ -181,33 +183,76 @@ def lay_on_surface(
     study of networks. Raises ProjectError for sizes in mm of a file without unit, and GeometryError as `lay_quads`
     does.
     """
-    given = design_surface(file)
-    largest_smoothing = 0.0
-    if rules.smooth_mm is not None and given.is_exact:
-        raise ProjectError(
-            f"smooth_mm (--smooth) takes noise out of triangles, and {readable(file.path.name)} holds exact surfaces: "
-            "leave it out"
-        )
-    if rules.smooth_mm is not None:
-        without_noise = smoothed(given, _in_unit(rules.smooth_mm, mm, "smooth_mm (--smooth)"))
-        given, largest_smoothing = without_noise.surface, float(without_noise.moves.max())
-    line_options: dict[str, Any] = {"boundary": rules.boundary, "finer_where_curved": rules.finer_where_curved}
-    if rules.strokes is not None:
-        line_options["strokes"] = [line - file.origin for line in read_polylines(rules.strokes)]
-    affine = np.eye(3)
-    if rules.lines == "conjugate":
-        best = study_networks(given, progress=progress, **line_options)[0]
-        if best.pair is None:
-            raise GeometryError(f"no conjugate network gives a mesh; the first fails because {best.reason}")
-        affine = np.array(best.affine)
+    given, largest_smoothing = _without_noise(file, rules, mm)
+    line_options = _line_options(file, rules)
+    affine = _affine(given, rules, line_options, progress)
     size: dict[str, Any] = {"n_faces": rules.faces}
     if rules.edge_length_mm is not None:
         size = {"edge_length": _in_unit(rules.edge_length_mm, mm, "edge_length_mm (--edge-length)")}
     laid = lay_quads(given, **size, affine=affine, **line_options)
     n_triangles = given.triangulated.n_faces
     return replace(file, mesh=laid.mesh), LaidSurface(
-        refined(given), n_triangles, laid, rules.lines, floats(affine), largest_smoothing
+        refined(given), n_triangles, laid, rules.lines, affine, largest_smoothing
     )
+
+
+def curves_on_surface(
+    file: MeshFile,
+    rules: SurfaceRules,
+    mm: float | None,
+    *,
+    asymptotic: bool = False,
+    affine: FloatArray | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> TracedCurves:
+    """The curves along which the lines of a mesh would run, traced on the surface as far apart as these, or its
+    asymptotic curves. file: near zero.
+
+    affine: the map of the network, where it has been chosen already. Raises as `lay_on_surface` and `trace_curves` do.
+    """
+    given, _ = _without_noise(file, rules, mm)
+    area = float(np.linalg.norm(given.triangulated.vector_areas, axis=1).sum())
+    spacing = float(np.sqrt(area / (rules.faces or 1)))
+    if rules.edge_length_mm is not None:
+        spacing = _in_unit(rules.edge_length_mm, mm, "edge_length_mm (--edge-length)")
+    if asymptotic:
+        return trace_curves(given, spacing=spacing, kind="asymptotic")
+    if affine is None:
+        affine = _affine(given, rules, _line_options(file, rules), progress)
+    return trace_curves(given, spacing=spacing, affine=affine)
+
+
+def _without_noise(file: MeshFile, rules: SurfaceRules, mm: float | None) -> tuple[Surface, float]:
+    """The surface in a file, smoothed where this is asked for, and by how much."""
+    given = design_surface(file)
+    if rules.smooth_mm is None:
+        return given, 0.0
+    if given.is_exact:
+        raise ProjectError(
+            f"smooth_mm (--smooth) takes noise out of triangles, and {readable(file.path.name)} holds exact surfaces: "
+            "leave it out"
+        )
+    without_noise = smoothed(given, _in_unit(rules.smooth_mm, mm, "smooth_mm (--smooth)"))
+    return without_noise.surface, float(without_noise.moves.max())
+
+
+def _line_options(file: MeshFile, rules: SurfaceRules) -> dict[str, Any]:
+    options: dict[str, Any] = {"boundary": rules.boundary, "finer_where_curved": rules.finer_where_curved}
+    if rules.strokes is not None:
+        options["strokes"] = [line - file.origin for line in read_polylines(rules.strokes)]
+    return options
+
+
+def _affine(
+    surface: Surface, rules: SurfaceRules, line_options: dict[str, Any], progress: Callable[[float], None] | None
+) -> FloatArray:
+    """The map whose principal lines are followed: the identity, or that of the best of many conjugate networks."""
+    if rules.lines == "principal":
+        return floats(np.eye(3))
+    best = study_networks(surface, progress=progress, **line_options)[0]
+    if best.pair is None:
+        raise GeometryError(f"no conjugate network gives a mesh; the first fails because {best.reason}")
+    return best.affine
 
 
 def _in_unit(length_mm: float, mm: float | None, name: str) -> float:

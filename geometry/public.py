@@ -42,6 +42,7 @@ from geometry.pictures import plot
 from geometry.remeshing import NetworkTrial, RemeshedSurface, affine_stretches, remesh, study_networks
 from geometry.spheres import LaguerreTransformation, MoebiusTransformation
 from geometry.surface import Curvature, SmoothedSurface, Surface, refined, smoothed, subdivided
+from geometry.traced_curves import TracedCurves, trace_curves
 
 __all__ = [
     "Combinatorics",
@@ -73,6 +74,7 @@ __all__ = [
     "SmoothedSurface",
     "SupportStructure",
     "Surface",
+    "TracedCurves",
     "affine_stretches",
     "approximate_pair",
     "as_mesh",
@@ -116,6 +118,7 @@ __all__ = [
     "to_compas",
     "to_meshio",
     "to_trimesh",
+    "trace_curves",
     "vertex_distances",
     "vertex_offset_pair",
     "write_mesh",

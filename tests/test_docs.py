@@ -45,8 +45,8 @@ def test_the_project_file_in_the_how_to_states_the_defaults() -> None:
     stated = project_from(tomllib.loads(block[1])).model_dump(exclude={"out", "name"})
     assert stated == project_from({"mesh": "roof.obj", "unit": "m"}).model_dump(exclude={"out", "name"})
     # what has no value of its own is commented out; with the comment signs taken off it must still be known
-    project_from(tomllib.loads(re.sub(r"^# (?!mean_edge_mm|file)", "", block[1], flags=re.MULTILINE)))
-    project_from(tomllib.loads(re.sub(r"^# (?=file)", "", block[1], flags=re.MULTILINE)))
+    project_from(tomllib.loads(re.sub(r"^# (?!mean_edge_mm|file|section|slot_mm)", "", block[1], flags=re.MULTILINE)))
+    project_from(tomllib.loads(re.sub(r"^# (?=file|section)", "", block[1], flags=re.MULTILINE)))
 
 
 def test_shipped_text_holds_no_machine_paths() -> None:

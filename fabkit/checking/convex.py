@@ -70,7 +70,7 @@ def _is_uncut(batch: SolidArray) -> BoolArray:
     done = 0
     for few in batch.in_batches():
         normals = few.normals
-        levels = np.einsum("pfk,pfk->pf", normals, few.vertices[:, t.corners[t.first_corner]])
+        levels = np.einsum("pfk,pfk->pf", normals, few.vertices[:, t.face_vertex])
         heights = normals @ few.vertices.transpose(0, 2, 1) - levels[..., None]
         is_convex[done : done + len(few.parts)] = heights.max(axis=(1, 2), initial=-np.inf) <= CONVEXITY_TOLERANCE_MM
         done += len(few.parts)

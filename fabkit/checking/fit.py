@@ -21,8 +21,9 @@ class EndFits:
     """Ends of beams and the facets they meet: one row for each end whose node exists.
 
     beams, nodes (K,): positions in the groups given; ends (K,): 0 for end A, 1 for end B.
-    plane_gap_mm (K,): largest distance of the end face from the plane of the facet. overhang_mm (K,): largest distance
-    by which the end face exceeds the facet's outline, negative inside. Both are infinite where no facet faces the end.
+    plane_gap_mm (K,): largest distance of the end face, moved by the gap that it has by its record, from the plane of
+    the facet. overhang_mm (K,): largest distance by which the end face exceeds the facet's outline, negative inside.
+    Both are infinite where no facet faces the end.
     """
 
     beams: IntArray
@@ -50,7 +51,9 @@ def end_fits(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> EndFits:
             rows = np.flatnonzero((bar[beam] >= 0) & (which[node] == k))
             for some in _in_batches(rows, blocks.topology):
                 own = bar[beam[some]], end[some]
-                gaps[some], overhangs[some] = _misfits(corners[own], normals[own], blocks[row[node[some]]])
+                moves = beams.details.end_gaps_mm[beam[some], end[some], None] * normals[own]
+                moved = corners[own] + moves[:, None]
+                gaps[some], overhangs[some] = _misfits(moved, normals[own], blocks[row[node[some]]])
     return EndFits(beam, end, node, gaps, overhangs)
 
 

@@ -212,7 +212,8 @@ def _solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_ed
     measures = Measures(batch.topology, batch.vertices)
     volume = measures.volumes
     tail, head = batch.topology.edges.T
-    shortest = np.linalg.norm(batch.vertices[:, head] - batch.vertices[:, tail], axis=-1).min(axis=1)
+    edges = np.linalg.norm(batch.vertices[:, head] - batch.vertices[:, tail], axis=-1)
+    shortest = np.concatenate([edges, measures.lengths, measures.radii], axis=1).min(axis=1)
     bulge = _bulges(measures)
     measured = (skew <= ORTHONORMALITY_TOLERANCE) & (volume > 0) & (shortest >= shortest_edge_mm) & (bulge <= fit_mm)
     splittable = measured.copy()
@@ -253,12 +254,10 @@ def _solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_ed
 
 
 def _bulges(of: Measures) -> FloatArray:
-    """(P,) largest distance of a corner from the middle plane of its face."""
-    t = of.topology
-    starts = t.first_corner
-    levels = np.einsum("pck,kpc->pc", of.normals[:, t.corner_face], of.from_apex)
-    spread = np.maximum.reduceat(levels, starts, axis=1) - np.minimum.reduceat(levels, starts, axis=1)
-    bulges: FloatArray = spread.max(axis=1) / 2
+    """(P,) largest distance of a corner from the middle plane of its face, or of the edge of a round from its face."""
+    levels = np.einsum("pck,kpc->pc", of.normals[:, of.topology.corner_face], of.from_apex)
+    highest, lowest = (of.topology.by_face(function, levels, empty=0.0) for function in (np.maximum, np.minimum))
+    bulges: FloatArray = np.maximum((highest - lowest).max(axis=1) / 2, of.round_misfits.max(axis=1, initial=0.0))
     return bulges
 
 

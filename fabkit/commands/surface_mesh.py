@@ -28,7 +28,10 @@ __all__ = ["mesh_command"]
 
 def mesh_command(
     surface: Annotated[
-        Path, typer.Argument(metavar="SURFACE", help="OBJ, OFF, PLY, STL or GLB file of a design surface.")
+        Path,
+        typer.Argument(
+            metavar="SURFACE", help="File of a design surface: OBJ, OFF, PLY, STL or GLB; STEP, IGES or BREP."
+        ),
     ],
     out: Annotated[Path | None, typer.Option("-o", "--out", help="Mesh file to write: OBJ, OFF or PLY.")] = None,
     faces: Faces = None,
@@ -43,6 +46,20 @@ def mesh_command(
     polylines: Annotated[
         Path | None,
         typer.Option(help="Write the lines of the mesh as polylines, too: OBJ or DXF.", rich_help_panel=SURFACE),
+    ] = None,
+    curves: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write the curves of the network, traced on the surface itself, as far apart as --faces or "
+            "--edge-length say: OBJ or DXF. Needs no -o.",
+            rich_help_panel=SURFACE,
+        ),
+    ] = None,
+    asymptotic: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write the asymptotic curves of the saddle-shaped parts in the same way.", rich_help_panel=SURFACE
+        ),
     ] = None,
     study: Annotated[
         Path | None,
@@ -76,6 +93,8 @@ def mesh_command(
             unit=unit,
             flip=flip,
             polylines=polylines,
+            curves=curves,
+            asymptotic=asymptotic,
             study=study,
             force=force,
         )

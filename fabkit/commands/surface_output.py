@@ -19,12 +19,21 @@ from fabkit.formats.polylines import write_polylines
 from fabkit.project import surface_rules_from
 from fabkit.stages import Stages
 from fabkit.structure import made_planar
-from fabkit.surface import LaidSurface, SurfaceRules, design_surface, lay_on_surface, read_exact_file
+from fabkit.surface import (
+    LaidSurface,
+    SurfaceRules,
+    curves_on_surface,
+    design_surface,
+    lay_on_surface,
+    read_exact_file,
+)
 from fabkit.units import MM_PER_UNIT
 from fabkit.wording import echo, readable
+from geometry.arrays import FloatArray
 from geometry.files import MeshFile, read_mesh, write_mesh
 from geometry.mesh import Mesh
 from geometry.remeshing import study_networks
+from geometry.traced_curves import TracedCurves
 
 __all__ = ["write_surface_mesh"]
 
@@ -40,24 +49,32 @@ def write_surface_mesh(
     unit: str | None,
     flip: bool,
     polylines: Path | None,
+    curves: Path | None,
+    asymptotic: Path | None,
     study: Path | None,
     force: bool,
 ) -> None:
-    """Write the planar mesh, its lines, and the study of networks, whichever is asked for, all or none of them."""
-    if out is None and (study is None or settings or polylines is not None):
-        raise ProjectError("there is no mesh file to write: give -o FILE, or --study FILE alone for a page of networks")
+    """Write the planar mesh, its lines, curves, and the study of networks, whichever is asked for, all or none of
+    them."""
+    traced = [each for each in (curves, asymptotic) if each is not None]
+    _check_outputs(settings, out, polylines, traced, study)
     if unit is not None and unit not in MM_PER_UNIT:
         raise ProjectError(f"--unit is {echo(unit)}: one of {', '.join(MM_PER_UNIT)} is needed")
-    for target, known in ((out, MESH_SUFFIXES), (polylines, (".obj", ".dxf")), (study, (".html", ".htm"))):
+    lines_suffixes = (".obj", ".dxf")
+    for target, known in (
+        (out, MESH_SUFFIXES),
+        *((each, lines_suffixes) for each in (polylines, curves, asymptotic)),
+        (study, (".html", ".htm")),
+    ):
         if target is not None:
             check_suffix(target, known)
     mm = 1.0 if path.suffix.lower() in EXACT_SUFFIXES else None if unit is None else MM_PER_UNIT[unit]
-    rules = None if out is None else surface_rules_from(settings)
+    rules = surface_rules_from(settings) if out is not None or traced else None
     inputs = [path, *([rules.strokes] if rules is not None and rules.strokes is not None else [])]
     with ExitStack() as stack:
         drafts = {
             target: stack.enter_context(whole_file(target, force=force, inputs=inputs))
-            for target in (out, polylines, study)
+            for target in (out, polylines, *traced, study)
             if target is not None
         }
         facts: list[tuple[str, str]] = []
@@ -68,18 +85,69 @@ def write_surface_mesh(
             facts += [("mended", note) for note in file.mended]
             if study is not None:
                 facts += _study(file, drafts[study], stages)
+            affine = None
             if rules is not None and out is not None:
                 mesh, laid = _mesh(file, rules, mm, stages)
+                affine = laid.affine
                 write_mesh(drafts[out], mesh, origin=file.origin)
                 facts += _facts(mesh, laid)
                 if polylines is not None:
-                    lines = [mesh.vertices[line] + file.origin for family in laid.laid.polylines for line in family]
-                    write_polylines(drafts[polylines], lines)
+                    families = ([mesh.vertices[line] + file.origin for line in each] for each in laid.laid.polylines)
+                    write_polylines(drafts[polylines], *families)
+            if rules is not None and curves is not None:
+                facts += _curves(file, rules, mm, drafts[curves], affine, stages)
+            if rules is not None and asymptotic is not None:
+                facts += _asymptotic(file, rules, mm, drafts[asymptotic], stages)
     table = facts_table()
     add_facts(table, facts)
     OUT.print(table)
     for target in drafts:
         OUT.print(Text.assemble("written to ", (printable(str(target)), "bold")))
+
+
+def _check_outputs(
+    settings: dict[str, Any], out: Path | None, polylines: Path | None, traced: list[Path], study: Path | None
+) -> None:
+    """Raise ProjectError where there is nothing to write, or an option would have no effect."""
+    if out is None and polylines is not None:
+        raise ProjectError("--polylines writes the lines of a mesh: give -o FILE, too, or --curves FILE without a mesh")
+    if out is None and not traced and (study is None or settings):
+        raise ProjectError(
+            "there is no mesh file to write: give -o FILE, --curves FILE or --asymptotic FILE, or --study FILE alone "
+            "for a page of networks"
+        )
+    ignored = [name for name in ("boundary", "strokes", "finer_where_curved") if name in settings]
+    if out is None and ignored:
+        option = ignored[0].replace("_", "-")
+        raise ProjectError(
+            f"--{option} changes the lines of a mesh, not the curves of the surface: give -o FILE, too, or leave it out"
+        )
+
+
+def _curves(
+    file: MeshFile, rules: SurfaceRules, mm: float | None, draft: Path, affine: FloatArray | None, stages: Stages
+) -> list[tuple[str, str]]:
+    with stages("Trace curves"):
+        found = curves_on_surface(
+            file, rules, mm, affine=affine, progress=lambda share: stages.progress("Trace curves", share)
+        )
+    return _written(found, rules.lines, file, draft)
+
+
+def _asymptotic(
+    file: MeshFile, rules: SurfaceRules, mm: float | None, draft: Path, stages: Stages
+) -> list[tuple[str, str]]:
+    with stages("Trace asymptotic curves"):
+        found = curves_on_surface(file, rules, mm, asymptotic=True)
+    return _written(found, "asymptotic", file, draft)
+
+
+def _written(found: TracedCurves, kind: str, file: MeshFile, draft: Path) -> list[tuple[str, str]]:
+    first, second = found.by_family
+    write_polylines(draft, *([line + file.origin for line in family] for family in (first, second)))
+    lengths, closed = found.lengths, np.count_nonzero(found.is_closed)
+    text = f"{len(first)} and {len(second)}, {lengths.min():.4g} to {lengths.max():.4g} long, {closed} of them closed"
+    return [(f"{kind} curves", text)]
 
 
 def _read(path: Path, rules: SurfaceRules | None, *, flip: bool) -> MeshFile:

@@ -10,6 +10,7 @@ import numpy as np
 from fabkit.checking import Violation, panels_crossing_support_planes, violations, violations_sentence
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
 from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.joining import not_joinable
 from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
 from fabkit.detailing.panel_underside import heights_under_panels
 from fabkit.detailing.panels import PanelShapes, make_panels, panel_shapes
@@ -94,7 +95,7 @@ class _Plan:
 
     def make(self, name: str) -> Detailed:
         ends, beams = self._fit_beams()
-        nodes = node_shapes(self.structure, ends, self.rules.beams)
+        nodes = node_shapes(self.structure, ends, self.rules)
         heights, panels = self._fit_panels(ends, nodes)
         with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
         edges, faces = np.flatnonzero(self.beams), np.flatnonzero(self.panels)
@@ -114,6 +115,9 @@ class _Plan:
         min_length = self.rules.beams.least_length_mm
         while True:
             ends = beam_ends(self.structure, self.beams, self.rules)
+            if reasons := not_joinable(self.structure.mesh, ends, self.rules):
+                self._leave_out("beam", self.beams, reasons)
+                continue
             shapes = beam_shapes(self.structure, ends, self.rules.beams)
             short = np.flatnonzero(self.beams & ~(shapes.short_point >= min_length))
             if not len(short):

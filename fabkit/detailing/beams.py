@@ -47,12 +47,12 @@ class BeamShapes:
 
 
 def beam_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> BeamShapes:
-    """Side views of the beams. The cuts are parallel to the node axes, at the setbacks."""
+    """Side views of the beams. The cuts are parallel to the node axes, at their distances from them."""
     inner, outer = height_range(rules)
-    setback = ends.setback.reshape(-1, 2, 1)
+    cut = ends.cut.reshape(-1, 2, 1)
     inclination = ends.inclination.reshape(-1, 2, 1)
     levels = np.array([inner, outer])
-    from_node = (setback + levels * np.sin(inclination)) / np.cos(inclination)  # (E, end, level)
+    from_node = (cut + levels * np.sin(inclination)) / np.cos(inclination)  # (E, end, level)
     length = structure.mesh.edge_lengths[:, None]
     corners = np.empty((len(length), 4, 2))
     corners[:, :2, 0] = from_node[:, 0]
@@ -100,6 +100,7 @@ def make_beams(
             nodes=nodes,
             section=section,
             cut_angles_deg=-np.degrees(ends.inclination.reshape(-1, 2)[edges]),
+            end_gaps_mm=(ends.cut - ends.setback).reshape(-1, 2)[edges],
             long_point_mm=shapes.long_point[edges],
             short_point_mm=shapes.short_point[edges],
             dihedral_deg=np.degrees(dihedral_angles(structure.mesh)[edges]),

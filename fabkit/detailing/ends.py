@@ -10,18 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabkit.detailing.setbacks import longest_setbacks, needed_setbacks, setbacks
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
 __all__ = ["Ends", "beam_ends"]
-
-LEVEL_ENDS_MM = 0.01
-"""Difference in level in mm up to which the beam ends of a node count as level with equal setbacks. Meshes with six
-digits are accurate to 1e-3 mm, and no saw is accurate to 0.01 mm."""
-
-ALIGNED_ENDS_TOLERANCE = 1e-9
-"""Difference in level between beam ends that count as aligned already, over the height of the beams."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +28,8 @@ class Ends:
     ring (R,): the ends that are made, node by node, counter-clockwise; ring_starts (N+1,): node i has
     ring[ring_starts[i]:ring_starts[i+1]]. following (2E,): the next end of the ring, -1 for ends in no ring.
     gap (2E,): angle to the next end of the ring, 2 pi where the ring has one end only; NaN for ends in no ring.
-    setback (2E,): distance in mm of the facet from the node axis.
+    setback (2E,): distance in mm of the facet from the node axis. cut (2E,): distance in mm of the beam's end from the
+    axis, that of the facet and the gap between the two.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -55,16 +50,16 @@ class Ends:
     following: IntArray
     gap: FloatArray
     setback: FloatArray
+    cut: FloatArray
 
 
 def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRules) -> Ends:
     """The ends of the beams on the edges `made` (E,).
 
-    The minimum setback is (w / 2) / tan(gap / 2), with the width w of the beams and the narrower of the gaps on both
-    sides, plus the clearance, so that beams do not touch. In general each beam has its own setback. Where the beams of
-    a node lie on one cone of revolution about its axis, as in all edge offset meshes [Pottmann2007, Prop. 3], the rules
-    may give all of them the largest one. Then the end faces of all beams that descend from the node are at one level,
-    and so are those of all beams that rise from it.
+    The setbacks are the least ones for which beams do not touch, and can be joined by the rules of the connection. In
+    general each beam has its own setback. Where the beams of a node lie on one cone of revolution about its axis, as in
+    all edge offset meshes [Pottmann2007, Prop. 3], the rules may give all of them the largest one. Then the end faces
+    of all beams that descend from the node are at one level, and so are those of all beams that rise from it.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -96,7 +91,9 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
     gap[ring[counts[vertex[ring]] == 1]] = 2 * np.pi
     inclination = np.arctan2(sine, cosine)
     setback = np.full(len(vertex), np.nan)
-    setback[ring] = _setbacks(vertex[ring], inclination[ring], _min_setbacks(ring, following, gap, rules), rules)
+    needed = needed_setbacks(ring, following, gap, rules)
+    longest = longest_setbacks(structure.mesh.edge_lengths, rules)
+    setback[ring] = setbacks(vertex[ring], inclination[ring], needed, longest[ring], rules)
     return Ends(
         vertex=vertex,
         outward=outward,
@@ -108,6 +105,7 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
         following=following,
         gap=gap,
         setback=setback,
+        cut=setback + rules.connection.gap_mm,
     )
 
 
@@ -122,35 +120,3 @@ def _azimuths(vertex: IntArray, axis: FloatArray, radial: FloatArray, made: Bool
     angle[np.abs(angle) < 1e-14] = 0.0  # the first end itself: rounding must not send it to 2 pi
     azimuth: FloatArray = np.mod(angle, 2 * np.pi)
     return azimuth
-
-
-def _min_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
-    """(R,) setbacks in mm for which neighbouring beams do not touch, with the clearance."""
-    half_width = rules.beams.profile.width_mm / 2
-    with np.errstate(divide="ignore"):
-        needed = np.where(gap[ring] < np.pi, half_width / np.tan(gap[ring] / 2), 0.0)
-    setback = np.full(len(gap), np.nan)
-    setback[ring] = needed
-    np.maximum.at(setback, following[ring], needed)
-    return setback[ring] + rules.nodes.clearance_mm
-
-
-def _setbacks(vertex: IntArray, inclination: FloatArray, minimum: FloatArray, rules: DetailingRules) -> FloatArray:
-    """(R,) setbacks by the rules, in mm. vertex, inclination, minimum (R,): node, inclination and minimum setback of
-    the ends in the rings."""
-    if rules.nodes.setbacks == "least" or not len(vertex):
-        return minimum
-    starts = np.flatnonzero(np.diff(vertex, prepend=-1))
-    of_ring = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(vertex)))
-    equal: FloatArray = np.maximum.reduceat(minimum, starts)[of_ring]
-    if rules.nodes.setbacks == "equal":
-        return equal
-    slope, height = np.abs(np.tan(inclination)), rules.beams.profile.height_mm
-    off_level = _spread(minimum * slope, starts) > ALIGNED_ENDS_TOLERANCE * height
-    on_cone = np.maximum(_spread(equal * slope, starts), _spread(height / np.cos(inclination), starts)) <= LEVEL_ENDS_MM
-    return np.where((off_level & on_cone)[of_ring], equal, minimum)
-
-
-def _spread(values: FloatArray, starts: IntArray) -> FloatArray:
-    """Largest minus smallest value of each run."""
-    return np.asarray(np.maximum.reduceat(values, starts) - np.minimum.reduceat(values, starts))

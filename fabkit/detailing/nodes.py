@@ -8,9 +8,10 @@ import numpy as np
 
 from fabkit.detailing.beams import height_range
 from fabkit.detailing.ends import Ends
+from fabkit.detailing.setbacks import block_half_width
 from fabkit.kinds import NODE, NodeDetails
 from fabkit.parts import Material, Parts, Ragged, Solids
-from fabkit.rules import BeamRules
+from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
@@ -40,14 +41,14 @@ class NodeShapes:
     axis_misalignment: FloatArray
 
 
-def node_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> NodeShapes:
+def node_shapes(structure: SupportStructure, ends: Ends, rules: DetailingRules) -> NodeShapes:
     """The smallest blocks that enclose the end faces of the beams.
 
     Neighbouring facets are joined by straight lines. A gap between beams of more than half a turn gets one more corner
     in its middle, half a beam's width from the axis, so that the block always contains its axis.
     """
-    corners, starts = _sections(ends, rules.profile.width_mm / 2, structure.mesh.n_vertices)
-    inner, outer = height_range(rules)
+    corners, starts = _sections(ends, block_half_width(rules), structure.mesh.n_vertices)
+    inner, outer = height_range(rules.beams)
     lows, highs = (
         (ends.setback * np.sin(ends.inclination) + level) / np.cos(ends.inclination) for level in (inner, outer)
     )

@@ -48,7 +48,7 @@ class ExactSurface(Surface):
     def closest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Feet (n, 3) of points (n, 3), the nearest points of the exact faces, and unit normals (n, 3) there."""
         points = check_points(points)
-        _, triangles, normals, weights = self._locate(points)
+        _, triangles, normals, weights = self.locate(points)
         uv = np.einsum("nk,nkp->np", weights, self.parameters[triangles])
         glides = ~(self._is_rim[triangles] & (weights <= 0)).any(axis=1)  # a foot at the boundary stays there
         wanted, face = (points - self.offset) / self.scale, self.face[triangles]

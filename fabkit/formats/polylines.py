@@ -22,6 +22,9 @@ CURVES = ("LINE", "LWPOLYLINE", "POLYLINE", "SPLINE", "ARC", "CIRCLE", "ELLIPSE"
 FLATTENING_TOLERANCE = 1e-3
 """Largest distance of a curve in a DXF file from the polyline that replaces it, over the extent of all curves."""
 
+LAYER_COLOURS = (5, 1)
+"""Numbers of the colours blue and red in AutoCAD, for the layers of families of lines."""
+
 
 def read_polylines(path: Path) -> tuple[FloatArray, ...]:
     """The polylines (k, 3) of an OBJ file (`l` elements) or a DXF file (lines, polylines, arcs and splines).
@@ -47,29 +50,36 @@ def read_polylines(path: Path) -> tuple[FloatArray, ...]:
     return lines
 
 
-def write_polylines(path: Path, lines: Sequence[FloatArray]) -> None:
-    """Write polylines (k, 3) as OBJ or DXF, by suffix. Raises OutputError for other suffixes and on write errors."""
+def write_polylines(path: Path, *families: Sequence[FloatArray]) -> None:
+    """Write families of polylines (k, 3) as OBJ or DXF, by suffix: each is a group or a layer, "lines-1" and so on.
+
+    Raises OutputError for other suffixes and on write errors.
+    """
     suffix = path.suffix.lower()
     if suffix not in (".obj", ".dxf"):
         raise OutputError(f"polylines are written to .obj and .dxf files, not {echo(path.name)}")
     try:
         if suffix == ".obj":
-            path.write_text(_obj_text(lines), encoding="ascii", newline="\n")
+            path.write_text(_obj_text(families), encoding="ascii", newline="\n")
         else:
             document = ezdxf.filemanagement.new("R2010")
-            for line in lines:
-                document.modelspace().add_polyline3d(line.tolist())
+            for number, lines in enumerate(families):
+                layer = document.layers.add(f"lines-{number + 1}", color=LAYER_COLOURS[number % len(LAYER_COLOURS)])
+                for line in lines:
+                    document.modelspace().add_polyline3d(line.tolist(), dxfattribs={"layer": layer.dxf.name})
             document.saveas(path)
     except OSError as error:
         raise OutputError(f"{readable(path.name)} cannot be written: {error.strerror or error}") from error
 
 
-def _obj_text(lines: Sequence[FloatArray]) -> str:
-    rows = [f"v {x!r} {y!r} {z!r}" for line in lines for x, y, z in line.tolist()]
+def _obj_text(families: Sequence[Sequence[FloatArray]]) -> str:
+    rows = [f"v {x!r} {y!r} {z!r}" for lines in families for line in lines for x, y, z in line.tolist()]
     first = 1
-    for line in lines:
-        rows.append("l " + " ".join(str(first + k) for k in range(len(line))))
-        first += len(line)
+    for number, lines in enumerate(families):
+        rows.append(f"g lines-{number + 1}")
+        for line in lines:
+            rows.append("l " + " ".join(str(first + k) for k in range(len(line))))
+            first += len(line)
     return "\n".join([*rows, ""])
 
 

@@ -37,7 +37,8 @@ class BeamDetails(Details):
     central plane; its corners are listed so that half a turn about z reverses their order.
 
     nodes (n, 2): mesh vertices at ends A and B. section (n,): of each, a `Section`. cut_angles_deg (n, 2): angle
-    between each end's cut and a square cut, positive where the outer side is the longer one. long_point_mm and
+    between each end's cut and a square cut, positive where the outer side is the longer one. end_gaps_mm (n, 2):
+    distance of each end from the facet of its node. long_point_mm and
     short_point_mm (n,): longest and shortest extent along the axis. dihedral_deg (n,): angle between the
     normals of the two faces, positive where the mesh is convex, NaN at the boundary. height_deviation_mm (n,): distance
     of the two parallel meshes at this edge minus the height of the section. twist_deg (n,): angle between the central
@@ -54,6 +55,7 @@ class BeamDetails(Details):
     nodes: IntArray
     section: npt.NDArray[Any]
     cut_angles_deg: FloatArray
+    end_gaps_mm: FloatArray
     long_point_mm: FloatArray
     short_point_mm: FloatArray
     dihedral_deg: FloatArray
@@ -132,13 +134,14 @@ BEAM = Kind(
         nodes=np.zeros((0, 2), dtype=np.int64),
         section=np.zeros(0, dtype=object),
         cut_angles_deg=np.zeros((0, 2)),
+        end_gaps_mm=np.zeros((0, 2)),
         long_point_mm=np.zeros(0),
         short_point_mm=np.zeros(0),
         dihedral_deg=np.zeros(0),
         height_deviation_mm=np.zeros(0),
         twist_deg=np.zeros(0),
     ),
-    symmetry=Symmetry(("nodes", "cut_angles_deg"), (), _turns),
+    symmetry=Symmetry(("nodes", "cut_angles_deg", "end_gaps_mm"), (), _turns),
     columns=_columns,
     measures=_measures,
     labels=_labels,

@@ -6,14 +6,18 @@ from fabkit.parts.frame import Frame
 from fabkit.parts.kind import Cell, Column, Details, Kind, Measure
 from fabkit.parts.material import Material
 from fabkit.parts.parts import Part, Parts
+from fabkit.parts.profiles import bore_vertices, profile_topology, profile_vertices, round_vertices
 from fabkit.parts.ragged import Ragged
 from fabkit.parts.section import Section
-from fabkit.parts.solid import Measures, Solid, SolidArray, Topology, prism_topology, prism_vertices
+from fabkit.parts.solid import Measures, Solid, SolidArray, prism_vertices
 from fabkit.parts.solids import Solids
 from fabkit.parts.symmetry import Symmetry, Turns, moved, other_end, shifted
+from fabkit.parts.topology import BORE, SHAFT, Topology, prism_topology, shaft_topology
 
 __all__ = [
+    "BORE",
     "LEFT_OUT_COLOUR",
+    "SHAFT",
     "Assembly",
     "Cell",
     "Column",
@@ -35,9 +39,14 @@ __all__ = [
     "Symmetry",
     "Topology",
     "Turns",
+    "bore_vertices",
     "moved",
     "other_end",
     "prism_topology",
     "prism_vertices",
+    "profile_topology",
+    "profile_vertices",
+    "round_vertices",
+    "shaft_topology",
     "shifted",
 ]

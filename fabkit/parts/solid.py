@@ -1,4 +1,4 @@
-"""Exact solids with planar faces, as arrays.
+"""Exact solids with planar faces, round bars and bores, as arrays.
 
 A *topology* says which vertices bound which faces; parts of one kind share it by reference, so that a writer keeps
 one template a topology. A *batch* is solids of one topology as one array, and all that is measured on them.
@@ -7,92 +7,14 @@ one template a topology. A *batch* is solids of one topology as one array, and a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
-from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
-from geometry.mesh.ragged_arrays import next_in_row, row_of_entry
+from fabkit.parts.topology import Topology
+from geometry.arrays import BoolArray, FloatArray, IntArray, floats
 
-__all__ = ["Measures", "Solid", "SolidArray", "Topology", "prism_topology", "prism_vertices"]
-
-
-@dataclass(frozen=True, eq=False)
-class Topology:
-    """Faces of a solid, each an outer loop and any number of inner ones.
-
-    n_vertices: number of vertices.
-    corners (C,): vertex of each corner, loop after loop; outer loops run counter-clockwise seen from outside
-        the solid, inner loops clockwise.
-    loop_starts (L+1,): loop l has the corners loop_starts[l] .. loop_starts[l+1] - 1.
-    face_starts (F+1,): face f has the loops face_starts[f] .. face_starts[f+1] - 1, the outer one first.
-
-    >>> from fabkit.parts import prism_topology
-    >>> triangle = prism_topology(3)
-    >>> triangle.n_faces, len(triangle.edges), triangle.loops(0)[0].tolist()
-    (5, 9, [2, 1, 0])
-    """
-
-    n_vertices: int
-    corners: IntArray
-    loop_starts: IntArray
-    face_starts: IntArray
-
-    def __post_init__(self) -> None:
-        for name in ("corners", "loop_starts", "face_starts"):
-            object.__setattr__(self, name, integers(getattr(self, name)))
-        tail, head = self.corners, self.corners[self.next_corner]
-        forward = np.sort(tail * self.n_vertices + head)
-        backward = np.sort(head * self.n_vertices + tail)
-        if not np.array_equal(forward, backward) or (np.diff(forward) == 0).any():
-            raise ValueError("not a closed solid: each edge must be run along once in each direction")
-
-    @property
-    def n_faces(self) -> int:
-        return len(self.face_starts) - 1
-
-    @cached_property
-    def next_corner(self) -> IntArray:
-        """(C,) the corner after each corner in its loop."""
-        return next_in_row(self.loop_starts)
-
-    @cached_property
-    def corner_face(self) -> IntArray:
-        """(C,) face of each corner."""
-        return row_of_entry(self.loop_starts[self.face_starts])
-
-    @cached_property
-    def first_corner(self) -> IntArray:
-        """(F,) the first corner of each face's outer loop."""
-        return integers(self.loop_starts[self.face_starts[:-1]])
-
-    @cached_property
-    def edges(self) -> IntArray:
-        """(E, 2) vertices of each edge, the lower first."""
-        pairs = np.sort(np.stack([self.corners, self.corners[self.next_corner]], axis=1), axis=1)
-        return integers(np.unique(pairs, axis=0))
-
-    def loops(self, face: int) -> list[IntArray]:
-        """Vertices of each loop of a face, the outer one first."""
-        first, last = self.face_starts[face : face + 2]
-        return [self.corners[self.loop_starts[k] : self.loop_starts[k + 1]] for k in range(first, last)]
-
-
-@lru_cache(maxsize=256)
-def prism_topology(n: int) -> Topology:
-    """A prism over a polygon with n corners: vertices 0 .. n-1 below, n .. 2n-1 above, each counter-clockwise seen
-    from above. Faces: below, above, then the side from corner k to corner k+1 for each k.
-
-    >>> from fabkit.parts import prism_topology
-    >>> prism_topology(4).n_vertices, prism_topology(4) is prism_topology(4)
-    (8, True)
-    """
-    below, above = np.arange(n), np.arange(n, 2 * n)
-    following = np.roll(below, -1)
-    sides = np.stack([below, following, following + n, above], axis=1)
-    corners = np.concatenate([below[::-1], above, sides.ravel()])
-    loop_starts = np.concatenate([[0, n], 2 * n + 4 * np.arange(n + 1)])
-    return Topology(2 * n, corners, loop_starts, np.arange(n + 3))
+__all__ = ["Measures", "Solid", "SolidArray", "prism_vertices"]
 
 
 def prism_vertices(outlines: FloatArray, bottom: FloatArray | float, top: FloatArray | float) -> FloatArray:
@@ -160,7 +82,7 @@ class SolidArray:
 @dataclass(frozen=True, eq=False)
 class Measures:
     """What is measured on solids with vertices (P, n, 3) and one topology: worked out once, from corners about the
-    middle of each solid and with coordinates in the first axis, which is fastest.
+    middle of each solid and with coordinates in the first axis, which is fastest. All of it is exact, rounds too.
 
     >>> from fabkit.parts import Measures, prism_topology, prism_vertices
     >>> wedge = prism_vertices(np.array([[[0, 0], [4, 0], [0, 3]]]), 0.0, 2.0)
@@ -182,11 +104,13 @@ class Measures:
         """(3, P, n) the vertices, from the middle of each solid."""
         return np.ascontiguousarray(np.moveaxis(self.vertices - self.middles[:, None], 2, 0))
 
+    # --- planar faces
+
     @cached_property
     def _apex(self) -> FloatArray:
         """(3, P, C) the first corner of the face of each corner, from the middle of the solid."""
         t = self.topology
-        return self.points[:, :, t.corners[t.first_corner[t.corner_face]]]
+        return self.points[:, :, t.corners[t.own_first_corner]]
 
     @cached_property
     def from_apex(self) -> FloatArray:
@@ -203,18 +127,21 @@ class Measures:
     @cached_property
     def _face_doubles(self) -> FloatArray:
         """(3, P, F) the same of each face, holes taken off."""
-        sums: FloatArray = np.add.reduceat(self._doubles, self.topology.first_corner, axis=2)
+        sums = self.topology.by_face(np.add, self._doubles, empty=0.0)
+        for k, (first, second) in enumerate(self.topology.rounds[:, 4:6].tolist()):
+            sums[:, :, first] += 2 * self._end_areas[0, ..., k]
+            sums[:, :, second] += 2 * self._end_areas[1, ..., k]
         return sums
 
     @cached_property
     def areas(self) -> FloatArray:
-        """(P, F) in mm2, of each face."""
+        """(P, F) in mm2, of each planar face."""
         areas: FloatArray = np.sqrt((self._face_doubles * self._face_doubles).sum(axis=0)) / 2
         return areas
 
     @cached_property
     def normals(self) -> FloatArray:
-        """(P, F, 3) outward unit normals."""
+        """(P, F, 3) outward unit normals of the planar faces."""
         return np.moveaxis(self._face_doubles / (2 * self.areas), 0, 2)
 
     @cached_property
@@ -223,10 +150,86 @@ class Measures:
         cones: FloatArray = (self._apex * self._doubles).sum(axis=0)
         return cones
 
+    # --- rounds
+
+    @cached_property
+    def lengths(self) -> FloatArray:
+        """(P, K) in mm, of each round along its axis."""
+        centres = self.points[:, :, self.topology.rounds[:, :3:2]]
+        along = centres[..., 1] - centres[..., 0]
+        lengths: FloatArray = np.sqrt((along * along).sum(axis=0))
+        return lengths
+
+    @cached_property
+    def round_axes(self) -> FloatArray:
+        """(3, P, K) unit vector of each round from its first to its second centre."""
+        centres = self.points[:, :, self.topology.rounds[:, :3:2]]
+        axes: FloatArray = (centres[..., 1] - centres[..., 0]) / self.lengths
+        return axes
+
+    @cached_property
+    def rims(self) -> FloatArray:
+        """(2, 3, P, K) from the centre of each end of each round to its rim: half the major axis of its edge."""
+        vertices = self.topology.rounds[:, :4]
+        ends = self.points[..., vertices[:, 1::2]] - self.points[..., vertices[:, ::2]]
+        return np.moveaxis(ends, 3, 0)
+
+    @cached_property
+    def _leans(self) -> FloatArray:
+        """(2, P, K) distance of each rim beyond its centre, along the axis."""
+        leans: FloatArray = (self.rims * self.round_axes).sum(axis=1)
+        return leans
+
+    @cached_property
+    def radii(self) -> FloatArray:
+        """(P, K) in mm, of each round."""
+        across = self.rims[0] - self._leans[0] * self.round_axes
+        radii: FloatArray = np.sqrt((across * across).sum(axis=0))
+        return radii
+
+    @cached_property
+    def _end_areas(self) -> FloatArray:
+        """(2, 3, P, K) area, times the normal of its face, that each end of each round adds to its face."""
+        squares = (self.rims * self.rims).sum(axis=1)
+        areas = np.pi * (self.round_axes * squares[:, None] - self.rims * self._leans[:, None])
+        outwards = self.topology.rounds[:, 6]
+        return np.stack([-outwards * areas[0], outwards * areas[1]])
+
+    @cached_property
+    def round_misfits(self) -> FloatArray:
+        """(P, K) in mm, largest distance of the edges of each round from the planes of their faces, and of the one rim
+        from the line through the other along the axis."""
+        t = self.topology
+        first, second = self.rims - self._leans[:, None] * self.round_axes
+        misfits: FloatArray = np.sqrt(((first - second) ** 2).sum(axis=0))
+        anchors, normals = self.points[:, :, t.face_vertex], np.moveaxis(self.normals, 2, 0)
+        minor = [self.round_axes[i - 2] * first[i - 1] - self.round_axes[i - 1] * first[i - 2] for i in range(3)]
+        for end in (0, 1):
+            faces, centres = t.rounds[:, 4 + end], self.points[:, :, t.rounds[:, 2 * end]]
+            off = np.abs(((centres - anchors[:, :, faces]) * normals[:, :, faces]).sum(axis=0))
+            for half_axis in (self.rims[end], np.stack(minor)):
+                misfits = np.maximum(misfits, off + np.abs((half_axis * normals[:, :, faces]).sum(axis=0)))
+        return misfits
+
+    @cached_property
+    def round_areas(self) -> FloatArray:
+        """(P, K) in mm2, of each round without its ends."""
+        areas: FloatArray = 2 * np.pi * self.radii * self.lengths
+        return areas
+
+    @cached_property
+    def surface_areas(self) -> FloatArray:
+        """(P,) in mm2, of each solid."""
+        areas: FloatArray = self.areas.sum(axis=1) + self.round_areas.sum(axis=1)
+        return areas
+
+    # --- solids
+
     @cached_property
     def volumes(self) -> FloatArray:
         """(P,) in mm3, by the divergence theorem; negative where a solid is inside out."""
-        volumes: FloatArray = self._cones.sum(axis=1) / 6
+        rounds = self.topology.rounds[:, 6] * self.radii**2 * self.lengths
+        volumes: FloatArray = self._cones.sum(axis=1) / 6 + np.pi * rounds.sum(axis=1)
         return volumes
 
     @cached_property
@@ -235,8 +238,26 @@ class Measures:
         here = self.from_apex
         corner_sums = 3 * self._apex + here + here[:, :, self.topology.next_corner]
         moments = np.einsum("pc,xpc->px", self._cones, corner_sums) / 24
+        if len(self.topology.rounds):
+            moments += self._round_moments
         centroids: FloatArray = self.middles + moments / self.volumes[:, None]
         return centroids
+
+    @property
+    def _round_moments(self) -> FloatArray:
+        """(P, 3) integral of the positions in all rounds. At a point x across from the axis (in units of the radius), a
+        round reaches from lean[0] * x to length + lean[1] * x along the axis; that is integrated over the circle."""
+        first, second = self._leans
+        centres = self.points[:, :, self.topology.rounds[:, :3:2]].sum(axis=3) / 2
+        across = self.rims[0] - first * self.round_axes  # as long as the radius
+        moments = (
+            self.lengths * centres
+            + across * (second - first) / 4
+            + self.round_axes * (second - first) * (second + first) / 8
+        )
+        weights = np.pi * self.topology.rounds[:, 6] * self.radii**2
+        sums: FloatArray = np.einsum("xpk,pk->px", moments, weights)
+        return sums
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,13 @@ from geometry.functionals.pair_distances import (
 from geometry.functionals.parallel_edges import ParallelEdges, parallel_to
 from geometry.functionals.planar_faces import PlanarFaces, relative_plane_deviations
 from geometry.functionals.unknowns import coordinates
-from geometry.functionals.upright_axes import CloseToNormals, EdgeStretch, FaceNormalCosines, InsideCones
+from geometry.functionals.upright_axes import (
+    CloseToNormals,
+    EdgeStretch,
+    FaceNormalCosines,
+    InsideCones,
+    UprightVertices,
+)
 
 __all__ = [
     "CircularFaces",
@@ -42,6 +48,7 @@ __all__ = [
     "ParallelEdges",
     "PlanarFaces",
     "UprightFaces",
+    "UprightVertices",
     "VerticesAtUnitDistance",
     "close_to",
     "close_to_vertex_normals",

@@ -121,7 +121,8 @@ class FacesAtUnitDistance:
 
 @dataclass(frozen=True, eq=False)
 class UprightFaces:
-    """The mean of the corners in S minus the normal in M, three residuals for each face: its axis is upright.
+    """The mean of the corners in S minus distance times the normal in M, three residuals for each face: its axis is
+    upright.
 
     >>> from geometry.mesh import shapes
     >>> M, cube = shapes.box(1, 2, 3), shapes.box(2, 2, 2)
@@ -131,15 +132,16 @@ class UprightFaces:
     """
 
     combinatorics: Combinatorics
+    distance: float = 1.0
 
     def residual(self, x: FloatArray) -> FloatArray:
         normals, _, centres = _faces(self.combinatorics, x)
-        return np.asarray((centres - normals).ravel())
+        return np.asarray((centres - self.distance * normals).ravel())
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
         normals, areas, _ = _faces(self.combinatorics, x)
         across = normals[:, :, None] * normals[:, None, :] - np.eye(3)
-        by_mesh = derivatives_by_corners(self.combinatorics, x, across / areas[:, None, None])
+        by_mesh = derivatives_by_corners(self.combinatorics, x, self.distance * across / areas[:, None, None])
         sizes = self.combinatorics.face_sizes[self.combinatorics.corner_face]
         return face_rows(self.combinatorics, by_mesh, np.eye(3) / sizes[:, None, None])
 

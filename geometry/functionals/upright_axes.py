@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array, eye_array
+from scipy.sparse import bsr_array, coo_array, csr_array, eye_array
 
-from geometry.arrays import FloatArray, floats
+from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.functionals.pair_distances import derivatives_by_corners, face_rows
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import vector_areas
 from geometry.optimise import SparseMatrix
 
-__all__ = ["CloseToNormals", "EdgeStretch", "FaceNormalCosines", "InsideCones"]
+__all__ = ["CloseToNormals", "EdgeStretch", "FaceNormalCosines", "InsideCones", "UprightVertices"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,3 +145,61 @@ class FaceNormalCosines:
         areas = vector_areas(x.reshape(2, -1, 3)[0], self.combinatorics)
         sizes = np.linalg.norm(areas, axis=1)
         return areas / sizes[:, None], sizes
+
+
+@dataclass(frozen=True, eq=False)
+class UprightVertices:
+    """s_i - radius n_i for vertices (k,), three residuals each; n_i is the mean of the normals of the faces of M around
+    the vertex, made a unit vector. The Jacobian is exact. On a surface of revolution with a profile of short edges, n_i
+    is the normal of the surface, however few faces go around it; the normal of a face and the middle of its image
+    differ there by the square of the size of the face.
+
+    >>> from geometry.mesh import shapes
+    >>> M, cube = shapes.box(1, 2, 3), shapes.box(2, 2, 2)
+    >>> x = np.concatenate([M.vertices.ravel(), (cube.vertices - cube.vertices.mean(axis=0)).ravel()])
+    >>> abs(UprightVertices(M.combinatorics, np.arange(8), 3**0.5).residual(x)).max().round(12).item()
+    0.0
+    """
+
+    combinatorics: Combinatorics
+    vertices: IntArray
+    radius: float = 1.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", integers(self.vertices))
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        normals, _, _ = self._normals(x)
+        image = x.reshape(2, -1, 3)[1, self.vertices]
+        return np.asarray((image - self.radius * normals).ravel())
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        c, n = self.combinatorics, self.combinatorics.n_vertices
+        normals, sums, areas = self._normals(x)
+        across = (normals[:, :, None] * normals[:, None, :] - np.eye(3)) * (self.radius / sums)[:, None, None]
+        around, by_face = self._around, np.repeat(np.arange(len(self.vertices)), np.diff(self._around.indptr))
+        by_normals = bsr_array((across[by_face], around.indices, around.indptr), shape=(3 * len(sums), 3 * c.n_faces))
+        sizes = np.linalg.norm(areas, axis=1)
+        face_normals = areas / sizes[:, None]
+        turns = (np.eye(3) - face_normals[:, :, None] * face_normals[:, None, :]) / sizes[:, None, None]
+        by_mesh = face_rows(c, derivatives_by_corners(c, x, turns), np.zeros((c.n_corners, 3, 3)))
+        by_mesh.eliminate_zeros()
+        columns = coordinates(n + self.vertices).ravel()
+        by_image = coo_array((np.ones(len(columns)), (np.arange(len(columns)), columns)), shape=(len(columns), 6 * n))
+        return csr_array(csr_array(by_normals) @ by_mesh + csr_array(by_image))
+
+    @cached_property
+    def _around(self) -> SparseMatrix:
+        """(k, F) the faces around each vertex."""
+        c = self.combinatorics
+        ones = np.ones(c.n_corners)
+        return csr_array(
+            coo_array((ones, (c.corners, c.corner_face)), shape=(c.n_vertices, c.n_faces)).tocsr()[self.vertices]
+        )
+
+    def _normals(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """n_i (k, 3), lengths of the sums of face normals (k,), vector areas of faces (F, 3)."""
+        areas = vector_areas(x.reshape(2, -1, 3)[0], self.combinatorics)
+        sums = self._around @ (areas / np.linalg.norm(areas, axis=1, keepdims=True))
+        lengths = np.linalg.norm(sums, axis=1)
+        return sums / lengths[:, None], lengths, areas

@@ -23,7 +23,7 @@ from geometry.networks.tangent_frames import TangentFrames
 from geometry.surface import Surface
 from geometry.surface.surface import check_points
 
-__all__ = ["LARGEST_LENGTH_RATIO", "Boundary", "LaidMesh", "boundary_lengths", "lay_quads"]
+__all__ = ["LARGEST_LENGTH_RATIO", "Boundary", "LaidMesh", "affine_map", "boundary_lengths", "lay_quads"]
 
 Boundary = Literal["open", "aligned"]
 """Whether lines end at the boundary ("open") or the boundary consists of lines ("aligned")."""
@@ -110,7 +110,7 @@ def lay_quads(
     mesh, origin = surface.triangulated.near_zero()
     frames = TangentFrames(mesh)
     align = _aligned_edges(mesh, boundary)
-    network, field, undirected = conjugate_network(frames, _affine(affine), align, _strokes(strokes, origin))
+    network, field, undirected = conjugate_network(frames, affine_map(affine), align, _strokes(strokes, origin))
     maps = seamless_maps(mesh.combinatorics, field, _lines(network, align) if align.any() else None)
 
     area = float(frames.areas.sum())
@@ -225,7 +225,8 @@ def _strokes(given: Sequence[Any], origin: FloatArray) -> list[FloatArray]:
     return strokes
 
 
-def _affine(given: Any) -> FloatArray | None:
+def affine_map(given: Any) -> FloatArray | None:
+    """The given map as a matrix (3, 3); None for the identity. Raises GeometryError where it is not invertible."""
     if given is None:
         return None
     affine = floats(given)

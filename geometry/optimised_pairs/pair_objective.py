@@ -30,6 +30,7 @@ from geometry.functionals import (
     ParallelEdges,
     PlanarFaces,
     UprightFaces,
+    UprightVertices,
     VerticesAtUnitDistance,
     coordinates,
     strain,
@@ -98,9 +99,14 @@ LEAST_KEPT_TURN = 0.01
 IMAGE_MOVES_WEIGHT = 0.01
 """Weight of the moves of S: enough to determine S where nothing else does."""
 
-FACE_AXES_WEIGHT, CURVED_STRAIN_WEIGHT = 100.0, 0.05
-"""Weights of the lean of faces in S and of strain where a curvature is required: without them, S tilts until it has
-any curvature at all, and means nothing."""
+VERTEX_AXES_WEIGHT, FACE_AXES_WEIGHT = 100.0, 3.0
+"""Weights of the lean of inner vertices and of faces in S where a curvature is required: without them, S tilts until it
+has any curvature at all, and means nothing. Vertices are the more accurate. Faces count at the boundary, and where
+their normals waver: the mean of those around a vertex does not show that."""
+
+CURVED_STRAIN_WEIGHT, CURVED_MOVES_WEIGHT = 0.005, 1e-4
+"""Weights of strains and moves of M where a curvature is required: enough to decide where nothing else does. With ten
+times as much, a hyperboloid stops short of the catenoid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,13 +232,25 @@ class Objective:
     def _upright(self) -> list[tuple[float, Functional]]:
         c = self.mesh.combinatorics
         if self.surface is None:
-            return [(FACE_AXES_WEIGHT, UprightFaces(c))] if self.targets.curved else []
+            return self._axes if self.targets.curved else []
         found: list[tuple[float, Functional]] = [(LEAN_WEIGHT, CloseToNormals(c, self._normals))]
         if self.targets.upright:
             found.append(
                 (UPRIGHT_WEIGHT, Hinge(InsideCones(c, self._normals, LARGEST_UPRIGHT_LEAN - UPRIGHT_MARGIN), 0.0))
             )
         return found
+
+    @property
+    def _axes(self) -> list[tuple[float, Functional]]:
+        """S along the normals of M, of such a size that the sphere is halfway between its faces and its vertices."""
+        mesh, c = self.mesh, self.mesh.combinatorics
+        cosines = np.einsum("ci,ci->c", mesh.face_normals[c.corner_face], mesh.vertex_normals[c.corners])
+        radius = float(cosines.mean()) ** -0.5
+        inside = integers(np.flatnonzero(c.is_used & ~c.is_boundary_vertex))
+        return [
+            (VERTEX_AXES_WEIGHT, UprightVertices(c, inside, radius)),
+            (FACE_AXES_WEIGHT, UprightFaces(c, 1 / radius)),
+        ]
 
     def _normals(self, positions: FloatArray) -> FloatArray:
         """(N, 3) of Phi at the feet of M."""
@@ -264,9 +282,9 @@ class Objective:
 
     @cached_property
     def metric(self) -> SparseMatrix:
-        fairness = CURVED_STRAIN_WEIGHT if self.targets.curved else STRAIN_WEIGHT
+        weights = (CURVED_MOVES_WEIGHT, CURVED_STRAIN_WEIGHT) if self.targets.curved else (MOVES_WEIGHT, STRAIN_WEIGHT)
         n = 3 * self.mesh.n_vertices
-        moves = MOVES_WEIGHT * eye_array(n) + fairness * strain(self.mesh)
+        moves = weights[0] * eye_array(n) + weights[1] * strain(self.mesh)
         return csr_array(block_diag([moves, IMAGE_MOVES_WEIGHT * eye_array(n)], format="csr"))
 
     @cached_property

@@ -96,7 +96,7 @@ class Surface:
 
         Raises GeometryError for points that are not finite.
         """
-        feet, _, normals, _ = self._locate(check_points(points))
+        feet, _, normals, _ = self.locate(check_points(points))
         return feet, normals
 
     def distances(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -107,7 +107,7 @@ class Surface:
         from the normals at the feet, since interpolated normals are not perpendicular to the flat triangles.
         """
         points = check_points(points)
-        feet, triangles, normals, weights = self._locate(points)
+        feet, triangles, normals, weights = self.locate(points)
         offsets = points - feet
         flat, size = self._triangle_normals[triangles], self._sizes[triangles]
         sideways = offsets - np.einsum("ni,ni->n", offsets, flat)[:, None] * flat
@@ -122,7 +122,7 @@ class Surface:
         gradients[on_edge] -= _along(normals[on_edge], edges)
         return np.einsum("ni,ni->n", offsets, normals), gradients
 
-    def _locate(self, points: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
+    def locate(self, points: FloatArray) -> tuple[FloatArray, IntArray, FloatArray, FloatArray]:
         """Feet (n, 3), their triangles (n,), normals (n, 3) and barycentric coordinates (n, 3) in the triangles."""
         _, triangles, feet = self._tree.squared_distance(self._vertices, self._triangles, points)
         triangles = np.asarray(triangles, dtype=np.int64).reshape(-1)

@@ -26,9 +26,10 @@ def test_polylines_come_back(tmp_path: Path, name: str) -> None:
 
 
 def test_others_read_them(tmp_path: Path) -> None:
-    write_polylines(tmp_path / "lines.dxf", LINES)
+    write_polylines(tmp_path / "lines.dxf", LINES[:1], LINES[1:])
     polylines = list(ezdxf.readfile(tmp_path / "lines.dxf").modelspace())
     assert [len(list(each.points())) for each in polylines] == [3, 2]
+    assert [each.dxf.layer for each in polylines] == ["lines-1", "lines-2"]
     write_polylines(tmp_path / "lines.obj", LINES)
     scene = trimesh.load_scene(tmp_path / "lines.obj", process=False)
     assert [len(each.vertices) for each in scene.geometry.values()] in ([5], [3, 2])

@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 
+import ezdxf
 import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
@@ -16,7 +17,7 @@ from fabkit.errors import ProjectError
 from fabkit.formats.polylines import read_polylines, write_polylines
 from fabkit.kinds import PANEL
 from fabkit.project import project_from
-from geometry import read_mesh, write_mesh
+from geometry import Surface, read_mesh, write_mesh
 from geometry.mesh import Mesh
 from tests.geometry.design_surfaces import disc
 
@@ -166,3 +167,32 @@ def test_a_project_may_be_made_by_hand(roof: Path) -> None:
     project = Project.model_validate({"mesh": roof, "unit": "m", "surface": {"faces": 60}})
     assert project.surface is not None
     assert project.surface.boundary == "open"
+
+
+def test_curves_are_written_without_a_mesh(roof: Path) -> None:
+    done = run(
+        "mesh", roof, "--unit", "m", "--edge-length", 2000, "--curves", "curves.dxf", "--asymptotic", "straight.obj"
+    )
+    assert done.exit_code == 0, done.output
+    assert "principal curves" in done.stdout
+    assert "asymptotic curves" in done.stdout
+    surface = Surface(shell())
+    for name in ("curves.dxf", "straight.obj"):
+        points = np.concatenate(read_polylines(Path(name))) - [4.8e5, 5.6e6, 100.0]
+        assert np.linalg.norm(surface.closest(points)[0] - points, axis=1).max() < 0.1  # between vertices 0.8 m apart
+    layers = {each.dxf.layer for each in ezdxf.readfile("curves.dxf").modelspace()}
+    assert layers == {"lines-1", "lines-2"}
+    both = run("mesh", roof, "--faces", 100, "--lines", "conjugate", "-o", "mesh.obj", "--curves", "same.obj")
+    assert both.exit_code == 0, both.output
+    assert "conjugate curves" in both.stdout
+    for options, sentence in (
+        (["--curves", "x.obj"], "needs either its number of faces or their edge length"),
+        (["--curves", "x.svg", "--faces", 100], "one of .obj, .dxf is needed"),
+        (["--curves", "x.obj", "--faces", 100, "--boundary", "aligned"], "--boundary changes the lines of a mesh"),
+        (["--polylines", "x.obj", "--faces", 100], "--polylines writes the lines of a mesh"),
+        (["--curves", "x.obj", "--faces", 1], "faces is 1: input should be greater"),
+    ):
+        refused = run("mesh", roof, *options)
+        assert refused.exit_code == 2, refused.output
+        assert sentence in " ".join(refused.stderr.split())
+        assert not Path("x.obj").exists()

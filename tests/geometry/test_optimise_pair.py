@@ -165,9 +165,9 @@ def hyperboloid(n: int, rings: int) -> Mesh:
     return shapes.rotational_mesh(np.stack([r, z], axis=1), n)
 
 
-@pytest.mark.parametrize(("n", "rings", "off"), [(24, 12, 7e-3), (48, 24, 1.2e-3)])
+@pytest.mark.parametrize(("n", "rings", "off"), [(24, 12, 1.2e-3), (48, 24, 1e-4)])
 def test_a_hyperboloid_becomes_a_catenoid(n: int, rings: int, off: float) -> None:
-    """As near as faces are small: 2.2e-4 with 72 x 36."""
+    """Within 8.8e-4 and 4.5e-5, and 2.2e-5 with 72 x 36."""
     mesh = hyperboloid(n, rings)
     found = optimise_pair(approximate_pair(mesh), PairTargets(mean=0.0))
     assert_exact(found)
@@ -201,7 +201,7 @@ def test_three_tubes_meet_with_constant_mean_curvature(n: int, rings: int, off: 
     assert np.abs(fresh[inner] / -0.49 - 1).max() < off
     assert np.abs(given[inner] / -0.49 - 1).max() > 0.5
     assert found.after.lean[1] < np.radians(lean)
-    assert np.abs(found.pair.vertex_distances - 1).max() < 0.055
+    assert np.abs(found.pair.vertex_distances - 1).max() < 0.05
     assert found.boundary_distance[1] < 0.05
 
 

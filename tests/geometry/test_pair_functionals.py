@@ -20,6 +20,7 @@ from geometry.functionals import (
     FacesAtUnitDistance,
     InsideCones,
     UprightFaces,
+    UprightVertices,
     VerticesAtUnitDistance,
 )
 from geometry.gauss import approximate_pair
@@ -54,7 +55,8 @@ FUNCTIONALS: dict[str, Callable[[Mesh], Functional]] = {
     "edge distances": lambda mesh: EdgesAtUnitDistance(mesh.combinatorics),
     "vertex distances": both(lambda mesh: VerticesAtUnitDistance(mesh.combinatorics), "S"),
     "face distances": lambda mesh: FacesAtUnitDistance(mesh.combinatorics),
-    "face axes": lambda mesh: UprightFaces(mesh.combinatorics),
+    "face axes": lambda mesh: UprightFaces(mesh.combinatorics, 0.9),
+    "vertex axes": lambda mesh: UprightVertices(mesh.combinatorics, np.arange(1, mesh.n_vertices), 1.1),
     "mean curvature": lambda mesh: ConstantCurvature(mesh.combinatorics, 0.7, np.linspace(1, 2, mesh.n_faces)),
     "gaussian curvature": lambda mesh: ConstantCurvature(
         mesh.combinatorics, -0.7, np.linspace(1, 2, mesh.n_faces), mixed=False
@@ -101,6 +103,17 @@ def test_an_exact_pair_has_zeros() -> None:
     assert np.abs(EdgesAtUnitDistance(c).residual(x) - (np.sqrt(2) - 1)).max() < 1e-14
     assert np.abs(VerticesAtUnitDistance(c).residual(image.vertices.ravel()) - (np.sqrt(3) - 1)).max() < 1e-14
     assert np.abs(UprightFaces(c).residual(x)).max() < 1e-14
+    assert np.abs(UprightVertices(c, np.arange(8), np.sqrt(3)).residual(x)).max() < 1e-14
+
+
+def test_axes_are_compared_with_the_mean_of_the_faces() -> None:
+    mesh = vault()
+    some = np.array([12, 5])
+    x = np.concatenate([mesh.vertices, 0 * mesh.vertices]).ravel()
+    c = mesh.combinatorics
+    for vertex, found in zip(some, UprightVertices(c, some, 2.0).residual(x).reshape(-1, 3), strict=True):
+        around = mesh.face_normals[[vertex in face for face in c.faces]].sum(axis=0)
+        np.testing.assert_allclose(found, -2 * around / np.linalg.norm(around), atol=1e-12)
 
 
 @pytest.mark.parametrize("radius", [0.5, 3.0])

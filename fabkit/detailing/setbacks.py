@@ -1,0 +1,82 @@
+"""Setbacks: the distance from the node axis at which a beam ends, so that it can be joined to its node there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fabkit.rules import DetailingRules
+from geometry.arrays import FloatArray, IntArray
+
+__all__ = ["block_half_width", "longest_setbacks", "needed_setbacks", "setbacks"]
+
+LEVEL_ENDS_MM = 0.01
+"""Difference in level in mm up to which the beam ends of a node count as level with equal setbacks. Meshes with six
+digits are accurate to 1e-3 mm, and no saw is accurate to 0.01 mm."""
+
+ALIGNED_ENDS_TOLERANCE = 1e-9
+"""Difference in level between beam ends that count as aligned already, over the height of the beams."""
+
+LONGEST_SETBACK_SHARE = 0.35
+"""Largest setback of a beam over the length of its edge: two of them leave a third of the edge to the beam."""
+
+STEPPED_FACETS_MM = 10.0
+"""Difference in mm between the setbacks at a node from which all are made equal: a facet that lies this much behind its
+neighbour is in a corner of the block, where a torch has little room."""
+
+
+def block_half_width(rules: DetailingRules) -> float:
+    """Half of the width in mm of the facets of a block: that of the beam, and of welded beams the ledges beside it."""
+    ledge = rules.connection.ledge_mm if rules.connection.kind == "welded" else 0.0
+    return rules.beams.profile.width_mm / 2 + ledge
+
+
+def needed_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
+    """(R,) least setbacks in mm of the ends in the rings, see `Ends`.
+
+    Two beams of width w at an angle of 2 p about the axis have a slot of 2 r sin(p) - w cos(p) between them, and each
+    facet shows r tan(p) - w / 2 beside its beam. A beam whose neighbours are more than half a turn away is as free as
+    with half a turn. Beams in contact with their block have no slot, but a clearance.
+    """
+    profile, connection = rules.beams.profile, rules.connection
+    width = profile.web_mm if connection.kind == "hub" else profile.width_mm
+    half_gap = np.minimum(gap[ring], np.pi) / 2
+    sine, cosine = np.sin(half_gap), np.where(gap[ring] < np.pi, np.cos(half_gap), 0.0)
+    with np.errstate(divide="ignore"):
+        needed = np.maximum(connection.slot + width * cosine, 2 * block_half_width(rules) * cosine) / (2 * sine)
+    setback = np.full(len(gap), np.nan)
+    setback[ring] = needed
+    np.maximum.at(setback, following[ring], needed)
+    if connection.kind == "contact":
+        return setback[ring] + rules.nodes.clearance_mm
+    return np.asarray(np.maximum(setback[ring], width / 2))
+
+
+def setbacks(
+    vertex: IntArray, inclination: FloatArray, needed: FloatArray, longest: FloatArray, rules: DetailingRules
+) -> FloatArray:
+    """(R,) setbacks by the rules, in mm. vertex, inclination, needed, longest (R,): node, inclination, least and
+    largest setback of the ends in the rings; one that needs more than the largest has what it needs."""
+    if rules.nodes.setbacks == "least" or not len(vertex):
+        return needed
+    starts = np.flatnonzero(np.diff(vertex, prepend=-1))
+    of_ring = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(vertex)))
+    equal: FloatArray = np.maximum(needed, np.minimum(np.maximum.reduceat(needed, starts)[of_ring], longest))
+    if rules.nodes.setbacks == "equal":
+        return equal
+    slope, height = np.abs(np.tan(inclination)), rules.beams.profile.height_mm
+    off_level = _spread(needed * slope, starts) > ALIGNED_ENDS_TOLERANCE * height
+    on_cone = np.maximum(_spread(equal * slope, starts), _spread(height / np.cos(inclination), starts)) <= LEVEL_ENDS_MM
+    stepped = (rules.connection.kind != "contact") & (_spread(needed, starts) > STEPPED_FACETS_MM)
+    return np.where((off_level & on_cone | stepped)[of_ring], equal, needed)
+
+
+def longest_setbacks(edge_lengths: FloatArray, rules: DetailingRules) -> FloatArray:
+    """(2E,) largest setback in mm of either end of each beam (E,) that is joined, infinite for beams in contact."""
+    if rules.connection.kind == "contact":
+        return np.full(2 * len(edge_lengths), np.inf)
+    return np.repeat(np.minimum(LONGEST_SETBACK_SHARE * edge_lengths, rules.connection.longest_setback_mm), 2)
+
+
+def _spread(values: FloatArray, starts: IntArray) -> FloatArray:
+    """Largest minus smallest value of each run."""
+    return np.asarray(np.maximum.reduceat(values, starts) - np.minimum.reduceat(values, starts))

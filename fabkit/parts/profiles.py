@@ -1,0 +1,184 @@
+"""Solids of bars: any profile, or a circle, between two planes across the x axis; and bores.
+
+A plane is given by x at the axis and its slopes along y and z: x = plane[0] + plane[1] y + plane[2] z.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+from fabkit.parts.topology import Topology, prism_topology
+from geometry.arrays import FloatArray
+
+__all__ = ["bore_vertices", "profile_topology", "profile_vertices", "round_vertices"]
+
+STRAIGHT_CORNER_SINE = 1e-9
+"""Sine of the inward turn at a corner, up to which a piece of a profile counts as convex: rounding of a straight
+corner."""
+SAME_LEAN_SINE = 1e-9
+"""Sine of the angle between the directions in which both ends of a round lean, up to which these are one: over 1 m a
+rim is off its plane by 1e-6 mm."""
+
+
+def profile_topology(loops: Sequence[FloatArray]) -> Topology:
+    """A bar with this profile: the corners (n, 2), as (y, z), of its outline, counter-clockwise, and of its holes,
+    clockwise.
+
+    Vertices: those of all loops in their order at the first end, then at the second. Faces: first end, second end, then
+    the side from each corner to the next one of its loop. A profile with holes, or that is not convex, has a convex
+    piece for each convex part of it, cut from corner to corner. Equal profiles have the same topology.
+
+    >>> from fabkit.parts import Section, profile_topology
+    >>> hollow = profile_topology(Section.of("rhs 120x60x5").loops)
+    >>> hollow.n_vertices, hollow.n_faces, len(hollow.loops(0)), len(hollow.pieces)
+    (16, 10, 2, 4)
+    """
+    pieces = _convex_pieces(loops) if len(loops) > 1 else ()
+    if len(loops) == 1 and not _is_convex(loops[0]):
+        pieces = _convex_pieces(loops)
+    return _profile_topology(tuple(map(len, loops)), pieces)
+
+
+@lru_cache(maxsize=256)
+def _profile_topology(sizes: tuple[int, ...], pieces: tuple[tuple[int, ...], ...]) -> Topology:
+    if len(sizes) == 1 and not pieces:
+        return prism_topology(sizes[0])
+    n, starts = sum(sizes), np.cumsum([0, *sizes])
+    below = [np.arange(first, last) for first, last in pairwise(starts.tolist())]
+    faces = [[loop[::-1] for loop in below], [loop + n for loop in below]]
+    for loop in below:
+        following = np.roll(loop, -1)
+        faces += [[side] for side in np.stack([loop, following, following + n, loop + n], axis=1)]
+    corners = [loop for face in faces for loop in face]
+    return Topology(
+        2 * n,
+        np.concatenate(corners),
+        np.cumsum([0, *map(len, corners)]),
+        np.cumsum([0, *map(len, faces)]),
+        pieces=tuple((np.array([*piece, *(n + k for k in piece)]), prism_topology(len(piece))) for piece in pieces),
+    )
+
+
+def profile_vertices(loops: Sequence[FloatArray], first: FloatArray, second: FloatArray) -> FloatArray:
+    """(..., 2n, 3) vertices of bars with this profile, as in `profile_topology`, from the planes `first` (..., 3) to
+    `second`.
+
+    >>> from fabkit.parts import profile_topology, profile_vertices, Section, Solid
+    >>> loops = Section.of("rhs 120x60x5").loops
+    >>> vertices = profile_vertices(loops, np.array([0.0, 0.0, 0.1]), np.array([1000.0, 0.0, -0.2]))
+    >>> round(Solid(vertices, profile_topology(loops)).volume_mm3, 6)
+    1700000.0
+    """
+    points = np.concatenate(loops)
+
+    def at(plane: FloatArray) -> FloatArray:
+        x = plane[..., :1] + plane[..., 1:] @ points.T
+        return np.concatenate([x[..., None], np.broadcast_to(points, (*x.shape, 2))], axis=-1)
+
+    return np.concatenate([at(np.asarray(first)), at(np.asarray(second))], axis=-2)
+
+
+def round_vertices(
+    radii: Sequence[float] | FloatArray,
+    first: FloatArray,
+    second: FloatArray,
+    *,
+    at: FloatArray | Sequence[float] = (0.0, 0.0),
+) -> FloatArray:
+    """(..., 4k, 3) vertices of k rounds with these radii (k,) or (..., k) about one axis along x through (y, z) = at
+    (..., 2), from the planes `first` (..., 3) to `second`: for `shaft_topology`, or a bore for `Topology.bored`.
+
+    Raises ValueError where the two planes lean in different planes.
+
+    >>> from fabkit.parts import round_vertices, shaft_topology, Solid
+    >>> tube = round_vertices((30.0, 26.0), np.array([0.0, 0.0, 0.1]), np.array([1000.0, 0.0, 0.0]))
+    >>> round(Solid(tube, shaft_topology(hollow=True)).volume_mm3 / np.pi, 6)
+    224000.0
+    """
+    first, second, at = (np.asarray(each, dtype=np.float64) for each in (first, second, at))
+    slopes = np.broadcast_arrays(first[..., 1:], second[..., 1:])
+    steep = np.where((np.abs(slopes[0]).sum(-1) >= np.abs(slopes[1]).sum(-1))[..., None], *slopes)
+    size = np.linalg.norm(steep, axis=-1, keepdims=True)
+    across = np.where(size > 0, steep / np.where(size > 0, size, 1.0), [0.0, 1.0])
+    aside = [slope[..., 0] * across[..., 1] - slope[..., 1] * across[..., 0] for slope in slopes]
+    if max(np.abs(each).max(initial=0.0) for each in aside) > SAME_LEAN_SINE:
+        raise ValueError("the two ends of a round must lean in one plane: cut one of them square")
+    rims = at[..., None, :] + np.asarray(radii, dtype=np.float64)[..., None] * across[..., None, :]
+    centres = np.broadcast_to(at[..., None, :], rims.shape)
+    across_axis = np.stack([centres, rims], axis=-2)  # (..., k, 2, 2)
+
+    def on(plane: FloatArray) -> FloatArray:
+        x = plane[..., None, None, 0] + np.einsum("...kij,...j->...ki", across_axis, plane[..., 1:])
+        return np.concatenate([x[..., None], across_axis], axis=-1)
+
+    both = np.concatenate([on(first), on(second)], axis=-2)
+    return both.reshape(*both.shape[:-3], -1, 3)
+
+
+def bore_vertices(first: FloatArray, second: FloatArray, radius: FloatArray | float, across: FloatArray) -> FloatArray:
+    """(..., 4, 3) first centre, first rim, second centre and second rim of bores, or bars, with ends perpendicular to
+    the axis: centres first, second (..., 3), radius (...), and the direction of the rims, `across` (..., 3), of which
+    only the part perpendicular to the axis counts.
+
+    >>> from fabkit.parts import bore_vertices
+    >>> bore_vertices(np.zeros(3), np.array([0, 0, 9.0]), 2.0, np.array([5.0, 0, 7])).tolist()
+    [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 9.0], [2.0, 0.0, 9.0]]
+    """
+    axis = second - first
+    axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+    across = across - (across * axis).sum(axis=-1, keepdims=True) * axis
+    rim = np.asarray(radius)[..., None] * across / np.linalg.norm(across, axis=-1, keepdims=True)
+    return np.stack(np.broadcast_arrays(first, first + rim, second, second + rim), axis=-2)
+
+
+# --- convex pieces
+
+
+def _is_convex(loop: FloatArray) -> bool:
+    ahead = np.roll(loop, -1, axis=0) - loop
+    ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    behind = np.roll(ahead, 1, axis=0)
+    turns = behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]
+    return bool((turns >= -STRAIGHT_CORNER_SINE).all())
+
+
+def _convex_pieces(loops: Sequence[FloatArray]) -> tuple[tuple[int, ...], ...]:
+    """Points of convex polygons that fill the profile: triangles, joined while the result is convex."""
+    points = np.concatenate(loops)
+    polygon = shapely.Polygon(loops[0], loops[1:])
+    if not polygon.is_valid:
+        raise ValueError("the outline or a hole of the profile crosses or touches itself or another one")
+    number = {tuple(point): k for k, point in enumerate(points.tolist())}
+    triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(polygon))
+    pieces = [[number[point] for point in shapely.orient_polygons(one).exterior.coords[:3]] for one in triangles]
+    joined = True
+    while joined:
+        joined = False
+        for first, second in ((a, b) for k, a in enumerate(pieces) for b in pieces[:k]):
+            union = _joined(first, second)
+            if union and _is_convex(points[union]):
+                pieces = [piece for piece in pieces if piece is not first and piece is not second] + [union]
+                joined = True
+                break
+    return tuple(sorted(_from_least(piece) for piece in pieces))
+
+
+def _joined(first: list[int], second: list[int]) -> list[int]:
+    """The polygon of two that share an edge, none where they do not."""
+    for k in range(len(first)):
+        own = first[k + 1 :] + first[: k + 1]
+        for m in range(len(second)):
+            other = second[m:] + second[:m]
+            if (own[0], own[-1]) == (other[0], other[1]):
+                return own + other[2:]
+    return []
+
+
+def _from_least(piece: list[int]) -> tuple[int, ...]:
+    least = piece.index(min(piece))
+    return (*piece[least:], *piece[:least])
