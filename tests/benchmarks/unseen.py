@@ -2,8 +2,8 @@
 
 Freeform patches, minimal surfaces, saddles, holes, corners, wavy and oblique boundaries, small bumps, and a noisy scan.
 Columns as in `laying.py`; ! marks what misses its bound, which is meant for 1 000 faces. The share of quads cannot be
-held where lines meet a long boundary obliquely. The last row counts the surfaces that keep each bound. Names of surfaces
-may follow the number of faces.
+held where lines meet a long boundary obliquely. The last row counts the surfaces that keep each bound. Names of
+surfaces may follow the number of faces.
 """
 
 from __future__ import annotations
@@ -32,7 +32,9 @@ Point = Callable[[FloatArray, FloatArray], tuple[FloatArray, ...]]
 def patch(seed: int, controls: int = 6, height: float = 0.35) -> Surface:
     """A bicubic B-spline over a rectangle, with random heights of its control points."""
     rng = np.random.default_rng(seed)
-    spline = RectBivariateSpline(np.linspace(0, 1, controls), np.linspace(0, 1, controls), rng.normal(size=(controls,) * 2))
+    spline = RectBivariateSpline(
+        np.linspace(0, 1, controls), np.linspace(0, 1, controls), rng.normal(size=(controls,) * 2)
+    )
     return chart(60, 44, lambda u, v: (3 * u, 2.2 * v, height * spline(u, v, grid=False)))
 
 
