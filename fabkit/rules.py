@@ -23,6 +23,7 @@ __all__ = [
     "DetailingRules",
     "HeightReference",
     "NodeRules",
+    "NodeTop",
     "PanelRules",
     "Setbacks",
     "SheetRules",
@@ -32,10 +33,16 @@ LARGEST_LENGTH_MM = 1e9
 """Largest length in mm that a project may state: a thousand kilometres, far below the
 lengths whose products overflow."""
 
+LEAST_HAND_HOLE_LENGTH_MM = 300.0
+"""Minimum length in mm of a bolted beam between its two cuts: a hand hole, and as much again to its ends as it takes
+up."""
+
 Positive = Annotated[float, Field(gt=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
-HeightReference = Literal["outer", "centre", "inner"]
+Level = Annotated[float, Field(ge=-LARGEST_LENGTH_MM, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
+HeightReference = Literal["outer", "centre", "inner", "glass"]
 Setbacks = Literal["auto", "least", "equal"]
+NodeTop = Literal["enclosing", "trimmed"]
 ConnectionKind = Literal["welded", "bolted", "hub", "contact"]
 CONNECTION_KINDS: tuple[ConnectionKind, ...] = get_args(ConnectionKind)
 SectionName = Annotated[str, AfterValidator(lambda text: Section.of(text).name)]
@@ -49,7 +56,8 @@ class BeamRules:
     """Bars of one section, symmetric about the central plane of their edge.
 
     section: as the trade writes it, see `Section`. width_mm, height_mm: instead of a section, those of a solid bar.
-    reference: the side of the bar that lies on the mesh. least_length_mm: minimum length of a bar between its two cuts.
+    reference: the side of the bar that lies on the mesh; "glass": the outer faces of the panels lie on the mesh, and
+    the outer sides of the bars on a parallel mesh below. least_length_mm: minimum length of a bar between its two cuts.
 
     >>> from fabkit.rules import BeamRules
     >>> BeamRules(section="RHS 120 x 60 x 5").profile.name, BeamRules(width_mm=40).profile.name
@@ -141,6 +149,11 @@ class ConnectionRules:
         return BoltGroup.of(self.bolts)
 
     @property
+    def end_distance_mm(self) -> float:
+        """Distance of the end of a beam from its facet: the gap, and the end plate of a bolted beam."""
+        return self.gap_mm + (self.plate_mm if self.kind == "bolted" else 0.0)
+
+    @property
     def has_dowel(self) -> bool:
         """Whether a dowel keeps the beam from turning about a single bolt."""
         return self.kind == "bolted" and self.group.count == 1
@@ -189,15 +202,19 @@ class ConnectionRules:
 
 @dataclass(frozen=True, config=_STRICT)
 class NodeRules:
-    """Prisms along the node axes. clearance_mm: added to the minimum distance of the facets from the axis.
+    """Prisms along the node axes. clearance_mm: added to the minimum distance of the facets from the axis where beams
+    are in contact with the block.
 
-    setbacks: "least" gives each beam the minimum setback at which it does not touch its neighbours; "equal" gives all
-    beams of a node the largest of these; "auto" uses equal setbacks where these bring the beams' ends to one level, as
-    in edge offset meshes, and the minimum ones elsewhere.
+    setbacks: "least" gives each beam the minimum setback; "equal" gives all beams of a node the largest of these;
+    "auto" uses equal setbacks where these bring the beams' ends to one level, as in edge offset meshes, and where the
+    facets of beams that are joined would be stepped by more than 10 mm, and the minimum ones elsewhere. top:
+    "enclosing" blocks end in a plane perpendicular to the axis above all beams; "trimmed" ones in a plane that follows
+    the tops of the beams, lowered as far as the panels need it when they lie as low as the beams permit.
     """
 
     clearance_mm: Positive = 5.0
     setbacks: Setbacks = "auto"
+    top: NodeTop = "enclosing"
     material: str = "steel"
 
 
@@ -207,16 +224,16 @@ class PanelRules:
 
     joint_mm: gap between two panels. seat_mm: free height between the panels and the highest node block under them.
     underside_mm: height of the panels' lower side above the mesh; by default the minimum that clears beams and nodes,
-    plus the seat. least_edge_mm: minimum length of an edge of a panel.
+    plus the seat. least_edge_mm: minimum length of an edge of a panel. least_bearing_mm: minimum width over which a
+    panel lies above the beam at each of its edges; negative for panels that are held otherwise, and may end beside it.
     """
 
     thickness_mm: Positive = 10.0
     joint_mm: NotNegative = 10.0
     seat_mm: NotNegative = 5.0
-    underside_mm: Annotated[float, Field(ge=-LARGEST_LENGTH_MM, le=LARGEST_LENGTH_MM, allow_inf_nan=False)] | None = (
-        None
-    )
+    underside_mm: Level | None = None
     least_edge_mm: Positive = 1.0
+    least_bearing_mm: Level = 10.0
     material: str = "glass"
 
 
@@ -240,6 +257,12 @@ class DetailingRules:
     panels: PanelRules = field(default_factory=PanelRules)
     sheets: SheetRules = field(default_factory=SheetRules)
     densities_kg_m3: dict[str, Positive] = field(default_factory=lambda: {"steel": 7850.0, "glass": 2500.0})
+
+    @property
+    def least_length_mm(self) -> float:
+        """Minimum length of a beam between its two cuts; one that is bolted has a hand hole."""
+        least = self.beams.least_length_mm
+        return max(least, LEAST_HAND_HOLE_LENGTH_MM) if self.connection.kind == "bolted" else least
 
     @model_validator(mode="after")
     def _connection_fits(self) -> DetailingRules:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,9 +11,9 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_serializer, model_validator
 
 from fabkit.errors import ProjectError
-from fabkit.formats.exact_surfaces import EXACT_SUFFIXES, ExactSurface, exact_surface
+from fabkit.formats.exact_surfaces import ExactSurface, exact_surface
 from fabkit.formats.polylines import read_polylines
-from fabkit.formats.shape_triangles import read_shape
+from fabkit.formats.shape_files import EXACT_SUFFIXES, read_shape
 from fabkit.rules import Positive
 from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats
@@ -162,11 +161,10 @@ def read_exact_file(path: Path, rules: SurfaceRules | None, *, flip: bool) -> Ex
         count = rules.faces or area / (rules.edge_length_mm or 1.0) ** 2
         return float(np.sqrt(area / max(count, LEAST_SAMPLED_FACES)) * TRIANGLE_EDGE_RATIO)
 
-    shape = read_shape(path)
-    surface = exact_surface(shape, edge_length, name=name)
+    file = read_shape(path)
+    surface = exact_surface(file.shape, edge_length, name=name)
     surface = surface.reversed() if flip else surface
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    return ExactFile(path, surface.mesh, (), digest, surface=surface)
+    return ExactFile(path, surface.mesh, file.notes, file.sha256, surface=surface)
 
 
 def design_surface(file: MeshFile) -> Surface:

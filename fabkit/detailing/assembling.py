@@ -4,26 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from fabkit.checking import Violation, panels_crossing_support_planes, violations, violations_sentence
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
+from fabkit.detailing.bolted import bolted_nodes, fasteners
 from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.hubs import caps, on_tubes
 from fabkit.detailing.joining import not_joinable
-from fabkit.detailing.nodes import NodeShapes, make_nodes, node_shapes
-from fabkit.detailing.panel_underside import heights_under_panels
-from fabkit.detailing.panels import PanelShapes, make_panels, panel_shapes
+from fabkit.detailing.nodes import make_nodes
+from fabkit.detailing.panel_levels import PanelLevels, panel_levels, underside_reason, unfit_panels
+from fabkit.detailing.panels import make_panels
 from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
 from fabkit.fitness.shape import tilt
 from fabkit.kinds import PANEL
-from fabkit.parts import Assembly, LeftOut, Material
+from fabkit.parts import Assembly, LeftOut, Material, Parts
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray
-from geometry.gauss import SupportStructure
+from geometry.gauss import Pair, SupportStructure
 
 __all__ = ["Detailed", "detail"]
+
+SAME_DEPTH_MM = 1e-6
+"""Largest difference in mm between two depths of the beams below the outer faces of the panels that count as one: a
+solid may be off as much from what touches it."""
 
 MAX_FULL_REASONS = 3
 """Largest number of unbuildable parts that an error describes with a sentence each; the others are only named."""
@@ -79,40 +86,63 @@ def detail(
 
 @dataclass
 class _Plan:
-    """The beams (E,) and panels (F,) to be made; those that cannot be built are removed, if they may be left out."""
+    """The beams (E,) and panels (F,) to be made; those that cannot be built are removed, if they may be left out.
 
-    structure: SupportStructure
+    structure: on whose mesh the beams stand, `depth` below the given one.
+    """
+
+    given: SupportStructure
     rules: DetailingRules
     skip_unbuildable: bool
+    structure: SupportStructure = field(init=False)
+    depth: float = field(init=False, default=0.0)
     beams: BoolArray = field(init=False)
     panels: BoolArray = field(init=False)
     left_out: list[LeftOut] = field(init=False, default_factory=list)
 
     def __post_init__(self) -> None:
+        self.structure = self.given
         self._check_outwards()
         self.beams = np.ones(self.structure.mesh.n_edges, dtype=bool)
         self.panels = np.ones(self.structure.mesh.n_faces, dtype=bool)
 
     def make(self, name: str) -> Detailed:
-        ends, beams = self._fit_beams()
-        nodes = node_shapes(self.structure, ends, self.rules)
-        heights, panels = self._fit_panels(ends, nodes)
+        while True:
+            ends, beams = self._fit_beams()
+            levels = self._fit_panels(ends)
+            if abs(levels.depth - self.depth) <= SAME_DEPTH_MM:
+                break
+            self.depth = levels.depth
+            self.structure = _lowered(self.given, levels.depth)
         with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
         edges, faces = np.flatnonzero(self.beams), np.flatnonzero(self.panels)
-        groups = (
-            make_beams(self.structure, ends, beams, edges, self.rules.beams, self._material("beams")),
-            make_nodes(self.structure, ends, nodes, with_beams, self._material("nodes")),
-            make_panels(self.structure, panels, faces, self.rules.panels, self._material("panels")),
+        groups: tuple[Parts[Any], ...] = (
+            make_beams(self.structure, ends, beams, edges, self.rules, self._material("beams")),
+            make_nodes(self.structure, ends, levels.nodes, with_beams, self.rules.beams, self._material("nodes")),
+            make_panels(self.structure, levels.shapes, faces, self.rules.panels, self._material("panels")),
         )
+        groups = self._joined(ends, groups)
         assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
         needed = np.zeros(self.structure.mesh.n_vertices)
-        np.maximum.at(needed, self.structure.mesh.combinatorics.corners, heights)
-        return Detailed(assembly, panels.underside, needed, self._underside_reason(heights, needed, panels.underside))
+        np.maximum.at(needed, self.structure.mesh.combinatorics.corners, levels.of_blocks)
+        underside = float(levels.shapes.underside[self.panels].min(initial=np.inf))
+        return Detailed(assembly, underside, needed, underside_reason(self.structure, levels, self.rules))
+
+    def _joined(self, ends: Ends, groups: tuple[Parts[Any], ...]) -> tuple[Parts[Any], ...]:
+        """The beams, nodes and panels, the nodes as the connection needs them, and the parts that it adds."""
+        (beams, nodes, panels), kind = groups, self.rules.connection.kind
+        if kind == "bolted":
+            added = fasteners(self.structure, ends, self.rules, self._material("nodes"))
+            return (beams, bolted_nodes(nodes, ends, self.rules), panels, *added)
+        if kind == "hub":
+            tubes = on_tubes(nodes, ends, self.rules)
+            return beams, tubes, panels, caps(tubes, self.rules.connection, self._material("nodes"))
+        return groups
 
     # --- beams and nodes
 
     def _fit_beams(self) -> tuple[Ends, BeamShapes]:
-        min_length = self.rules.beams.least_length_mm
+        min_length = self.rules.least_length_mm
         while True:
             ends = beam_ends(self.structure, self.beams, self.rules)
             if reasons := not_joinable(self.structure.mesh, ends, self.rules):
@@ -135,7 +165,7 @@ class _Plan:
             f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
             f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
             f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
-            f"{self.rules.beams.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
+            f"{self.rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
             f"{angle:.1f} degrees apart; counted from 0)"
         )
 
@@ -146,46 +176,13 @@ class _Plan:
             for vertex in without_beams.tolist()
         )
 
-    # --- panels
-
-    def _fit_panels(self, ends: Ends, nodes: NodeShapes) -> tuple[FloatArray, PanelShapes]:
-        """(C,) heights of the blocks under the corners of the panels that are made, and the shapes of the panels
-        above."""
-        rules = self.rules.panels
-        block_heights = heights_under_panels(self.structure, ends, self.beams, nodes)
+    def _fit_panels(self, ends: Ends) -> PanelLevels:
         while True:
-            heights = np.where(self.panels[self.structure.mesh.combinatorics.corner_face], block_heights, 0.0)
-            level = (
-                rules.underside_mm if rules.underside_mm is not None else max(0.0, float(heights.max())) + rules.seat_mm
-            )
-            shapes = panel_shapes(self.structure, rules, level)
-            c = self.structure.mesh.combinatorics
-            shortest = np.minimum.reduceat(shapes.edge_lengths, c.face_starts[:-1])
-            vanishing = np.flatnonzero(self.panels & ~(shortest >= rules.least_edge_mm))
-            if not len(vanishing):
-                return heights, shapes
-            reasons = {int(face): self._vanishes(int(face), shapes, shortest) for face in vanishing}
-            self._leave_out("panel", self.panels, reasons)
-
-    def _vanishes(self, face: int, shapes: PanelShapes, shortest: FloatArray) -> str:
-        rules = self.rules.panels
-        return (
-            f"the panel on face {face} vanishes when cut back by half the joint of {rules.joint_mm:g} mm: at "
-            f"{shapes.underside:.1f} mm above the mesh its shortest edge is {shortest[face]:.1f} mm, and at least "
-            f"{rules.least_edge_mm:g} mm are needed (faces counted from 0)"
-        )
-
-    def _underside_reason(self, heights: FloatArray, needed: FloatArray, level: float) -> str:
-        if self.rules.panels.underside_mm is not None:
-            return f"given as {level:g} mm"
-        corner = int(heights.argmax())
-        if heights[corner] <= 0.0:
-            return "no node block stands above the mesh under the panels"
-        c = self.structure.mesh.combinatorics
-        return (
-            f"the node block at vertex {c.corners[corner]} stands {heights[corner]:.1f} mm above face "
-            f"{c.corner_face[corner]} (counted from 0); the median node needs {np.median(needed[c.is_used]):.1f} mm"
-        )
+            levels = panel_levels(self.structure, ends, self.beams, self.panels, self.rules)
+            unfit = unfit_panels(self.structure, levels.shapes, self.beams, self.panels, self.rules)
+            if not unfit:
+                return levels
+            self._leave_out("panel", self.panels, unfit)
 
     # --- what cannot be made
 
@@ -261,6 +258,12 @@ class _Plan:
     def _material(self, kind: str) -> Material:
         name: str = getattr(self.rules, kind).material
         return Material(name, self.rules.densities_kg_m3[name])
+
+
+def _lowered(structure: SupportStructure, depth: float) -> SupportStructure:
+    """The structure of the mesh that lies `depth` mm below, along S."""
+    pair = structure.pair
+    return SupportStructure(Pair(pair.offset_mesh(-depth), pair.gauss_image), structure.distance)
 
 
 def _because(place: str, element: int, violation: Violation) -> str:

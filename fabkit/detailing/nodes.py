@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fabkit.detailing.beams import height_range
-from fabkit.detailing.ends import Ends
+from fabkit.detailing.ends import HALF_TURN_TOLERANCE, Ends
+from fabkit.detailing.hubs import circumscribed_sections
 from fabkit.detailing.setbacks import block_half_width
 from fabkit.kinds import NODE, NodeDetails
 from fabkit.parts import Material, Parts, Ragged, Solids
-from fabkit.rules import DetailingRules
+from fabkit.rules import BeamRules, DetailingRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
-__all__ = ["NodeShapes", "axis_misalignments", "make_nodes", "node_shapes"]
+__all__ = ["NodeShapes", "axis_misalignments", "facet_sides", "make_nodes", "node_shapes"]
 
 
-HALF_TURN_TOLERANCE = 1e-6
-"""Angle in radians by which a gap between beams may exceed half a turn without an extra corner of the block. It is
-above rounding at map coordinates, and a block without that corner deviates by a ten-thousandth of a millimetre."""
+FLAT_TOPS_SHARE = 1e-6
+"""Extent of the tops of a node's beams in one direction over that in the other, squared, below which the top of the
+block is level in that direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,33 +30,90 @@ class NodeShapes:
 
     corners (K, 2): sections in mm about the axis, x towards the first beam of the ring, node by node and
     counter-clockwise; corner_starts (N+1,): node i has corners[corner_starts[i]:corner_starts[i+1]].
-    bottom, top (N,): levels in mm along the axis, NaN where there is no block. top_step, axis_misalignment (N,):
-    in mm, see `NodeDetails`.
+    bottom, top (N,): levels in mm on the axis, NaN where there is no block. slope (N, 2): of the top along x and y.
+    top_step, axis_misalignment (N,): in mm, see `NodeDetails`.
     """
 
     corners: FloatArray
     corner_starts: IntArray
     bottom: FloatArray
     top: FloatArray
+    slope: FloatArray
     top_step: FloatArray
     axis_misalignment: FloatArray
 
 
 def node_shapes(structure: SupportStructure, ends: Ends, rules: DetailingRules) -> NodeShapes:
-    """The smallest blocks that enclose the end faces of the beams.
+    """The smallest blocks that enclose the end faces of the beams, with tops by the rules.
 
     Neighbouring facets are joined by straight lines. A gap between beams of more than half a turn gets one more corner
-    in its middle, half a beam's width from the axis, so that the block always contains its axis.
+    in its middle, half a facet's width from the axis, so that the block always contains its axis.
     """
-    corners, starts = _sections(ends, block_half_width(rules), structure.mesh.n_vertices)
-    inner, outer = height_range(rules.beams)
-    lows, highs = (
-        (ends.setback * np.sin(ends.inclination) + level) / np.cos(ends.inclination) for level in (inner, outer)
-    )
     n = structure.mesh.n_vertices
+    corners, starts = _sections(ends, block_half_width(rules), n)
+    inner, outer = height_range(rules.beams)
+    lows, highs = ((ends.cut * np.sin(ends.inclination) + level) / np.cos(ends.inclination) for level in (inner, outer))
     bottom, _ = _extremes(lows, ends, n)
     lowest_top, top = _extremes(highs, ends, n)
-    return NodeShapes(corners, starts, bottom, top, top - lowest_top, axis_misalignments(ends, (inner, outer), n))
+    step, slope = top - lowest_top, np.zeros((n, 2))
+    if rules.connection.kind == "hub":
+        corners, starts = circumscribed_sections(ends, n)
+        flange, cap = rules.beams.profile.flange_mm, rules.connection.cap_mm
+        _, web_top = _extremes(highs - flange / np.cos(ends.inclination), ends, n)
+        bottom, top = bottom - cap, web_top + cap
+    elif rules.nodes.top == "trimmed":
+        top, slope = _tilted_tops(ends, highs, rules.beams.profile.width_mm / 2, n)
+    return NodeShapes(corners, starts, bottom, top, slope, step, axis_misalignments(ends, (inner, outer), n))
+
+
+def _tilted_tops(ends: Ends, highs: FloatArray, half_width: float, n: int) -> tuple[FloatArray, FloatArray]:
+    """Levels on the axis (N,) and slopes (N, 2) of planes that touch the tops of the beams' end faces from above, each
+    parallel to the plane with the least sum of squares of distances from both corners of these tops.
+
+    highs (2E,): levels of the tops.
+    """
+    ring = ends.ring
+    node = np.concatenate([ends.vertex[ring]] * 2)
+    azimuth = ends.azimuth[ring]
+    radial, aside = (np.stack([np.cos(a), np.sin(a)], axis=1) for a in (azimuth, azimuth + np.pi / 2))
+    middle = ends.setback[ring, None] * radial
+    points = np.concatenate([middle - half_width * aside, middle + half_width * aside])
+    levels = np.concatenate([highs[ring]] * 2)
+
+    def sums(values: FloatArray) -> FloatArray:
+        return np.asarray(np.bincount(node, weights=values, minlength=n), dtype=np.float64)
+
+    count = np.maximum(sums(np.ones(len(node))), 1)
+    x, y, z = (values - (sums(values) / count)[node] for values in (*points.T, levels))
+    squares = np.stack([sums(x * x), sums(x * y), sums(x * y), sums(y * y)], axis=1).reshape(-1, 2, 2)
+    products = np.stack([sums(x * z), sums(y * z)], axis=1)
+    slope = np.einsum("njk,nk->nj", np.linalg.pinv(squares, rcond=FLAT_TOPS_SHARE, hermitian=True), products)
+    top = np.full(n, -np.inf)
+    np.maximum.at(top, node, levels - np.einsum("kj,kj->k", slope[node], points))
+    return np.where(np.isinf(top), np.nan, top), slope
+
+
+def uncovered_shares(ends: Ends, shapes: NodeShapes, rules: BeamRules) -> FloatArray:
+    """(2E,) share of each beam's end face, width times height, that stands above the top of the block; NaN for ends in
+    no ring."""
+    inner, outer = height_range(rules)
+    rise, cosine = np.sin(ends.inclination), np.cos(ends.inclination)
+    high, height = (ends.cut * rise + outer) / cosine, (outer - inner) / cosine
+    slope, half = shapes.slope[ends.vertex], rules.profile.width_mm / 2
+    along = slope[:, 0] * np.cos(ends.azimuth) + slope[:, 1] * np.sin(ends.azimuth)
+    aside = slope[:, 1] * np.cos(ends.azimuth) - slope[:, 0] * np.sin(ends.azimuth)
+    middle = high - shapes.top[ends.vertex] - ends.setback * along
+    with np.errstate(invalid="ignore"):
+        above = _mean_above(middle, half * aside) - _mean_above(middle - height, half * aside)
+    return above / height
+
+
+def _mean_above(middle: FloatArray, half: FloatArray) -> FloatArray:
+    """Mean over |s| <= 1 of the larger of 0 and middle + half s."""
+    half = np.abs(half)
+    high = np.maximum(middle + half, 0.0)
+    above = np.divide(high, 2 * half, out=np.ones_like(high), where=high < 2 * half)  # the part of the range
+    return np.where(high < 2 * half, above * high / 2, np.maximum(middle, 0.0))
 
 
 def axis_misalignments(ends: Ends, levels: tuple[float, float], n_vertices: int) -> FloatArray:
@@ -102,27 +160,48 @@ def _sections(ends: Ends, half_width: float, n_vertices: int) -> tuple[FloatArra
     return corners, np.concatenate([[0], np.cumsum(counts)])
 
 
+def facet_sides(ends: Ends) -> IntArray:
+    """(2E,) face of its node block, a prism, on which each beam ends; -1 for ends in no ring."""
+    ring, wide = ends.ring, ends.gap[ends.ring] > np.pi + HALF_TURN_TOLERANCE
+    before = np.concatenate([[0], np.cumsum(2 + wide)])
+    sides = np.full(len(ends.vertex), -1, dtype=np.int64)
+    sides[ring] = 2 + before[:-1] - before[ends.ring_starts[ends.vertex[ring]]]
+    return sides
+
+
 def make_nodes(
-    structure: SupportStructure, ends: Ends, shapes: NodeShapes, vertices: IntArray, material: Material
+    structure: SupportStructure,
+    ends: Ends,
+    shapes: NodeShapes,
+    vertices: IntArray,
+    rules: BeamRules,
+    material: Material,
 ) -> Parts[NodeDetails]:
     """Node blocks at these vertices, which have at least one beam each, in their order."""
     rings = Ragged(ends.ring, ends.ring_starts)[vertices]
+    own = rings.values
     sections = Ragged(shapes.corners, shapes.corner_starts)[vertices]
     bottom, top = shapes.bottom[vertices], shapes.top[vertices]
+    solids = Solids.prisms(sections, bottom, top)
+    rises = np.einsum("kj,kj->k", sections.values, shapes.slope[vertices][sections.row])
+    values = solids.vertices.values.copy()
+    values[solids.vertices.place >= sections.sizes[solids.vertices.row], 2] += rises
+    solids = replace(solids, vertices=solids.vertices.with_values(values))
     z, x = structure.axes[vertices], ends.radial[rings.values[rings.starts[:-1]]]
     return Parts.each_its_own(
         NODE,
         vertices,
-        Solids.prisms(sections, bottom, top),
+        solids,
         origins=structure.mesh.vertices[vertices],
         axes=np.stack([x, np.cross(z, x), z], axis=1),
         material=material,
         details=NodeDetails(
-            beams=rings.with_values(rings.values // 2),
-            azimuths_deg=rings.with_values(np.degrees(ends.azimuth[rings.values])),
-            inclinations_deg=rings.with_values(np.degrees(ends.inclination[rings.values])),
-            setbacks_mm=rings.with_values(ends.setback[rings.values]),
-            height_mm=top - bottom,
+            beams=rings.with_values(own // 2),
+            azimuths_deg=rings.with_values(np.degrees(ends.azimuth[own])),
+            inclinations_deg=rings.with_values(np.degrees(ends.inclination[own])),
+            setbacks_mm=rings.with_values(ends.setback[own]),
+            uncovered_percent=rings.with_values(100 * uncovered_shares(ends, shapes, rules)[own]),
+            height_mm=top + sections.with_values(rises).reduced(np.maximum) - bottom,
             top_step_mm=shapes.top_step[vertices],
             axis_misalignment_mm=shapes.axis_misalignment[vertices],
         ),

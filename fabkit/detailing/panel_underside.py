@@ -1,55 +1,107 @@
-"""The height at which panels clear the node blocks under them. They then clear the beams too: a beam has a constant
-height above the face along its length, and the blocks at its ends enclose its end faces."""
+"""The height at which panels clear the beams and the node blocks under them.
+
+A beam has a constant height above the face along its length. Blocks that enclose the ends of their beams stand at least
+as high as these; trimmed blocks are lowered until they stand no higher than given levels.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from fabkit.detailing.beams import height_range
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes
+from fabkit.rules import BeamRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
 from geometry.mesh.ragged_arrays import row_of_entry
 
-__all__ = ["heights_under_panels"]
+__all__ = ["heights_of_beams", "heights_of_blocks", "trimmed"]
 
 
-def heights_under_panels(structure: SupportStructure, ends: Ends, made: BoolArray, nodes: NodeShapes) -> FloatArray:
+def heights_of_beams(structure: SupportStructure, made: BoolArray, rules: BeamRules) -> FloatArray:
+    """(C,) height in mm above each face of the half of the beam at its side, of the edge that begins at each of its
+    corners; 0 where the beam is not made. made (E,): whether the beam of each edge is made."""
+    c = structure.mesh.combinatorics
+    edge, normals = c.corner_edge, structure.mesh.face_normals[c.corner_face]
+    inwards = structure.width_directions[edge] * np.where(c.runs_along_edge, -1.0, 1.0)[:, None]
+    rise = np.einsum("ck,ck->c", inwards, normals)
+    upright = np.einsum("ck,ck->c", structure.height_directions[edge], normals)
+    profile, outer = rules.profile, height_range(rules)[1]
+    if profile.is_round:
+        radius = profile.width_mm / 2
+        heights = np.where(rise > 0, (outer - radius) * upright + radius, outer * upright)
+    else:
+        heights = outer * upright + profile.width_mm / 2 * np.maximum(rise, 0.0)
+    return np.where(made[edge], heights, 0.0)
+
+
+def heights_of_blocks(structure: SupportStructure, ends: Ends, made: BoolArray, nodes: NodeShapes) -> FloatArray:
     """(C,) height in mm of the node block above the face at each corner of the face, within the cell of the face; 0
-    without a block. made (E,): whether the beam of each edge is made.
+    without a block. made (E,): whether the beam of each edge is made."""
+    node = structure.mesh.combinatorics.corners
+    top = np.where(np.isfinite(nodes.top)[node], nodes.top[node], 0.0)
+    heights = top * _upright(structure) + _rises_of_blocks(structure, ends, made, nodes)
+    return np.where(np.isfinite(nodes.top)[node], heights, 0.0)
 
-    The top of the block within the cell is a polygon with these corners: the point on the axis, corners of the section,
-    and the middles of the facets of the two beams that bound the cell. For a beam that is not made, a point outside the
-    block is taken instead.
+
+def trimmed(
+    structure: SupportStructure, ends: Ends, made: BoolArray, nodes: NodeShapes, panels: BoolArray, levels: FloatArray
+) -> NodeShapes:
+    """The blocks lowered until none stands higher above a face with a panel than `levels` (F,), in mm. made (E,),
+    panels (F,): whether the beam of each edge and the panel of each face is made."""
+    c = structure.mesh.combinatorics
+    limits = (levels[c.corner_face] - _rises_of_blocks(structure, ends, made, nodes)) / _upright(structure)
+    top = nodes.top.copy()
+    below = panels[c.corner_face] & np.isfinite(top[c.corners])
+    np.minimum.at(top, c.corners[below], limits[below])
+    return replace(nodes, top=top)
+
+
+def _upright(structure: SupportStructure) -> FloatArray:
+    """(C,) cosine of the angle between node axis and normal of the face at each corner."""
+    c = structure.mesh.combinatorics
+    return np.asarray(np.einsum("ck,ck->c", structure.axes[c.corners], structure.mesh.face_normals[c.corner_face]))
+
+
+def _rises_of_blocks(structure: SupportStructure, ends: Ends, made: BoolArray, nodes: NodeShapes) -> FloatArray:
+    """(C,) largest height of the top of the block at each corner of a face above a plane parallel to the face, through
+    the point in which the axis meets the top.
+
+    The top of the block within the cell of the face is a polygon with these corners: the point on the axis, corners of
+    the section, and the middles of the facets of the two beams that bound the cell. For a beam that is not made, a
+    point outside the block is taken instead.
     """
     c = structure.mesh.combinatorics
     node, normals = c.corners, structure.mesh.face_normals[c.corner_face]
-    has_block = np.isfinite(nodes.top)[node]
-    axis, top = structure.axes[node], np.where(has_block, nodes.top[node], 0.0)
+    axis, slope, upright = structure.axes[node], nodes.slope[node], _upright(structure)
     x = np.zeros((structure.mesh.n_vertices, 3))
     first = ends.ring[ends.ring_starts[:-1][np.diff(ends.ring_starts) > 0]]
     x[ends.vertex[first]] = ends.radial[first]
-    y = np.cross(structure.axes, x)
+    x = x[node]
+    y = np.cross(axis, x)
+    rise_x, rise_y = (np.einsum("ck,ck->c", d, normals) + slope[:, k] * upright for k, d in enumerate((x, y)))
 
     end_ahead = 2 * c.corner_edge + np.where(c.runs_along_edge, 0, 1)
     before = c.previous_corner
     end_back = 2 * c.corner_edge[before] + np.where(c.runs_along_edge[before], 1, 0)
-    level = top * np.einsum("ck,ck->c", axis, normals)
     reach = np.zeros(structure.mesh.n_vertices)
     np.maximum.at(reach, _corner_nodes(nodes), np.linalg.norm(nodes.corners, axis=1))
-    highest = level.copy()
+    highest = np.zeros(len(node))
     for end in (end_ahead, end_back):
         radius = np.where(made[end // 2], ends.setback[end], reach[node])
-        highest = np.maximum(highest, level + radius * np.einsum("ck,ck->c", ends.radial[end], normals))
+        azimuth = ends.azimuth[end]
+        highest = np.maximum(highest, radius * (np.cos(azimuth) * rise_x + np.sin(azimuth) * rise_y))
 
     corner, section = _pairs(node, nodes)
     angle = np.arctan2(nodes.corners[section, 1], nodes.corners[section, 0])
     start, stop = ends.azimuth[end_ahead][corner], ends.azimuth[end_back][corner]
     inside = np.mod(angle - start, 2 * np.pi) <= np.mod(stop - start, 2 * np.pi)
-    flat = nodes.corners[section, :1] * x[node[corner]] + nodes.corners[section, 1:] * y[node[corner]]
-    heights = level[corner] + np.einsum("pk,pk->p", flat, normals[corner])
+    heights = nodes.corners[section, 0] * rise_x[corner] + nodes.corners[section, 1] * rise_y[corner]
     np.maximum.at(highest, corner[inside], heights[inside])
-    return np.where(has_block, highest, 0.0)
+    return highest
 
 
 def _corner_nodes(nodes: NodeShapes) -> IntArray:

@@ -19,7 +19,7 @@ from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 from geometry.mesh.ragged_arrays import rows_by_size
 
-__all__ = ["PanelShapes", "make_panels", "panel_shapes"]
+__all__ = ["PanelShapes", "bearings", "make_panels", "panel_shapes"]
 
 COLLINEAR_EDGES_SINE = 1e-3
 """Sine of the angle between two edges of a face below which both are cut back by the same distance, since the
@@ -31,13 +31,15 @@ class PanelShapes:
     """Outlines of all panels at the level of their lower sides.
 
     corners (C, 3): positions in mm; corner c lies between the edge that ends and the edge that begins there.
-    underside: level of the lower sides above the faces in mm. edge_lengths (C,): in mm, signed along the mesh
-    edge, negative where the edge has vanished between its neighbours.
+    underside (F,): level of the lower sides above the faces in mm. edge_lengths (C,): in mm, signed along the mesh
+    edge, negative where the edge has vanished between its neighbours. insets (C,): distance in mm of each edge from the
+    mesh edge, in the plane of the panel.
     """
 
     corners: FloatArray
-    underside: float
+    underside: FloatArray
     edge_lengths: FloatArray
+    insets: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,14 +62,15 @@ def _cuts(structure: SupportStructure) -> _Cuts:
     return _Cuts(t, np.cross(n, t), structure.width_directions[c.corner_edge] * -along, n)
 
 
-def panel_shapes(structure: SupportStructure, rules: PanelRules, underside: float) -> PanelShapes:
-    """Faces cut by the support planes at the level `underside`, each edge moved inwards by half the joint.
+def panel_shapes(structure: SupportStructure, rules: PanelRules, underside: FloatArray) -> PanelShapes:
+    """Faces cut by the support planes at the levels `underside` (F,), each edge moved inwards by half the joint.
 
     The edges of the plate are square: of the outlines at its lower and its upper side, the inner one is taken.
     """
     c = structure.mesh.combinatorics
     cuts = _cuts(structure)
-    levels = np.array([underside, underside + rules.thickness_mm])
+    level = underside[c.corner_face, None]
+    levels = np.concatenate([level, level + rules.thickness_mm], axis=1)
     leaning = np.einsum("ck,ck->c", cuts.b, cuts.n)[:, None]
     upright = np.einsum("ck,ck->c", cuts.b, cuts.q)
     inwards = ((rules.joint_mm / 2 - levels * leaning) / upright[:, None]).max(axis=1)
@@ -77,9 +80,18 @@ def panel_shapes(structure: SupportStructure, rules: PanelRules, underside: floa
     safe = np.where(straight, 1.0, turn)
     meet = (inwards[before] / safe)[:, None] * cuts.t - (inwards / safe)[:, None] * cuts.t[before]
     alike = np.maximum(inwards, inwards[before])[:, None] * (cuts.q + cuts.q[before]) / 2
-    corners = structure.mesh.vertices[c.corners] + np.where(straight[:, None], alike, meet) + underside * cuts.n
+    corners = structure.mesh.vertices[c.corners] + np.where(straight[:, None], alike, meet) + level * cuts.n
     lengths = np.einsum("ck,ck->c", corners[c.next_corner] - corners, cuts.t)
-    return PanelShapes(corners, underside, lengths)
+    return PanelShapes(corners, underside, lengths, inwards)
+
+
+def bearings(structure: SupportStructure, shapes: PanelShapes, width_mm: float) -> FloatArray:
+    """(C,) width in mm over which a panel lies above the outer side of the beam at each of its edges, measured across
+    the beam. width_mm: of the beams."""
+    cuts, c = _cuts(structure), structure.mesh.combinatorics
+    across, leaning = (np.einsum("ck,ck->c", cuts.b, direction) for direction in (cuts.q, cuts.n))
+    rim = shapes.insets * across + shapes.underside[c.corner_face] * leaning
+    return np.asarray(width_mm / 2 - rim)
 
 
 def make_panels(
@@ -111,7 +123,7 @@ def make_panels(
         material=material,
         details=PanelDetails(
             thickness_mm=thickness,
-            underside_mm=np.full(len(faces), shapes.underside),
+            underside_mm=shapes.underside[faces],
             area_mm2=areas,
             edge_lengths_mm=around(lengths),
             corner_angles_deg=around(angles),

@@ -19,9 +19,7 @@ from geometry.surface.surface import check_points
 if TYPE_CHECKING:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
 
-__all__ = ["EXACT_SUFFIXES", "ExactSurface", "exact_surface"]
-
-EXACT_SUFFIXES = (".step", ".stp", ".iges", ".igs", ".brep")
+__all__ = ["ExactSurface", "exact_surface"]
 
 FOOT_STEPS = 2
 """Newton steps to the nearest point, from that of the triangles, which is near: each squares the error."""

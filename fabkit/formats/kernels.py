@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fabkit.errors import FabkitError
+from fabkit.formats.occt_solids import occt_solid
 from fabkit.formats.step import instance_name
-from fabkit.parts import Assembly, Frame, Part, Solid
+from fabkit.parts import Assembly, Frame, Part
 
 if TYPE_CHECKING:
     import build123d
     import cadquery
     from OCP.gp import gp_Trsf
-    from OCP.TopoDS import TopoDS_Solid
 
 __all__ = ["to_build123d", "to_cadquery"]
 
@@ -44,7 +44,7 @@ def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
         raise _missing("build123d") from error
 
     def solid(part: Part) -> build123d.Solid:
-        return build123d.Solid(_occt_solid(part.solid), label=part.mark, color=build123d.Color(*part.kind.colour))
+        return build123d.Solid(occt_solid(part.solid), label=part.mark, color=build123d.Color(*part.kind.colour))
 
     def placed(part: Part) -> build123d.Solid:
         if part.mark not in shapes:
@@ -86,7 +86,7 @@ def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly
         raise _missing("cadquery") from error
 
     if isinstance(item, Part):
-        return cadquery.Workplane(cadquery.Solid(_occt_solid(item.solid)))
+        return cadquery.Workplane(cadquery.Solid(occt_solid(item.solid)))
     shapes: dict[str, cadquery.Solid] = {}
     place = cadquery.Location(_occt_motion(Frame(item.origin_mm, np.eye(3))))
     structure = cadquery.Assembly(name=item.name, loc=place)
@@ -94,7 +94,7 @@ def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly
         group = cadquery.Assembly(name=parts.kind.group)
         for part in parts:
             if part.mark not in shapes:
-                shapes[part.mark] = cadquery.Solid(_occt_solid(part.solid))
+                shapes[part.mark] = cadquery.Solid(occt_solid(part.solid))
             group.add(
                 shapes[part.mark],
                 name=instance_name(part),
@@ -111,42 +111,6 @@ def _missing(package: str) -> FabkitError:
         f'{package} is not installed; install it with: pip install "fabkit[{package}]" '
         "(build123d and CadQuery cannot share an environment)"
     )
-
-
-def _occt_solid(solid: Solid) -> TopoDS_Solid:
-    """The solid with shared vertices and edges, on planes through its faces; nothing is approximated or healed."""
-    from OCP.BRep import BRep_Builder
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeVertex
-    from OCP.Geom import Geom_Plane
-    from OCP.gp import gp_Dir, gp_Pnt
-    from OCP.TopoDS import TopoDS_Face, TopoDS_Shell, TopoDS_Solid, TopoDS_Wire
-
-    builder, tolerance = BRep_Builder(), 1e-7  # OCCT's own
-    points = [gp_Pnt(*point) for point in solid.vertices.tolist()]
-    vertices = [BRepBuilderAPI_MakeVertex(point).Vertex() for point in points]
-    edges = {}
-    for low, high in solid.topology.edges.tolist():
-        edge = BRepBuilderAPI_MakeEdge(vertices[low], vertices[high]).Edge()
-        edges[low, high], edges[high, low] = edge, edge.Reversed()
-    shell = TopoDS_Shell()
-    builder.MakeShell(shell)
-    for number, normal in enumerate(solid.normals.tolist()):
-        loops = [loop.tolist() for loop in solid.topology.loops(number)]
-        face = TopoDS_Face()
-        builder.MakeFace(face, Geom_Plane(points[loops[0][0]], gp_Dir(*normal)), tolerance)
-        for loop in loops:
-            wire = TopoDS_Wire()
-            builder.MakeWire(wire)
-            for pair in zip(loop, loop[1:] + loop[:1], strict=True):
-                builder.Add(wire, edges[pair])
-            wire.Closed(True)
-            builder.Add(face, wire)
-        builder.Add(shell, face)
-    shell.Closed(True)
-    occt = TopoDS_Solid()
-    builder.MakeSolid(occt)
-    builder.Add(occt, shell)
-    return occt
 
 
 def _occt_motion(placement: Frame) -> gp_Trsf:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,14 +13,13 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from fabkit.errors import FabkitError
-from fabkit.wording import readable
 from geometry.arrays import FloatArray, IntArray, floats
 
 if TYPE_CHECKING:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.TopoDS import TopoDS_Face, TopoDS_Shape
 
-__all__ = ["VANISHING_TANGENT", "ShapeTriangles", "read_shape", "shape_triangles", "tangents"]
+__all__ = ["VANISHING_TANGENT", "ShapeTriangles", "shape_triangles", "tangents"]
 
 SEWING_SHARE = 1e-4
 """Gap between faces that are sewn together, over the size of the shape: what exporters leave of trimmed edges."""
@@ -57,33 +55,6 @@ class ShapeTriangles:
     face: IntArray
     parameters: FloatArray
     sides: FloatArray
-
-
-def read_shape(path: Path) -> TopoDS_Shape:
-    """What a STEP, IGES or BREP file holds, in millimetres. Raises FabkitError where it cannot be read."""
-    try:
-        from OCP.BRep import BRep_Builder
-        from OCP.BRepTools import BRepTools
-        from OCP.IFSelect import IFSelect_RetDone
-        from OCP.IGESControl import IGESControl_Reader
-        from OCP.STEPControl import STEPControl_Reader
-        from OCP.TopoDS import TopoDS_Shape
-    except ModuleNotFoundError as error:
-        raise FabkitError(
-            f"{readable(path.name)} holds exact surfaces, which the CAD kernel of build123d or CadQuery reads: pip "
-            'install "fabkit[build123d]" or "fabkit[cadquery]", or export the surface as a mesh'
-        ) from error
-    if not path.is_file():
-        raise FabkitError(f"there is no file {readable(path.name)}")
-    if path.suffix.lower() == ".brep":
-        shape = TopoDS_Shape()
-        if not BRepTools.Read_s(shape, str(path), BRep_Builder()) or shape.IsNull():
-            raise FabkitError(f"{readable(path.name)} is no BREP file that can be read; export it again")
-        return shape
-    reader = STEPControl_Reader() if path.suffix.lower() in (".step", ".stp") else IGESControl_Reader()
-    if reader.ReadFile(str(path)) != IFSelect_RetDone or not reader.TransferRoots():
-        raise FabkitError(f"{readable(path.name)} cannot be read by the CAD kernel; export it again")
-    return reader.OneShape()
 
 
 def shape_triangles(shape: TopoDS_Shape, edge_length: Callable[[float], float], name: str) -> ShapeTriangles:

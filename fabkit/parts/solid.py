@@ -60,7 +60,7 @@ class SolidArray:
 
     def in_batches(self) -> list[SolidArray]:
         """The same solids in smaller batches, one at least."""
-        size = max(1, CORNERS_PER_BATCH // len(self.topology.corners))
+        size = max(1, CORNERS_PER_BATCH // (len(self.topology.corners) + len(self.topology.rounds)))
         return [self[k : k + size] for k in range(0, max(1, len(self.parts)), size)]
 
     @cached_property
@@ -175,23 +175,40 @@ class Measures:
         return np.moveaxis(ends, 3, 0)
 
     @cached_property
-    def _leans(self) -> FloatArray:
+    def leans(self) -> FloatArray:
         """(2, P, K) distance of each rim beyond its centre, along the axis."""
         leans: FloatArray = (self.rims * self.round_axes).sum(axis=1)
         return leans
 
     @cached_property
+    def _across(self) -> FloatArray:
+        """(3, P, K) from the axis of each round to the first rim, perpendicular to it: as long as the radius."""
+        across: FloatArray = self.rims[0] - self.leans[0] * self.round_axes
+        return across
+
+    @cached_property
     def radii(self) -> FloatArray:
         """(P, K) in mm, of each round."""
-        across = self.rims[0] - self._leans[0] * self.round_axes
-        radii: FloatArray = np.sqrt((across * across).sum(axis=0))
+        radii: FloatArray = np.sqrt((self._across * self._across).sum(axis=0))
         return radii
+
+    @cached_property
+    def round_across(self) -> FloatArray:
+        """(3, P, K) unit vector of each round perpendicular to its axis, towards its rims."""
+        across: FloatArray = self._across / self.radii
+        return across
+
+    @cached_property
+    def shortest_sides(self) -> FloatArray:
+        """(P, K) in mm, shortest line on each round along its axis; not positive where its ends cross."""
+        shortest: FloatArray = self.lengths - np.abs(self.leans[1] - self.leans[0])
+        return shortest
 
     @cached_property
     def _end_areas(self) -> FloatArray:
         """(2, 3, P, K) area, times the normal of its face, that each end of each round adds to its face."""
         squares = (self.rims * self.rims).sum(axis=1)
-        areas = np.pi * (self.round_axes * squares[:, None] - self.rims * self._leans[:, None])
+        areas = np.pi * (self.round_axes * squares[:, None] - self.rims * self.leans[:, None])
         outwards = self.topology.rounds[:, 6]
         return np.stack([-outwards * areas[0], outwards * areas[1]])
 
@@ -200,7 +217,7 @@ class Measures:
         """(P, K) in mm, largest distance of the edges of each round from the planes of their faces, and of the one rim
         from the line through the other along the axis."""
         t = self.topology
-        first, second = self.rims - self._leans[:, None] * self.round_axes
+        first, second = self.rims - self.leans[:, None] * self.round_axes
         misfits: FloatArray = np.sqrt(((first - second) ** 2).sum(axis=0))
         anchors, normals = self.points[:, :, t.face_vertex], np.moveaxis(self.normals, 2, 0)
         minor = [self.round_axes[i - 2] * first[i - 1] - self.round_axes[i - 1] * first[i - 2] for i in range(3)]
@@ -220,7 +237,9 @@ class Measures:
     @cached_property
     def surface_areas(self) -> FloatArray:
         """(P,) in mm2, of each solid."""
-        areas: FloatArray = self.areas.sum(axis=1) + self.round_areas.sum(axis=1)
+        areas: FloatArray = self.areas.sum(axis=1)
+        if len(self.topology.rounds):
+            areas += self.round_areas.sum(axis=1)
         return areas
 
     # --- solids
@@ -228,8 +247,9 @@ class Measures:
     @cached_property
     def volumes(self) -> FloatArray:
         """(P,) in mm3, by the divergence theorem; negative where a solid is inside out."""
-        rounds = self.topology.rounds[:, 6] * self.radii**2 * self.lengths
-        volumes: FloatArray = self._cones.sum(axis=1) / 6 + np.pi * rounds.sum(axis=1)
+        volumes: FloatArray = self._cones.sum(axis=1) / 6
+        if len(self.topology.rounds):
+            volumes += np.pi * (self.topology.rounds[:, 6] * self.radii**2 * self.lengths).sum(axis=1)
         return volumes
 
     @cached_property
@@ -247,12 +267,11 @@ class Measures:
     def _round_moments(self) -> FloatArray:
         """(P, 3) integral of the positions in all rounds. At a point x across from the axis (in units of the radius), a
         round reaches from lean[0] * x to length + lean[1] * x along the axis; that is integrated over the circle."""
-        first, second = self._leans
+        first, second = self.leans
         centres = self.points[:, :, self.topology.rounds[:, :3:2]].sum(axis=3) / 2
-        across = self.rims[0] - first * self.round_axes  # as long as the radius
         moments = (
             self.lengths * centres
-            + across * (second - first) / 4
+            + self._across * (second - first) / 4
             + self.round_axes * (second - first) * (second + first) / 8
         )
         weights = np.pi * self.topology.rounds[:, 6] * self.radii**2

@@ -45,7 +45,7 @@ def prism_parts(corners: tuple[int, ...], n_parts: int, at_once: int = 1000) -> 
         yield Parts.each_its_own(
             NODE, numbers, Solids.prisms(Ragged.of(outlines, shape=(2,)), np.zeros(count), rng.uniform(8, 1500, count)),
             origins=rng.uniform(-1e4, 1e4, (count, 3)), axes=np.array(axes), material=STEEL,
-            details=NodeDetails(around, around, around, around, *np.zeros((3, count))),
+            details=NodeDetails(around, around, around, around, around, *np.zeros((3, count))),
         )  # fmt: skip
 
 

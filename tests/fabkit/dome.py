@@ -116,6 +116,7 @@ def make_node(
             azimuths_deg=tuple(np.degrees(azimuths[order]).tolist()),
             inclinations_deg=(0.0,) * len(edges),
             setbacks_mm=(SETBACK,) * len(edges),
+            uncovered_percent=(0.0,) * len(edges),
             height_mm=float(np.ptp(levels)),
             top_step_mm=0.0,
             axis_misalignment_mm=0.0,

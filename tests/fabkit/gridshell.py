@@ -134,6 +134,7 @@ def node(vertices: FloatArray, normals: FloatArray, marks: Marks, vertex: int, e
             azimuths_deg=tuple(float(np.degrees(azimuths[n])) for n in order),
             inclinations_deg=tuple(inclinations),
             setbacks_mm=(SETBACK,) * len(order),
+            uncovered_percent=(0.0,) * len(order),
             height_mm=SECTION.height_mm + 10.0,
             axis_misalignment_mm=SECTION.height_mm * float(np.ptp(1 / np.cos(np.radians(inclinations)))),
             top_step_mm=SETBACK * float(np.ptp(np.sin(np.radians(inclinations)))),

@@ -124,6 +124,7 @@ def block(mark: str, element: int, beams: tuple[int, ...], **changes: object) ->
             azimuths_deg=tuple(360.0 * k / n for k in range(n)),
             inclinations_deg=(-2.5,) * n,
             setbacks_mm=(40.0,) * n,
+            uncovered_percent=(0.0,) * n,
             height_mm=130.0,
             top_step_mm=0.5,
             axis_misalignment_mm=0.25,

@@ -62,8 +62,8 @@ def frame(seed: int, reach: float = 1e4) -> Frame:
 
 def node(mark: str, solid: Solid, placement: Frame | None = None, element: int = 0, **changes: Any) -> Part:
     details = NodeDetails(
-        beams=(), azimuths_deg=(), inclinations_deg=(), setbacks_mm=(), height_mm=0.0, top_step_mm=0.0,
-        axis_misalignment_mm=0.0,
+        beams=(), azimuths_deg=(), inclinations_deg=(), setbacks_mm=(), uncovered_percent=(), height_mm=0.0,
+        top_step_mm=0.0, axis_misalignment_mm=0.0,
     )  # fmt: skip
     place = placement or Frame.world()
     made = Part(kind=NODE, mark=mark, solid=solid, placement=place, material=STEEL, element=element, details=details)

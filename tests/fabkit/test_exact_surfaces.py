@@ -4,6 +4,8 @@ fine triangles."""
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +16,8 @@ from typer.testing import CliRunner, Result
 from fabkit.commands.command_line import app
 from fabkit.errors import FabkitError
 from fabkit.formats.exact_surfaces import ExactSurface, exact_surface
-from fabkit.formats.shape_triangles import read_shape
-from geometry import Surface, remesh
+from fabkit.formats.shape_files import read_shape
+from geometry import Surface, read_mesh, remesh
 from geometry.arrays import FloatArray
 from tests.fabkit.occt import HAS_KERNEL
 
@@ -134,7 +136,7 @@ def test_nearest_points_are_those_of_the_sphere_the_torus_and_the_cylinder() -> 
 @needs_kernel
 @pytest.mark.parametrize("suffix", [".step", ".igs", ".brep"])
 def test_files_of_each_kind_are_read(tmp_path: Path, suffix: str) -> None:
-    surface = in_triangles(read_shape(written(spline(), tmp_path / f"roof{suffix}")))
+    surface = in_triangles(read_shape(written(spline(), tmp_path / f"roof{suffix}")).shape)
     direct = in_triangles(spline())
     assert surface.mesh.n_faces == pytest.approx(direct.mesh.n_faces, rel=0.05)
     points = near(direct)
@@ -154,13 +156,108 @@ def test_edges_are_of_the_length_that_is_asked_for() -> None:
 def test_the_mesh_is_that_of_fine_triangles() -> None:
     for shape, chi in ((spline(), 1), (pierced_ball(), 0), (torus(), 0)):
         surface = in_triangles(shape, 3000)
-        fine = Surface(in_triangles(shape, 12_000).mesh)
+        fine = Surface(in_triangles(shape, 5000).mesh)  # some 20 000 triangles
         exact, triangles = remesh(surface, n_faces=400), remesh(fine, n_faces=400)
         assert exact.mesh.combinatorics.euler_characteristic == chi
         assert sorted(exact.laid.singular_indices) == sorted(triangles.laid.singular_indices)
         assert exact.mesh.n_faces == pytest.approx(triangles.mesh.n_faces, rel=0.03)
         assert exact.mesh.planarity.max() < 1e-12
         assert exact.surface_distances.max() < 0.1 * exact.mesh.mean_edge_length
+
+
+GMSH = shutil.which("gmsh")
+
+ROOF_OF_GMSH = """
+SetFactory("OpenCASCADE");
+Point(1) = {-5000, -4000, 900}; Point(2) = {5000, -4000, 400}; Point(3) = {5000, 4000, 1200};
+Point(4) = {-5000, 4000, 0}; Point(5) = {-1500, -4600, 2600}; Point(6) = {2000, -4300, 2200};
+Point(7) = {5600, -1200, 1900}; Point(8) = {5200, 1500, 2600}; Point(9) = {1500, 4500, 2500};
+Point(10) = {-2000, 4700, 2900}; Point(11) = {-5300, 1300, 1700}; Point(12) = {-5500, -1500, 2100};
+BSpline(1) = {1, 5, 6, 2}; BSpline(2) = {2, 7, 8, 3}; BSpline(3) = {3, 9, 10, 4}; BSpline(4) = {4, 11, 12, 1};
+Curve Loop(1) = {1, 2, 3, 4};
+BSpline Surface(1) = {1};
+Cylinder(1) = {1500, 500, -1000, 0, 0, 9000, 1100};
+BooleanDifference{ Surface{1}; Delete; }{ Volume{1}; Delete; }
+"""
+
+
+@kernel
+@needs_kernel
+@pytest.mark.skipif(GMSH is None, reason="gmsh is not installed")
+def test_nurbs_faces_of_gmsh_give_the_mesh_of_its_own_fine_triangles(tmp_path: Path) -> None:
+    """A trimmed B-spline face with a hole: gmsh makes the STEP file and, independently of us, the triangles."""
+    assert GMSH is not None
+    (tmp_path / "roof.geo").write_text(ROOF_OF_GMSH)
+    for options in (["-0", "-o", "roof.step"], ["-2", "-clmin", "280", "-clmax", "280", "-o", "roof.stl"]):
+        subprocess.run([GMSH, "roof.geo", *options, "-v", "0"], cwd=tmp_path, check=True, capture_output=True)
+    surface = in_triangles(read_shape(tmp_path / "roof.step").shape, 3000)
+    fine = Surface(read_mesh(tmp_path / "roof.stl").mesh)
+    feet = surface.closest(fine.mesh.vertices)[0]
+    assert np.linalg.norm(feet - fine.mesh.vertices, axis=1).max() < 1  # mm, of 10 m
+    exact, triangles = remesh(surface, n_faces=400), remesh(fine, n_faces=400)
+    for found in (exact, triangles):
+        assert found.mesh.combinatorics.euler_characteristic == 0
+        assert found.mesh.planarity.max() < 1e-12
+        length = found.mesh.mean_edge_length
+        assert np.quantile(found.surface_distances, 0.95) < 0.03 * length
+        assert found.surface_distances.max() < 0.1 * length
+        assert np.quantile(found.planarised.moves, 0.95) < 0.08 * length
+    assert sorted(exact.laid.singular_indices) == sorted(triangles.laid.singular_indices)
+    assert exact.mesh.n_faces == pytest.approx(triangles.mesh.n_faces, rel=0.03)
+
+
+@kernel
+@needs_kernel
+@pytest.mark.parametrize(("unit", "told"), [("MM", ""), ("M", "metres"), ("INCH", "inches"), ("FT", "feet")])
+@pytest.mark.parametrize("suffix", [".step", ".igs"])
+def test_the_unit_of_a_file_is_read_and_reported(tmp_path: Path, suffix: str, unit: str, told: str) -> None:
+    from OCP.IGESControl import IGESControl_Writer
+    from OCP.Interface import Interface_Static
+
+    path = tmp_path / f"roof{suffix}"
+    if suffix == ".igs":
+        writer = IGESControl_Writer(unit, 0)
+        writer.AddShape(spline())
+        assert writer.Write(str(path))
+    else:
+        written(spline(), path)  # which makes the setting known to the kernel
+        Interface_Static.SetCVal_s("write.step.unit", unit)
+        try:
+            written(spline(), path)
+        finally:
+            Interface_Static.SetCVal_s("write.step.unit", "MM")
+    file = read_shape(path)
+    assert list(file.notes) == ([f"lengths are in {told} in the file, and were read in mm"] if told else [])
+    size = np.ptp(in_triangles(file.shape).mesh.vertices, axis=0)
+    assert size == pytest.approx(np.ptp(in_triangles(spline()).mesh.vertices, axis=0), rel=1e-3)
+
+
+@kernel
+@needs_kernel
+def test_files_without_faces_and_with_solids(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+    from OCP.gp import gp_Pnt
+
+    monkeypatch.chdir(tmp_path)
+    written(BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 0), gp_Pnt(1, 2, 3)).Edge(), Path("wire.step"))
+    Path("empty.step").write_text(
+        "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n"
+        "FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
+    )
+    Path("nothing.step").write_bytes(b"")
+    for name, sentence in (
+        ("wire.step", "wire.step has no faces: export the surface, not its curves or points"),
+        ("empty.step", "empty.step holds no shape that the CAD kernel reads"),
+        ("nothing.step", "nothing.step cannot be read by the CAD kernel"),
+        ("none.step", "there is no file none.step"),
+    ):
+        refused = run("mesh", name, "--faces", 100, "-o", "mesh.obj")
+        assert refused.exit_code == 2, refused.output
+        assert sentence in " ".join(refused.stderr.split())
+        assert not Path("mesh.obj").exists()
+    written(BRepPrimAPI_MakeBox(3000.0, 2000.0, 1000.0).Solid(), Path("box.step"))
+    assert read_shape(Path("box.step")).notes == ("1 solid in the file: its whole skin is taken as the surface",)
 
 
 @kernel

@@ -17,6 +17,7 @@ from fabkit.parts import Assembly, Frame, Part
 from tests.fabkit.assemblies import assembled, by_name
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.occt import measure, solids_in
+from tests.fabkit.round_solids import SOLIDS
 from tests.fabkit.solids import frame, node, star, tube
 
 MAKERS = {"build123d": to_build123d, "cadquery": to_cadquery}
@@ -48,14 +49,14 @@ def check_shape(shape: Any, part: Part, placement: Frame) -> None:
     reach = np.abs(part.solid.vertices).max() + np.abs(placement.origin).max()
     assert body.valid
     assert body.closed
-    assert body.n_faces == part.solid.topology.n_faces
+    assert body.n_faces == part.solid.topology.n_faces + len(part.solid.topology.rounds)
     assert body.volume == pytest.approx(part.solid.volume_mm3, rel=1e-9)
     # OCCT's own integrals lose some digits far from the origin
     assert np.abs(body.centroid - placement.to_world(part.solid.centroid)).max() < 1e-10 * reach
 
 
 @each_kernel
-@pytest.mark.parametrize("solid", [tube(), star(), star(30, 2000, 1500, 0.2)])
+@pytest.mark.parametrize("solid", [tube(), star(), star(30, 2000, 1500, 0.2), *SOLIDS.values()])
 def test_part_comes_in_its_own_frame(package: str, solid: Any) -> None:
     part = node("N1", solid, frame(2))
     check_shape(shape_of(MAKERS[package](part)), part, Frame.world())

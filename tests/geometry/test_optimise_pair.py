@@ -12,13 +12,12 @@ from scipy.optimize import brentq
 
 from geometry.arrays import IntArray
 from geometry.curvature import face_curvatures, steiner_area
-from geometry.errors import FoldedError, GeometryError
-from geometry.exact_offsets import circularity, conicality
+from geometry.errors import GeometryError
+from geometry.exact_offsets import circularity, conicality, exact_or_approximate_pair
 from geometry.functionals import relative_plane_deviations
 from geometry.gauss import Pair, approximate_pair
 from geometry.mesh import Mesh, shapes, solids
 from geometry.meshing import planarise
-from geometry.optimise import ConvergenceError
 from geometry.optimised_pairs import OptimisedPair, PairTargets, height_trade_off, optimise_pair
 from geometry.optimised_pairs.pair_measures import faces_off_the_rim, independent_curvatures
 from geometry.parallel import parallelity
@@ -321,8 +320,13 @@ def test_a_laid_mesh_gets_even_heights_and_upright_axes() -> None:
     assert_exact(found)
     assert found.before.edge_spread > 0.2
     assert found.before.lean[1] > np.radians(30)
-    assert found.after.edge_spread < 0.045  # .0387 or .0404: rounding decides about the mesh that is laid
+    assert found.after.edge_spread < 0.04
     assert found.after.lean[1] < np.radians(15)
+    assert found.shortest_edge > 0.4
+    assert len(found.no_longer_convex) <= 2
+    assert found.after.surface_distance[0] < 0.05
+    assert found.boundary_distance[0] < 0.05
+    assert found.boundary_distance[1] < 0.25
 
 
 @needs_data
@@ -335,7 +339,24 @@ def test_a_real_mesh_that_has_no_mesh_of_constant_mean_curvature_near_is_refused
 
 
 @needs_data
-def test_a_real_mesh_that_has_no_conical_one_near_is_refused() -> None:
+def test_a_real_mesh_becomes_conical() -> None:
     mesh = planarise(read(YAS).near_zero()[0]).mesh
-    with pytest.raises((FoldedError, ConvergenceError), match="lay the mesh along principal directions"):
-        optimise_pair(approximate_pair(mesh), PairTargets(conical=True))
+    found = optimise_pair(approximate_pair(mesh), PairTargets(conical=True))
+    assert_exact(found)
+    assert np.nanmax(conicality(found.mesh)) < 1e-11
+    assert found.shortest_edge > 0.4
+    assert len(found.no_longer_convex) <= 2
+    assert found.after.lean[1] < np.radians(15)
+    assert found.after.surface_distance[0] < 0.1
+
+
+@needs_data
+@pytest.mark.parametrize("length", [1.2, 1.5])
+def test_rounding_decides_nothing(length: float) -> None:
+    """Of a mesh in two sizes: rounding alone differs, and where Newton steps are too long it collapses edges."""
+    mesh = read(YAS).near_zero()[0]
+    planar = planarise(mesh * (1000 * length / mesh.mean_edge_length)).mesh
+    found = optimise_pair(exact_or_approximate_pair(planar, moved=1.0, rounding=0.0)[0], HEIGHTS)
+    assert found.newton_steps == 3
+    assert found.shortest_edge > 0.55
+    assert found.after.edge_spread == pytest.approx(0.02, abs=2e-4)

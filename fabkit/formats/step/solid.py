@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from fabkit.errors import OutputError
-from fabkit.parts import Measures, SolidArray, Topology
+from fabkit.parts import SHAFT, Measures, SolidArray, Topology
 from geometry.arrays import BoolArray, FloatArray
 
-__all__ = ["STEP_ACCURACY_MM", "solid_entities", "solid_numbers"]
+__all__ = ["STEP_ACCURACY_MM", "Template", "by_template", "solid_entities", "solid_numbers"]
 
 STEP_ACCURACY_MM = 1e-7
 """Accuracy of STEP files in mm, written into their header: a reader takes points that are closer for one
@@ -19,50 +20,119 @@ point, and a point that is closer to a plane as lying on it. It is also the defa
 _POINT = "CARTESIAN_POINT('',(%s,%s,%s))"
 _DIRECTION = "DIRECTION('',(%s,%s,%s))"
 
+Template = tuple[Topology, tuple[bool, ...]]
+"""A topology, and of the first ends of all rounds, then of the second ones, which are oblique: the edges there are
+ellipses, not circles."""
 
-def solid_entities(topology: Topology, first: int) -> list[str]:
+
+def by_template(solids: Sequence[SolidArray]) -> list[tuple[Template, SolidArray]]:
+    """The same solids, by the template of their text."""
+    found: list[tuple[Template, SolidArray]] = []
+    for batch in solids:
+        if not len(batch.topology.rounds):
+            found.append(((batch.topology, ()), batch))
+            continue
+        leans = np.abs(Measures(batch.topology, batch.vertices).leans) > STEP_ACCURACY_MM
+        kinds, which = np.unique(np.concatenate(list(leans), axis=1), axis=0, return_inverse=True)
+        for k, oblique in enumerate(kinds.tolist()):
+            found.append(((batch.topology, tuple(oblique)), batch[which.ravel() == k]))
+    return found
+
+
+def solid_entities(template: Template, first: int) -> list[str]:
     """The entities of one closed solid, numbered from `first`; the first one is its CLOSED_SHELL. They are filled in
     with a row of `solid_numbers` without the measures at its beginning.
 
-    Lines and planes refer to the points of vertices, and the x direction of a plane is that of its face's first edge,
-    so nothing is written twice.
+    Lines and planes refer to the points of vertices, and the x direction of a plane is that of its face's first edge or
+    towards the rim of its round, so nothing is written twice.
     """
-    entities = [""]
-
-    def add(entity: str) -> str:
-        entities.append(entity)
-        return f"#<{first + len(entities) - 1}>"
-
-    points = [add(_POINT) for _ in range(topology.n_vertices)]
-    vertices = [add(f"VERTEX_POINT('',{point})") for point in points]
-    directions: dict[tuple[int, int], str] = {}
-    oriented: dict[tuple[int, int], str] = {}
-    for low, high in topology.edges.tolist():
-        direction = add(_DIRECTION)
-        vector = add(f"VECTOR('',{direction},1.)")
-        line = add(f"LINE('',{points[low]},{vector})")
-        edge = add(f"EDGE_CURVE('',{vertices[low]},{vertices[high]},{line},.T.)")
-        directions[low, high] = directions[high, low] = direction
-        oriented[low, high] = add(f"ORIENTED_EDGE('',*,*,{edge},.T.)")
-        oriented[high, low] = add(f"ORIENTED_EDGE('',*,*,{edge},.F.)")
-    faces = []
-    for face in range(topology.n_faces):
-        loops = [loop.tolist() for loop in topology.loops(face)]
-        start = tuple(loops[0][:2])
-        placement = add(f"AXIS2_PLACEMENT_3D('',{points[start[0]]},{add(_DIRECTION)},{directions[start]})")
-        plane = add(f"PLANE('',{placement})")
-        bounds: list[str] = []
-        for loop in loops:
-            edges = ",".join(oriented[pair] for pair in zip(loop, loop[1:] + loop[:1], strict=True))
-            edge_loop = add(f"EDGE_LOOP('',({edges}))")
-            bounds.append(add(f"{'FACE_BOUND' if bounds else 'FACE_OUTER_BOUND'}('',{edge_loop},.T.)"))
-        faces.append(add(f"ADVANCED_FACE('',({','.join(bounds)}),{plane},.T.)"))
-    return [f"CLOSED_SHELL('',({','.join(faces)}))", *entities[1:]]
+    text = _SolidText(template, first)
+    faces = [text.plane_face(face) for face in range(text.topology.n_faces)]
+    rounds = [text.round_face(k) for k in range(len(text.topology.rounds))]
+    return [f"CLOSED_SHELL('',({','.join([*faces, *rounds])}))", *text.entities[1:]]
 
 
-def solid_numbers(batch: SolidArray, names: Sequence[str]) -> FloatArray:
+class _SolidText:
+    """The entities of one solid: those of its vertices, straight edges and directions, and more with each face."""
+
+    def __init__(self, template: Template, first: int) -> None:
+        self.topology, self.oblique = template
+        self.entities, self._first = [""], first
+        t = self.topology
+        centres = set(t.rounds[:, :3:2].ravel().tolist())
+        self.points = [self.add(_POINT) for _ in range(t.n_vertices)]
+        self.vertices = [
+            "" if n in centres else self.add(f"VERTEX_POINT('',{point})") for n, point in enumerate(self.points)
+        ]
+        self.directions: dict[tuple[int, int], str] = {}
+        self.oriented: dict[tuple[int, int], str] = {}
+        for low, high in t.edges.tolist():
+            self._add_line(low, high, self.add(_DIRECTION))
+        self.axes = [self.add(_DIRECTION) for _ in t.rounds]
+        self.across = [self.add(_DIRECTION) for _ in t.rounds]
+        self.normals = [self.add(_DIRECTION) for _ in range(t.n_faces)]
+        self.circles: list[tuple[str, str]] = []  # of the ends of all rounds, in either direction
+        for k, (*ends, low, high, _) in enumerate(t.rounds.tolist()):
+            self._add_line(ends[1], ends[3], self.axes[k])
+            self.circles += [self._circle(k, 0, ends[0], ends[1], low), self._circle(k, 1, ends[2], ends[3], high)]
+
+    def add(self, entity: str) -> str:
+        self.entities.append(entity)
+        return f"#<{self._first + len(self.entities) - 1}>"
+
+    def _add_edge(self, low: int, high: int, curve: str) -> tuple[str, str]:
+        edge = self.add(f"EDGE_CURVE('',{self.vertices[low]},{self.vertices[high]},{curve},.T.)")
+        return self.add(f"ORIENTED_EDGE('',*,*,{edge},.T.)"), self.add(f"ORIENTED_EDGE('',*,*,{edge},.F.)")
+
+    def _add_line(self, low: int, high: int, direction: str) -> None:
+        vector = self.add(f"VECTOR('',{direction},1.)")
+        self.directions[low, high] = self.directions[high, low] = direction
+        line = self.add(f"LINE('',{self.points[low]},{vector})")
+        self.oriented[low, high], self.oriented[high, low] = self._add_edge(low, high, line)
+
+    def _circle(self, k: int, end: int, centre: int, rim: int, face: int) -> tuple[str, str]:
+        """The edge of a round in a planar face, counter-clockwise seen from outside that face, and its reverse."""
+        place = self._placement(centre, self.normals[face], self.across[k])
+        is_oblique = self.oblique[k + end * len(self.topology.rounds)]
+        return self._add_edge(
+            rim, rim, self.add(f"{'ELLIPSE' if is_oblique else 'CIRCLE'}('',{place},%s{',%s' * is_oblique})")
+        )
+
+    def _placement(self, origin: int, z: str, x: str) -> str:
+        return self.add(f"AXIS2_PLACEMENT_3D('',{self.points[origin]},{z},{x})")
+
+    def plane_face(self, face: int) -> str:
+        t, outer = self.topology, self.topology.outer_round[face]
+        loops = [loop.tolist() for loop in t.loops(face)]
+        bounds = [",".join(self.oriented[pair] for pair in pairwise([*loop, loop[0]])) for loop in loops]
+        ends = [2 * k + end for k, end in np.argwhere(t.rounds[:, 4:6] == face).tolist()]
+        bounds += [self.circles[n][0] for n in ends if n // 2 == outer]
+        bounds += [self.circles[n][1] for n in ends if n // 2 != outer]
+        x = self.across[outer] if outer >= 0 else self.directions[loops[0][0], loops[0][1]]
+        plane = self.add(f"PLANE('',{self._placement(t.face_vertex[face], self.normals[face], x)})")
+        return self._face(bounds, plane, ".T.")
+
+    def round_face(self, k: int) -> str:
+        """A cylinder as one face, which begins and ends at the line from rim to rim."""
+        first, first_rim, _, second_rim, *faces, sense = self.topology.rounds[k].tolist()
+        is_outer = [self.topology.outer_round[face] == k for face in faces]
+        low, high = (self.circles[2 * k + end][int(is_outer[end])] for end in (0, 1))
+        loop = [low, self.oriented[first_rim, second_rim], high, self.oriented[second_rim, first_rim]]
+        place = self._placement(first, self.axes[k], self.across[k])
+        cylinder = self.add(f"CYLINDRICAL_SURFACE('',{place},%s)")
+        return self._face([",".join(loop)], cylinder, ".T." if sense == SHAFT else ".F.")
+
+    def _face(self, bounds: list[str], surface: str, same_sense: str) -> str:
+        loops = [self.add(f"EDGE_LOOP('',({bound}))") for bound in bounds]
+        added = [
+            self.add(f"{'FACE_BOUND' if n else 'FACE_OUTER_BOUND'}('',{loop},.T.)") for n, loop in enumerate(loops)
+        ]
+        return self.add(f"ADVANCED_FACE('',({','.join(added)}),{surface},{same_sense})")
+
+
+def solid_numbers(template: Template, batch: SolidArray, names: Sequence[str]) -> FloatArray:
     """(k, m) numbers of the k solids with these names: first the volume in mm3, the surface area in mm2 and the
-    centroid in mm; then the points of vertices, directions of edges and normals of faces.
+    centroid in mm; then the points of vertices, directions of edges, axes, rims and faces, and radii.
 
     Raises OutputError, with the name of the solid, where a number is not finite, an edge is shorter or a face narrower
     than STEP_ACCURACY_MM, a face is off its plane by more than that, or the volume is not positive.
@@ -72,7 +142,9 @@ def solid_numbers(batch: SolidArray, names: Sequence[str]) -> FloatArray:
     _require(np.isfinite(extents), names, extents, "has a vertex at {}")
     along = of.points[:, :, t.edges[:, 1]] - of.points[:, :, t.edges[:, 0]]
     lengths = np.sqrt((along * along).sum(axis=0))
-    shortest = lengths.min(axis=1)
+    shortest = lengths.min(axis=1, initial=np.inf)
+    if len(t.rounds):
+        shortest = np.minimum(shortest, np.minimum(of.shortest_sides, of.radii).min(axis=1))
     _require(
         shortest > STEP_ACCURACY_MM,
         names,
@@ -81,7 +153,7 @@ def solid_numbers(batch: SolidArray, names: Sequence[str]) -> FloatArray:
     )
 
     here = of.from_apex
-    radii = np.sqrt(np.maximum.reduceat((here * here).sum(axis=0), t.first_corner, axis=1))
+    radii = np.sqrt(t.by_face(np.maximum, (here * here).sum(axis=0), empty=1.0))
     narrowest = (of.areas / radii).min(axis=1)
     _require(
         narrowest > STEP_ACCURACY_MM,
@@ -89,7 +161,9 @@ def solid_numbers(batch: SolidArray, names: Sequence[str]) -> FloatArray:
         narrowest,
         f"has a face {{:.3g}} mm wide, more than {STEP_ACCURACY_MM:g} mm are needed",
     )
-    deviations = np.abs(np.einsum("xkc,kcx->kc", here, of.normals[:, t.corner_face])).max(axis=1)
+    deviations = np.abs(np.einsum("xkc,kcx->kc", here, of.normals[:, t.corner_face])).max(axis=1, initial=0.0)
+    if len(t.rounds):
+        deviations = np.maximum(deviations, of.round_misfits.max(axis=1))
     _require(
         deviations <= STEP_ACCURACY_MM,
         names,
@@ -100,8 +174,22 @@ def solid_numbers(batch: SolidArray, names: Sequence[str]) -> FloatArray:
     volumes = of.volumes
     _require(volumes > 0, names, volumes, "encloses {:.3g} mm3; its faces must run counter-clockwise seen from outside")
     directions = np.moveaxis(along / lengths, 0, 2)
-    columns = (volumes, of.areas.sum(axis=1), of.centroids, batch.vertices, directions, of.normals)
+    columns = (volumes, of.surface_areas, of.centroids, batch.vertices, directions, *_round_numbers(of, template[1]))
     return np.concatenate([each.reshape(len(volumes), -1) for each in columns], axis=1)
+
+
+def _round_numbers(of: Measures, oblique: tuple[bool, ...]) -> list[FloatArray]:
+    """Axes, directions of rims, normals of faces; semi-axes of edges, and radii of cylinders."""
+    n = len(of.topology.rounds)
+    if not n:
+        return [of.normals]
+    ends = []
+    half_axes = np.sqrt((of.rims * of.rims).sum(axis=1))
+    for k in range(n):
+        for end in (0, 1):
+            ends += [half_axes[end, :, k], of.radii[:, k]] if oblique[k + end * n] else [of.radii[:, k]]
+    axes, across = (np.moveaxis(each, 0, 2) for each in (of.round_axes, of.round_across))
+    return [axes, across, of.normals, np.stack(ends, axis=1), of.radii]
 
 
 def _require(passes: BoolArray, names: Sequence[str], values: FloatArray, what: str) -> None:

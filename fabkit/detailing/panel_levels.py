@@ -1,0 +1,121 @@
+"""The levels of the panels above the mesh faces, and panels that cannot be carried or cut there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabkit.detailing.ends import Ends
+from fabkit.detailing.nodes import NodeShapes, node_shapes
+from fabkit.detailing.panel_underside import heights_of_beams, heights_of_blocks, trimmed
+from fabkit.detailing.panels import PanelShapes, bearings, panel_shapes
+from fabkit.rules import DetailingRules
+from geometry.arrays import BoolArray, FloatArray
+from geometry.gauss import SupportStructure
+
+__all__ = ["PanelLevels", "panel_levels", "underside_reason", "unfit_panels"]
+
+
+@dataclass(frozen=True, eq=False)
+class PanelLevels:
+    """Blocks, and the panels above them.
+
+    of_blocks, of_beams (C,): heights in mm of what lies under each corner, and edge, of each face with a panel, 0
+    elsewhere. shapes: the panels. depth: distance in mm, along S, from the mesh on which the beams stand to the outer
+    faces of the panels, where these are to lie on a parallel mesh; 0 where they are not.
+    """
+
+    nodes: NodeShapes
+    of_blocks: FloatArray
+    of_beams: FloatArray
+    shapes: PanelShapes
+    depth: float
+
+
+def panel_levels(
+    structure: SupportStructure, ends: Ends, beams: BoolArray, panels: BoolArray, rules: DetailingRules
+) -> PanelLevels:
+    """The lowest panels that clear beams and blocks by the seat. beams (E,), panels (F,): which ones are made.
+
+    All panels are at one level. Where their outer faces are to lie on a parallel mesh, the level of each follows from
+    the distance of that mesh from its face.
+    """
+    c = structure.mesh.combinatorics
+    has_panel = panels[c.corner_face]
+    nodes = node_shapes(structure, ends, rules)
+    of_beams = np.where(has_panel, heights_of_beams(structure, beams, rules.beams), 0.0)
+    if rules.nodes.top == "trimmed":
+        lowest = _undersides(structure, _by_face(structure, of_beams), panels, rules)[0]
+        nodes = trimmed(structure, ends, beams, nodes, panels, lowest - rules.panels.seat_mm)
+    of_blocks = np.where(has_panel, heights_of_blocks(structure, ends, beams, nodes), 0.0)
+    needed = _by_face(structure, np.maximum(of_beams, of_blocks))
+    underside, depth = _undersides(structure, needed, panels, rules)
+    return PanelLevels(nodes, of_blocks, of_beams, panel_shapes(structure, rules.panels, underside), depth)
+
+
+def _by_face(structure: SupportStructure, of_corners: FloatArray) -> FloatArray:
+    """(F,) largest value at the corners of each face, at least 0."""
+    starts = structure.mesh.combinatorics.face_starts[:-1]
+    return np.asarray(np.maximum(np.maximum.reduceat(of_corners, starts), 0.0))
+
+
+def _undersides(
+    structure: SupportStructure, needed: FloatArray, panels: BoolArray, rules: DetailingRules
+) -> tuple[FloatArray, float]:
+    """(F,) levels of the panels' lower sides above what is needed (F,), and the depth, as in `PanelLevels`."""
+    own = rules.panels
+    least = needed + own.seat_mm if own.underside_mm is None else np.full(len(needed), own.underside_mm)
+    if rules.beams.reference != "glass":
+        return np.full(len(least), least[panels].max(initial=own.seat_mm)), 0.0
+    distances = structure.pair.face_distances
+    depth = float(((least + own.thickness_mm) / distances)[panels].max(initial=0.0))
+    return depth * distances - own.thickness_mm, depth
+
+
+def unfit_panels(
+    structure: SupportStructure, shapes: PanelShapes, beams: BoolArray, panels: BoolArray, rules: DetailingRules
+) -> dict[int, str]:
+    """The faces whose panels vanish between their joints, or that lie on too little of a beam, and a reason for each.
+    beams (E,), panels (F,): which ones are made."""
+    c, own = structure.mesh.combinatorics, rules.panels
+    shortest = np.minimum.reduceat(shapes.edge_lengths, c.face_starts[:-1])
+    vanishing = np.flatnonzero(panels & ~(shortest >= own.least_edge_mm))
+    if len(vanishing):
+        return {
+            face: f"the panel on face {face} vanishes when cut back by half the joint of {own.joint_mm:g} mm: at "
+            f"{shapes.underside[face]:.1f} mm above the mesh its shortest edge is {shortest[face]:.1f} mm, and at "
+            f"least {own.least_edge_mm:g} mm are needed (faces counted from 0)"
+            for face in vanishing.tolist()
+        }
+    bearing = bearings(structure, shapes, rules.beams.profile.width_mm)
+    bare = np.flatnonzero(panels[c.corner_face] & beams[c.corner_edge] & ~(bearing >= own.least_bearing_mm))
+    profile = rules.beams.profile
+    return {
+        int(c.corner_face[corner]): f"the panel on face {c.corner_face[corner]} lies {bearing[corner]:.1f} mm deep on "
+        f"the beam on edge {c.corner_edge[corner]}, and at least {own.least_bearing_mm:g} mm are needed (counted from "
+        f"0): take a section wider than {profile.name}, or a joint narrower than {own.joint_mm:g} mm"
+        for corner in bare[np.argsort(-bearing[bare], kind="stable")].tolist()
+    }
+
+
+def underside_reason(structure: SupportStructure, levels: PanelLevels, rules: DetailingRules) -> str:
+    """What determines the level of the panels, in words."""
+    if rules.panels.underside_mm is not None:
+        return f"given as {rules.panels.underside_mm:g} mm"
+    c = structure.mesh.combinatorics
+    of_blocks, of_beams = float(levels.of_blocks.max()), float(levels.of_beams.max())
+    if max(of_blocks, of_beams) <= 0.0:
+        return "no node block and no beam stands above the mesh under the panels"
+    if rules.nodes.top == "trimmed":
+        corner = int(levels.of_beams.argmax())
+        return (
+            f"the beam on edge {c.corner_edge[corner]} stands {of_beams:.1f} mm above face {c.corner_face[corner]} "
+            "(counted from 0); node blocks are trimmed to that height"
+        )
+    corner, needed = int(levels.of_blocks.argmax()), np.zeros(structure.mesh.n_vertices)
+    np.maximum.at(needed, c.corners, levels.of_blocks)
+    return (
+        f"the node block at vertex {c.corners[corner]} stands {of_blocks:.1f} mm above face {c.corner_face[corner]} "
+        f"(counted from 0); the median node needs {np.median(needed[c.is_used]):.1f} mm"
+    )
