@@ -426,7 +426,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.formats.step": ("text solid", "entities", "writer", "files"),
     "fabkit.formats": (
-        "shape_files shape_triangles occt_solids",
+        "faceted occt_solids shape_files shape_triangles",
         "exact_surfaces manifest polylines renaming tables triangles single_files workbook",
         "folder gltf kernels",
         "documents",
