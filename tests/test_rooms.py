@@ -132,7 +132,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh.intersections",
         *GROUND,
     },
-    "fabkit.checking": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", "geometry.gauss", "geometry.arrays"},
+    "fabkit.checking": {"fabkit.connections", "fabkit.kinds", "fabkit.parts", "fabkit.errors", "geometry.gauss", "geometry.arrays"},
     "fabkit.detailing": {
         "fabkit.checking",
         "fabkit.connections",
@@ -396,7 +396,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembly",
     ),
     "fabkit.checking": (
-        "convex_pieces fit links positions",
+        "access bore_distances convex_pieces fit links positions",
         "convex",
         "clash",
         "placed_parts",

@@ -10,13 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabkit.checking.access import tool_volumes
+from fabkit.checking.bore_distances import drilling_faults
 from fabkit.checking.clash import clashing_pairs
 from fabkit.checking.convex import is_splittable
 from fabkit.checking.fit import end_fits
 from fabkit.checking.links import ElementVertices, unlinked_ends, unlinked_facets
 from fabkit.checking.positions import Positions
 from fabkit.errors import DetailingError
-from fabkit.kinds import BEAM, NODE, PANEL
+from fabkit.kinds import BEAM, BOLT, NODE, PANEL
 from fabkit.parts import Assembly, Measures, Part, SolidArray
 from geometry.arrays import BoolArray, FloatArray
 
@@ -126,6 +128,7 @@ def violations(
     - Each beam has a node at both ends, and each facet of a node has its beam.
     - Each end face of a beam lies, moved by its gap, on a facet of its node that faces it, to `fit_mm`, and inside that
       facet but for the share that the node says is uncovered.
+    - Bores keep edge distances, pitches and walls; sockets over the heads of bolts have room.
     - No two parts overlap by more than `fit_mm`.
 
     >>> from fabkit import Project, design
@@ -150,6 +153,7 @@ def violations(
         *_twisted(assembly, twist_deg, name),
         *_unlinked(assembly, name),
         *_misfitting_ends(positions.where(is_valid), fit_mm, name),
+        *_badly_drilled(positions, valid, name),
         *_clashing(positions, [batch for batch in valid if len(batch.parts)], fit_mm, name),
     )
 
@@ -307,8 +311,24 @@ def _misfitting_ends(valid: Assembly, fit_mm: float, name: Name) -> Iterator[Vio
         yield Violation(f"{finding}, allowed {fit_mm:g} mm", cure, _concerned(beam, node))
 
 
+def _badly_drilled(positions: Positions, valid: list[SolidArray], name: Name) -> Iterator[Violation]:
+    for batch in valid:
+        for row, words, cure in drilling_faults(batch):
+            part = positions[int(batch.parts[row])]
+            yield Violation(f"{name(part)} {words}", cure, _concerned(part))
+
+
 def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name: Name) -> Iterator[Violation]:
-    pairs, depths = clashing_pairs(valid, depth_mm=fit_mm)
+    tools = tool_volumes(positions.assembly, len(positions))
+    pairs, depths = clashing_pairs([*valid, tools] if len(tools.parts) else valid, depth_mm=fit_mm)
+    of_tools = (pairs >= len(positions)).sum(axis=1)
+    for (i, j), depth in zip(pairs[of_tools == 1].tolist(), depths[of_tools == 1].tolist(), strict=True):
+        bolt = positions.first(BOLT) + j - len(positions)
+        if i != bolt:
+            finding = f"the socket for {name(positions[bolt])} would be {depth:.3g} mm inside {name(positions[i])}"
+            cure = "take smaller bolts, a larger section or another kind of connection"
+            yield Violation(finding, cure, _concerned(positions[bolt], positions[i]))
+    pairs, depths = pairs[of_tools == 0], depths[of_tools == 0]
     if not len(pairs):
         return
     vertices = ElementVertices(positions.assembly)
