@@ -365,8 +365,8 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "geometry.gauss": (
         "axes distances lean",
         "pair unit_distances",
-        "support_structure approximate_gauss_image nearest_pair",
-        "rounded_mesh",
+        "support_structure approximate_gauss_image nearest_pair boundary_matches",
+        "rounded_mesh joined_pairs",
     ),
     "geometry.exact_offsets": (
         "edge_cones inscribed",
