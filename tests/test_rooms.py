@@ -132,7 +132,14 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh.intersections",
         *GROUND,
     },
-    "fabkit.checking": {"fabkit.connections", "fabkit.kinds", "fabkit.parts", "fabkit.errors", "geometry.gauss", "geometry.arrays"},
+    "fabkit.checking": {
+        "fabkit.connections",
+        "fabkit.kinds",
+        "fabkit.parts",
+        "fabkit.errors",
+        "geometry.gauss",
+        "geometry.arrays",
+    },
     "fabkit.detailing": {
         "fabkit.checking",
         "fabkit.connections",
@@ -396,9 +403,9 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembly",
     ),
     "fabkit.checking": (
-        "access bore_distances convex_pieces fit links positions",
-        "convex",
-        "clash",
+        "access bore_distances convex_pieces fit links positions separation",
+        "bores convex",
+        "clash solid_rules",
         "placed_parts",
         "panel_bounds",
     ),
