@@ -55,8 +55,8 @@ def walls(measures: Measures) -> FloatArray:
     """(P,) least thickness in mm between two bores; infinite where there are no two.
 
     Two cylinders are apart at least by the gap between their projections onto any line. Taken are their axes, the
-    difference of these, which is normal to the plane between two bores that meet in the axis of a node, and their
-    common normal.
+    difference of these, which is normal to the plane between two bores that meet in the axis of a node, their common
+    normal, and the line from one to the other across the first axis, for parallel ones.
     """
     t = measures.topology
     found = np.full(measures.points.shape[1], np.inf)
@@ -69,7 +69,8 @@ def walls(measures: Measures) -> FloatArray:
     between = middles[:, :, first] - middles[:, :, second]
     a, b = axes[:, :, first], axes[:, :, second]
     gap = np.full(between.shape[1:], -np.inf)
-    for line in (a, b, a - b, np.cross(a, b, axis=0)):
+    across = between - (between * a).sum(axis=0) * a
+    for line in (a, b, a - b, np.cross(a, b, axis=0), across):
         size = np.sqrt((line * line).sum(axis=0))
         unit = np.divide(line, size, out=np.zeros_like(line), where=size > 0)
         reach = 0.0
