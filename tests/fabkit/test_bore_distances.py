@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabkit.checking.bore_distances import edge_ratios, pitch_ratios, walls
@@ -31,6 +31,7 @@ def points(first: np.ndarray, second: np.ndarray, radius: float) -> np.ndarray:
     return (first + along + discs).reshape(-1, 3)
 
 
+@settings(max_examples=25, deadline=None)
 @given(st.floats(0.6, np.pi), st.floats(20, 60), st.floats(-50, 50), st.floats(4, 12), st.floats(4, 12))
 def test_walls_are_never_thought_thicker_than_they_are(
     angle: float, distance: float, level: float, radius: float, other: float
@@ -40,10 +41,10 @@ def test_walls_are_never_thought_thicker_than_they_are(
         out = np.array([np.cos(turn), np.sin(turn), 0.0])
         bores.append(((distance + 40) * out + [0, 0, z], distance * out + [0, 0, z], r))
     found = walls(block(bores)).item()
-    sampled = np.linalg.norm(points(*bores[0])[::3, None] - points(*bores[1])[None, ::3], axis=2).min()
+    sampled = np.linalg.norm(points(*bores[0])[::7, None] - points(*bores[1])[None, ::7], axis=2).min()
     assert found <= sampled + 1e-9
     if level == 0 and sampled > 1:
-        assert found >= sampled - 3 * SAMPLED_MM
+        assert found >= sampled - 6 * SAMPLED_MM
 
 
 def test_walls_of_bores_at_one_level_are_exact() -> None:
