@@ -27,7 +27,7 @@ def test_every_part_is_a_valid_solid_of_our_volume_in_its_place(tmp_path: Path) 
     for group, parts in groups.items():
         for part in parts:
             leaf = leaves["roof", group, instance_name(part)]
-            assert leaf.product == part.mark
+            assert leaf.product.split()[0] == part.mark
             assert leaf.n_solids == 1
             assert leaf.body.valid
             assert leaf.body.closed
@@ -36,7 +36,7 @@ def test_every_part_is_a_valid_solid_of_our_volume_in_its_place(tmp_path: Path) 
             assert np.abs(leaf.body.centroid - part.placement.to_world(part.solid.centroid)).max() < 1e-5
     for mark in ("B001", "N007", "P288"):
         (leaf,) = read_step(tmp_path / "roof" / "parts" / f"{mark}.step")
-        assert leaf.product == mark
+        assert leaf.product.split()[0] == mark
         assert leaf.body.valid
 
 
