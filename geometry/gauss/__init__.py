@@ -10,7 +10,7 @@ from geometry.gauss.distances import (
     face_distances,
     vertex_distances,
 )
-from geometry.gauss.lean import axis_lean
+from geometry.gauss.lean import axis_lean, closed_mesh_advice
 from geometry.gauss.nearest_pair import nearest_parallel_pair, nearest_planar_mesh
 from geometry.gauss.pair import PARALLEL_TOLERANCE, Pair, PairLike, as_pair, points_inwards
 from geometry.gauss.rounded_mesh import rounded_mesh_pair
@@ -25,6 +25,7 @@ __all__ = [
     "approximate_pair",
     "as_pair",
     "axis_lean",
+    "closed_mesh_advice",
     "edge_distances",
     "edge_feet",
     "face_distances",
