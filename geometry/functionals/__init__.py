@@ -2,7 +2,7 @@
 
 from geometry.functionals.boundary_normals import extrapolated_normals
 from geometry.functionals.circular_faces import CircularFaces
-from geometry.functionals.closeness import OnCurve, OnSmoothSurface, OnSurface, close_to
+from geometry.functionals.closeness import InsideBalls, OnCurve, OnSmoothSurface, OnSurface, close_to
 from geometry.functionals.conical_vertices import ConicalVertices, closed_fans
 from geometry.functionals.constant_curvature import ConstantCurvature
 from geometry.functionals.convex_faces import ConvexFaces
@@ -41,6 +41,7 @@ __all__ = [
     "EdgesAtUnitDistance",
     "FaceNormalCosines",
     "FacesAtUnitDistance",
+    "InsideBalls",
     "InsideCones",
     "OnCurve",
     "OnSmoothSurface",

@@ -1,4 +1,4 @@
-"""Closeness to given points, to a design surface, to a curve."""
+"""Closeness to given points, to a design surface, to a curve; and how much of an allowed distance is left."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from geometry.errors import GeometryError, MeshError
 from geometry.functionals.unknowns import coordinates
 from geometry.mesh import Combinatorics
 from geometry.mesh.polygons import perpendicular_pair
-from geometry.optimise import LinearFunctional, SparseMatrix
+from geometry.optimise import Functional, LinearFunctional, SparseMatrix
 from geometry.surface import Curve
 from geometry.surface.surface import Surface, check_points
 
-__all__ = ["OnCurve", "OnSmoothSurface", "OnSurface", "close_to"]
+__all__ = ["InsideBalls", "OnCurve", "OnSmoothSurface", "OnSurface", "close_to"]
 
 
 def close_to(
@@ -161,6 +161,32 @@ class OnCurve:
     def jacobian(self, x: FloatArray) -> SparseMatrix:
         _, tangents = self.curve.closest(x.reshape(-1, 3)[self.vertices])
         return _rows(perpendicular_pair(tangents), self.vertices, self.n_vertices)
+
+
+@dataclass(frozen=True, eq=False)
+class InsideBalls:
+    """radius - |r_i| for residuals of another functional, `size` of them each: positive where they are shorter.
+
+    >>> line = Curve.through(np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), closed=False)
+    >>> near = InsideBalls(OnCurve(line, np.array([0]), n_vertices=1), size=2, radius=0.6)
+    >>> near.residual(np.array([0.7, 0.3, 0.4])).round(6).tolist()
+    [0.1]
+    """
+
+    functional: Functional
+    size: int
+    radius: float
+
+    def residual(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self.radius - np.linalg.norm(self.functional.residual(x).reshape(-1, self.size), axis=1))
+
+    def jacobian(self, x: FloatArray) -> SparseMatrix:
+        residuals = self.functional.residual(x).reshape(-1, self.size)
+        lengths = np.linalg.norm(residuals, axis=1, keepdims=True)
+        inwards = -np.divide(residuals, lengths, out=np.zeros_like(residuals), where=lengths > 0)
+        starts = np.arange(0, inwards.size + 1, self.size)
+        rows = csr_array((inwards.ravel(), np.arange(inwards.size), starts), shape=(len(inwards), inwards.size))
+        return csr_array(rows @ self.functional.jacobian(x))
 
 
 def _checked(vertices: IntArray, n_vertices: int) -> IntArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import bsr_array, coo_array, csr_array, eye_array
+from scipy.sparse import bsr_array, coo_array, csr_array
 
 from geometry.arrays import FloatArray, IntArray, floats, integers
 from geometry.functionals.pair_distances import derivatives_by_corners, face_rows
@@ -19,11 +19,18 @@ from geometry.optimise import SparseMatrix
 __all__ = ["CloseToNormals", "EdgeStretch", "FaceNormalCosines", "InsideCones", "UprightVertices"]
 
 
+NORMAL_TURN_STEP = 0.1
+"""Step in the unit of x, mean edge lengths, of the differences that measure how normals turn as a vertex glides: short
+against an edge, and long against the rounding of interpolated normals."""
+
+
 @dataclass(frozen=True, eq=False)
 class CloseToNormals:
     """s_i - n_i, three residuals for each vertex, with unit normals n_i (N, 3) = normals(M (N, 3)).
 
-    The Jacobian takes the normals as constant. The target of a vertex without a normal, (0, 0, 0), is the origin.
+    n_i depends on vertex i only. How it turns is measured by differences over `NORMAL_TURN_STEP`: an edge of a coarse
+    mesh spans so much of a surface that vertices which glide turn their normals as much as S turns. The target of a
+    vertex without a normal, (0, 0, 0), is the origin.
 
     >>> from geometry.mesh import shapes
     >>> M = shapes.grid(1, 1)
@@ -41,7 +48,11 @@ class CloseToNormals:
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
         n = 3 * self.combinatorics.n_vertices
-        return csr_array(eye_array(n, 2 * n, k=n))
+        turns = _normal_turns(self.combinatorics, self.normals, x.reshape(2, -1, 3)[0])
+        values = np.concatenate([-turns.reshape(n, 3), np.ones((n, 1))], axis=1)
+        own = np.repeat(np.arange(n).reshape(-1, 3), 3, axis=0)
+        columns = np.concatenate([own, n + np.arange(n)[:, None]], axis=1)
+        return csr_array((values.ravel(), columns.ravel(), np.arange(0, 4 * n + 1, 4)), shape=(n, 2 * n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,21 +76,45 @@ class InsideCones:
         return self._distances(x)[0]
 
     def jacobian(self, x: FloatArray) -> SparseMatrix:
-        values = self._distances(x)[1]
+        _, by_image, by_normals = self._distances(x)
         n = self.combinatorics.n_vertices
-        columns = coordinates(n + np.arange(n)).ravel()
-        return csr_array((values.ravel(), columns, np.arange(0, 3 * n + 1, 3)), shape=(n, 6 * n))
+        turns = _normal_turns(self.combinatorics, self.normals, x.reshape(2, -1, 3)[0])
+        values = np.concatenate([np.einsum("ni,nij->nj", by_normals, turns), by_image], axis=1)
+        columns = np.concatenate([coordinates(np.arange(n)), coordinates(n + np.arange(n))], axis=1)
+        return csr_array((values.ravel(), columns.ravel(), np.arange(0, 6 * n + 1, 6)), shape=(n, 6 * n))
 
-    def _distances(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The distances (N,) and their gradients by s_i (N, 3)."""
+    def _distances(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The distances (N,) and their gradients by s_i and by n_i (N, 3), the latter for normals that stay unit."""
         mesh, image = x.reshape(2, -1, 3)
         normals = self.normals(mesh)
         up = np.einsum("ni,ni->n", image, normals)
         across = image - up[:, None] * normals
-        lengths = np.linalg.norm(across, axis=1)
-        directions = np.divide(across, lengths[:, None], out=np.zeros_like(across), where=lengths[:, None] > 0)
+        lengths, directions = np.linalg.norm(across, axis=1), _unit(across)
         sine, cosine = np.sin(self.angle), np.cos(self.angle)
-        return sine * up - cosine * lengths, sine * normals - cosine * directions
+        by_normals = sine * image + cosine * up[:, None] * directions
+        return sine * up - cosine * lengths, sine * normals - cosine * directions, by_normals
+
+
+def _normal_turns(c: Combinatorics, normals: Callable[[FloatArray], FloatArray], positions: FloatArray) -> FloatArray:
+    """(N, 3, 3) derivatives of the normals by the positions (N, 3), which the normals themselves do not change.
+
+    Differences along an edge and across it, so that they do not depend on how the mesh lies in space.
+    """
+    n, neighbours = normals(positions), np.arange(c.n_vertices)
+    neighbours[c.edges] = c.edges[:, ::-1]
+    along = _unit(np.cross(n, np.cross(positions[neighbours] - positions, n)))
+    turns = np.zeros((len(n), 3, 3))
+    for direction in (along, np.cross(n, along)):
+        step = NORMAL_TURN_STEP * direction
+        difference = (normals(positions + step) - normals(positions - step)) / (2 * NORMAL_TURN_STEP)
+        turns += difference[:, :, None] * direction[:, None, :]
+    return turns
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    """(N, 3) made unit; zero stays zero."""
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,8 +22,8 @@ from geometry.optimise.solution import Reason, Solution
 
 __all__ = ["minimise_by_penalty"]
 
-MAX_STEPS_PER_PENALTY = 3
-"""Gauss-Newton steps with one penalty; after three, the next penalty gains more than a fourth step."""
+MAX_STEPS_PER_PENALTY = 4
+"""Gauss-Newton steps with one penalty; after four, the next penalty gains more than a fifth step."""
 
 LEAST_RELATIVE_DESCENT = 1e-3
 """Descent of a step over the objective, below which the next penalty is used."""
@@ -34,9 +34,11 @@ MAX_DESCENT_HALVINGS = 8
 FACTOR_DAMPING = 1e-7
 """Multiple of the identity added before factoring, over the mean diagonal: about the rounding of single precision."""
 
-STEP_LENGTH_WEIGHT = 1e-12
+FIRST_STEP_LENGTH_WEIGHT, LEAST_STEP_LENGTH_WEIGHT = 1e-7, 1e-12
 """Weight of the length of a Newton step over the weight of the constraints, by the means of their diagonals. It decides
-where the constraints do not; the small violation that it leaves is removed by the next step."""
+where the constraints do not. In the first step it is above the rounding of single precision, which would make long
+steps; later it falls with the violation, so that what it leaves is removed even where constraints nearly depend on each
+other."""
 
 STEP_EQUATION_ACCURACY = 1e-6
 """Residual of the equations of a step over their right-hand side."""
@@ -149,12 +151,13 @@ def _restored(
 ) -> Solution:
     """Levenberg-Marquardt steps on c alone, in the metric."""
     residual = constraint.residual(x)
-    steps = 0
+    first, steps = max_norm(residual), 0
     while tolerance < max_norm(residual) < np.inf and steps < max_steps:
         jacobian = constraint.jacobian(x)
         transposed = csr_array(jacobian.T)
         matrix = csr_array(transposed @ jacobian)
-        short = STEP_LENGTH_WEIGHT * float(matrix.diagonal().mean()) / float(metric.diagonal().mean())
+        weight = max(FIRST_STEP_LENGTH_WEIGHT * max_norm(residual) / first, LEAST_STEP_LENGTH_WEIGHT)
+        short = weight * float(matrix.diagonal().mean()) / float(metric.diagonal().mean())
         slope = -apply(transposed, residual)
         x = x + equations.solution(csr_array(matrix + short * metric), slope)
         residual = constraint.residual(x)

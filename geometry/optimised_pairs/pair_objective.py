@@ -24,6 +24,7 @@ from geometry.functionals import (
     EdgeStretch,
     FaceNormalCosines,
     FacesAtUnitDistance,
+    InsideBalls,
     InsideCones,
     OnCurve,
     OnSmoothSurface,
@@ -39,6 +40,7 @@ from geometry.gauss import Pair
 from geometry.mesh import Mesh
 from geometry.mesh.polygons import vector_areas
 from geometry.meshing import Guides
+from geometry.meshing.result_checks import LEAST_CONVEX_TURN
 from geometry.meshing.vertex_guides import Indices, MeshGuides, in_edge_lengths
 from geometry.optimise import (
     AffineMap,
@@ -65,7 +67,11 @@ BOUNDARY_WEIGHT = 10.0
 """Weight of distances from the boundary as it was. The boundary may be left: boundaries that are fixed collapse edges
 beside them."""
 
-STRAIN_WEIGHT, MOVES_WEIGHT = 0.3, 0.01
+LARGEST_BOUNDARY_DISTANCE = 0.2
+"""Distance from the boundary as it was, in mean edge lengths, above which the excess has `KEPT_SHAPE_WEIGHT`: few
+vertices would leave it by more, beside short or oblique edges."""
+
+STRAIN_WEIGHT, MOVES_WEIGHT = 0.2, 0.01
 """Weights of strains and moves of M as it glides on Phi. Strain keeps a mesh fair, and weighs the same if the mesh is
 refined."""
 
@@ -86,15 +92,16 @@ LEAST_FACE_TURN_COSINE = 0.8
 another shape."""
 
 KEPT_SHAPE_WEIGHT = 100.0
-"""Weight of violations of `LEAST_FACE_TURN_COSINE`, `LEAST_KEPT_LENGTH` and `LEAST_KEPT_TURN`."""
+"""Weight of violations of `LARGEST_BOUNDARY_DISTANCE`, `LEAST_FACE_TURN_COSINE`, `LEAST_KEPT_LENGTH` and
+`LEAST_KEPT_TURN`."""
 
 LEAST_KEPT_LENGTH = 0.6
 """Length of an edge over its length before, below which it is penalised. An edge without length has no direction,
 hence no condition on S, which the optimisation would exploit."""
 
-LEAST_KEPT_TURN = 0.01
-"""Turn of a corner that was convex, in mean edge lengths, below which it is penalised; see
-`functionals.ConvexFaces`."""
+LEAST_KEPT_TURN = 0.03
+"""Turn of a corner that was convex, in mean edge lengths, below which it is penalised; see `functionals.ConvexFaces`. A
+penalty leaves a small excess, so it begins above `result_checks.LEAST_CONVEX_TURN`."""
 
 IMAGE_MOVES_WEIGHT = 0.01
 """Weight of the moves of S: enough to determine S where nothing else does."""
@@ -205,15 +212,18 @@ class Objective:
             distances = ComposedFunctional(OnSmoothSurface(self.surface, self.mesh.combinatorics), self.world)
             found.append((PAIR_SURFACE_WEIGHT / self.mesh.mean_edge_length**2, self.blocks.of(distances, "M")))
         if self.keep_boundary:
-            found += [(BOUNDARY_WEIGHT, functional) for functional in self._on_boundary]
+            found += [(BOUNDARY_WEIGHT, functional) for functional, _ in self._on_boundary]
+            near = [InsideBalls(functional, size, LARGEST_BOUNDARY_DISTANCE) for functional, size in self._on_boundary]
+            found += [(KEPT_SHAPE_WEIGHT, Hinge(each, 0.0)) for each in near]
         return found
 
     @cached_property
-    def _on_boundary(self) -> list[Functional]:
-        """Distances from the curves through the boundary loops as they were; its corners from where they were."""
+    def _on_boundary(self) -> list[tuple[Functional, int]]:
+        """Distances from the curves through the boundary loops as they were, two residuals for each vertex; its corners
+        from where they were, three."""
         guides = MeshGuides.of(self.mesh, Guides(keep_boundary=True))
         curves = [OnCurve(curve, sliding, self.mesh.n_vertices) for curve, sliding in guides.curves if len(sliding)]
-        return [*(self.blocks.of(curve, "M") for curve in curves), self._in_place(guides.is_fixed)]
+        return [*((self.blocks.of(curve, "M"), 2) for curve in curves), (self._in_place(guides.is_fixed), 3)]
 
     def _in_place(self, chosen: BoolArray) -> LinearFunctional:
         """Displacements of these vertices of M."""
@@ -223,9 +233,7 @@ class Objective:
 
     def boundary_distances(self, x: FloatArray) -> FloatArray:
         """(b,) of the vertices on the boundary from where it was, in l."""
-        residuals = [on.residual(x) for on in self._on_boundary]
-        sizes = [2] * (len(residuals) - 1) + [3]
-        parts = [np.linalg.norm(r.reshape(-1, k), axis=1) for r, k in zip(residuals, sizes, strict=True)]
+        parts = [np.linalg.norm(on.residual(x).reshape(-1, size), axis=1) for on, size in self._on_boundary]
         return np.concatenate(parts)
 
     @property
@@ -272,7 +280,7 @@ class Objective:
         """The faces that are convex in M as given."""
         c = self.mesh.combinatorics
         turns = ConvexFaces(c, np.arange(c.n_faces)).residual(self.blocks.split(self.start)["M"].ravel())
-        return integers(np.flatnonzero(np.minimum.reduceat(turns, c.face_starts[:-1]) >= LEAST_KEPT_TURN))
+        return integers(np.flatnonzero(np.minimum.reduceat(turns, c.face_starts[:-1]) >= LEAST_CONVEX_TURN))
 
     def no_longer_convex(self, x: FloatArray) -> IntArray:
         """Those of them that are not any more."""

@@ -18,10 +18,12 @@ from geometry.functionals import (
     EdgeStretch,
     FaceNormalCosines,
     FacesAtUnitDistance,
+    InsideBalls,
     InsideCones,
     UprightFaces,
     UprightVertices,
     VerticesAtUnitDistance,
+    close_to,
 )
 from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes, solids
@@ -45,10 +47,9 @@ def both(of_one: Callable[[Mesh], Functional], block: str) -> Callable[[Mesh], F
 
 
 def normals(positions: FloatArray) -> FloatArray:
-    """As if Phi were a sphere about (1, 2, 30); held, as the Jacobians hold them."""
-    away = np.ones_like(positions) * [0.0, 0.6, 0.8]
-    away[::2] = [0.6, 0.0, 0.8]
-    return away
+    """Of Phi, a sphere about (1, 2, -30): so large that differences over `NORMAL_TURN_STEP` are exact to 2e-6."""
+    away = positions - [1.0, 2.0, -30.0]
+    return away / np.linalg.norm(away, axis=1, keepdims=True)
 
 
 FUNCTIONALS: dict[str, Callable[[Mesh], Functional]] = {
@@ -63,6 +64,7 @@ FUNCTIONALS: dict[str, Callable[[Mesh], Functional]] = {
     ),
     "normals": lambda mesh: CloseToNormals(mesh.combinatorics, normals),
     "cones": lambda mesh: InsideCones(mesh.combinatorics, normals, 0.3),
+    "balls": both(lambda mesh: InsideBalls(close_to(mesh.vertices), 3, 0.2), "M"),
     "stretch": both(lambda mesh: EdgeStretch(mesh.combinatorics, mesh.edge_lengths), "M"),
     "turns": lambda mesh: FaceNormalCosines(mesh.combinatorics, mesh.face_normals),
     "hinge": lambda mesh: Hinge(FaceNormalCosines(mesh.combinatorics, mesh.face_normals), 0.985),
