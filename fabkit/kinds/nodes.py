@@ -24,7 +24,7 @@ from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surround
 from fabkit.parts.symmetry import Corners
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["NODE", "NodeDetails"]
+__all__ = ["NODE", "NodeDetails", "smallest_gaps"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,14 +148,20 @@ def _measures(nodes: Parts[NodeDetails]) -> list[Measure]:
         measure("Misalignment at the node axis", "mm", 2, own.axis_misalignment_mm),
         measure("Largest setback", "mm", 1, own.setbacks_mm.reduced(np.maximum)),
         measure("Uncovered part of a beam's end", "%", 1, own.uncovered_percent.reduced(np.maximum)),
-        measure("Smallest angle between beams", "°", 1, _smallest_gaps(own.azimuths_deg)),
+        measure("Smallest angle between beams", "°", 1, smallest_gaps(own.azimuths_deg)),
         measure("Height of a node", "mm", 1, own.height_mm),
         measure("Mass of a node", "kg", 2, nodes.masses_kg),
     ]
 
 
-def _smallest_gaps(azimuths_deg: Ragged) -> FloatArray:
-    """(n,) smallest angle in degrees between neighbouring beams about the axis; NaN for fewer than two beams."""
+def smallest_gaps(azimuths_deg: Ragged) -> FloatArray:
+    """(n,) smallest angle in degrees between neighbouring beams about the axis; NaN for fewer than two beams.
+
+    >>> from fabkit.parts import Ragged
+    >>> from fabkit.kinds import smallest_gaps
+    >>> smallest_gaps(Ragged.of([[0, 80, 230], [0, 90]])).tolist()
+    [80.0, 90.0]
+    """
     following = azimuths_deg.rolled(np.ones(len(azimuths_deg), dtype=np.int64)).values
     is_last = azimuths_deg.place == azimuths_deg.sizes[azimuths_deg.row] - 1
     gaps = azimuths_deg.with_values(np.where(is_last, following + 360.0, following) - azimuths_deg.values)
