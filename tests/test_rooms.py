@@ -157,6 +157,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.formats.finished": {
         "fabkit.document_rules",
         "fabkit.formats",
+        "fabkit.formats.step",
         "fabkit.production",
         "fabkit.parts",
         "fabkit.errors",

@@ -11,6 +11,7 @@ import numpy as np
 
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
+from fabkit.formats.step.entities import FIRST_FREE_ID
 from geometry.arrays import FloatArray
 
 __all__ = ["PartFile", "check_model", "check_part", "part_file"]
@@ -22,8 +23,6 @@ COORDINATE_TOLERANCE_MM, DIRECTION_TOLERANCE = 0.0011, 2e-9
 """Largest difference of what is written in tables with 3 decimals, in mm, and of unit vectors with 9 decimals."""
 MASS_TOLERANCE_KG = 0.00051
 """Largest difference in kg of a mass with 3 decimals."""
-_FIRST_FREE_ID = 22
-
 _ENTITY = re.compile(r"^#(\d+)=(.*);$", re.MULTILINE)
 _REFERENCE = re.compile(r"#(\d+)")
 _NUMBERS = re.compile(r"-?\d+\.\d*(?:E-?\d+)?")
@@ -76,9 +75,7 @@ def _relative(block: str, first: int, count: int) -> str:
 
     def counted(found: re.Match[str]) -> str:
         number = int(found[1])
-        return (
-            f"#+{number - first}" if first <= number < first + count else found[0] if number < _FIRST_FREE_ID else "#"
-        )
+        return f"#+{number - first}" if first <= number < first + count else found[0] if number < FIRST_FREE_ID else "#"
 
     return _REFERENCE.sub(counted, block)
 
