@@ -75,19 +75,24 @@ def write_documents(
         with stages("STEP parts"):
             (folder / "parts").mkdir()
             write_part_steps(folder / "parts", assembly.groups, **_step_head(rules))
-    sheets = sheet_drawings(nest, assembly.of(PANEL)) if nest else ()
+    drawn = rules.drawings
+    title = ", ".join(word for word in (summary.name, issued.issue) if word)
+    kept: dict[str, Any] = {"labels": drawn.labels, "corner_mm": drawn.corner_mm, "title": title}
+    sheets = sheet_drawings(nest, assembly.of(PANEL), **kept) if nest else ()
     if "sheets" in chosen:
         with stages("DXF of sheets"):
             (folder / "sheets").mkdir()
             for sheet in sheets:
-                write_dxf(folder / "sheets" / f"{sheet.name}.dxf", sheet)
+                write_dxf(folder / "sheets" / f"{sheet.name}{drawn.suffix}", sheet, version=drawn.version)
     if "panels" in chosen:
         with stages("DXF of panels"):
             (folder / "panels").mkdir()
-            for drawing in panel_drawings(assembly):
-                write_dxf(folder / "panels" / f"{drawing.name}.dxf", drawing)
-    lists = cut_list(assembly, nest)
-    tables = [*(table.of_single_values() for table in lists.tables), *piece_tables(assembly, nest)]
+            for drawing in panel_drawings(assembly, **kept):
+                write_dxf(folder / "panels" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
+    panel_file = f"panels/{{}}{drawn.suffix}"
+    lists = cut_list(assembly, nest, panel_file=panel_file)
+    pieces = piece_tables(assembly, nest, panel_file=panel_file)
+    tables = [*(table.of_single_values() for table in lists.tables), *pieces]
     facts = build_facts(summary, assembly, nest)
     if "tables" in chosen:
         with stages("Tables"):
@@ -103,8 +108,9 @@ def write_documents(
             (folder / "model.glb").write_bytes(glb)
     if "report" in chosen:
         with stages("Report"):
+            pictures = sheet_drawings(nest, assembly.of(PANEL)) if nest else ()  # whose marks can be read
             text = report_html(
-                summary=summary, facts=facts, assembly=assembly, tables=lists.tables, sheets=sheets, glb=glb
+                summary=summary, facts=facts, assembly=assembly, tables=lists.tables, sheets=pictures, glb=glb
             )
             (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
 

@@ -2,13 +2,14 @@
 
 Layers: CUT, the nominal contours; MARK, open strokes to engrave or plot: the mark in the middle of the panel, an
 arrow along its first (longest) edge, and in the drawing of a single panel also the neighbours' marks along the edges;
-SHEET, the outline of the stock sheet. No line is drawn twice, and a drawing contains nothing else.
+SHEET, the outline of the stock sheet. No line is drawn twice. The title stands below the drawing, as text.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import shapely
@@ -35,6 +36,13 @@ MARK_SHARE, EDGE_MARK_SHARE, EDGE_GAP_SHARE = 0.7, 0.14, 0.06
 """Half the diagonal of a panel's mark, the height of the marks along its edges, and their distance from the edges, over
 the radius of the largest circle inside the panel. They add up to less than one, so the marks do not meet."""
 
+CORNER_GAP_SHARE = 0.075
+"""Distance of a label in a corner from the edges, over the size of the corner: 1.5 mm of 20, which leaves letters of 3
+mm."""
+
+Labels = Literal["corner", "middle", "none"]
+"""Where marks and arrows are drawn on panels."""
+
 MAX_EDGE_SHARE = 0.4
 """Largest length of a mark along an edge, over the length of the edge."""
 
@@ -43,7 +51,8 @@ MAX_EDGE_SHARE = 0.4
 class Drawing:
     """Curves by layer.
 
-    name: of the file. layers: the curves of each layer in mm. notes: sentences for the head of the file.
+    name: of the file. layers: the curves of each layer in mm. notes: sentences for the head of the file. title: lines
+    below the drawing.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -57,6 +66,7 @@ class Drawing:
     name: str
     layers: Mapping[str, Curves]
     notes: tuple[str, ...] = ()
+    title: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +98,14 @@ class _Labels:
         return np.stack(corners, axis=1)
 
 
-def sheet_drawings(nest: Nest, panels: Parts[PanelDetails]) -> tuple[Drawing, ...]:
+def sheet_drawings(
+    nest: Nest, panels: Parts[PanelDetails], *, labels: Labels = "middle", corner_mm: float = 20.0, title: str = ""
+) -> tuple[Drawing, ...]:
     """One drawing for each sheet of the nest, named sheet-001 and so on.
+
+    labels: where mark and arrow of a panel are drawn: in its middle, at its first corner beside its first edge, not
+    wider than corner_mm, or nowhere. title: first words below each sheet; then come material, thickness and sheet n
+    of m.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -103,25 +119,41 @@ def sheet_drawings(nest: Nest, panels: Parts[PanelDetails]) -> tuple[Drawing, ..
     stock = np.array([[0, 0], [sheet.length_mm, 0], [sheet.length_mm, sheet.width_mm], [0, sheet.width_mm]])
     in_panel_frames = panel_outlines(panels)
     outlines = Curves.of([_closed(moved(in_panel_frames[place.panel], place)) for place in nest.placements])
-    strokes, panel = _marks(panels.marks, in_panel_frames, [""] * len(in_panel_frames.values))
+    no_texts = [""] * len(in_panel_frames.values)
+    strokes, panel = _marks(panels.marks, in_panel_frames, no_texts, labels, corner_mm)
     ends = strokes.starts[np.searchsorted(panel, np.arange(len(panels) + 1))]
     points = map(moved, np.split(strokes.values, ends[1:-1]), nest.placements)
     strokes = Curves(np.concatenate([np.empty((0, 2)), *points]), strokes.starts)
     cut, mark = outlines.grouped(sheets, nest.n_sheets), strokes.grouped(sheets[panel], nest.n_sheets)
     notes = (
         f"Contours are nominal, without allowance for the kerf; parts are at least {nest.gap_mm:g} mm apart.",
-        "Millimetres. Outer side up. Layers: CUT contours, MARK open strokes, SHEET stock.",
+        "Millimetres. Outer side up. Layers: CUT contours, MARK open strokes, SHEET stock, TITLE text.",
     )
+    stocks = panels.kind.stock(panels) if panels.kind.stock else [""] * len(panels)
+    made_of = [", ".join(dict.fromkeys(stocks[n] for n in np.flatnonzero(sheets == k))) for k in range(nest.n_sheets)]
     return tuple(
-        Drawing(f"sheet-{k + 1:03d}", {SHEET: Curves.of([_closed(stock)]), CUT: cut[k], MARK: mark[k]}, notes)
+        Drawing(
+            f"sheet-{k + 1:03d}",
+            {SHEET: Curves.of([_closed(stock)]), CUT: cut[k], MARK: mark[k]},
+            notes,
+            _title(title, made_of[k], f"sheet {k + 1} of {nest.n_sheets}", labels) if title else (),
+        )
         for k in range(nest.n_sheets)
     )
 
 
-def panel_drawings(assembly: Assembly) -> tuple[Drawing, ...]:
+def _title(project: str, made_of: str, which: str, labels: Labels) -> tuple[str, ...]:
+    arrow = () if labels == "none" else ("arrow: from corner 1 along edge 1, the longest",)
+    return (", ".join(word for word in (project, made_of, which) if word), *arrow)
+
+
+def panel_drawings(
+    assembly: Assembly, *, labels: Labels = "middle", corner_mm: float = 20.0, title: str = ""
+) -> tuple[Drawing, ...]:
     """One drawing for each mark of a panel, named like the mark, in the panel's own frame, in the order of the panels.
 
-    A neighbour's mark is drawn along an edge if all panels of this mark have that neighbour, and if there is room.
+    labels, corner_mm, title: as of sheets. With labels in the middle, a neighbour's mark is drawn along an edge if all
+    panels of this mark have that neighbour, and if there is room.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -132,16 +164,22 @@ def panel_drawings(assembly: Assembly) -> tuple[Drawing, ...]:
     """
     every = assembly.of(PANEL)
     outlines = panel_outlines(every)[every.firsts]
-    strokes, panel_of_stroke = _marks(every.mark_names, outlines, _common_neighbours(every))
+    strokes, panel_of_stroke = _marks(every.mark_names, outlines, _common_neighbours(every), labels, corner_mm)
+    stocks = every.kind.stock(every) if every.kind.stock else [""] * len(every)
+    made_of = [stocks[k] for k in every.firsts.tolist()]
     notes = (
         "Contours are nominal, without allowance for the kerf.",
-        "Millimetres. Outer side up. Layers: CUT contour, MARK open strokes.",
+        "Millimetres. Outer side up. Layers: CUT contour, MARK open strokes, TITLE text.",
     )
+    of_panels = strokes.grouped(panel_of_stroke, len(outlines))
     return tuple(
-        Drawing(mark, {CUT: Curves.of([_closed(outline)]), MARK: own}, notes)
-        for mark, outline, own in zip(
-            every.mark_names, outlines, strokes.grouped(panel_of_stroke, len(outlines)), strict=True
+        Drawing(
+            mark,
+            {CUT: Curves.of([_closed(outline)]), MARK: own},
+            notes,
+            _title(title, stock, f"panel {mark}", labels) if title else (),
         )
+        for mark, outline, own, stock in zip(every.mark_names, outlines, of_panels, made_of, strict=True)
     )
 
 
@@ -161,12 +199,16 @@ def _common_neighbours(panels: Parts[PanelDetails]) -> list[str]:
     return [texts[k] for k in np.where(smallest == largest, largest, 0).tolist()]
 
 
-def _marks(marks: Sequence[str], outlines: Ragged, edge_texts: Sequence[str]) -> tuple[Curves, IntArray]:
+def _marks(
+    marks: Sequence[str], outlines: Ragged, edge_texts: Sequence[str], labels: Labels, corner_mm: float
+) -> tuple[Curves, IntArray]:
     """Strokes in the panels' own frames, panel after panel, and the panel of each stroke. They draw the panel's mark,
-    an arrow along its first edge and a text along each edge."""
-    if not marks:
+    an arrow along its first edge and, with the mark in the middle, a text along each edge."""
+    if not marks or labels == "none":
         return Curves.of([]), integers([])
     shapes = polygons(outlines)
+    if labels == "corner":
+        return _corner_labels(marks, outlines, shapes, corner_mm).strokes()
     circles = shapely.get_coordinates(shapely.maximum_inscribed_circle(shapes)).reshape(-1, 2, 2)
     radii = np.linalg.norm(circles[:, 1] - circles[:, 0], axis=1)
     middle, of_middle = _middle_labels(marks, circles[:, 0], radii).strokes()
@@ -207,7 +249,44 @@ def _edge_labels(
         foot = (start + end)[chosen] / 2 + inward[chosen] * gap[:, None]
         return _Labels([texts[k] for k in chosen], panel[chosen], foot, along[chosen], height[chosen])
 
-    outside = np.arange(len(texts))
+    _make_smaller(height, labels, marks, panel, shapes)
+    arrow = np.array([text[0] == ARROW for text in texts])
+    return labels(np.flatnonzero(arrow | (height >= LEAST_READABLE_HEIGHT_MM)))
+
+
+def _corner_labels(marks: Sequence[str], outlines: Ragged, shapes: np.ndarray, corner_mm: float) -> _Labels:
+    """The mark and, after it, an arrow along the first edge, beside that edge and as near to its start as they lie
+    inside the panel."""
+    texts = [mark + ARROW for mark in marks]
+    first = outlines.starts[:-1]
+    start, end, before = outlines.values[first], outlines.values[first + 1], outlines.values[outlines.starts[1:] - 1]
+    along = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    back = before - start
+    lean = (back * along).sum(axis=1) / (back * inward).sum(axis=1)  # of the edge before, per height above the first
+    gap, widths = CORNER_GAP_SHARE * corner_mm, text_widths(texts)
+    height = (corner_mm - 2 * gap) / widths
+
+    def labels(chosen: IntArray) -> _Labels:
+        beside = gap * np.hypot(1.0, lean[chosen]) + np.maximum(lean[chosen], 0.0) * (gap + height[chosen])
+        middle = beside + height[chosen] * widths[chosen] / 2
+        foot = start[chosen] + along[chosen] * middle[:, None] + inward[chosen] * gap
+        return _Labels([texts[k] for k in chosen], chosen, foot, along[chosen], height[chosen])
+
+    every = np.arange(len(texts))
+    _make_smaller(height, labels, marks, every, shapes)
+    return labels(every)
+
+
+def _make_smaller(
+    height: FloatArray,
+    labels: Callable[[IntArray], _Labels],
+    marks: Sequence[str],
+    panel: IntArray,
+    shapes: np.ndarray,
+) -> None:
+    """Halve the heights of the labels (m,) that do not lie inside their panels (m,), until they do."""
+    outside = np.arange(len(height))
     shapely.prepare(shapes)  # a panel with thousands of corners is queried for each of its edges
     while len(outside):
         if height[outside].min() < LEAST_READABLE_HEIGHT_MM * 1e-3:
@@ -219,8 +298,6 @@ def _edge_labels(
         inside = shapely.contains_properly(shapes[panel[outside]], shapely.polygons(boxes))
         outside = outside[~inside]
         height[outside] /= 2
-    arrow = np.array([text[0] == ARROW for text in texts])
-    return labels(np.flatnonzero(arrow | (height >= LEAST_READABLE_HEIGHT_MM)))
 
 
 def _closed(outline: FloatArray) -> FloatArray:

@@ -165,3 +165,26 @@ def test_texts_run_on() -> None:
 def test_an_unknown_character_is_named() -> None:
     with pytest.raises(OutputError, match="'P_1' cannot be drawn: the alphabet has no '_'"):
         strokes_of("P_1")
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.lists(outlines(), min_size=1, max_size=4))
+def test_labels_in_a_corner_are_open_strokes_beside_the_first_edge(some: list[FloatArray]) -> None:
+    panels = plates(some)
+    for drawing, outline in zip(panel_drawings(assembly(panels), labels="corner"), some, strict=True):
+        strokes = list(drawing.layers[MARK])
+        assert strokes
+        shape = Polygon(drawing.layers[CUT][0])
+        for stroke in strokes:
+            assert shape.contains_properly(LineString(stroke))
+            assert not (stroke[0] == stroke[-1]).all()
+            assert stroke[:, 1].max() <= 20  # above the first edge, which lies on the x axis
+        width = np.ptp(np.concatenate(strokes)[:, 0])
+        assert width <= 20
+        assert len(outline) >= 3
+    assert all(not len(drawing.layers[MARK]) for drawing in panel_drawings(assembly(panels), labels="none"))
+
+
+def test_every_stroke_of_the_alphabet_is_open() -> None:
+    curves, _ = text_strokes([*GLYPHS])
+    assert not curves.is_closed.any()

@@ -14,6 +14,7 @@ from pathlib import Path
 import ezdxf
 import numpy as np
 import pytest
+from ezdxf.lldxf.encoding import decode_dxf_unicode
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon, box
@@ -28,7 +29,7 @@ from fabkit.production.sheet_nesting import nest_panels
 from geometry.arrays import FloatArray
 from tests.fabkit.plates import outlines, plates
 
-VERSIONS = ("R2010", "R12")
+VERSIONS = ("R2010", "R12", "R2018")
 ogrinfo = shutil.which("ogrinfo")
 
 
@@ -103,7 +104,7 @@ def test_the_head_of_the_file(version: str, tmp_path: Path) -> None:
     assert view.dxf.height == pytest.approx(3150)
     handles = [int(entity.dxf.handle, 16) for entity in document.modelspace()]
     assert int(document.header["$HANDSEED"], 16) > max(handles)
-    if version == "R2010":
+    if version != "R12":
         assert document.header["$INSUNITS"] == 4
         assert [value for _, value in document.header.custom_vars.properties] == list(drawing.notes)
         assert {entity.dxftype() for entity in document.modelspace()} == {"LWPOLYLINE"}
@@ -162,3 +163,25 @@ def test_gdal_reads_the_same_panels(version: str, tmp_path: Path) -> None:
             areas.append(Polygon(points).area)
     # ogrinfo prints fifteen digits
     np.testing.assert_allclose(sorted(areas), sorted(panel.details.area_mm2 for panel in panels), rtol=1e-9)
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_title_stands_below_the_sheet(version: str, tmp_path: Path) -> None:
+    title = "Dach (\u00df), 100 %% \U0001f3e0"
+    panels = pieces()
+    nest = nest_panels(panels, Sheet(3000.0, 2000.0), gap_mm=5, border_mm=10)
+    drawings = sheet_drawings(nest, panels, labels="corner", title=title)
+    for number, drawing in enumerate(drawings, start=1):
+        write_dxf(tmp_path / "a.dxf", drawing, version=version)  # type: ignore[arg-type]
+        document = ezdxf.readfile(tmp_path / "a.dxf")
+        audit = document.audit()
+        assert not audit.errors
+        assert not audit.fixes
+        first, second = document.modelspace().query("TEXT")
+        assert decode_dxf_unicode(first.plain_text()).startswith("Dach (\u00df), 100 % % ?, 8 mm glass, sheet ")
+        assert first.plain_text().endswith(f"sheet {number} of {len(drawings)}")
+        assert second.plain_text() == "arrow: from corner 1 along edge 1, the longest"
+        assert first.dxf.layer == second.dxf.layer == "TITLE"
+        assert first.dxf.insert.y + first.dxf.height < 0
+        assert second.dxf.insert.y + second.dxf.height < first.dxf.insert.y
+        assert tuple(document.header["$EXTMIN"])[:2] == tuple(second.dxf.insert)[:2]

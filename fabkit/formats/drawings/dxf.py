@@ -23,10 +23,13 @@ from geometry.arrays import FloatArray
 
 __all__ = ["write_dxf"]
 
-Version = Literal["R2010", "R12"]
+Version = Literal["R2018", "R2010", "R12"]
 
-COLOURS = {CUT: 1, MARK: 5, SHEET: 8}
-"""AutoCAD colour numbers of the layers: red, blue, grey."""
+TITLE = "TITLE"
+COLOURS = {CUT: 1, MARK: 5, SHEET: 8, TITLE: 8}
+"""AutoCAD colour numbers of the layers: red, blue, grey, grey."""
+TITLE_SHARE = 0.015
+"""Height of the letters of a title over the larger side of the drawing."""
 
 DXF_DECIMALS = 9
 """Decimals of coordinates in DXF files: 1e-9 mm, the precision of double numbers on a sheet of 10 m."""
@@ -39,8 +42,9 @@ ENTITIES = "  2\nENTITIES\n"
 def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2010") -> None:
     """Write a drawing to a path or a text stream.
 
-    R2010: LWPOLYLINE, $INSUNITS 4 (millimetres). R12: POLYLINE; that version knows no unit, so it belongs into the
-    name of the file. The notes stand as comments at the head, for R2010 also among the drawing's properties.
+    R2010, R2018: LWPOLYLINE, $INSUNITS 4 (millimetres). R12: POLYLINE; that version knows no unit, so it belongs into
+    the name of the file. The notes stand as comments at the head, and but for R12 also among the drawing's properties;
+    the title is text on a layer of its own, below everything else.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -54,7 +58,7 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
     """
     template = _template(version, drawing.notes)
     handles = iter(range(template.first_handle, 2**62))
-    write = _lwpolyline if version == "R2010" else _polyline
+    write = _polyline if version == "R12" else _lwpolyline
     curves = Curves.joined(drawing.layers.values())
     curves = Curves(curves.values.round(DXF_DECIMALS) + 0.0, curves.starts)
     layers = [layer for layer, own in drawing.layers.items() for _ in range(len(own))]
@@ -62,8 +66,12 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
         write(layer, points, closed, template.owner, handles)
         for layer, (points, closed) in zip(layers, _texts(curves), strict=True)
     ]
-    points = curves.values
-    text = template.fill("".join(entities), points.min(axis=0), points.max(axis=0), next(handles))
+    low, high = curves.values.min(axis=0), curves.values.max(axis=0)
+    letters = TITLE_SHARE * float((high - low).max())
+    for line in drawing.title:
+        low = low - [0.0, 1.6 * letters]
+        entities.append(_text(version, line, low, letters, template.owner, handles))
+    text = template.fill("".join(entities), low, high, next(handles))
     if isinstance(target, Path):
         target.write_bytes(text.encode())
     else:
@@ -134,6 +142,18 @@ def _texts(curves: Curves) -> Iterator[tuple[list[str], int]]:
     starts, closed = curves.starts.tolist(), curves.is_closed.astype(int).tolist()
     for start, end, is_closed in zip(starts[:-1], starts[1:], closed, strict=True):
         yield points[start : end - is_closed], is_closed
+
+
+def _text(version: Version, line: str, at: FloatArray, height: float, owner: str, handles: Iterator[int]) -> str:
+    """A line of text without the codes of such texts; for R12, which has no UTF-8, what is not ASCII as \\U+00DF."""
+    plain = line.replace("%%", "% %").replace("^", "^ ").replace("\\", "/")
+    known = "".join(letter if letter.isprintable() and letter <= "\uffff" else "?" for letter in plain)
+    shown = "".join(letter if letter.isascii() or version != "R12" else f"\\U+{ord(letter):04X}" for letter in known)
+    place = f" 10\n{float(at[0])!r}\n 20\n{float(at[1])!r}\n 30\n0.0\n 40\n{height!r}\n  1\n{shown}\n"
+    if version == "R12":
+        return f"  0\nTEXT\n  5\n{next(handles):X}\n  8\n{TITLE}\n{place}"
+    head = f"  0\nTEXT\n  5\n{next(handles):X}\n330\n{owner}\n100\nAcDbEntity\n  8\n{TITLE}\n100\nAcDbText\n"
+    return f"{head}{place}100\nAcDbText\n"
 
 
 def _lwpolyline(layer: str, points: list[str], closed: int, owner: str, handles: Iterator[int]) -> str:
