@@ -130,7 +130,9 @@ def sheet_drawings(
         "Millimetres. Outer side up. Layers: CUT contours, MARK open strokes, SHEET stock, TITLE text.",
     )
     stocks = panels.kind.stock(panels) if panels.kind.stock else [""] * len(panels)
-    made_of = [", ".join(dict.fromkeys(stocks[n] for n in np.flatnonzero(sheets == k))) for k in range(nest.n_sheets)]
+    made_of = [
+        ", ".join(dict.fromkeys(stocks[n] for n in np.flatnonzero(sheets == k).tolist())) for k in range(nest.n_sheets)
+    ]
     return tuple(
         Drawing(
             f"sheet-{k + 1:03d}",
