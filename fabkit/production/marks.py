@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from fabkit.parts import Assembly, Details, Parts, Ragged, Symmetry, Turns, moved
+from fabkit.parts import Assembly, Details, Measures, Parts, Ragged, SolidArray, Symmetry, Turns, moved
 from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, may_have_equals
 from geometry.arrays import FloatArray, IntArray
 
@@ -17,6 +17,10 @@ EQUAL_WITHIN_MM = 1e-7
 """Default of the largest difference in mm of each coordinate of corners of parts that count as equal. Smaller than the
 permitted deviation of a beam's end from its facet (1e-6 mm), so that shared solids keep their fit; far above rounding
 (1e-10 mm for a building of 100 m)."""
+
+SQUARE_END_MM = 1e-9
+"""Distance in mm of a rim from the plane through its centre across the axis up to which the end of a round is square:
+rounding."""
 
 D = TypeVar("D", bound=Details)
 
@@ -52,17 +56,32 @@ def _share(parts: Parts[D], within_mm: float) -> Parts[D]:
     comparable = np.unique(keys, axis=0, return_inverse=True)[1]
     for places in np.split(np.argsort(comparable, kind="stable"), np.cumsum(np.bincount(comparable))[:-1]):
         alike = parts.solids.by_topology(parts.shape[places])
-        places = places[may_have_equals(alike[0].vertices, within_mm)] if alike else places
+        places = places[may_have_equals(_compared(alike[0]), within_mm)] if alike else places
         if not len(places):
             continue
         some = parts.take(places)
-        corners = some.solids.by_topology(some.shape)[0].vertices
+        corners = _compared(some.solids.by_topology(some.shape)[0])
         turns = turns_of(some, corners)
         own_first, own_turn = equal_shapes(turned_shapes(turns, corners), within_mm)
         first[places], turn[places] = places[own_first], own_turn
         rows = np.arange(len(places))
         starts[places], along[places] = turns.starts[rows, own_turn], turns.along[rows, own_turn]
     return turned_parts(_marked(parts, first), turn, starts, along)
+
+
+def _compared(batch: SolidArray) -> FloatArray:
+    """(P, n, 3) the vertices by which solids are compared: where a round has square ends, the direction of its rims
+    means nothing, so that points outside its ends, as far as its radius, are taken instead."""
+    points, rounds = batch.vertices.copy(), batch.topology.rounds
+    for few in batch.in_batches() if len(rounds) else []:
+        measures, rows = Measures(few.topology, few.vertices), np.searchsorted(batch.parts, few.parts)
+        square = (np.abs(measures.leans) <= SQUARE_END_MM).all(axis=0)
+        out = np.moveaxis(measures.radii * measures.round_axes, 0, 2)
+        for end, sign in ((0, -1.0), (2, 1.0)):
+            outside = few.vertices[:, rounds[:, end]] + sign * out
+            rims = few.vertices[:, rounds[:, end + 1]]
+            points[rows[:, None], rounds[:, end + 1]] = np.where(square[..., None], outside, rims)
+    return points
 
 
 def _n_turns(parts: Parts[D]) -> IntArray:
