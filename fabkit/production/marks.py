@@ -11,16 +11,12 @@ from fabkit.parts import Assembly, Details, Measures, Parts, Ragged, SolidArray,
 from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, may_have_equals
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["EQUAL_WITHIN_MM", "share_equal_parts", "turned_parts", "turned_shapes", "turns_of"]
+__all__ = ["EQUAL_WITHIN_MM", "compared_points", "share_equal_parts", "turned_parts", "turned_shapes", "turns_of"]
 
 EQUAL_WITHIN_MM = 1e-7
 """Default of the largest difference in mm of each coordinate of corners of parts that count as equal. Smaller than the
 permitted deviation of a beam's end from its facet (1e-6 mm), so that shared solids keep their fit; far above rounding
 (1e-10 mm for a building of 100 m)."""
-
-SQUARE_END_MM = 1e-9
-"""Distance in mm of a rim from the plane through its centre across the axis up to which the end of a round is square:
-rounding."""
 
 D = TypeVar("D", bound=Details)
 
@@ -56,32 +52,16 @@ def _share(parts: Parts[D], within_mm: float) -> Parts[D]:
     comparable = np.unique(keys, axis=0, return_inverse=True)[1]
     for places in np.split(np.argsort(comparable, kind="stable"), np.cumsum(np.bincount(comparable))[:-1]):
         alike = parts.solids.by_topology(parts.shape[places])
-        places = places[may_have_equals(_compared(alike[0]), within_mm)] if alike else places
+        chosen = may_have_equals(compared_points(alike[0]), within_mm) if alike else np.zeros(len(places), dtype=bool)
+        places = places[chosen]
         if not len(places):
             continue
-        some = parts.take(places)
-        corners = _compared(some.solids.by_topology(some.shape)[0])
-        turns = turns_of(some, corners)
-        own_first, own_turn = equal_shapes(turned_shapes(turns, corners), within_mm)
+        solids, turns = alike[0][chosen], turns_of(parts.take(places), alike[0].vertices[chosen])
+        own_first, own_turn = equal_shapes(turned_shapes(turns, compared_points(solids)), within_mm)
         first[places], turn[places] = places[own_first], own_turn
         rows = np.arange(len(places))
         starts[places], along[places] = turns.starts[rows, own_turn], turns.along[rows, own_turn]
     return turned_parts(_marked(parts, first), turn, starts, along)
-
-
-def _compared(batch: SolidArray) -> FloatArray:
-    """(P, n, 3) the vertices by which solids are compared: where a round has square ends, the direction of its rims
-    means nothing, so that points outside its ends, as far as its radius, are taken instead."""
-    points, rounds = batch.vertices.copy(), batch.topology.rounds
-    for few in batch.in_batches() if len(rounds) else []:
-        measures, rows = Measures(few.topology, few.vertices), np.searchsorted(batch.parts, few.parts)
-        square = (np.abs(measures.leans) <= SQUARE_END_MM).all(axis=0)
-        out = np.moveaxis(measures.radii * measures.round_axes, 0, 2)
-        for end, sign in ((0, -1.0), (2, 1.0)):
-            outside = few.vertices[:, rounds[:, end]] + sign * out
-            rims = few.vertices[:, rounds[:, end + 1]]
-            points[rows[:, None], rounds[:, end + 1]] = np.where(square[..., None], outside, rims)
-    return points
 
 
 def _n_turns(parts: Parts[D]) -> IntArray:
@@ -101,8 +81,22 @@ def turns_of(parts: Parts[D], corners: FloatArray) -> Turns:
     return Turns(starts, along, lambda parts, turns, chosen: np.broadcast_to(chosen, (len(parts), len(chosen))))
 
 
+def compared_points(solids: SolidArray) -> FloatArray:
+    """(P, n, 3) the vertices in mm, in which equal solids agree. A rim may be anywhere on its circle; it is replaced by
+    the point over its centre, outwards, at right angles to the plane of the circle, and as far as the radius."""
+    rounds = solids.topology.rounds
+    if not len(rounds):
+        return solids.vertices
+    of, points = Measures(solids.topology, solids.vertices), solids.vertices.copy()
+    for end, side in ((0, -1.0), (1, 1.0)):
+        rims, squares = of.rims[end], (of.rims[end] * of.rims[end]).sum(axis=0)
+        outwards = side * (of.round_axes * squares - rims * of.leans[end]) / np.sqrt(squares)  # as long as the radius
+        points[:, rounds[:, 2 * end + 1]] = points[:, rounds[:, 2 * end]] + np.moveaxis(outwards, 0, 2)
+    return points
+
+
 def turned_shapes(turns: Turns, corners: FloatArray) -> TurnedShapes:
-    """The shapes with corners (n, c, 3) in mm in each of their turns."""
+    """The shapes with points (n, c, 3) in mm, numbered as their vertices, in each of their turns."""
 
     def at(parts: IntArray, turn: IntArray, chosen: IntArray) -> FloatArray:
         points = corners[parts[:, None], turns.corners(parts, turn, chosen)]
