@@ -40,9 +40,11 @@ def test_a_node_is_a_tube_of_the_table_with_two_caps(grid: Any) -> None:
         "caps": 24,
     }
     outside, inside = sorted(cylinders(grid["nodes"][0]), key=lambda each: -each.radius)
-    assert 2 * outside.radius in TUBE_DIAMETERS_MM and outside.radius - inside.radius == pytest.approx(8.0)
+    assert 2 * outside.radius in TUBE_DIAMETERS_MM
+    assert outside.radius - inside.radius == pytest.approx(8.0)
     cap = next(iter(cylinders(grid["caps"][0])))
-    assert cap.radius == outside.radius and np.ptp(cap.centres[:, 2]) == pytest.approx(5.0)
+    assert cap.radius == outside.radius
+    assert np.ptp(cap.centres[:, 2]) == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize(("angle", "diameter"), [(89, 60.3), (60, 76.1), (45, 88.9), (33, 139.7)])
