@@ -19,7 +19,7 @@ from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError
 from geometry.files import MeshFile
-from geometry.layout import LARGEST_LENGTH_RATIO, Boundary, LaidMesh, lay_quads
+from geometry.layout import FEWEST_FACES, LARGEST_LENGTH_RATIO, Boundary, LaidMesh, boundary_lengths, lay_quads
 from geometry.mesh import Mesh
 from geometry.remeshing import NetworkTrial, remesh, study_networks
 from geometry.surface import Surface, refined, smoothed
@@ -110,8 +110,8 @@ class LaidSurface:
 
     surface: smooth, through the vertices of the `n_triangles` triangles in the file. laid: the mesh, before its faces
     are made planar. affine (3, 3): the map whose principal lines the edges follow. largest_smoothing: largest
-    displacement of a vertex of the surface by smoothing. passed_over: why networks that are better in a study were not
-    taken, or nothing.
+    displacement of a vertex of the surface by smoothing. loop_lengths: of the boundary loops of the surface, longest
+    first. passed_over: why networks that are better in a study were not taken, or nothing.
     """
 
     surface: Surface
@@ -120,6 +120,7 @@ class LaidSurface:
     lines: str
     affine: FloatArray
     largest_smoothing: float
+    loop_lengths: FloatArray
     passed_over: str = ""
 
     @property
@@ -190,16 +191,28 @@ def lay_on_surface(
     line_options = _line_options(file, rules)
     size: dict[str, Any] = {"n_faces": rules.faces}
     if rules.edge_length_mm is not None:
-        size = {"edge_length": _in_unit(rules.edge_length_mm, mm, "edge_length_mm (--edge-length)")}
+        size = {"edge_length": _edge_length(given, rules.edge_length_mm, mm)}
     affine, passed_over = floats(np.eye(3)), ""
     if rules.lines == "conjugate":
         affine, laid, passed_over = _best_laid(given, _networks(given, line_options, progress), size | line_options)
     else:
         laid = lay_quads(given, **size, affine=affine, **line_options)
-    n_triangles = given.triangulated.n_faces
+    n_triangles, loop_lengths = given.triangulated.n_faces, boundary_lengths(given)
     return replace(file, mesh=laid.mesh), LaidSurface(
-        refined(given), n_triangles, laid, rules.lines, affine, largest_smoothing, passed_over
+        refined(given), n_triangles, laid, rules.lines, affine, largest_smoothing, loop_lengths, passed_over
     )
+
+
+def _edge_length(surface: Surface, length_mm: float, mm: float | None) -> float:
+    """In the unit of the surface. Raises ProjectError where it is too long for the surface."""
+    length = _in_unit(length_mm, mm, "edge_length_mm (--edge-length)")
+    longest = float(np.sqrt(np.linalg.norm(surface.triangulated.vector_areas, axis=1).sum() / FEWEST_FACES))
+    if length > longest:
+        raise ProjectError(
+            f"edge_length_mm (--edge-length) is {length_mm:g}, but the surface has room for faces of at most "
+            f"{longest * (mm or 1.0):.4g} mm: give a shorter length, and check the unit of the surface (--unit)"
+        )
+    return length
 
 
 def curves_on_surface(
