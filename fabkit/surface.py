@@ -19,7 +19,7 @@ from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError
 from geometry.files import MeshFile
-from geometry.layout import LARGEST_LENGTH_RATIO, Boundary, LaidMesh, lay_quads
+from geometry.layout import FEWEST_FACES, LARGEST_LENGTH_RATIO, Boundary, LaidMesh, boundary_lengths, lay_quads
 from geometry.mesh import Mesh
 from geometry.remeshing import study_networks
 from geometry.surface import Surface, refined, smoothed
@@ -107,7 +107,8 @@ class LaidSurface:
 
     surface: smooth, through the vertices of the `n_triangles` triangles in the file. laid: the mesh, before its faces
     are made planar. affine (3, 3): the map whose principal lines the edges follow. largest_smoothing: largest
-    displacement of a vertex of the surface by smoothing.
+    displacement of a vertex of the surface by smoothing. loop_lengths: of the boundary loops of the surface, longest
+    first.
     """
 
     surface: Surface
@@ -116,6 +117,7 @@ class LaidSurface:
     lines: str
     affine: FloatArray
     largest_smoothing: float
+    loop_lengths: FloatArray
 
     @property
     def aligned_share(self) -> float:
@@ -186,12 +188,24 @@ def lay_on_surface(
     affine = _affine(given, rules, line_options, progress)
     size: dict[str, Any] = {"n_faces": rules.faces}
     if rules.edge_length_mm is not None:
-        size = {"edge_length": _in_unit(rules.edge_length_mm, mm, "edge_length_mm (--edge-length)")}
+        size = {"edge_length": _edge_length(given, rules.edge_length_mm, mm)}
     laid = lay_quads(given, **size, affine=affine, **line_options)
     n_triangles = given.triangulated.n_faces
     return replace(file, mesh=laid.mesh), LaidSurface(
-        refined(given), n_triangles, laid, rules.lines, affine, largest_smoothing
+        refined(given), n_triangles, laid, rules.lines, affine, largest_smoothing, boundary_lengths(given)
     )
+
+
+def _edge_length(surface: Surface, length_mm: float, mm: float | None) -> float:
+    """In the unit of the surface. Raises ProjectError where it is too long for the surface."""
+    length = _in_unit(length_mm, mm, "edge_length_mm (--edge-length)")
+    longest = float(np.sqrt(np.linalg.norm(surface.triangulated.vector_areas, axis=1).sum() / FEWEST_FACES))
+    if length > longest:
+        raise ProjectError(
+            f"edge_length_mm (--edge-length) is {length_mm:g}, but the surface has room for faces of at most "
+            f"{longest * (mm or 1.0):.4g} mm: give a shorter length, and check the unit of the surface (--unit)"
+        )
+    return length
 
 
 def curves_on_surface(

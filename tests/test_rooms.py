@@ -133,7 +133,14 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh.intersections",
         *GROUND,
     },
-    "fabkit.checking": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", "geometry.gauss", "geometry.arrays"},
+    "fabkit.checking": {
+        "fabkit.connections",
+        "fabkit.kinds",
+        "fabkit.parts",
+        "fabkit.errors",
+        "geometry.gauss",
+        "geometry.arrays",
+    },
     "fabkit.detailing": {
         "fabkit.checking",
         "fabkit.connections",
@@ -399,9 +406,9 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembly",
     ),
     "fabkit.checking": (
-        "convex_pieces fit links positions separation",
+        "access bore_distances convex_pieces fit links positions separation",
         "bores convex",
-        "clash",
+        "clash solid_rules",
         "placed_parts",
         "panel_bounds",
     ),
@@ -426,7 +433,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.formats.step": ("text solid", "entities", "writer", "files"),
     "fabkit.formats": (
-        "shape_files shape_triangles occt_solids",
+        "faceted occt_solids shape_files shape_triangles",
         "exact_surfaces manifest polylines renaming tables triangles single_files workbook",
         "folder gltf kernels",
         "documents",

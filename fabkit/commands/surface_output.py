@@ -16,6 +16,7 @@ from fabkit.errors import ProjectError
 from fabkit.formats import EXACT_SUFFIXES, whole_file
 from fabkit.formats.drawings import networks_html
 from fabkit.formats.polylines import write_polylines
+from fabkit.production import ANY_LINES, LEAST_UNDIRECTED_SHARE
 from fabkit.project import surface_rules_from
 from fabkit.stages import Stages
 from fabkit.structure import made_planar
@@ -30,6 +31,7 @@ from fabkit.surface import (
 from fabkit.units import MM_PER_UNIT
 from fabkit.wording import echo, readable
 from geometry.arrays import FloatArray
+from geometry.errors import listed
 from geometry.files import MeshFile, read_mesh, write_mesh
 from geometry.mesh import Mesh
 from geometry.remeshing import study_networks
@@ -174,6 +176,18 @@ def _mesh(file: MeshFile, rules: SurfaceRules, mm: float | None, stages: Stages)
         return made_planar(laid.laid.mesh, {"surface": laid.surface, "keep_boundary": True}), laid
 
 
+def _remarks(laid: LaidSurface) -> list[tuple[str, str]]:
+    """What is particular about the surface."""
+    share, loops = laid.laid.quality.undirected_share, laid.loop_lengths
+    found = []
+    if share > LEAST_UNDIRECTED_SHARE:
+        found.append(("flat or spherical", f"{100 * share:.0f} % of the area: {ANY_LINES}"))
+    if len(loops) > 1:
+        lengths = listed([f"{length:.4g}" for length in loops], len(loops))
+        found.append(("boundary loops", f"{lengths} long; all are kept"))
+    return found
+
+
 def _facts(mesh: Mesh, laid: LaidSurface) -> list[tuple[str, str]]:
     quality = laid.laid.quality
     lengths = mesh.edge_lengths
@@ -189,6 +203,7 @@ def _facts(mesh: Mesh, laid: LaidSurface) -> list[tuple[str, str]]:
         ),
         ("lines", f"{laid.lines}; {100 * laid.aligned_share:.1f} % of the edges within 10 degrees of them"),
         ("irregular vertices", irregular or "none"),
+        *_remarks(laid),
         ("planarised", moves(laid.laid.mesh, mesh) or "nothing to do"),
         (
             "off the surface",

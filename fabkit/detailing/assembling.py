@@ -81,7 +81,7 @@ def detail(
         found = plan.panels_crossing_support_planes(detailed.assembly) + violations(detailed.assembly, have_marks=False)
         if not found:
             return detailed
-        plan.leave_out_violating(found)
+        plan.leave_out_violating(found, detailed.assembly)
 
 
 @dataclass
@@ -199,17 +199,18 @@ class _Plan:
             for face in faces.tolist()
         )
 
-    def leave_out_violating(self, found: tuple[Violation, ...]) -> None:
+    def leave_out_violating(self, found: tuple[Violation, ...], assembly: Assembly) -> None:
         """Leave out the panels of each violation, or its beams if it concerns no panel. Raises DetailingError if
         nothing may be left out."""
+        element_of = {group.kind.name: group.kind.element for group in assembly.groups}
         beams: dict[int, str] = {}
         panels: dict[int, str] = {}
         for violation in found:
-            of_kind = {kind: [e for k, e in violation.parts if k == kind] for kind in ("beam", "node", "panel")}
-            if of_kind["panel"]:
-                panels |= {face: _because("panel on face", face, violation) for face in of_kind["panel"]}
+            at = {what: [e for k, e in violation.parts if element_of[k] == what] for what in ("face", "edge", "vertex")}
+            if at["face"]:
+                panels |= {face: _because("panel on face", face, violation) for face in at["face"]}
             else:
-                edges = of_kind["beam"] or self._beams_at(of_kind["node"])
+                edges = at["edge"] or self._beams_at(at["vertex"])
                 beams |= {edge: _because("beam on edge", edge, violation) for edge in edges}
         if not self.skip_unbuildable or not (beams or panels):
             raise DetailingError(violations_sentence(found))

@@ -43,10 +43,11 @@ def needed_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules:
     """
     profile, connection = rules.beams.profile, rules.connection
     width = profile.web_mm if connection.kind == "hub" else profile.width_mm
+    ledge = connection.ledge_mm if connection.kind == "welded" else 0.0
     half_gap = np.minimum(gap[ring], np.pi) / 2
     sine, cosine = np.sin(half_gap), np.where(gap[ring] < np.pi, np.cos(half_gap), 0.0)
     with np.errstate(divide="ignore"):
-        needed = np.maximum(connection.slot + width * cosine, 2 * block_half_width(rules) * cosine) / (2 * sine)
+        needed = (width * cosine + np.maximum(connection.slot, 2 * ledge * cosine)) / (2 * sine)
     if connection.kind == "bolted":
         size, axial = connection.group.size, connection.axial_bore_mm
         bored = bored_setbacks(gap[ring], size.diameter_mm, size.bore_depth_mm, axial_mm=axial)

@@ -3,7 +3,16 @@
 from fabkit.production.curves import Curves
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
-from fabkit.production.facts import REPORT, TERMINAL, WORKBOOK, BuildFacts, Fact, build_facts
+from fabkit.production.facts import (
+    ANY_LINES,
+    LEAST_UNDIRECTED_SHARE,
+    REPORT,
+    TERMINAL,
+    WORKBOOK,
+    BuildFacts,
+    Fact,
+    build_facts,
+)
 from fabkit.production.legend_table import legend
 from fabkit.production.loose_panels import panels_from_outlines
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
@@ -20,8 +29,10 @@ from fabkit.production.summary import (
 )
 
 __all__ = [
+    "ANY_LINES",
     "CUT",
     "EQUAL_WITHIN_MM",
+    "LEAST_UNDIRECTED_SHARE",
     "MARK",
     "REPORT",
     "SHEET",

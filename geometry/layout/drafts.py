@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, integers
-from geometry.errors import FoldedError, GeometryError
+from geometry.errors import FoldedError, GeometryError, listed
 from geometry.layout.cells import cells_between_isolines
 from geometry.layout.exact_maps import ExactMap
 from geometry.layout.integer_lattices import nearest_integers
@@ -23,7 +23,7 @@ from geometry.surface import boundary_corners, on_curved_triangles
 __all__ = ["Draft", "draft"]
 
 EDGE_LENGTH_FACTORS = (1.0, 0.97, 1.03, 0.94, 1.06)
-"""Factors of the edge length, tried one after another while rounding to integers turns triangles over."""
+"""Factors of the edge length, tried one after another while rounding to integers folds triangles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Draft:
 
 
 def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: float) -> Draft:
-    """A mesh of about n_faces faces. Raises FoldedError where triangles of the surface remain turned over in (u, v)."""
+    """A mesh of about n_faces faces. Raises FoldedError where triangles of the surface remain folded in (u, v)."""
     surface = network.frames.mesh
     c = surface.combinatorics
     problem = Integration(network, maps)
@@ -52,13 +52,13 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
         )
         x = problem.solved(t, h)
         exact = ExactMap.of(c, maps, field.turns, x, t)
-        if not len(exact.folded):
+        folded.append(exact.folded(field.indices))
+        if not len(folded[-1]):
             break
-        folded.append(exact.folded)
     else:
         least = min(folded, key=len)
         raise FoldedError(
-            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are turned over by "
+            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are folded by "
             f"the lines of a mesh of {n_faces:.0f} faces with {np.count_nonzero(field.indices)} singular points, as "
             "they are for slightly different numbers of faces",
             "ask for more faces, or smooth the surface",
@@ -77,8 +77,8 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     if chi != c.euler_characteristic or mesh.edge_lengths.min() == 0:
         raise GeometryError(
             f"a hole or connected part of the surface is too small for faces of edge length {h:.3g}: its rim would "
-            f"become a point or an edge (the Euler characteristic becomes {chi} instead of {c.euler_characteristic}); "
-            "fill the hole, or give a shorter edge length",
+            f"become a point or an edge (the Euler characteristic becomes {chi} instead of {c.euler_characteristic}"
+            f"{_short_loops(surface, h)}); fill the hole, or give a shorter edge length",
             value=float(chi),
             bound=float(c.euler_characteristic),
         )
@@ -88,3 +88,11 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
         problem.derivatives(x, t.astype(np.float64), h),
         float(h),
     )
+
+
+def _short_loops(mesh: Mesh, length: float) -> str:
+    """The lengths of boundary loops that are shorter than around a face with edges of this length, in words."""
+    loops = [mesh.vertices[np.append(loop, loop[:1])] for loop in mesh.combinatorics.boundary_loops]
+    lengths = np.array([np.linalg.norm(np.diff(loop, axis=0), axis=1).sum() for loop in loops])
+    short = [f"{each:.3g}" for each in np.sort(lengths[lengths < 4 * length])]
+    return f"; boundary loops are only {listed(short, len(short))} long" if short else ""
