@@ -416,7 +416,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembly",
     ),
     "fabkit.checking": (
-        "access bore_distances convex_pieces fit links positions separation",
+        "access bore_distances convex_pieces fit links positions round_edges separation",
         "bores convex",
         "clash solid_rules",
         "placed_parts",
