@@ -54,8 +54,7 @@ def test_a_build_begins_from_a_surface(roof: Path) -> None:
     lengths = read_mesh("built/M.obj").mesh.edge_lengths
     assert np.median(lengths) == pytest.approx(2.0, rel=0.1)
     report = Path("built/report.html").read_text()
-    assert "Distance of the vertices from the surface" in report
-    assert "Distance from the design surface" in report  # a histogram
+    assert report.count("Distance of the vertices from the surface") > 1  # a fact and a histogram
     assert "as laid" in report
     assert "as read" not in report
     assert manifest["settings"]["surface"]["edge_length_mm"] == 2000
