@@ -7,6 +7,7 @@ from fabkit.production.facts import (
     ANY_LINES,
     LEAST_UNDIRECTED_SHARE,
     REPORT,
+    SURFACE_DISTANCE,
     TERMINAL,
     WORKBOOK,
     BuildFacts,
@@ -26,6 +27,7 @@ from fabkit.production.summary import (
     OptimisedGaussImage,
     Summary,
     SurfaceSummary,
+    irregular_vertices,
 )
 
 __all__ = [
@@ -36,6 +38,7 @@ __all__ = [
     "MARK",
     "REPORT",
     "SHEET",
+    "SURFACE_DISTANCE",
     "TERMINAL",
     "WORKBOOK",
     "BuildFacts",
@@ -54,6 +57,7 @@ __all__ = [
     "Table",
     "build_facts",
     "cut_list",
+    "irregular_vertices",
     "legend",
     "nest_panels",
     "panel_drawings",

@@ -14,7 +14,17 @@ from fabkit.production.nests import Nest
 from fabkit.production.summary import GivenGaussImage, OptimisedGaussImage, Summary, SurfaceSummary
 from geometry.errors import listed
 
-__all__ = ["ANY_LINES", "LEAST_UNDIRECTED_SHARE", "REPORT", "TERMINAL", "WORKBOOK", "BuildFacts", "Fact", "build_facts"]
+__all__ = [
+    "ANY_LINES",
+    "LEAST_UNDIRECTED_SHARE",
+    "REPORT",
+    "SURFACE_DISTANCE",
+    "TERMINAL",
+    "WORKBOOK",
+    "BuildFacts",
+    "Fact",
+    "build_facts",
+]
 
 REPORT, WORKBOOK, TERMINAL = "report", "workbook", "terminal"
 EVERYWHERE = frozenset({REPORT, WORKBOOK, TERMINAL})
@@ -22,6 +32,8 @@ NOWHERE: frozenset[str] = frozenset()
 
 LEAST_UNDIRECTED_SHARE = 0.01
 """Share of the area of a surface that is flat or spherical, above which it is reported."""
+
+SURFACE_DISTANCE = "Distance of the vertices from the surface"
 
 ANY_LINES = "any lines do there; they continue those around, or follow the longest direction"
 
@@ -146,8 +158,8 @@ def _surface(laid: SurfaceSummary) -> Iterator[Fact]:
     yield Fact("Edges along the lines", (100 * laid.aligned_share,), ".1f", "%", "within 10 degrees", shown=on_paper)
     yield Fact("Quads", (100 * laid.quad_share,), ".1f", "% of the faces", keys=("surface.quad_percent",))
     yield Fact("Irregular inner vertices", (laid.irregular,), keys=("surface.irregular_vertices",))
-    name, key = "Distance of the vertices from the surface", "surface.distance_mm"
-    yield _shares(name, laid.distance_shares_mm, ".1f", "mm", "median, 95 %, largest", key)
+    key = "surface.distance_mm"
+    yield _shares(SURFACE_DISTANCE, laid.distance_shares_mm, ".1f", "mm", "median, 95 %, largest", key)
     if laid.smoothing_mm > 0:
         moved = (laid.smoothing_mm,)
         yield Fact("Largest smoothing of the surface", moved, ".1f", "mm", keys=("surface.smoothing_mm",))

@@ -100,6 +100,16 @@ GaussImageSource = GivenGaussImage | ExactGaussImage | OptimisedGaussImage
 """Where a Gauss image is from, unless it was just computed."""
 
 
+def irregular_vertices(valences: dict[int, int]) -> str:
+    """Numbers of inner vertices by valence, in words.
+
+    >>> from fabkit.production import irregular_vertices
+    >>> irregular_vertices({3: 4, 5: 2}), irregular_vertices({})
+    ('4 of valence 3, 2 of valence 5', 'none')
+    """
+    return ", ".join(f"{count} of valence {valence}" for valence, count in valences.items()) or "none"
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceSummary:
     """Figures of a mesh that was laid on a design surface.
@@ -133,7 +143,7 @@ class SurfaceSummary:
     @property
     def irregular(self) -> str:
         """Numbers of inner vertices with a valence other than 4, in words."""
-        return ", ".join(f"{count} of valence {valence}" for valence, count in self.valences.items()) or "none"
+        return irregular_vertices(self.valences)
 
     @property
     def distance_shares_mm(self) -> dict[str, float]:
