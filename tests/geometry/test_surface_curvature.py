@@ -63,7 +63,7 @@ def test_too_few_triangles_have_no_curvature() -> None:
         Curvature.of(triangle_mesh(np.eye(3), np.array([[0, 1, 2]])))
     mesh = ball(1, (1.0, 1.0, 1.0)).mesh  # as STL files hold it: each triangle with vertices of its own
     apart = triangle_mesh(mesh.vertices[mesh.combinatorics.corners], np.arange(3 * mesh.n_faces).reshape(-1, 3))
-    with pytest.raises(MeshError, match="other vertices are in the same place; make them one by geometry.files.mend"):
+    with pytest.raises(MeshError, match=r"make them one by geometry\.files\.mend"):
         Curvature.of(apart)
 
 
