@@ -198,6 +198,7 @@ def _facts(mesh: Mesh, laid: LaidSurface) -> list[tuple[str, str]]:
         ("mesh", f"{mesh.n_vertices} vertices, {mesh.n_faces} faces, {100 * quality.quad_share:.1f} % of them quads"),
         ("edges", f"{lengths.min():.4g} to {lengths.max():.4g}, 90 % of them {low:.4g} to {high:.4g}"),
         ("lines", f"{laid.lines}; {100 * laid.aligned_share:.1f} % of the edges within 10 degrees of them"),
+        *([("passed over", f"networks better in the study: {laid.passed_over}")] if laid.passed_over else []),
         ("irregular vertices", irregular_vertices(quality.valences)),
         *_remarks(laid),
         ("planarised", moves(laid.laid.mesh, mesh) or "nothing to do"),

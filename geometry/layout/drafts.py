@@ -61,7 +61,7 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
             f"{len(least)} triangles of the surface, triangle {least[0]} among them, are folded by "
             f"the lines of a mesh of {n_faces:.0f} faces with {np.count_nonzero(field.indices)} singular points, as "
             "they are for slightly different numbers of faces",
-            "ask for more faces, or smooth the surface",
+            "lay open lines where a boundary is aligned, ask for more faces, or smooth the surface",
             elements=least.tolist(),
             value=float(len(least)),
             bound=0.0,

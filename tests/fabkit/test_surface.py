@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import ezdxf
 import numpy as np
@@ -19,7 +20,9 @@ from fabkit.kinds import PANEL
 from fabkit.project import project_from
 from geometry import Surface, boundary_lengths, read_mesh, write_mesh
 from geometry.arrays import FloatArray
+from geometry.errors import FoldedError
 from geometry.mesh import Mesh
+from geometry.remeshing import RemeshedSurface, remesh, study_networks
 from tests.geometry.design_surfaces import ball, chart, disc
 from tests.geometry.topologies import together
 
@@ -85,6 +88,28 @@ def test_a_project_file_says_the_same(roof: Path) -> None:
     assert lengths["p5"] < lengths["median"] < lengths["p95"]
     assert manifest["settings"]["surface"]["finer_where_curved"] == 2
     assert manifest["settings"]["surface"]["strokes"] == "strokes.obj"  # and nothing of where it is
+
+
+def test_a_network_that_folds_with_finer_faces_is_passed_over(roof: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    trials = study_networks(
+        Surface(read_mesh(roof).near_zero().mesh), maps=[np.eye(3), np.diag([1, 1, 0.5])], n_faces=60
+    )
+    assert all(trial.pair is not None for trial in trials)
+    tried: list[FloatArray] = []
+
+    def folds_first(surface: Surface, **options: Any) -> RemeshedSurface:
+        tried.append(options["affine"])
+        if len(tried) == 1:
+            raise FoldedError("face 3 folded over", "lay it otherwise", elements=[3], value=-1, bound=0)
+        return remesh(surface, **options)
+
+    monkeypatch.setattr("fabkit.surface.study_networks", lambda *_, **__: trials)
+    monkeypatch.setattr("fabkit.surface.remesh", folds_first)
+    done = run("mesh", roof, "--faces", 100, "--lines", "conjugate", "-o", "mesh.obj")
+    assert done.exit_code == 0, done.output
+    assert "face 3 folded over" in " ".join(done.stdout.split())
+    assert np.array_equal(tried[0], trials[0].affine)
+    assert np.array_equal(tried[1], trials[1].affine)
 
 
 def test_inspect_judges_what_a_build_would_make(roof: Path) -> None:
