@@ -5,6 +5,7 @@ from fabkit.formats.exact_surfaces import exact_surface
 from fabkit.formats.folder import check_replaceable, whole_folder
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.kernels import to_build123d, to_cadquery
+from fabkit.formats.legend_table import legend
 from fabkit.formats.manifest import write_manifest
 from fabkit.formats.shape_files import EXACT_SUFFIXES
 from fabkit.formats.single_files import whole_file
@@ -16,6 +17,7 @@ __all__ = [
     "check_replaceable",
     "exact_surface",
     "glb_bytes",
+    "legend",
     "to_build123d",
     "to_cadquery",
     "whole_file",

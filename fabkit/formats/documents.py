@@ -10,6 +10,7 @@ import numpy as np
 from fabkit.document_rules import DocumentRules
 from fabkit.formats.drawings import write_dxf
 from fabkit.formats.gltf import glb_bytes
+from fabkit.formats.legend_table import legend
 from fabkit.formats.report import report_html
 from fabkit.formats.step import write_part_steps, write_step
 from fabkit.formats.tables import write_csv
@@ -21,7 +22,6 @@ from fabkit.production import (
     Summary,
     build_facts,
     cut_list,
-    legend,
     panel_drawings,
     piece_tables,
     sheet_drawings,

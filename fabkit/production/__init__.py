@@ -14,7 +14,6 @@ from fabkit.production.facts import (
     Fact,
     build_facts,
 )
-from fabkit.production.legend_table import legend
 from fabkit.production.loose_panels import panels_from_outlines
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
 from fabkit.production.nests import Nest, Sheet
@@ -58,7 +57,6 @@ __all__ = [
     "build_facts",
     "cut_list",
     "irregular_vertices",
-    "legend",
     "nest_panels",
     "panel_drawings",
     "panels_from_outlines",

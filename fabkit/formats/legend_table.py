@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fabkit.production.cut_lists import Table
+from fabkit.production import Table
 
 __all__ = ["legend"]
 
@@ -47,7 +47,7 @@ _ROWS = (
 def legend() -> Table:
     """What signs, ends, frames and units in the tables mean.
 
-    >>> from fabkit.production import legend
+    >>> from fabkit.formats import legend
     >>> table = legend()
     >>> table.columns, table.rows[0][0]
     (('Sign', 'Meaning'), 'Units')
