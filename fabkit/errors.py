@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from geometry.errors import GeometryError, MeshFileError
 
-__all__ = ["DetailingError", "FabkitError", "NestingError", "OutputError", "ProjectError", "error_sentence"]
+__all__ = [
+    "DetailingError",
+    "FabkitError",
+    "FolderError",
+    "NestingError",
+    "OutputError",
+    "ProjectError",
+    "error_sentence",
+]
 
 
 class FabkitError(ValueError):
@@ -29,6 +37,10 @@ class DetailingError(FabkitError):
 
 class NestingError(FabkitError):
     """A panel does not fit on a sheet, or a nest violates gaps or borders."""
+
+
+class FolderError(FabkitError):
+    """A finished folder, or a file in it, is not as fabkit writes it."""
 
 
 class OutputError(FabkitError):

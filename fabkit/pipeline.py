@@ -12,7 +12,7 @@ from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
-from fabkit.fitness.parts import block_heights, mitres_of, sheets, underside
+from fabkit.fitness.parts import block_heights, mitres_of, sheets, slots, uncovered, underside
 from fabkit.formats import EXACT_SUFFIXES, whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
@@ -91,7 +91,8 @@ def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path
 
 
 def _write(folder: Path, built: Built, stages: Stages) -> None:
-    write_documents(folder, built.structure.pair, built.assembly, built.nest, built.summary, stages)
+    rules = built.project.document_rules
+    write_documents(folder, built.structure.pair, built.assembly, built.nest, built.summary, stages, rules)
     write_manifest(folder, manifest_of(built), built.facts.all)
 
 
@@ -196,6 +197,8 @@ def _unusual_parts(
     found = (
         mitres_of(assembly.of(BEAM), rules),
         block_heights(nodes, height, rules),
+        slots(nodes, rules) if project.connection.kind in ("welded", "hub") else None,
+        uncovered(nodes, rules),
         underside(detailed.needed_mm, marks, height, rules) if is_raised_by_blocks else None,
         sheets(faces, of_panels, "refused" if is_refused else "note"),
     )

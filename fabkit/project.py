@@ -11,6 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, GetPydanticSchema, ValidationError, field_validator, model_validator
 from pydantic_core import core_schema
 
+from fabkit.document_rules import (
+    DOCUMENTS,
+    Document,
+    DocumentRules,
+    DrawingRules,
+    StepRules,
+    TableRules,
+    TitleBlock,
+)
 from fabkit.errors import ProjectError
 from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GaussImageRules
@@ -89,6 +98,7 @@ class Project(BaseModel):
     in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
     between coordinates of parts that share a mark; parts may be misplaced by up to this tolerance. fitness: bounds from
     which a finding is noted or refused; accept: names of findings to accept instead of refusing them.
+    documents: what is written; title_block, tables, drawings and step: how, see `DocumentRules`.
 
     >>> from geometry.mesh.shapes import dome
     >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})
@@ -119,6 +129,11 @@ class Project(BaseModel):
     panels: PanelRules = Field(default_factory=PanelRules)
     sheets: SheetRules = Field(default_factory=SheetRules)
     densities_kg_m3: dict[str, Positive] = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
+    documents: tuple[Document, ...] = DOCUMENTS
+    title_block: TitleBlock = Field(default_factory=TitleBlock)
+    tables: TableRules = Field(default_factory=TableRules)
+    drawings: DrawingRules = Field(default_factory=DrawingRules)
+    step: StepRules = Field(default_factory=StepRules)
 
     if not TYPE_CHECKING:  # type checkers read the keywords from the fields
 
@@ -169,11 +184,22 @@ class Project(BaseModel):
                 "[planarise] says nothing: take one of the two out"
             )
         _rules_of(self)  # they check each other
+        _ = self.document_rules
         return self
 
     @property
     def rules(self) -> DetailingRules:
         return _rules_of(self)
+
+    @property
+    def document_rules(self) -> DocumentRules:
+        return DocumentRules(
+            documents=self.documents,
+            title_block=self.title_block,
+            tables=self.tables,
+            drawings=self.drawings,
+            step=self.step,
+        )
 
     @property
     def title(self) -> str:

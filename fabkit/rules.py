@@ -33,6 +33,10 @@ LARGEST_LENGTH_MM = 1e9
 """Largest length in mm that a project may state: a thousand kilometres, far below the
 lengths whose products overflow."""
 
+LEAST_HAND_HOLE_LENGTH_MM = 300.0
+"""Minimum length in mm of a bolted beam between its two cuts: a hand hole, and as much again to its ends as it takes
+up."""
+
 Positive = Annotated[float, Field(gt=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
 Level = Annotated[float, Field(ge=-LARGEST_LENGTH_MM, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
@@ -145,6 +149,11 @@ class ConnectionRules:
         return BoltGroup.of(self.bolts)
 
     @property
+    def end_distance_mm(self) -> float:
+        """Distance of the end of a beam from its facet: the gap, and the end plate of a bolted beam."""
+        return self.gap_mm + (self.plate_mm if self.kind == "bolted" else 0.0)
+
+    @property
     def has_dowel(self) -> bool:
         """Whether a dowel keeps the beam from turning about a single bolt."""
         return self.kind == "bolted" and self.group.count == 1
@@ -248,6 +257,12 @@ class DetailingRules:
     panels: PanelRules = field(default_factory=PanelRules)
     sheets: SheetRules = field(default_factory=SheetRules)
     densities_kg_m3: dict[str, Positive] = field(default_factory=lambda: {"steel": 7850.0, "glass": 2500.0})
+
+    @property
+    def least_length_mm(self) -> float:
+        """Minimum length of a beam between its two cuts; one that is bolted has a hand hole."""
+        least = self.beams.least_length_mm
+        return max(least, LEAST_HAND_HOLE_LENGTH_MM) if self.connection.kind == "bolted" else least
 
     @model_validator(mode="after")
     def _connection_fits(self) -> DetailingRules:

@@ -22,11 +22,13 @@ from geometry.exact_offsets import (
 )
 from geometry.files import MeshFile, read_mesh, read_mesh_pair, write_mesh
 from geometry.gauss import (
+    JoinedPair,
     Pair,
     SupportStructure,
     approximate_pair,
     edge_distances,
     face_distances,
+    join_pairs,
     nearest_parallel_pair,
     node_axes,
     parallel_from_axes,
@@ -53,6 +55,7 @@ __all__ = [
     "FoldedError",
     "GeometryError",
     "Guides",
+    "JoinedPair",
     "KoebePolyhedron",
     "LaguerreTransformation",
     "LaidMesh",
@@ -91,6 +94,7 @@ __all__ = [
     "face_distances",
     "face_offset_pair",
     "height_trade_off",
+    "join_pairs",
     "koebe",
     "lay_quads",
     "make_circular",

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from fabkit.checking.convex import Pieces, convex_pieces, depths, is_splittable
+from fabkit.checking.bores import Bores, outside_bores
+from fabkit.checking.convex import convex_pieces, is_splittable
 from fabkit.checking.positions import Positions
+from fabkit.checking.separation import Pieces, depths
 from fabkit.errors import DetailingError
 from fabkit.parts import Assembly, Part, SolidArray
 from geometry.arrays import FloatArray, IntArray
@@ -24,9 +26,10 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
     """All pairs of parts that overlap by more than `depth_mm`, with the depth of the overlap in mm.
 
     The depth is the shortest displacement that separates the two parts; where a part is not convex, the largest such
-    depth over its convex pieces. The solids must be valid (`violations` reports those that are not). Pairs are in the
-    order of `assembly.parts()`. Raises DetailingError where a solid is neither convex nor a prism over a simple
-    polygon.
+    depth over its convex pieces; of a round bar it may be too large. A round bar in a bore, such as a bolt, shares no
+    volume with the part that is bored. The solids must be valid (`violations` reports those that are not). Pairs are in
+    the order of `assembly.parts()`. Raises DetailingError where a solid has no convex pieces and is neither convex nor
+    a prism over a simple polygon.
 
     >>> import numpy as np
     >>> from dataclasses import replace
@@ -45,7 +48,8 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
             part = positions[position]
             raise DetailingError(
                 f"{part.kind.name} {part.mark} ({part.kind.element} {part.element}, counted from 0) is neither "
-                "convex nor a prism over a simple polygon, so its clashes cannot be found; build it as a prism"
+                "convex nor a prism over a simple polygon, so its clashes cannot be found; build it as a prism, or "
+                "give its topology convex pieces"
             )
     pairs, found = clashing_pairs(batches, depth_mm=depth_mm)
     return [(positions[i], positions[j], d) for (i, j), d in zip(pairs.tolist(), found.tolist(), strict=True)]
@@ -53,7 +57,8 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
 
 def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_MM) -> tuple[IntArray, FloatArray]:
     """(K, 2) positions of all pairs of parts that overlap by more than `depth_mm`, sorted, the lower position first;
-    (K,) depths of the overlaps in mm. All solids must be convex or prisms, see `is_splittable`.
+    (K,) depths of the overlaps in mm. All solids must have convex pieces or be convex or prisms, see `is_splittable`. A
+    round bar in a bore, such as a bolt, shares no volume with the part that is bored.
 
     >>> import numpy as np
     >>> from fabkit.checking import clashing_pairs
@@ -67,7 +72,7 @@ def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_
     shapes = [pieces for batch in batches for pieces in convex_pieces(batch)]
     if not shapes:
         return np.empty((0, 2), dtype=np.int64), np.empty(0)
-    candidates = _candidates(shapes)
+    candidates, bores = _candidates(shapes), Bores.of(batches)
     counts = [len(pieces.parts) for pieces in shapes]
     shape = np.repeat(np.arange(len(shapes)), counts)
     row = np.concatenate([np.arange(count) for count in counts])
@@ -78,16 +83,33 @@ def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_
         first, second = divmod(number, len(shapes))
         pairs = row[candidates[members]]
         found[members] = depths(shapes[first], shapes[second], pairs, touching_mm=depth_mm)
-    deep = found > depth_mm
+        for bars, others, order in ((first, second, [0, 1]), (second, first, [1, 0])):
+            if shapes[bars].half_axes is not None:
+                deep: IntArray = members[found[members] > depth_mm]
+                rows = row[candidates[deep]][:, order]
+                found[deep] = _outside_bores(shapes[bars], shapes[others], rows, found[deep], bores, depth_mm)
+    clashing = found > depth_mm
     parts = np.concatenate([pieces.parts for pieces in shapes])
-    return _deepest(np.sort(parts[candidates[deep]], axis=1), found[deep])
+    return _deepest(np.sort(parts[candidates[clashing]], axis=1), found[clashing])
+
+
+def _outside_bores(
+    bars: Pieces, others: Pieces, pairs: IntArray, found: FloatArray, bores: Bores, depth_mm: float
+) -> FloatArray:
+    """(K,) depths found of pairs (K, 2) of a round bar and a piece of a part, without what is in bores of that part."""
+    one = bars.taken(pairs[:, 0])
+    rest, of, concerned = outside_bores(one, others.parts[pairs[:, 1]], bores, touching_mm=depth_mm)
+    left = found.copy()
+    left[concerned] = 0.0
+    rows = np.stack([np.arange(len(of)), pairs[of, 1]], axis=1)
+    np.maximum.at(left, of, depths(rest, others, rows, touching_mm=depth_mm))
+    return left
 
 
 def _candidates(shapes: Sequence[Pieces]) -> IntArray:
     """(K, 2) pieces of different parts whose axis-aligned boxes meet; pieces are numbered through all shapes."""
     parts = np.concatenate([pieces.parts for pieces in shapes])
-    lower = np.concatenate([pieces.vertices.min(axis=1) for pieces in shapes])
-    upper = np.concatenate([pieces.vertices.max(axis=1) for pieces in shapes])
+    lower, upper = (np.concatenate(corners) for corners in zip(*(pieces.boxes for pieces in shapes), strict=True))
     z, x, y = np.argsort(np.ptp(lower, axis=0))  # the tree is two-dimensional, in the plane of the two longest extents
     boxes = shapely.box(lower[:, x], lower[:, y], upper[:, x], upper[:, y])
     first, second = shapely.STRtree(boxes).query(boxes)

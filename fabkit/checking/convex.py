@@ -1,4 +1,4 @@
-"""Solids as convex pieces, and the depth of overlap of two convex pieces.
+"""Solids as convex pieces: those that they bring with them, or their own.
 
 Two pieces are compared by each face of the one with each corner of the other, and a large plate has many neighbours. So
 prisms over outlines with many corners are cut into triangular prisms even if they are convex.
@@ -6,49 +6,53 @@ prisms over outlines with many corners are cut into triangular prisms even if th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import shapely
 
 from fabkit.checking.convex_pieces import MAX_CORNERS_UNCUT, triangles
-from fabkit.parts import SolidArray, Topology, prism_topology
-from geometry.arrays import BoolArray, FloatArray, IntArray
+from fabkit.checking.separation import PARALLEL_AXES_SINE, Pieces, shafts
+from fabkit.parts import Measures, SolidArray, Topology, prism_topology
+from geometry.arrays import BoolArray, FloatArray
 
-__all__ = ["Pieces", "convex_pieces", "depths", "is_splittable"]
+__all__ = ["convex_pieces", "is_splittable"]
 
 CONVEXITY_TOLERANCE_MM = 1e-6
 """Largest height of a corner above a face plane of its solid, up to which the solid counts as convex, in mm."""
-PARALLEL_AXES_SINE = 1e-10
-"""Sine of the angle below which two directions count as one axis. Over 10 m the overlap is too large by 1e-6 mm at
-most."""
-MAX_PROJECTIONS_IN_MEMORY = 4_000_000
-"""Number of projections held in memory at a time: 32 MB."""
-
-
-@dataclass(frozen=True, eq=False)
-class Pieces:
-    """Convex polyhedra with equally many vertices, in world coordinates.
-
-    parts (Q,): position of the part to which each belongs. vertices (Q, V, 3) in mm; normals (Q, N, 3) and
-    directions (Q, D, 3): unit vectors along all face normals and all edges, parallel ones once.
-    """
-
-    parts: IntArray
-    vertices: FloatArray
-    normals: FloatArray
-    directions: FloatArray
 
 
 def convex_pieces(batch: SolidArray) -> list[Pieces]:
-    """Convex solids with few corners as they are; the others, which must be splittable, as triangular prisms."""
+    """Solids with pieces as those; round bars and convex solids with few corners as they are; all others, which must be
+    splittable, as triangular prisms."""
+    if batch.topology.pieces:
+        return [pieces for own in _own_pieces(batch) for pieces in convex_pieces(own)]
+    if batch.topology.is_convex_shaft:
+        centres = batch.vertices[:, batch.topology.rounds[0, :3:2]]
+        return [shafts(batch.parts, centres, batch.normals, Measures(batch.topology, batch.vertices).radii[:, 0])]
     uncut = _is_uncut(batch)
     return [_pieces(part) for part in (batch[uncut], _triangular_prisms(batch[~uncut])) if len(part.parts)]
 
 
+def _own_pieces(batch: SolidArray) -> list[SolidArray]:
+    """The pieces of the solids, those of one topology together."""
+    found: dict[Topology, list[FloatArray]] = {}
+    for numbers, topology in batch.topology.pieces:
+        found.setdefault(topology, []).append(batch.vertices[:, numbers])
+    return [
+        SolidArray(topology, np.tile(batch.parts, len(vertices)), np.concatenate(vertices))
+        for topology, vertices in found.items()
+    ]
+
+
 def is_splittable(batch: SolidArray) -> BoolArray:
-    """(P,) whether `convex_pieces` can take each solid: it is convex, or a right or oblique prism over a simple
-    polygon."""
+    """(P,) whether `convex_pieces` can take each solid: it has pieces that it can take, or is a round bar, convex, or a
+    right or oblique prism over a simple polygon."""
+    if batch.topology.pieces:
+        every = np.ones(len(batch.parts), dtype=bool)
+        for numbers, topology in batch.topology.pieces:
+            every &= is_splittable(SolidArray(topology, batch.parts, batch.vertices[:, numbers]))
+        return every
+    if batch.topology.is_convex_shaft:
+        return np.asarray(Measures(batch.topology, batch.vertices).shortest_sides[:, 0] > 0)
     result = _is_uncut(batch)
     others = np.flatnonzero(~result)
     n = batch.topology.n_vertices // 2
@@ -64,7 +68,7 @@ def is_splittable(batch: SolidArray) -> BoolArray:
 def _is_uncut(batch: SolidArray) -> BoolArray:
     """(P,) whether each solid is convex and not a prism over an outline with many corners."""
     t = batch.topology
-    if t.n_vertices > 2 * MAX_CORNERS_UNCUT and _is_prism(t):
+    if len(t.rounds) or (t.n_vertices > 2 * MAX_CORNERS_UNCUT and _is_prism(t)):
         return np.zeros(len(batch.parts), dtype=bool)
     is_convex = np.empty(len(batch.parts), dtype=bool)
     done = 0
@@ -82,7 +86,7 @@ def _is_prism(topology: Topology) -> bool:
     if odd or n < 3:
         return False
     prism = prism_topology(n)
-    names = ("corners", "loop_starts", "face_starts")
+    names = ("corners", "loop_starts", "face_starts", "rounds")
     return all(np.array_equal(getattr(topology, name), getattr(prism, name)) for name in names)
 
 
@@ -129,58 +133,3 @@ def _distinct(directions: FloatArray) -> FloatArray:
         if not parallel.any():
             kept.append(k)
     return directions[:, kept]
-
-
-def depths(first: Pieces, second: Pieces, pairs: IntArray, *, touching_mm: float) -> FloatArray:
-    """(K,) depth in mm by which piece pairs[k, 0] of `first` and piece pairs[k, 1] of `second` overlap.
-
-    The depth is the shortest displacement that separates the two, found by the separating axis test: the smallest
-    overlap of their projections onto all face normals and all cross products of two edge directions. It is zero or
-    negative if they share no volume. Where the overlap along a face normal is no larger than `touching_mm`, this
-    overlap is returned without further tests.
-    """
-    result = np.empty(len(pairs))
-    numbers = (first.normals.shape[1] + second.normals.shape[1]) * _n_vertices(first, second)
-    for rows in _chunks(np.arange(len(pairs)), numbers):
-        i, j = pairs[rows].T
-        axes = np.concatenate([first.normals[i], second.normals[j]], axis=1)
-        result[rows] = _overlaps(axes, first.vertices[i], second.vertices[j])
-    numbers = first.directions.shape[1] * second.directions.shape[1] * _n_vertices(first, second)
-    for rows in _chunks(np.flatnonzero(result > touching_mm), numbers):
-        i, j = pairs[rows].T
-        axes = _products(first.directions[i], second.directions[j])
-        result[rows] = np.minimum(result[rows], _overlaps(axes, first.vertices[i], second.vertices[j]))
-    return result
-
-
-def _n_vertices(first: Pieces, second: Pieces) -> int:
-    return int(first.vertices.shape[1] + second.vertices.shape[1])
-
-
-def _chunks(rows: IntArray, numbers: int) -> list[IntArray]:
-    """The rows in batches of at most MAX_PROJECTIONS_IN_MEMORY projections. numbers: of projections in a row."""
-    size = max(1, MAX_PROJECTIONS_IN_MEMORY // numbers)
-    return [rows[start : start + size] for start in range(0, len(rows), size)]
-
-
-def _products(first: FloatArray, second: FloatArray) -> FloatArray:
-    """(K, D1 * D2, 3) unit vectors perpendicular to directions (K, D1, 3) and (K, D2, 3); zero where these are
-    parallel."""
-    perpendicular = np.cross(first[:, :, None, :], second[:, None, :, :]).reshape(len(first), -1, 3)
-    sines = np.linalg.norm(perpendicular, axis=-1, keepdims=True)
-    units: FloatArray = np.divide(
-        perpendicular, sines, out=np.zeros_like(perpendicular), where=sines > PARALLEL_AXES_SINE
-    )
-    return units
-
-
-def _overlaps(axes: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
-    """(K,) smallest overlap of the projections of corners (K, V, 3) and (K, W, 3) onto unit axes (K, A, 3)."""
-    middle = first[:, :1]
-    one = axes @ (first - middle).transpose(0, 2, 1)
-    other = axes @ (second - middle).transpose(0, 2, 1)
-    overlap_above = one.max(axis=-1) - other.min(axis=-1)
-    overlap_below = other.max(axis=-1) - one.min(axis=-1)
-    overlap = np.where(axes.any(axis=-1), np.minimum(overlap_above, overlap_below), np.inf)
-    smallest: FloatArray = overlap.min(axis=-1)
-    return smallest

@@ -8,13 +8,17 @@ import numpy as np
 import shapely
 
 from fabkit.kinds import BeamDetails, NodeDetails
-from fabkit.parts import Parts, SolidArray, Topology
+from fabkit.parts import Measures, Parts, SolidArray, Topology
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["EndFits", "end_fits"]
 
 MAX_FIT_VALUES_IN_MEMORY = 4_000_000
 """Number of values held in memory while beam ends are compared with facets: 32 MB."""
+
+STEEPEST_END_COSINE = 0.1
+"""Cosine of the angle between the normal of a face and the bar's axis, up to which the face is a side: no end is cut at
+84 degrees from square."""
 
 
 SAME_PLANE_MM = 1e-3
@@ -69,16 +73,20 @@ def end_fits(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> EndFits:
 
 def _in_batches(rows: IntArray, topology: Topology) -> list[IntArray]:
     """These rows in batches of at most MAX_FIT_VALUES_IN_MEMORY values, some twenty for each corner of a block."""
-    size = max(1, MAX_FIT_VALUES_IN_MEMORY // (20 * len(topology.corners)))
+    size = max(1, MAX_FIT_VALUES_IN_MEMORY // (20 * max(1, len(topology.corners))))
     return [rows[start : start + size] for start in range(0, len(rows), size)]
 
 
 def _end_faces(bars: SolidArray, along: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Corners (P, 2, m, 3), some of them repeated, and outward normals (P, 2, 3) of the faces at end A and end B: those
-    whose normals point most against, and most along, the bars' x-axes (P, 3)."""
-    normals = bars.normals
+    whose planes cut the line through the middle along the bar's x axis (P, 3) furthest out."""
+    normals, middles = bars.normals, bars.vertices.mean(axis=1, keepdims=True)
     cosines = np.einsum("pfk,pk->pf", normals, along)
-    faces = np.stack([cosines.argmin(axis=1), cosines.argmax(axis=1)], axis=1)
+    levels = np.einsum("pfk,pfk->pf", normals, bars.vertices[:, bars.topology.face_vertex] - middles)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossings = np.where(np.abs(cosines) > STEEPEST_END_COSINE, np.abs(levels / cosines), -np.inf)
+    ends = [np.where(sign * cosines > 0, crossings, -np.inf).argmax(axis=1) for sign in (-1.0, 1.0)]
+    faces = np.stack(ends, axis=1)
     rows = np.arange(len(faces))[:, None]
     corners = _face_corners(bars.topology)[faces]
     return bars.vertices[rows[..., None], corners], normals[rows, faces]
@@ -86,9 +94,11 @@ def _end_faces(bars: SolidArray, along: FloatArray) -> tuple[FloatArray, FloatAr
 
 def _face_corners(topology: Topology) -> IntArray:
     """(F, m) vertices of each face's outer loop, the last one repeated where a face has fewer than m."""
-    loops = topology.first_corner
-    sizes = np.diff(topology.loop_starts)[topology.face_starts[:-1]]
-    corners: IntArray = topology.corners[loops[:, None] + np.minimum(np.arange(sizes.max()), sizes[:, None] - 1)]
+    loops, most = topology.first_corner, int(np.diff(topology.loop_starts).max(initial=1))
+    corners = np.repeat(topology.face_vertex[:, None], most, axis=1)
+    sizes = np.diff(topology.loop_starts)[topology.face_starts[topology.polygonal]]
+    within = np.minimum(np.arange(corners.shape[1]), sizes[:, None] - 1)
+    corners[topology.polygonal] = topology.corners[loops[:, None] + within]
     return corners
 
 
@@ -96,17 +106,19 @@ def _misfits(corners: FloatArray, normals: FloatArray, blocks: SolidArray) -> tu
     """(K,) plane_gap_mm, (K,) overhang_mm and (K,) the facet of end faces with corners (K, m, 3) and normals (K, 3),
     each on the block of its own row."""
     t = blocks.topology
-    starts, facing = t.first_corner, blocks.normals
+    if not len(t.polygonal):
+        return _misfits_on_tubes(corners, normals, blocks)
+    starts, facing = t.first_corner, np.ascontiguousarray(blocks.normals[:, t.polygonal])
     here, following = blocks.vertices[:, t.corners], blocks.vertices[:, t.corners[t.next_corner]]
     gaps = np.abs(_levels(facing, here[:, starts], corners)).max(axis=-1)
-    outward = np.cross(following - here, facing[:, t.corner_face])
+    outward = np.cross(following - here, blocks.normals[:, t.corner_face])
     outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
     overhangs = np.maximum.reduceat(_levels(outward, here, corners).max(axis=-1), starts, axis=1)
     misfit = np.where(gaps > SAME_PLANE_MM, gaps, 0.0) + SAME_PLANE_MM * np.maximum(overhangs, 0.0)
     misfit[np.einsum("kfj,kj->kf", facing, normals) >= 0] = np.inf
     rows, best = np.arange(len(misfit)), misfit.argmin(axis=1)
     none = np.isinf(misfit[rows, best])
-    return np.where(none, np.inf, gaps[rows, best]), np.where(none, np.inf, overhangs[rows, best]), best
+    return np.where(none, np.inf, gaps[rows, best]), np.where(none, np.inf, overhangs[rows, best]), t.polygonal[best]
 
 
 def _uncovered_percent(
@@ -114,7 +126,7 @@ def _uncovered_percent(
 ) -> FloatArray:
     """(K,) percentage of the area of each end face outside its facet, both projected along the normal of the end."""
     found = np.zeros(len(corners))
-    over = np.flatnonzero((overhangs > 0) & np.isfinite(overhangs))
+    over = np.flatnonzero((overhangs > 0) & np.isfinite(overhangs) & (facets >= 0))
     if not len(over):
         return found
     along = corners[over, 1] - corners[over, 0]
@@ -125,6 +137,26 @@ def _uncovered_percent(
     areas = shapely.area(ends)
     found[over] = 100 * (areas - shapely.area(shapely.intersection(ends, faces))) / areas
     return found
+
+
+def _misfits_on_tubes(
+    corners: FloatArray, normals: FloatArray, tubes: SolidArray
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """The same on tubes, -1 for the facet: an end face must lie in a plane that touches the tube, over its line of
+    contact, and within its length."""
+    measures = Measures(tubes.topology, tubes.vertices)
+    from_axis = corners - tubes.vertices[:, None, tubes.topology.rounds[0, 0]]
+    axis, radius, length = (
+        np.moveaxis(measures.round_axes[:, :, 0], 0, 1),
+        measures.radii[:, :1],
+        measures.lengths[:, :1],
+    )
+    gaps = np.abs(np.einsum("kmj,kj->km", from_axis, -normals) - radius).max(axis=1)
+    along = np.einsum("kmj,kj->km", from_axis, axis)
+    across = np.einsum("kmj,kj->km", from_axis, np.cross(axis, normals))
+    past_contact = np.maximum(across.min(axis=1), -across.max(axis=1))
+    overhangs = np.maximum(np.maximum(-along, along - length).max(axis=1), past_contact)
+    return gaps, overhangs, np.full(len(corners), -1)
 
 
 def _levels(normals: FloatArray, anchors: FloatArray, points: FloatArray) -> FloatArray:

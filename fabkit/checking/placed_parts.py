@@ -10,15 +10,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabkit.checking.access import tool_volumes
+from fabkit.checking.bore_distances import drilling_faults
 from fabkit.checking.clash import clashing_pairs
-from fabkit.checking.convex import is_splittable
 from fabkit.checking.fit import end_fits
 from fabkit.checking.links import ElementVertices, unlinked_ends, unlinked_facets
 from fabkit.checking.positions import Positions
+from fabkit.checking.solid_rules import solid_rules
 from fabkit.errors import DetailingError
-from fabkit.kinds import BEAM, NODE, PANEL
-from fabkit.parts import Assembly, Measures, Part, SolidArray
-from geometry.arrays import BoolArray, FloatArray
+from fabkit.kinds import BEAM, BOLT, NODE, PANEL
+from fabkit.parts import Assembly, Part, SolidArray
 
 __all__ = ["Violation", "check_fit", "violations", "violations_sentence"]
 
@@ -33,8 +34,6 @@ UNCOVERED_TOLERANCE_PERCENT = 1e-4
 its area. On ends of 100 mm it is a strip of 1e-4 mm, above rounding of clipped polygons."""
 LARGEST_TWIST_DEG = 1e-6
 """Largest twist of a beam, in degrees."""
-ORTHONORMALITY_TOLERANCE = 1e-10
-"""Largest entry of axes axes^T - 1 for the axes of a placement. Over 10 m it moves a point by 1e-6 mm, as FIT_MM."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +125,7 @@ def violations(
     - Each beam has a node at both ends, and each facet of a node has its beam.
     - Each end face of a beam lies, moved by its gap, on a facet of its node that faces it, to `fit_mm`, and inside that
       facet but for the share that the node says is uncovered.
+    - Bores keep edge distances, pitches and walls; sockets over the heads of bolts have room.
     - No two parts overlap by more than `fit_mm`.
 
     >>> from fabkit import Project, design
@@ -150,6 +150,7 @@ def violations(
         *_twisted(assembly, twist_deg, name),
         *_unlinked(assembly, name),
         *_misfitting_ends(positions.where(is_valid), fit_mm, name),
+        *_badly_drilled(positions, valid, name),
         *_clashing(positions, [batch for batch in valid if len(batch.parts)], fit_mm, name),
     )
 
@@ -172,21 +173,11 @@ def _concerned(*parts: Part) -> tuple[tuple[str, int], ...]:
 
 
 def _twice(assembly: Assembly) -> Iterator[Violation]:
-    for group in assembly.groups:
+    for group in (each for each in assembly.groups if each.kind.one_per_element):
         elements, counts = np.unique(group.elements, return_counts=True)
         for element, count in zip(elements[counts > 1].tolist(), counts[counts > 1].tolist(), strict=True):
             finding = f"{group.kind.element} {element} has {count} {group.kind.group}, allowed 1"
             yield Violation(finding, "make each part once", ((group.kind.name, element),))
-
-
-@dataclass(frozen=True, eq=False)
-class _Rule:
-    """A check of solids. values (P,); holds (P,): whether each passes; words: the finding about one that does not."""
-
-    values: FloatArray
-    holds: BoolArray
-    words: str
-    cure: str
 
 
 def _invalid_solids(
@@ -201,68 +192,13 @@ def _invalid_solids(
     for batch in (few for whole in every for few in whole.in_batches()):
         passed = np.ones(len(batch.parts), dtype=bool)
         with np.errstate(invalid="ignore", divide="ignore"):  # a value that is not a number fails the check
-            rules = _solid_rules(axes[batch.parts], batch, fit_mm, shortest_edge_mm)
+            rules = solid_rules(axes[batch.parts], batch, fit_mm, shortest_edge_mm)
         for rule in rules:
             for k in np.flatnonzero(passed & ~rule.holds).tolist():
                 position = int(batch.parts[k])
                 finding = f"{name(positions[position])} {rule.words.format(rule.values[k])}"
                 yield position, Violation(finding, rule.cure, _concerned(positions[position]))
             passed &= rule.holds
-
-
-def _solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_edge_mm: float) -> list[_Rule]:
-    """The rules in their order; each is only meaningful for solids that pass all rules before it."""
-    skew = np.abs(axes @ axes.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-    measures = Measures(batch.topology, batch.vertices)
-    volume = measures.volumes
-    tail, head = batch.topology.edges.T
-    edges = np.linalg.norm(batch.vertices[:, head] - batch.vertices[:, tail], axis=-1)
-    shortest = np.concatenate([edges, measures.shortest_sides, measures.radii], axis=1).min(axis=1)
-    bulge = _bulges(measures)
-    measured = (skew <= ORTHONORMALITY_TOLERANCE) & (volume > 0) & (shortest >= shortest_edge_mm) & (bulge <= fit_mm)
-    splittable = measured.copy()
-    splittable[measured] = is_splittable(batch[measured])
-    return [
-        _Rule(
-            skew,
-            skew <= ORTHONORMALITY_TOLERANCE,
-            f"has axes that are {{:.3g}} from orthonormal, allowed {ORTHONORMALITY_TOLERANCE:g}",
-            "give each part's placement unit axes at right angles",
-        ),
-        _Rule(
-            volume,
-            volume > 0,
-            "has a volume of {:.6g} mm3, which must be positive",
-            "it is inside out or empty: make the edges of the mesh longer, or section, setbacks and joints smaller, or "
-            "leave it out",
-        ),
-        _Rule(
-            shortest,
-            shortest >= shortest_edge_mm,
-            f"has an edge of {{:.3g}} mm, allowed {shortest_edge_mm:g} mm and more",
-            "change the clearance or the joint a little, so that its corners are further apart",
-        ),
-        _Rule(
-            bulge,
-            bulge <= fit_mm,
-            f"has a face that is off its plane by {{:.3g}} mm, allowed {fit_mm:g} mm",
-            "planarise the mesh first",
-        ),
-        _Rule(
-            volume,
-            splittable,
-            "is neither convex nor a prism whose outline does not cross itself",
-            "widen the angles between its edges, or leave it out",
-        ),
-    ]
-
-
-def _bulges(of: Measures) -> FloatArray:
-    """(P,) largest distance of a corner from the middle plane of its face, or of the edge of a round from its face."""
-    levels = np.einsum("pck,kpc->pc", of.normals[:, of.topology.corner_face], of.from_apex)
-    highest, lowest = (of.topology.by_face(function, levels, empty=0.0) for function in (np.maximum, np.minimum))
-    bulges: FloatArray = np.maximum((highest - lowest).max(axis=1) / 2, of.round_misfits.max(axis=1, initial=0.0))
-    return bulges
 
 
 def _twisted(assembly: Assembly, twist_deg: float, name: Name) -> Iterator[Violation]:
@@ -307,8 +243,24 @@ def _misfitting_ends(valid: Assembly, fit_mm: float, name: Name) -> Iterator[Vio
         yield Violation(f"{finding}, allowed {fit_mm:g} mm", cure, _concerned(beam, node))
 
 
+def _badly_drilled(positions: Positions, valid: list[SolidArray], name: Name) -> Iterator[Violation]:
+    for batch in valid:
+        for row, words, cure in drilling_faults(batch):
+            part = positions[int(batch.parts[row])]
+            yield Violation(f"{name(part)} {words}", cure, _concerned(part))
+
+
 def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name: Name) -> Iterator[Violation]:
-    pairs, depths = clashing_pairs(valid, depth_mm=fit_mm)
+    tools = tool_volumes(positions.assembly, len(positions))
+    pairs, depths = clashing_pairs([*valid, tools] if len(tools.parts) else valid, depth_mm=fit_mm)
+    of_tools = (pairs >= len(positions)).sum(axis=1)
+    for (i, j), depth in zip(pairs[of_tools == 1].tolist(), depths[of_tools == 1].tolist(), strict=True):
+        bolt = positions.first(BOLT) + j - len(positions)
+        if i != bolt:
+            finding = f"the socket for {name(positions[bolt])} would be {depth:.3g} mm inside {name(positions[i])}"
+            cure = "take smaller bolts, a larger section or another kind of connection"
+            yield Violation(finding, cure, _concerned(positions[bolt], positions[i]))
+    pairs, depths = pairs[of_tools == 0], depths[of_tools == 0]
     if not len(pairs):
         return
     vertices = ElementVertices(positions.assembly)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from fabkit.parts import Assembly, Part, SolidArray
+from fabkit.parts import Assembly, Kind, Part, SolidArray
 from geometry.arrays import BoolArray, IntArray, integers
 
 __all__ = ["Positions"]
@@ -23,6 +24,10 @@ class Positions:
     def starts(self) -> IntArray:
         """(G+1,): group g has the positions starts[g] .. starts[g+1] - 1."""
         return integers(np.cumsum([0, *(len(group) for group in self.assembly.groups)]))
+
+    def first(self, kind: Kind[Any]) -> int:
+        """The position of the first part of a kind."""
+        return int(self.starts[[group.kind for group in self.assembly.groups].index(kind)])
 
     def __len__(self) -> int:
         return int(self.starts[-1])

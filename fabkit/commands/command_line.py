@@ -14,8 +14,10 @@ from fabkit.commands.options import (
     Accept,
     Beam,
     BoundaryLines,
+    ByteOrderMark,
     Clearance,
     Connection,
+    DecimalSign,
     EdgeLength,
     EqualWithin,
     Faces,
@@ -31,6 +33,7 @@ from fabkit.commands.options import (
     Optimise,
     Reference,
     SectionOfBeams,
+    Separator,
     Sheet,
     SkipUnbuildable,
     Smooth,
@@ -88,6 +91,9 @@ def build_command(
     nest: NestMode = None,
     nest_seconds: NestSeconds = None,
     equal_within: EqualWithin = None,
+    separator: Separator = None,
+    decimal: DecimalSign = None,
+    bom: ByteOrderMark = False,
     accept: Accept = None,
     skip_unbuildable: SkipUnbuildable = False,
     force: Annotated[
@@ -131,6 +137,9 @@ def build_command(
             sheet=sheet,
             nest=nest,
             nest_seconds=nest_seconds,
+            separator=separator,
+            decimal=decimal,
+            bom=bom,
         )
         build_and_print(mesh, settings, force=force)
 

@@ -17,8 +17,10 @@ __all__ = [
     "Accept",
     "Beam",
     "BoundaryLines",
+    "ByteOrderMark",
     "Clearance",
     "Connection",
+    "DecimalSign",
     "EdgeLength",
     "EqualWithin",
     "Faces",
@@ -33,6 +35,7 @@ __all__ = [
     "Optimise",
     "Reference",
     "SectionOfBeams",
+    "Separator",
     "Sheet",
     "SkipUnbuildable",
     "Smooth",
@@ -46,6 +49,7 @@ __all__ = [
 ]
 
 SIZES, SHOP, RUN, SURFACE = "Sizes (mm)", "Shop", "Run", "Mesh on a design surface"
+FILES = "Files"
 
 MeshPath = Annotated[
     Path,
@@ -173,6 +177,18 @@ NestMode = Annotated[
 NestSeconds = Annotated[
     float | None, typer.Option(help="Time limit of --nest best, in s. Default: 60.", rich_help_panel=SHOP)
 ]
+Separator = Annotated[
+    str | None,
+    typer.Option(metavar="SIGN", help="Between cells of CSV files: , ; tab or |. Default: ,", rich_help_panel=FILES),
+]
+DecimalSign = Annotated[
+    str | None,
+    typer.Option("--decimal", metavar="SIGN", help="Decimal sign in CSV files, . or ,", rich_help_panel=FILES),
+]
+ByteOrderMark = Annotated[
+    bool,
+    typer.Option("--bom", help="Begin CSV files with a byte order mark, as Excel needs it.", rich_help_panel=FILES),
+]
 EqualWithin = Annotated[
     float | None,
     typer.Option(
@@ -221,6 +237,9 @@ def settings_of(
     finer_where_curved: float | None = None,
     smooth: float | None = None,
     optimise: str | None = None,
+    separator: str | None = None,
+    decimal: str | None = None,
+    bom: bool = False,
     **whole: Any,
 ) -> dict[str, Any]:
     """The options that were given, nested as in a project file; whole: keys of the file's first level."""
@@ -234,6 +253,7 @@ def settings_of(
             "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
             "nesting": {"mode": nest, "seconds": nest_seconds},
             "optimise": {"targets": optimise},
+            "tables": {"separator": separator, "decimal": decimal, "bom": bom or None},
             "surface": {
                 "faces": faces,
                 "edge_length_mm": edge_length,

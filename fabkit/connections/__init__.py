@@ -7,7 +7,7 @@ from fabkit.connections.bores import (
     LEAST_PITCH_RATIO,
     LEAST_WALL_MM,
     bored_setbacks,
-    largest_reach,
+    largest_inclination,
     slot_setbacks,
 )
 from fabkit.connections.tubes import TUBE_DIAMETERS_MM, least_radius_for_end, next_tube
@@ -21,7 +21,7 @@ __all__ = [
     "BoltGroup",
     "BoltSize",
     "bored_setbacks",
-    "largest_reach",
+    "largest_inclination",
     "least_radius_for_end",
     "next_tube",
     "slot_setbacks",

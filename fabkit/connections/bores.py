@@ -16,7 +16,7 @@ __all__ = [
     "LEAST_PITCH_RATIO",
     "LEAST_WALL_MM",
     "bored_setbacks",
-    "largest_reach",
+    "largest_inclination",
     "slot_setbacks",
 ]
 
@@ -59,19 +59,16 @@ def bored_setbacks(gaps: FloatArray, diameter: float, depth: float, *, axial_mm:
     return depth + np.maximum(between, axial)
 
 
-def largest_reach(
-    inclinations: FloatArray, clear_height: float, offset: float, tool_radius: float, tool_length: float
-) -> FloatArray:
-    """Room in mm beside a tool on a bolt inside a hollow section, negative where it does not go in.
+def largest_inclination(clear_height: float, offset: float, tool_radius: float, tool_length: float) -> float:
+    """Largest inclination in radians of a beam in which a tool reaches a bolt; negative where it never does.
 
-    The bolt is along the normal of the facet, so that the tool leans against the beam's axis by the inclination (any
-    shape, in radians). clear_height: of the hollow inside; offset: of the bolt from the middle of the end plate.
+    The bolt is along the normal of the facet, so that the tool leans against the axis of the hollow section by the
+    inclination i: offset cos i + length sin i + radius must fit into half of clear_height. offset: of the bolt from the
+    middle of the end plate.
 
-    >>> from fabkit.connections import largest_reach
-    >>> rooms = largest_reach(np.radians([0, 8, 22, 23]), 110.0, 0.0, 23.0, 85.0)
-    >>> (rooms >= 0).tolist()
-    [True, True, True, False]
+    >>> from fabkit.connections import largest_inclination
+    >>> round(np.degrees(largest_inclination(110.0, 0.0, 23.0, 85.0)).item(), 1)
+    22.1
     """
-    aside = abs(offset) * np.cos(inclinations) + tool_length * np.sin(np.abs(inclinations))
-    room: FloatArray = clear_height / 2 - aside - tool_radius
-    return room
+    aside = min((clear_height / 2 - tool_radius) / np.hypot(offset, tool_length), 1.0)
+    return float(np.arcsin(aside) - np.arctan2(abs(offset), tool_length)) if aside >= 0 else -1.0

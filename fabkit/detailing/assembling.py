@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from fabkit.checking import Violation, panels_crossing_support_planes, violations, violations_sentence
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
+from fabkit.detailing.bolted import bolted_nodes, fasteners
 from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.hubs import caps, on_tubes
 from fabkit.detailing.joining import not_joinable
 from fabkit.detailing.nodes import make_nodes
 from fabkit.detailing.panel_levels import PanelLevels, panel_levels, underside_reason, unfit_panels
@@ -18,7 +21,7 @@ from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
 from fabkit.fitness.shape import tilt
 from fabkit.kinds import PANEL
-from fabkit.parts import Assembly, LeftOut, Material
+from fabkit.parts import Assembly, LeftOut, Material, Parts
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray
 from geometry.gauss import Pair, SupportStructure
@@ -78,7 +81,7 @@ def detail(
         found = plan.panels_crossing_support_planes(detailed.assembly) + violations(detailed.assembly, have_marks=False)
         if not found:
             return detailed
-        plan.leave_out_violating(found)
+        plan.leave_out_violating(found, detailed.assembly)
 
 
 @dataclass
@@ -113,21 +116,33 @@ class _Plan:
             self.structure = _lowered(self.given, levels.depth)
         with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
         edges, faces = np.flatnonzero(self.beams), np.flatnonzero(self.panels)
-        groups = (
-            make_beams(self.structure, ends, beams, edges, self.rules.beams, self._material("beams")),
+        groups: tuple[Parts[Any], ...] = (
+            make_beams(self.structure, ends, beams, edges, self.rules, self._material("beams")),
             make_nodes(self.structure, ends, levels.nodes, with_beams, self.rules.beams, self._material("nodes")),
             make_panels(self.structure, levels.shapes, faces, self.rules.panels, self._material("panels")),
         )
+        groups = self._joined(ends, groups)
         assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
         needed = np.zeros(self.structure.mesh.n_vertices)
         np.maximum.at(needed, self.structure.mesh.combinatorics.corners, levels.of_blocks)
         underside = float(levels.shapes.underside[self.panels].min(initial=np.inf))
         return Detailed(assembly, underside, needed, underside_reason(self.structure, levels, self.rules))
 
+    def _joined(self, ends: Ends, groups: tuple[Parts[Any], ...]) -> tuple[Parts[Any], ...]:
+        """The beams, nodes and panels, the nodes as the connection needs them, and the parts that it adds."""
+        (beams, nodes, panels), kind = groups, self.rules.connection.kind
+        if kind == "bolted":
+            added = fasteners(self.structure, ends, self.rules, self._material("nodes"))
+            return (beams, bolted_nodes(nodes, ends, self.rules), panels, *added)
+        if kind == "hub":
+            tubes = on_tubes(nodes, ends, self.rules)
+            return beams, tubes, panels, caps(tubes, self.rules.connection, self._material("nodes"))
+        return groups
+
     # --- beams and nodes
 
     def _fit_beams(self) -> tuple[Ends, BeamShapes]:
-        min_length = self.rules.beams.least_length_mm
+        min_length = self.rules.least_length_mm
         while True:
             ends = beam_ends(self.structure, self.beams, self.rules)
             if reasons := not_joinable(self.structure.mesh, ends, self.rules):
@@ -150,7 +165,7 @@ class _Plan:
             f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
             f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
             f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
-            f"{self.rules.beams.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
+            f"{self.rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
             f"{angle:.1f} degrees apart; counted from 0)"
         )
 
@@ -184,17 +199,18 @@ class _Plan:
             for face in faces.tolist()
         )
 
-    def leave_out_violating(self, found: tuple[Violation, ...]) -> None:
+    def leave_out_violating(self, found: tuple[Violation, ...], assembly: Assembly) -> None:
         """Leave out the panels of each violation, or its beams if it concerns no panel. Raises DetailingError if
         nothing may be left out."""
+        element_of = {group.kind.name: group.kind.element for group in assembly.groups}
         beams: dict[int, str] = {}
         panels: dict[int, str] = {}
         for violation in found:
-            of_kind = {kind: [e for k, e in violation.parts if k == kind] for kind in ("beam", "node", "panel")}
-            if of_kind["panel"]:
-                panels |= {face: _because("panel on face", face, violation) for face in of_kind["panel"]}
+            at = {what: [e for k, e in violation.parts if element_of[k] == what] for what in ("face", "edge", "vertex")}
+            if at["face"]:
+                panels |= {face: _because("panel on face", face, violation) for face in at["face"]}
             else:
-                edges = of_kind["beam"] or self._beams_at(of_kind["node"])
+                edges = at["edge"] or self._beams_at(at["vertex"])
                 beams |= {edge: _because("beam on edge", edge, violation) for edge in edges}
         if not self.skip_unbuildable or not (beams or panels):
             raise DetailingError(violations_sentence(found))

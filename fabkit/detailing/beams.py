@@ -6,15 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fabkit.detailing.bars import bar_solids, cut_planes, stepped_tees, with_hand_holes
 from fabkit.detailing.ends import Ends
 from fabkit.kinds import BEAM, BeamDetails
-from fabkit.parts import Material, Parts, Solids, prism_topology
-from fabkit.rules import BeamRules
+from fabkit.parts import Material, Parts, Solids
+from fabkit.rules import BeamRules, DetailingRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh
 
-__all__ = ["BeamShapes", "beam_shapes", "dihedral_angles", "height_range", "make_beams"]
+__all__ = ["BeamShapes", "beam_shapes", "dihedral_angles", "end_levels", "height_range", "make_beams"]
 
 
 def height_range(rules: BeamRules) -> tuple[float, float]:
@@ -61,6 +62,12 @@ def beam_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> Be
     return BeamShapes(corners)
 
 
+def end_levels(ends: Ends, rules: BeamRules) -> FloatArray:
+    """(2E,) levels of the middles of the beams' end faces along the node axes, in mm."""
+    middle = sum(height_range(rules)) / 2
+    return np.asarray((ends.cut * np.sin(ends.inclination) + middle) / np.cos(ends.inclination))
+
+
 def dihedral_angles(mesh: Mesh) -> FloatArray:
     """(E,) angle in radians between the normals of the two faces of each edge, positive where the mesh is convex, NaN
     at the boundary."""
@@ -76,23 +83,20 @@ def make_beams(
     ends: Ends,
     shapes: BeamShapes,
     edges: IntArray,
-    rules: BeamRules,
+    rules: DetailingRules,
     material: Material,
 ) -> Parts[BeamDetails]:
     """Beams on these edges, in their order."""
-    start = shapes.corners[edges, 1]
-    local = shapes.corners[edges] - start[:, None, :]
-    half = np.full(local.shape[:2], rules.profile.width_mm / 2)
-    lower = np.stack([local[..., 0], -half, local[..., 1]], axis=-1)
-    vertices = np.concatenate([lower, lower * [1, -1, 1]], axis=1)
+    back = ((ends.flange_cut - ends.cut) / np.cos(ends.inclination)).reshape(-1, 2)[edges]
+    start = shapes.corners[edges, 1] + back[:, :1] * np.array([1.0, 0.0])
     t, u = structure.mesh.edge_directions[edges], structure.height_directions[edges]
     nodes = structure.mesh.combinatorics.edges[edges]
     section = np.empty(len(edges), dtype=object)
-    section[:] = rules.profile
+    section[:] = rules.beams.profile
     return Parts.each_its_own(
         BEAM,
         edges,
-        Solids.alike(vertices, prism_topology(4)),
+        _solids(shapes.corners[edges] - start[:, None], back, rules),
         origins=structure.mesh.vertices[nodes[:, 0]] + start[:, :1] * t + start[:, 1:] * u,
         axes=np.stack([t, np.cross(u, t), u], axis=1),
         material=material,
@@ -108,3 +112,17 @@ def make_beams(
             twist_deg=np.degrees(structure.twists[edges]),
         ),
     )
+
+
+def _solids(side_views: FloatArray, back: FloatArray, rules: DetailingRules) -> Solids:
+    """The solids of n beams in their own frames. side_views (n, 4, 2): their corners, as in `BeamShapes`; back (n, 2):
+    how much of the flange is cut off at either end, in mm."""
+    section, connection = rules.beams.profile, rules.connection
+    planes = cut_planes(side_views)
+    if connection.kind == "bolted":
+        return with_hand_holes(section, planes, connection.hand_hole_height_mm, connection.hand_hole_length_mm)
+    if connection.kind == "hub" and section.shape == "tee":
+        along = np.array([1.0, 0.0, 0.0])
+        flange = planes[0] + back[:, :1] * along, planes[1] - back[:, 1:] * along
+        return stepped_tees(section, planes, flange)
+    return bar_solids(section, *planes)

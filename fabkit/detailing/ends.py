@@ -10,12 +10,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabkit.detailing.setbacks import longest_setbacks, needed_setbacks, setbacks
+from fabkit.detailing.setbacks import flange_setbacks, longest_setbacks, needed_setbacks, setbacks
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
 __all__ = ["Ends", "beam_ends"]
+
+
+HALF_TURN_TOLERANCE = 1e-6
+"""Angle in radians by which a gap between beams may exceed half a turn without an extra corner of the block. It is
+above rounding at map coordinates, and a block without that corner deviates by a ten-thousandth of a millimetre."""
+
+LEAST_FLANGE_STEP_MM = 5.0
+"""Least distance in mm by which the flange of a tee ends before its web, so that the weld of the web runs through."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +33,13 @@ class Ends:
     vertex (2E,): the node. outward (2E, 3): unit direction of the beam away from the node. radial (2E, 3): its unit
     projection along the node axis. inclination (2E,): angle of the beam above the plane perpendicular to the axis.
     azimuth (2E,): angle in [0, 2 pi) about the axis from the first end of the ring.
-    ring (R,): the ends that are made, node by node, counter-clockwise; ring_starts (N+1,): node i has
+    ring (R,): the ends that are made, node by node, counter-clockwise, from the one after a gap of more than half a
+    turn or else from the one with the lowest number; ring_starts (N+1,): node i has
     ring[ring_starts[i]:ring_starts[i+1]]. following (2E,): the next end of the ring, -1 for ends in no ring.
     gap (2E,): angle to the next end of the ring, 2 pi where the ring has one end only; NaN for ends in no ring.
     setback (2E,): distance in mm of the facet from the node axis. cut (2E,): distance in mm of the beam's end from the
-    axis, that of the facet and the gap between the two.
+    axis: that of the facet, the gap between the two, and the end plate if there is one. flange_cut (2E,): the same of
+    the flange of a tee on a hub, which is cut back further; of other beams as cut.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -51,6 +61,11 @@ class Ends:
     gap: FloatArray
     setback: FloatArray
     cut: FloatArray
+    flange_cut: FloatArray
+
+    def at(self, vertices: IntArray, edges: IntArray) -> IntArray:
+        """(k,) the ends at these vertices of the beams on these edges (k,)."""
+        return np.asarray(2 * edges + (self.vertex[2 * edges + 1] == vertices))
 
 
 def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRules) -> Ends:
@@ -89,11 +104,21 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
     gap = np.full(len(vertex), np.nan)
     gap[ring] = np.mod(azimuth[following[ring]] - azimuth[ring], 2 * np.pi)
     gap[ring[counts[vertex[ring]] == 1]] = 2 * np.pi
+    first = following[ring[gap[ring] > np.pi + HALF_TURN_TOLERANCE]]
+    start = np.zeros(structure.mesh.n_vertices)
+    start[vertex[first]] = azimuth[first]
+    azimuth = np.mod(azimuth - start[vertex], 2 * np.pi)
+    ring = ring[np.lexsort((azimuth[ring], vertex[ring]))]
     inclination = np.arctan2(sine, cosine)
     setback = np.full(len(vertex), np.nan)
     needed = needed_setbacks(ring, following, gap, rules)
     longest = longest_setbacks(structure.mesh.edge_lengths, rules)
     setback[ring] = setbacks(vertex[ring], inclination[ring], needed, longest[ring], rules)
+    cut = setback + rules.connection.end_distance_mm
+    flange_cut = cut.copy()
+    if rules.connection.kind == "hub" and rules.beams.profile.shape == "tee":
+        apart = flange_setbacks(ring, following, gap, rules)
+        flange_cut[ring] = np.maximum(cut[ring] + LEAST_FLANGE_STEP_MM, apart)
     return Ends(
         vertex=vertex,
         outward=outward,
@@ -105,7 +130,8 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
         following=following,
         gap=gap,
         setback=setback,
-        cut=setback + rules.connection.gap_mm,
+        cut=cut,
+        flange_cut=flange_cut,
     )
 
 

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from fabkit.connections import largest_inclination
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.setbacks import LONGEST_SETBACK_SHARE, longest_setbacks, needed_setbacks
 from fabkit.rules import CONNECTION_KINDS, ConnectionKind, ConnectionRules, DetailingRules
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
 
 __all__ = ["not_joinable"]
@@ -24,8 +25,8 @@ TO_JOIN = {
 
 
 def not_joinable(mesh: Mesh, ends: Ends, rules: DetailingRules) -> dict[int, str]:
-    """The edges whose beams cannot be joined, and a reason for each: the angle to a neighbour is too small, or the end
-    would be too far from the axis."""
+    """The edges whose beams cannot be joined, and a reason for each: the angle to a neighbour is too small, the end
+    would be too far from the axis, or a bolt is out of reach."""
     if rules.connection.kind == "contact":
         return {}
     found = _failing(mesh, ends, rules)
@@ -33,9 +34,9 @@ def not_joinable(mesh: Mesh, ends: Ends, rules: DetailingRules) -> dict[int, str
         return {}
     would_do: dict[ConnectionKind, IntArray] = {}
     for kind in CONNECTION_KINDS:
-        if kind != rules.connection.kind:
-            other = replace(rules, connection=ConnectionRules(kind=kind))
-            would_do[kind] = np.setdiff1d(found, _failing(mesh, ends, other))
+        other = ConnectionRules(kind=kind)
+        if kind != rules.connection.kind and not other.problems_with(rules.beams.profile):
+            would_do[kind] = np.setdiff1d(found, _failing(mesh, ends, replace(rules, connection=other)))
     reasons = {}
     for end in found[np.argsort(ends.setback[found], kind="stable")].tolist():
         others = [TO_JOIN[kind] for kind, good in would_do.items() if end in good]
@@ -50,7 +51,30 @@ def _failing(mesh: Mesh, ends: Ends, rules: DetailingRules) -> IntArray:
     failing = needed > np.minimum(longest_setbacks(mesh.edge_lengths, rules), np.repeat(mesh.edge_lengths / 2, 2))
     if rules.connection.kind in ("welded", "hub"):
         failing |= _smallest_gaps(ends) < np.radians(rules.connection.least_angle_deg)
+    if rules.connection.kind == "hub":
+        failing |= _on_too_large_tubes(mesh, ends, failing, rules)
+    if rules.connection.kind == "bolted":
+        failing[ends.ring] |= np.abs(ends.inclination[ends.ring]) > _reach(rules)
     return np.flatnonzero(failing)
+
+
+def _on_too_large_tubes(mesh: Mesh, ends: Ends, failing: BoolArray, rules: DetailingRules) -> BoolArray:
+    """(2E,) ends at nodes where none fails by itself that are too far from the axis on the tube for all, or with their
+    flanges."""
+    others = np.zeros(mesh.n_vertices, dtype=bool)
+    others[ends.vertex[failing]] = True
+    half = (np.repeat(mesh.edge_lengths, 2) - rules.least_length_mm) / 2
+    with np.errstate(invalid="ignore"):
+        too_far = ends.setback > longest_setbacks(mesh.edge_lengths, rules)
+        too_far |= ~(ends.flange_cut <= half) & np.isfinite(ends.cut)
+    return ~others[ends.vertex] & too_far
+
+
+def _reach(rules: DetailingRules) -> float:
+    """Largest inclination in radians at which all bolts of an end are in reach."""
+    section, group = rules.beams.profile, rules.connection.group
+    clear = section.height_mm - 2 * (section.wall_mm or 0.0)
+    return largest_inclination(clear, max(group.offsets_mm), group.size.tool_radius_mm, group.size.tool_length_mm)
 
 
 def _smallest_gaps(ends: Ends) -> FloatArray:
@@ -62,6 +86,13 @@ def _smallest_gaps(ends: Ends) -> FloatArray:
 
 def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: DetailingRules) -> str:
     edge, vertex, connection = end // 2, int(ends.vertex[end]), rules.connection
+    could = f"it could be {' or '.join(others)}" if others else "no other connection would work"
+    begin = f"the beam on edge {edge} cannot be {TO_JOIN[connection.kind]} at vertex {vertex}"
+    if connection.kind == "bolted" and abs(ends.inclination[end]) > _reach(rules):
+        return (
+            f"{begin}: it is {np.degrees(abs(ends.inclination[end])):.1f} degrees from the normal of its facet, and a "
+            f"socket inside the beam reaches {connection.bolts} up to {np.degrees(_reach(rules)):.1f} degrees; {could}"
+        )
     preceding = int(np.flatnonzero(ends.following == end)[0])
     neighbour = int(ends.following[end]) if ends.gap[end] <= ends.gap[preceding] else preceding
     angle = np.degrees(min(ends.gap[end], ends.gap[preceding]))
@@ -74,8 +105,6 @@ def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: Detailin
             f"so its end would be {ends.setback[end]:.1f} mm from the axis, where at most {longest:.1f} mm are "
             f"possible ({connection.longest_setback_mm:g} mm, or {LONGEST_SETBACK_SHARE:.0%} of the edge)"
         )
-    could = f"it could be {' or '.join(others)}" if others else "no other connection would work"
     return (
-        f"the beam on edge {edge} cannot be {TO_JOIN[connection.kind]} at vertex {vertex}: it is {angle:.1f} degrees "
-        f"from the beam on edge {neighbour // 2} about the node axis, {why}; {could}"
+        f"{begin}: it is {angle:.1f} degrees from the beam on edge {neighbour // 2} about the node axis, {why}; {could}"
     )

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fabkit.detailing.beams import height_range
-from fabkit.detailing.ends import Ends
+from fabkit.detailing.ends import HALF_TURN_TOLERANCE, Ends
+from fabkit.detailing.hubs import circumscribed_sections
 from fabkit.detailing.setbacks import block_half_width
 from fabkit.kinds import NODE, NodeDetails
 from fabkit.parts import Material, Parts, Ragged, Solids
@@ -15,12 +16,7 @@ from fabkit.rules import BeamRules, DetailingRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
-__all__ = ["NodeShapes", "axis_misalignments", "make_nodes", "node_shapes"]
-
-
-HALF_TURN_TOLERANCE = 1e-6
-"""Angle in radians by which a gap between beams may exceed half a turn without an extra corner of the block. It is
-above rounding at map coordinates, and a block without that corner deviates by a ten-thousandth of a millimetre."""
+__all__ = ["NodeShapes", "axis_misalignments", "facet_sides", "make_nodes", "node_shapes"]
 
 
 FLAT_TOPS_SHARE = 1e-6
@@ -60,7 +56,12 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: DetailingRules) 
     bottom, _ = _extremes(lows, ends, n)
     lowest_top, top = _extremes(highs, ends, n)
     step, slope = top - lowest_top, np.zeros((n, 2))
-    if rules.nodes.top == "trimmed":
+    if rules.connection.kind == "hub":
+        corners, starts = circumscribed_sections(ends, n)
+        flange, cap = rules.beams.profile.flange_mm, rules.connection.cap_mm
+        _, web_top = _extremes(highs - flange / np.cos(ends.inclination), ends, n)
+        bottom, top = bottom - cap, web_top + cap
+    elif rules.nodes.top == "trimmed":
         top, slope = _tilted_tops(ends, highs, rules.beams.profile.width_mm / 2, n)
     return NodeShapes(corners, starts, bottom, top, slope, step, axis_misalignments(ends, (inner, outer), n))
 
@@ -157,6 +158,15 @@ def _sections(ends: Ends, half_width: float, n_vertices: int) -> tuple[FloatArra
     angles, radii = angles[present], radii[present]
     corners = radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     return corners, np.concatenate([[0], np.cumsum(counts)])
+
+
+def facet_sides(ends: Ends) -> IntArray:
+    """(2E,) face of its node block, a prism, on which each beam ends; -1 for ends in no ring."""
+    ring, wide = ends.ring, ends.gap[ends.ring] > np.pi + HALF_TURN_TOLERANCE
+    before = np.concatenate([[0], np.cumsum(2 + wide)])
+    sides = np.full(len(ends.vertex), -1, dtype=np.int64)
+    sides[ring] = 2 + before[:-1] - before[ends.ring_starts[ends.vertex[ring]]]
+    return sides
 
 
 def make_nodes(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from fabkit.connections import TUBE_DIAMETERS_MM, bored_setbacks, least_radius_for_end, next_tube, slot_setbacks
 from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["block_half_width", "longest_setbacks", "needed_setbacks", "setbacks"]
+__all__ = ["block_half_width", "flange_setbacks", "longest_setbacks", "needed_setbacks", "setbacks"]
 
 LEVEL_ENDS_MM = 0.01
 """Difference in level in mm up to which the beam ends of a node count as level with equal setbacks. Meshes with six
@@ -18,6 +19,9 @@ ALIGNED_ENDS_TOLERANCE = 1e-9
 
 LONGEST_SETBACK_SHARE = 0.35
 """Largest setback of a beam over the length of its edge: two of them leave a third of the edge to the beam."""
+
+FLANGE_SLOT_MM = 10.0
+"""Least clear distance in mm between the flanges of neighbouring tees, for tolerances and paint."""
 
 STEPPED_FACETS_MM = 10.0
 """Difference in mm between the setbacks at a node from which all are made equal: a facet that lies this much behind its
@@ -39,16 +43,37 @@ def needed_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules:
     """
     profile, connection = rules.beams.profile, rules.connection
     width = profile.web_mm if connection.kind == "hub" else profile.width_mm
+    ledge = connection.ledge_mm if connection.kind == "welded" else 0.0
     half_gap = np.minimum(gap[ring], np.pi) / 2
     sine, cosine = np.sin(half_gap), np.where(gap[ring] < np.pi, np.cos(half_gap), 0.0)
     with np.errstate(divide="ignore"):
-        needed = np.maximum(connection.slot + width * cosine, 2 * block_half_width(rules) * cosine) / (2 * sine)
+        needed = (width * cosine + np.maximum(connection.slot, 2 * ledge * cosine)) / (2 * sine)
+    if connection.kind == "bolted":
+        size, axial = connection.group.size, connection.axial_bore_mm
+        bored = bored_setbacks(gap[ring], size.diameter_mm, size.bore_depth_mm, axial_mm=axial)
+        needed = np.maximum(needed, bored)
     setback = np.full(len(gap), np.nan)
     setback[ring] = needed
     np.maximum.at(setback, following[ring], needed)
     if connection.kind == "contact":
         return setback[ring] + rules.nodes.clearance_mm
-    return np.asarray(np.maximum(setback[ring], width / 2))
+    least = least_tube_radius(rules) if connection.kind == "hub" else width / 2
+    return np.asarray(np.maximum(setback[ring], least))
+
+
+def least_tube_radius(rules: DetailingRules) -> float:
+    """Least outer radius in mm of the tube of a hub, for the ends of the beams and for a bore along the axis."""
+    connection = rules.connection
+    return max(least_radius_for_end(rules.beams.profile.web_mm), connection.axial_bore_mm / 2 + connection.tube_wall_mm)
+
+
+def flange_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
+    """(R,) least distances in mm from the axis at which the flanges of tees on hubs begin, so that they are apart."""
+    needed = slot_setbacks(gap[ring], rules.beams.profile.width_mm, FLANGE_SLOT_MM)
+    setback = np.full(len(gap), np.nan)
+    setback[ring] = needed
+    np.maximum.at(setback, following[ring], needed)
+    return setback[ring]
 
 
 def setbacks(
@@ -56,10 +81,12 @@ def setbacks(
 ) -> FloatArray:
     """(R,) setbacks by the rules, in mm. vertex, inclination, needed, longest (R,): node, inclination, least and
     largest setback of the ends in the rings; one that needs more than the largest has what it needs."""
-    if rules.nodes.setbacks == "least" or not len(vertex):
+    if not len(vertex) or (rules.nodes.setbacks == "least" and rules.connection.kind != "hub"):
         return needed
     starts = np.flatnonzero(np.diff(vertex, prepend=-1))
     of_ring = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(vertex)))
+    if rules.connection.kind == "hub":
+        return next_tube(np.maximum.reduceat(needed, starts))[of_ring]
     equal: FloatArray = np.maximum(needed, np.minimum(np.maximum.reduceat(needed, starts)[of_ring], longest))
     if rules.nodes.setbacks == "equal":
         return equal
@@ -74,7 +101,10 @@ def longest_setbacks(edge_lengths: FloatArray, rules: DetailingRules) -> FloatAr
     """(2E,) largest setback in mm of either end of each beam (E,) that is joined, infinite for beams in contact."""
     if rules.connection.kind == "contact":
         return np.full(2 * len(edge_lengths), np.inf)
-    return np.repeat(np.minimum(LONGEST_SETBACK_SHARE * edge_lengths, rules.connection.longest_setback_mm), 2)
+    longest = rules.connection.longest_setback_mm
+    if rules.connection.kind == "hub":
+        longest = min(longest, TUBE_DIAMETERS_MM[-1] / 2)
+    return np.repeat(np.minimum(LONGEST_SETBACK_SHARE * edge_lengths, longest), 2)
 
 
 def _spread(values: FloatArray, starts: IntArray) -> FloatArray:

@@ -31,6 +31,8 @@ CRITERIA: dict[str, str] = {
     "tilt": "a beam that does not point to the outside of its faces leaves no place for their panels",
     "mitres": "it is only noted and stops no build",
     "block-heights": "it is only noted and stops no build",
+    "slots": "it is only noted; [connection] least_angle_deg says what cannot be welded",
+    "uncovered": "it is only noted and stops no build",
     "underside": "it is only noted and stops no build",
     "sheets": "a panel that does not fit on a sheet cannot be cut; leave it out with --skip-unbuildable",
 }

@@ -9,11 +9,11 @@ import numpy as np
 from fabkit.fitness.finding import Finding, Level, named
 from fabkit.fitness.rules import FitnessRules
 from fabkit.fitness.shape import NOTED_PERCENTILE
-from fabkit.kinds import BeamDetails, NodeDetails
+from fabkit.kinds import BeamDetails, NodeDetails, smallest_gaps
 from fabkit.parts import Parts
 from geometry.arrays import FloatArray
 
-__all__ = ["block_heights", "mitres", "mitres_of", "sheets", "underside"]
+__all__ = ["block_heights", "mitres", "mitres_of", "sheets", "slots", "uncovered", "underside"]
 
 
 def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rules: FitnessRules) -> Finding | None:
@@ -65,6 +65,52 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
         f"{heights[order[0]]:.0f} mm high",
         "take narrower beams (--beam) or less clearance (--clearance), so that beams end nearer to the axes, or make "
         "narrow angles between edges wider",
+        "vertex",
+        tuple(nodes.elements[order].tolist()),
+    )
+
+
+def slots(nodes: Parts[NodeDetails], rules: FitnessRules) -> Finding | None:
+    """Angles between beams that are welded to the same node: below 60 degrees a torch reaches the seams badly."""
+    angles = smallest_gaps(nodes.details.azimuths_deg)
+    narrow = np.flatnonzero(angles < rules.slots_noted_deg)
+    if not len(narrow):
+        return None
+    order = narrow[np.argsort(angles[narrow], kind="stable")]
+    worst = nodes[int(order[0])]
+    return Finding(
+        "slots",
+        "note",
+        float(angles[order[0]]),
+        rules.slots_noted_deg,
+        "degrees",
+        f"at {len(narrow)} of {len(nodes)} nodes two beams that are welded to it are less than "
+        f"{rules.slots_noted_deg:g} degrees apart, at least {angles[order[0]]:.1f} degrees at {worst.mark} (vertex "
+        f"{worst.element}, counted from 0)",
+        "plan these seams with the welder, or make the angles at these vertices wider",
+        "vertex",
+        tuple(nodes.elements[order].tolist()),
+    )
+
+
+def uncovered(nodes: Parts[NodeDetails], rules: FitnessRules) -> Finding | None:
+    """How much of the ends of beams stands above trimmed node blocks."""
+    shares = nodes.details.uncovered_percent.reduced(np.maximum, empty=0.0)
+    bare = np.flatnonzero(shares >= rules.uncovered_noted_percent)
+    if not len(bare):
+        return None
+    order = bare[np.argsort(-shares[bare], kind="stable")]
+    worst = nodes[int(order[0])]
+    return Finding(
+        "uncovered",
+        "note",
+        float(shares[order[0]]),
+        rules.uncovered_noted_percent,
+        "percent",
+        f"{len(bare)} of {len(nodes)} node blocks are trimmed so low that {rules.uncovered_noted_percent:g} % or more "
+        f"of the end of a beam stands above its facet, at most {shares[order[0]]:.1f} % at {worst.mark} (vertex "
+        f"{worst.element}, counted from 0)",
+        "check these seams, let the blocks enclose their beams ([nodes] top), or give the panels a larger seat",
         "vertex",
         tuple(nodes.elements[order].tolist()),
     )

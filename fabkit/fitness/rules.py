@@ -29,6 +29,9 @@ class FitnessRules:
     the mesh. mitres_noted_deg, mitres_listed_deg: angles off square of the cuts at the ends of beams; from the second
     bound on, beams are listed by mark. Most saws for profiles turn to 45 degrees one way; the few that go further end
     at 60. block_heights_noted: height of a node block over that of its beams; at 2, half of the block carries no beam.
+    slots_noted_deg: angle between two beams that are welded to a node; below 60 degrees the neighbour is in the way of
+    a torch held at 45 degrees between beam and facet. uncovered_noted_percent: how much of the end of a beam stands
+    above its facet; a tenth is the outer wall of a hollow section and some more.
     underside_noted: by how many beam heights the highest node raises all panels above what 95 % of the nodes need.
 
     >>> from fabkit import Project
@@ -48,6 +51,8 @@ class FitnessRules:
     mitres_noted_deg: Angle = 45.0
     mitres_listed_deg: Angle = 60.0
     block_heights_noted: Bound = 2.0
+    slots_noted_deg: Angle = 60.0
+    uncovered_noted_percent: Bound = 10.0
     underside_noted: Bound = 0.25
 
     @model_validator(mode="after")

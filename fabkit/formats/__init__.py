@@ -8,7 +8,8 @@ from fabkit.formats.kernels import to_build123d, to_cadquery
 from fabkit.formats.manifest import write_manifest
 from fabkit.formats.shape_files import EXACT_SUFFIXES
 from fabkit.formats.single_files import whole_file
-from fabkit.formats.tables import write_csv, write_xlsx
+from fabkit.formats.tables import write_csv
+from fabkit.formats.workbook import write_xlsx
 
 __all__ = [
     "EXACT_SUFFIXES",

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from fabkit.document_rules import DocumentRules
 from fabkit.formats.drawings import write_dxf
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.report import report_html
 from fabkit.formats.step import write_part_steps, write_step
-from fabkit.formats.tables import write_csv, write_xlsx
+from fabkit.formats.tables import write_csv
+from fabkit.formats.workbook import write_xlsx
 from fabkit.kinds import BEAM, PANEL
 from fabkit.parts import Assembly
-from fabkit.production import Nest, Summary, build_facts, cut_list, panel_drawings, sheet_drawings
+from fabkit.production import (
+    Nest,
+    Summary,
+    build_facts,
+    cut_list,
+    legend,
+    panel_drawings,
+    piece_tables,
+    sheet_drawings,
+)
 from fabkit.stages import Stages
 from geometry.arrays import FloatArray
 from geometry.files import write_mesh
@@ -22,12 +34,21 @@ from geometry.mesh import Mesh
 
 __all__ = ["write_documents"]
 
+ONLY_FOR_PROGRAMS = ("placements",)
+"""Tables that are not in the workbook."""
+
 
 def write_documents(
-    folder: Path, pair: Pair, assembly: Assembly, nest: Nest | None, summary: Summary, stages: Stages
+    folder: Path,
+    pair: Pair,
+    assembly: Assembly,
+    nest: Nest | None,
+    summary: Summary,
+    stages: Stages,
+    rules: DocumentRules | None = None,
 ) -> None:
-    """Write M.obj, S.obj, model.step, parts/, sheets/, panels/, the cut lists, model.glb and report.html into an empty
-    folder.
+    """Write M.obj, S.obj, model.step, parts/, sheets/, panels/, the tables, cutlist.xlsx, model.glb and report.html, or
+    those of them that the rules choose, into an empty folder.
 
     pair: in millimetres near zero; the parts' elements are edges, vertices and faces of its mesh. M.obj is in the unit
     and at the place of the mesh file, S.obj near the unit sphere about zero.
@@ -38,37 +59,62 @@ def write_documents(
     >>> from fabkit.formats import write_documents
     >>> from fabkit.stages import Stages
     >>> write_documents(Path(), built.structure.pair, built.assembly, built.nest, built.summary, Stages())
-    >>> sorted(path.name for path in Path().glob("*.csv")), len(list(Path("sheets").iterdir()))
-    (['beams.csv', 'nodes.csv', 'panels.csv'], 3)
+    >>> sorted(path.name for path in Path().glob("*.csv"))[:4], len(list(Path("sheets").iterdir()))
+    (['beams.csv', 'legend.csv', 'node_facets.csv', 'nodes.csv'], 3)
     """
-    with stages("Meshes"):
-        write_mesh(folder / "M.obj", pair.mesh * (1 / summary.scale_mm), origin=summary.origin)
-        write_mesh(folder / "S.obj", pair.gauss_image)
-    with stages("STEP model"):
-        write_step(folder / "model.step", assembly)
-    with stages("STEP parts"):
-        (folder / "parts").mkdir()
-        write_part_steps(folder / "parts", assembly.groups)
-    with stages("DXF"):
-        sheets = sheet_drawings(nest, assembly.of(PANEL)) if nest else ()
-        (folder / "sheets").mkdir()
-        for sheet in sheets:
-            write_dxf(folder / "sheets" / f"{sheet.name}.dxf", sheet)
-        (folder / "panels").mkdir()
-        for drawing in panel_drawings(assembly):
-            write_dxf(folder / "panels" / f"{drawing.name}.dxf", drawing)
-    with stages("Cut lists"):
-        lists = cut_list(assembly, nest)
-        for table in lists.tables:
-            write_csv(folder / f"{table.title}.csv", table)
-        facts = build_facts(summary, assembly, nest)
-        write_xlsx(folder / "cutlist.xlsx", lists, summary, facts)
-    with stages("GLB"):
-        glb = glb_bytes(assembly, _left_out_lines(pair.mesh, assembly))
-        (folder / "model.glb").write_bytes(glb)
-    with stages("Report"):
-        text = report_html(summary=summary, facts=facts, assembly=assembly, tables=lists.tables, sheets=sheets, glb=glb)
-        (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
+    rules = rules or DocumentRules()
+    chosen, issued = set(rules.documents), rules.title_block
+    if "meshes" in chosen:
+        with stages("Meshes"):
+            write_mesh(folder / "M.obj", pair.mesh * (1 / summary.scale_mm), origin=summary.origin)
+            write_mesh(folder / "S.obj", pair.gauss_image)
+    if "step" in chosen:
+        with stages("STEP model"):
+            write_step(folder / "model.step", assembly, **_step_head(rules))
+    if "parts" in chosen:
+        with stages("STEP parts"):
+            (folder / "parts").mkdir()
+            write_part_steps(folder / "parts", assembly.groups, **_step_head(rules))
+    sheets = sheet_drawings(nest, assembly.of(PANEL)) if nest else ()
+    if "sheets" in chosen:
+        with stages("DXF of sheets"):
+            (folder / "sheets").mkdir()
+            for sheet in sheets:
+                write_dxf(folder / "sheets" / f"{sheet.name}.dxf", sheet)
+    if "panels" in chosen:
+        with stages("DXF of panels"):
+            (folder / "panels").mkdir()
+            for drawing in panel_drawings(assembly):
+                write_dxf(folder / "panels" / f"{drawing.name}.dxf", drawing)
+    lists = cut_list(assembly, nest)
+    tables = [*(table.of_single_values() for table in lists.tables), *piece_tables(assembly, nest)]
+    facts = build_facts(summary, assembly, nest)
+    if "tables" in chosen:
+        with stages("Tables"):
+            for table in [legend(), *tables]:
+                write_csv(folder / f"{table.title}.csv", table, rules.tables)
+    if "workbook" in chosen:
+        with stages("Workbook"):
+            printed = [table for table in tables if table.title not in ONLY_FOR_PROGRAMS]
+            write_xlsx(folder / "cutlist.xlsx", printed, summary, facts, issued)
+    glb = glb_bytes(assembly, _left_out_lines(pair.mesh, assembly)) if chosen & {"glb", "report"} else b""
+    if "glb" in chosen:
+        with stages("GLB"):
+            (folder / "model.glb").write_bytes(glb)
+    if "report" in chosen:
+        with stages("Report"):
+            text = report_html(
+                summary=summary, facts=facts, assembly=assembly, tables=lists.tables, sheets=sheets, glb=glb
+            )
+            (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
+
+
+def _step_head(rules: DocumentRules) -> dict[str, Any]:
+    """What the headers of STEP files say, but for their names."""
+    issued = rules.title_block
+    head = {key: getattr(issued, key) for key in ("author", "organisation", "revision")}
+    dated = {"time_stamp": f"{issued.date}T00:00:00"} if issued.date else {}
+    return {"schema": rules.step.schema, **head, **dated}
 
 
 def _left_out_lines(mesh: Mesh, assembly: Assembly) -> FloatArray:

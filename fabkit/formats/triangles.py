@@ -1,4 +1,4 @@
-"""Exact triangulations of planar-faced solids, for formats that know triangles only."""
+"""Triangulations of solids, for formats that know triangles only: exact ones of planar faces."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from fabkit.errors import OutputError
+from fabkit.formats.faceted import faceted
 from fabkit.parts import Solids, Topology
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
@@ -30,17 +31,18 @@ class Facets:
 
 
 def facets(solids: Solids, names: Sequence[str]) -> list[Facets]:
-    """Triangulated solids, by topology. No point is added.
+    """Triangulated solids, by topology. No point is added, but on rounds, which become strips that are at most
+    CHORD_ERROR_MM off, with the normals of the round.
 
     Convex faces become fans, other ones and faces with inner loops constrained Delaunay triangulations.
     Raises `OutputError` with the solid's name where a face's outline crosses itself.
     """
     result = []
     for batch in solids.by_topology():
-        topology = batch.topology
-        points = batch.vertices[:, topology.corners]
-        normals = batch.normals[:, topology.corner_face]
-        triangles = _triangles(points, normals, topology, [names[n] for n in batch.parts.tolist()])
+        flat, normals = faceted(batch)
+        points = flat.vertices[:, flat.topology.corners]
+        of_faces = normals if flat is batch else flat.normals[:, flat.topology.corner_face]
+        triangles = _triangles(points, of_faces, flat.topology, [names[n] for n in batch.parts.tolist()])
         result.append(Facets(batch.parts, points, normals, triangles))
     return result
 
@@ -56,15 +58,29 @@ def _triangles(points: FloatArray, normals: FloatArray, topology: Topology, name
     fan = np.arange(starts[-1]) - np.repeat(starts[:-1], counts) + 1
     fans = np.repeat(first, counts)[:, None] + np.stack([np.zeros_like(fan), fan, fan + 1], axis=1)
     triangles = np.tile(fans, (len(points), 1, 1))
-    for solid, face in np.argwhere(~_convex(points, normals, topology)):
-        found = _constrained(points[solid], normals[solid, first[face]], topology, face)
-        if len(found) != counts[face]:
-            raise OutputError(
-                f"face {face} of {names[solid]} cannot be triangulated: {len(found)} triangles instead of "
-                f"{counts[face]}; its outline crosses or touches itself"
-            )
-        triangles[solid, starts[face] : starts[face + 1]] = found
+    others = ~_convex(points, normals, topology)
+    for face in np.flatnonzero(others.any(axis=0)).tolist():
+        rows = np.flatnonzero(others[:, face])
+        while len(rows):
+            found = _constrained(points[rows[0]], normals[rows[0], first[face]], topology, face)
+            if len(found) != counts[face]:
+                raise OutputError(
+                    f"face {face} of {names[rows[0]]} cannot be triangulated: {len(found)} triangles instead of "
+                    f"{counts[face]}; its outline crosses or touches itself"
+                )
+            fits = _all_upwards(points[rows], normals[rows, first[face]], found)  # most faces are cut like the first
+            fits[0] = True
+            triangles[rows[fits], starts[face] : starts[face + 1]] = found
+            rows = rows[~fits]
     return triangles
+
+
+def _all_upwards(points: FloatArray, normals: FloatArray, triangles: IntArray) -> BoolArray:
+    """(K,) whether triangles (m, 3) of corners (K, C, 3) all run counter-clockwise about normals (K, 3): as their areas
+    add up to that of the face, they then cover it once."""
+    a, b, c = (points[:, triangles[:, k]] for k in range(3))
+    upwards: BoolArray = (np.einsum("kmj,kj->km", np.cross(b - a, c - a), normals) > 0).all(axis=1)
+    return upwards
 
 
 def _convex(points: FloatArray, normals: FloatArray, topology: Topology) -> BoolArray:

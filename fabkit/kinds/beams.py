@@ -93,8 +93,8 @@ def _columns(beams: Parts[BeamDetails], around: Surroundings) -> list[Column]:
         of_first("End B (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 1]),
         Column("Ends", None, ends_glyphs(own.cut_angles_deg[beams.firsts])),
         counted("Nodes A B", beams, [f"{a} {b}" for a, b in zip(ends[::2], ends[1::2], strict=True)]),
-        over_all("Dihedral (deg)", 2, beams, own.dihedral_deg),
-        over_all("Height deviation (mm)", 3, beams, own.height_deviation_mm),
+        *over_all("Dihedral (deg)", 2, beams, own.dihedral_deg),
+        *over_all("Height deviation (mm)", 3, beams, own.height_deviation_mm),
         *masses(beams),
         files(beams, "parts/{}.step"),
     ]
@@ -109,6 +109,10 @@ def _measures(beams: Parts[BeamDetails]) -> list[Measure]:
         measure("Larger cut angle of the two ends", "°", 2, np.abs(own.cut_angles_deg).max(axis=1)),
         measure("Mass of a beam", "kg", 2, beams.masses_kg),
     ]
+
+
+def _stock(beams: Parts[BeamDetails]) -> list[str]:
+    return [section.name for section in beams.details.section]
 
 
 def _labels(beams: Parts[BeamDetails], around: Surroundings) -> list[str]:
@@ -145,4 +149,5 @@ BEAM = Kind(
     columns=_columns,
     measures=_measures,
     labels=_labels,
+    stock=_stock,
 )

@@ -63,15 +63,22 @@ def of_first(title: str, decimals: int, parts: Parts[Any], values: FloatArray | 
     return Column(title, decimals, values[parts.firsts].tolist())
 
 
-def over_all(title: str, decimals: int, parts: Parts[Any], values: FloatArray) -> Column:
-    """The value or the range of all parts of each mark; values (n,) may differ between equal parts."""
-    return Column(title, decimals, ranges(values, parts.mark, decimals))
+def over_all(title: str, decimals: int, parts: Parts[Any], values: FloatArray) -> list[Column]:
+    """The least and the largest value of all parts of each mark, two columns; values (n,) may differ between equal
+    parts. Their cells are empty where all are NaN."""
+    columns = []
+    for which, reduce in (("Least", np.fmin), ("Largest", np.fmax)):
+        found = np.full(len(parts.mark_names), np.nan)
+        reduce.at(found, parts.mark, values)
+        cells = [None if value != value else value for value in found.tolist()]
+        columns.append(Column(f"{which} {title[0].lower()}{title[1:]}", decimals, cells))
+    return columns
 
 
 def each_value(title: str, decimals: int, parts: Parts[Any], values: Ragged) -> Column:
     """All values of the first part of each mark, in one text."""
     first = values[parts.firsts]
-    return Column(title, None, joined(texts(first.values.tolist(), decimals), first.starts))
+    return Column(title, None, joined(texts(first.values.tolist(), decimals), first.starts), several=True)
 
 
 def counted(title: str, parts: Parts[Any], words: Sequence[str]) -> Column:
@@ -83,7 +90,7 @@ def counted(title: str, parts: Parts[Any], words: Sequence[str]) -> Column:
         for word in own:
             counts[word] = counts.get(word, 0) + 1
         cells.append("; ".join(word if count == 1 else f"{word} (x{count})" for word, count in counts.items()))
-    return Column(title, None, cells)
+    return Column(title, None, cells, several=True)
 
 
 def marks_in(around: Surroundings, group: str, elements: IntArray) -> list[str]:

@@ -20,10 +20,11 @@ from fabkit.kinds.columns import (
     of_first,
     over_all,
 )
-from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Turns, shifted
+from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Topology, Turns, shifted
+from fabkit.parts.symmetry import Corners
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["NODE", "NodeDetails"]
+__all__ = ["NODE", "NodeDetails", "smallest_gaps"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +73,39 @@ class NodeDetails(Details):
 
 def _turns(nodes: Parts[NodeDetails], corners: FloatArray) -> Turns:
     """The turns of nodes: each of their beams in turn is the first."""
+    topology = nodes.solids.topologies[nodes.solids.topology[nodes.shape[0]]]
     azimuths = np.radians(nodes.details.azimuths_deg.values).reshape(len(nodes), -1)
     forwards = np.stack([np.cos(azimuths), np.sin(azimuths)], axis=2)
     facets = forwards * nodes.details.setbacks_mm.values.reshape(len(nodes), -1, 1)
-    n = corners.shape[1] // 2
-    first = _nearest((corners[:, :n, :2] + np.roll(corners[:, :n, :2], -1, axis=1)) / 2, facets)
+    n = len(np.unique(topology.corners)) // 2
+    first = np.zeros(forwards.shape[:2], dtype=np.int64)
+    if n:
+        first = _nearest((corners[:, :n, :2] + np.roll(corners[:, :n, :2], -1, axis=1)) / 2, facets)
     first[:, :1] = 0
-    return Turns(np.zeros_like(forwards), forwards, shifted(first, n))
+    return Turns(np.zeros_like(forwards), forwards, _renumbered(topology, shifted(first, n), forwards.shape[1]))
+
+
+def _renumbered(topology: Topology, of_prism: Corners, n_beams: int) -> Corners:
+    """The renumbering of the vertices of a block or hub. Those of the prism turn with it, and those in the middle of
+    the node stay; the others belong to its beams, equally many to each, beam after beam: bores in facets, or points at
+    which beams are welded to a tube."""
+    in_middle = topology.rounds[(topology.rounds[:, 4:6] < 2).all(axis=1), :4].ravel()
+    n_prism = len(np.unique(topology.corners))
+    own = np.setdiff1d(np.arange(n_prism, topology.n_vertices), in_middle)
+    place = np.full(topology.n_vertices, -1, dtype=np.int64)
+    place[own] = np.arange(len(own))
+
+    def corners(parts: IntArray, turns: IntArray, chosen: IntArray) -> IntArray:
+        result = np.tile(chosen, (len(parts), 1))
+        prism = chosen < n_prism
+        if prism.any():
+            result[:, prism] = of_prism(parts, turns, chosen[prism])
+        of_beams = place[chosen] >= 0
+        moved = place[chosen[of_beams]] + turns[:, None] * (len(own) // n_beams)
+        result[:, of_beams] = own[moved % max(1, len(own))] if len(own) else result[:, of_beams]
+        return result
+
+    return corners
 
 
 def _nearest(points: FloatArray, targets: FloatArray) -> IntArray:
@@ -107,8 +134,8 @@ def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
         each_value("Setbacks (mm)", 2, nodes, own.setbacks_mm),
         each_value("Uncovered (%)", 1, nodes, own.uncovered_percent),
         of_first("Height (mm)", 2, nodes, own.height_mm),
-        over_all("Step between tops (mm)", 2, nodes, own.top_step_mm),
-        over_all("Axis misalignment (mm)", 2, nodes, own.axis_misalignment_mm),
+        *over_all("Step between tops (mm)", 2, nodes, own.top_step_mm),
+        *over_all("Axis misalignment (mm)", 2, nodes, own.axis_misalignment_mm),
         *masses(nodes),
         files(nodes, "parts/{}.step"),
     ]
@@ -121,14 +148,20 @@ def _measures(nodes: Parts[NodeDetails]) -> list[Measure]:
         measure("Misalignment at the node axis", "mm", 2, own.axis_misalignment_mm),
         measure("Largest setback", "mm", 1, own.setbacks_mm.reduced(np.maximum)),
         measure("Uncovered part of a beam's end", "%", 1, own.uncovered_percent.reduced(np.maximum)),
-        measure("Smallest angle between beams", "°", 1, _smallest_gaps(own.azimuths_deg)),
+        measure("Smallest angle between beams", "°", 1, smallest_gaps(own.azimuths_deg)),
         measure("Height of a node", "mm", 1, own.height_mm),
         measure("Mass of a node", "kg", 2, nodes.masses_kg),
     ]
 
 
-def _smallest_gaps(azimuths_deg: Ragged) -> FloatArray:
-    """(n,) smallest angle in degrees between neighbouring beams about the axis; NaN for fewer than two beams."""
+def smallest_gaps(azimuths_deg: Ragged) -> FloatArray:
+    """(n,) smallest angle in degrees between neighbouring beams about the axis; NaN for fewer than two beams.
+
+    >>> from fabkit.parts import Ragged
+    >>> from fabkit.kinds import smallest_gaps
+    >>> smallest_gaps(Ragged.of([[0, 80, 230], [0, 90]])).tolist()
+    [80.0, 90.0]
+    """
     following = azimuths_deg.rolled(np.ones(len(azimuths_deg), dtype=np.int64)).values
     is_last = azimuths_deg.place == azimuths_deg.sizes[azimuths_deg.row] - 1
     gaps = azimuths_deg.with_values(np.where(is_last, following + 360.0, following) - azimuths_deg.values)

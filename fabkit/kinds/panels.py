@@ -101,8 +101,8 @@ def _columns(panels: Parts[PanelDetails], around: Surroundings) -> list[Column]:
         _dihedrals(panels),
         counted("Neighbours", panels, across),
         *masses(panels),
-        Column("Sheets", None, [""] * len(firsts) if sheets is None else _sheets(panels, sheets)),
-        files(panels, "panels/{}.dxf"),
+        Column("Sheets", None, [""] * len(firsts) if sheets is None else _sheets(panels, sheets), several=True),
+        files(panels, around.panel_file),
     ]
 
 
@@ -112,7 +112,8 @@ def _dihedrals(panels: Parts[PanelDetails]) -> Column:
     starts = np.concatenate([[0], np.cumsum(angles.sizes[panels.firsts])])
     edge = starts[panels.mark[angles.row]] + angles.place
     found = ranges(angles.values, edge, 2)
-    return Column("Dihedrals (deg)", None, joined([text or NO_NEIGHBOUR for text in texts(found, 2)], starts))
+    cells = joined([text or NO_NEIGHBOUR for text in texts(found, 2)], starts)
+    return Column("Dihedrals (deg)", None, cells, several=True)
 
 
 def _sheets(panels: Parts[PanelDetails], sheets: IntArray) -> list[str]:
@@ -134,10 +135,14 @@ def _measures(panels: Parts[PanelDetails]) -> list[Measure]:
     ]
 
 
-def _labels(panels: Parts[PanelDetails], around: Surroundings) -> list[str]:
+def _stock(panels: Parts[PanelDetails]) -> list[str]:
     names = [each.name for each in panels.materials]
-    rows = zip(panels.details.thickness_mm.tolist(), panels.material.tolist(), panels.elements.tolist(), strict=True)
-    return [f"{thickness:g} mm {names[material]}; face {face}" for thickness, material, face in rows]
+    rows = zip(panels.details.thickness_mm.tolist(), panels.material.tolist(), strict=True)
+    return [f"{thickness:g} mm {names[material]}" for thickness, material in rows]
+
+
+def _labels(panels: Parts[PanelDetails], around: Surroundings) -> list[str]:
+    return [f"{text}; face {face}" for text, face in zip(_stock(panels), panels.elements.tolist(), strict=True)]
 
 
 PANEL = Kind(
@@ -161,4 +166,5 @@ PANEL = Kind(
     columns=_columns,
     measures=_measures,
     labels=_labels,
+    stock=_stock,
 )

@@ -109,7 +109,8 @@ class Surroundings:
     """The context of the parts of one kind: the assembly with their neighbours, and the sheets on which parts are
     nested.
 
-    sheets: by the name of a nested group, the number (n,) of each part's sheet, counted from 1.
+    sheets: by the name of a nested group, the number (n,) of each part's sheet, counted from 1. panel_file: path of the
+    drawing of a panel, with {} in place of its mark.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -122,3 +123,4 @@ class Surroundings:
 
     assembly: Assembly
     sheets: Mapping[str, IntArray] = field(default_factory=dict)
+    panel_file: str = "panels/{}.dxf"

@@ -57,7 +57,8 @@ P = TypeVar("P")
 class Column:
     """A column of a cut list: one cell for each mark.
 
-    decimals: number of decimals shown, None for text. total: the cell below the column, None for an empty one.
+    decimals: number of decimals shown, None for text. total: the cell below the column, None for an empty one. several:
+    whether a cell has several values in one text; such columns are for the report alone, since no program reads them.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -73,6 +74,7 @@ class Column:
     decimals: int | None
     cells: Sequence[Cell]
     total: Cell = None
+    several: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +111,11 @@ class Kind(Generic[P]):
     name: of one part; group: name of all parts of the kind; element: the mesh element of a part. letter: first letter
     of the marks. colour: sRGB red, green and blue, 0 to 1. form: how a viewer draws the part: plates hide what lies
     below them, blocks are small. empty_details: the record for zero parts. symmetry: None for parts without symmetry.
+    one_per_element: whether a mesh element has at most one part.
 
-    columns: of the cut list, with one cell for each mark. measures: numbers for colours and histograms. labels: one
-    line about each part. The functions for columns and labels also take the `Surroundings` of the parts.
+    columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words.
+    measures: numbers for colours and histograms. labels: one line about each part. The functions for columns and labels
+    also take the `Surroundings` of the parts.
 
     >>> from fabkit.kinds import BEAM
     >>> BEAM.name, BEAM.group, BEAM.element, BEAM.letter
@@ -126,6 +130,8 @@ class Kind(Generic[P]):
     form: Literal["bar", "block", "plate"]
     empty_details: Details
     symmetry: Symmetry[P] | None = None
+    one_per_element: bool = True
     columns: Callable[[P, Any], Sequence[Column]]
     measures: Callable[[P], Sequence[Measure]]
     labels: Callable[[P, Any], Sequence[str]]
+    stock: Callable[[P], Sequence[str]] | None = None

@@ -123,8 +123,10 @@ class Parts(Sequence[Part], Generic[D]):
         material: Material,
         details: D,
     ) -> Parts[D]:
-        """Parts of one material, each with its own solid, and with a mark from the number of its mesh element."""
+        """Parts of one material, each with its own solid, and with a mark from the number of its mesh element, or from
+        its own number where an element may have several parts."""
         n = len(elements)
+        numbers = elements if kind.one_per_element else np.arange(n)
         return cls(
             kind=kind,
             elements=elements,
@@ -134,7 +136,7 @@ class Parts(Sequence[Part], Generic[D]):
             axes=axes,
             materials=(material,),
             material=np.zeros(n, dtype=np.int64),
-            mark_names=tuple(f"{kind.letter}{element}" for element in elements.tolist()),
+            mark_names=tuple(f"{kind.letter}{number}" for number in numbers.tolist()),
             mark=np.arange(n),
             details=details,
         )

@@ -112,6 +112,11 @@ class Section:
         return self.sizes[3] if self.shape in ("tee", "i") else self.width_mm
 
     @property
+    def flange_mm(self) -> float:
+        """Thickness of the flanges of a tee or i, 0 of other sections."""
+        return self.sizes[2] if self.shape in ("tee", "i") else 0.0
+
+    @property
     def wall_mm(self) -> float | None:
         """Of a hollow section, None of others."""
         return self.sizes[-1] if self.shape in ("rhs", "chs") else None

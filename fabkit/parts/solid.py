@@ -60,7 +60,7 @@ class SolidArray:
 
     def in_batches(self) -> list[SolidArray]:
         """The same solids in smaller batches, one at least."""
-        size = max(1, CORNERS_PER_BATCH // len(self.topology.corners))
+        size = max(1, CORNERS_PER_BATCH // (len(self.topology.corners) + len(self.topology.rounds)))
         return [self[k : k + size] for k in range(0, max(1, len(self.parts)), size)]
 
     @cached_property
@@ -237,7 +237,9 @@ class Measures:
     @cached_property
     def surface_areas(self) -> FloatArray:
         """(P,) in mm2, of each solid."""
-        areas: FloatArray = self.areas.sum(axis=1) + self.round_areas.sum(axis=1)
+        areas: FloatArray = self.areas.sum(axis=1)
+        if len(self.topology.rounds):
+            areas += self.round_areas.sum(axis=1)
         return areas
 
     # --- solids
@@ -245,8 +247,9 @@ class Measures:
     @cached_property
     def volumes(self) -> FloatArray:
         """(P,) in mm3, by the divergence theorem; negative where a solid is inside out."""
-        rounds = self.topology.rounds[:, 6] * self.radii**2 * self.lengths
-        volumes: FloatArray = self._cones.sum(axis=1) / 6 + np.pi * rounds.sum(axis=1)
+        volumes: FloatArray = self._cones.sum(axis=1) / 6
+        if len(self.topology.rounds):
+            volumes += np.pi * (self.topology.rounds[:, 6] * self.radii**2 * self.lengths).sum(axis=1)
         return volumes
 
     @cached_property

@@ -123,6 +123,9 @@ class Topology:
     def by_face(self, function: np.ufunc, values: npt.NDArray[Any], *, empty: float) -> FloatArray:
         """(..., F) np.add, np.maximum or np.minimum of values (..., C) over the corners of each face; `empty` where it
         has none."""
+        if len(self.polygonal) == self.n_faces:
+            every: FloatArray = function.reduceat(values, self.first_corner, axis=-1)
+            return every
         found = np.full((*values.shape[:-1], self.n_faces), empty)
         if len(self.polygonal):
             found[..., self.polygonal] = function.reduceat(values, self.first_corner, axis=-1)

@@ -4,9 +4,11 @@ from fabkit.production.curves import Curves
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
 from fabkit.production.facts import REPORT, TERMINAL, WORKBOOK, BuildFacts, Fact, build_facts
+from fabkit.production.legend_table import legend
 from fabkit.production.loose_panels import panels_from_outlines
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
 from fabkit.production.nests import Nest, Sheet
+from fabkit.production.pieces import piece_tables
 from fabkit.production.sheet_nesting import nest_panels, too_large
 from fabkit.production.summary import (
     ExactGaussImage,
@@ -41,9 +43,11 @@ __all__ = [
     "Table",
     "build_facts",
     "cut_list",
+    "legend",
     "nest_panels",
     "panel_drawings",
     "panels_from_outlines",
+    "piece_tables",
     "share_equal_parts",
     "sheet_drawings",
     "too_large",

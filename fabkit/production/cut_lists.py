@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,14 +15,16 @@ from fabkit.production.nests import Nest
 
 __all__ = ["CutList", "Table", "cut_list"]
 
+T = TypeVar("T")
+
 
 @dataclass(frozen=True)
 class Table:
     """Rows of cells. title: one word in small letters.
 
     columns: names with their units. decimals: number of decimals shown in each column; None for columns of text.
-    totals: one cell for each column, None where there is nothing to add up. left_out: sentences about the parts that
-    are left out.
+    totals: one cell for each column, None where there is nothing to add up; empty for a table without totals.
+    left_out: sentences about the parts that are left out. several: the columns with several values in one cell.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -37,8 +39,9 @@ class Table:
     columns: tuple[str, ...]
     decimals: tuple[int | None, ...]
     rows: tuple[tuple[Cell, ...], ...]
-    totals: tuple[Cell, ...]
-    left_out: tuple[str, ...]
+    totals: tuple[Cell, ...] = ()
+    left_out: tuple[str, ...] = ()
+    several: frozenset[str] = frozenset()
 
     @cached_property
     def texts(self) -> tuple[tuple[str, ...], ...]:
@@ -49,7 +52,23 @@ class Table:
     @cached_property
     def total_texts(self) -> tuple[str, ...]:
         """The totals as text."""
-        return tuple(texts([cell], decimals)[0] for cell, decimals in zip(self.totals, self.decimals, strict=True))
+        return tuple(texts([cell], decimals)[0] for cell, decimals in zip(self.totals, self.decimals, strict=False))
+
+    def of_single_values(self) -> Table:
+        """The table without the columns that have several values in one cell, as files for programs need it."""
+        kept = [k for k, name in enumerate(self.columns) if name not in self.several]
+
+        def of(row: tuple[T, ...]) -> tuple[T, ...]:
+            return tuple(row[k] for k in kept)
+
+        return replace(
+            self,
+            columns=of(self.columns),
+            decimals=of(self.decimals),
+            rows=tuple(map(of, self.rows)),
+            totals=of(self.totals) if self.totals else (),
+            several=frozenset(),
+        )
 
 
 @dataclass(frozen=True)
@@ -71,12 +90,12 @@ class CutList:
         return {table.title: table for table in self.tables}[title]
 
 
-def cut_list(assembly: Assembly, nest: Nest | None) -> CutList:
+def cut_list(assembly: Assembly, nest: Nest | None, *, panel_file: str = "panels/{}.dxf") -> CutList:
     """One table for each group of parts, one row for each mark, in the order of the first parts of the marks.
 
     Equal parts share a row. Values that depend on the place of a part (its neighbours, its dihedral angles) are then
     given for all of them: a range of numbers, or one text for each place. The files listed are those of the mark: its
-    STEP file, and for panels its DXF file.
+    STEP file, and for panels its DXF file, whose path is panel_file with the mark in place of {}.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -87,7 +106,7 @@ def cut_list(assembly: Assembly, nest: Nest | None) -> CutList:
     (('Mark', 'Count', 'Section', 'Material'), ('B001', '6', 'flat 120x50', 'steel'))
     """
     sheets = {PANEL.group: np.array([place.sheet + 1 for place in nest.placements], dtype=np.int64)} if nest else {}
-    around = Surroundings(assembly, sheets)
+    around = Surroundings(assembly, sheets, panel_file)
     return CutList(tuple(_table(group, around) for group in assembly.groups))
 
 
@@ -100,4 +119,5 @@ def _table(parts: Parts[Any], around: Surroundings) -> Table:
         tuple(zip(*(column.cells for column in columns), strict=True)),
         tuple(column.total for column in columns),
         tuple(f"left out: {left.reason}" for left in around.assembly.left_out if left.kind == parts.kind.name),
+        frozenset(column.title for column in columns if column.several),
     )

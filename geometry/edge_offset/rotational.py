@@ -46,14 +46,22 @@ class BandTiling(Enum):
 
 
 def rotational_koebe(
-    tiling: BandTiling, around: int, rows: int, *, latitude: float = 0.0, folds: int = 0, capped: bool = False
+    tiling: BandTiling,
+    around: int,
+    rows: int,
+    *,
+    latitude: float = 0.0,
+    folds: int = 0,
+    capped: bool = False,
+    level_ends: bool = False,
 ) -> Mesh:
     """A band of `rows` rows of `around` faces each, all edge lines at distance 1 from the origin.
 
     rows: at least 1, of flat-top hexagons 2. latitude: of the middle of the band, in radians; 0 for a band that is
     symmetric to the equator. folds: how often the band turns back at its end and runs over itself, as the Gauss image
     of a surface with inflections does; not for pointy-top hexagons, where that cannot be. capped: closed by two regular
-    polygons; quads without folds only.
+    polygons; quads without folds only. level_ends: the zigzags at both ends of pointy-top hexagons are cut off by
+    horizontal edges, so that quads can be joined to them, see `gauss.join_pairs`; hexagons there become pentagons.
 
     Counter-clockwise seen from outside, except where a fold turned the band over. Rows run from south to north, each
     counter-clockwise about the z axis. An annulus, or a sphere when capped.
@@ -67,8 +75,16 @@ def rotational_koebe(
     (48, True)
     """
     _check(tiling, around, rows, latitude, folds, capped)
+    if level_ends and tiling is not BandTiling.POINTY_TOP_HEXAGONS:
+        raise GeometryError(
+            "only pointy-top hexagons have zigzags at their ends that could be cut off: leave out level_ends"
+        )
     steps, signs = (_folded(layers, folds) for layers in _layers(tiling, rows))
     step, seed = _seed(tiling, around)
+    turns = _turns(tiling, len(steps))
+    if level_ends:
+        steps, signs, turns = steps[1:-1], signs[1:-1].copy(), turns[1:-1]
+        signs[[0, -1]] *= np.sin(np.pi / around) / seed[0, 2]  # where the horizontal edges touch the sphere
     mercator = np.arctanh(np.sin(latitude)) + step * steps
     if np.abs(mercator).max() > LARGEST_MERCATOR_LATITUDE:
         raise GeometryError(
@@ -78,8 +94,8 @@ def rotational_koebe(
             value=float(np.abs(mercator).max()),
             bound=LARGEST_MERCATOR_LATITUDE,
         )
-    combinatorics = _combinatorics(tiling, around, len(steps), capped)
-    return Mesh(_placed(seed, mercator, signs, _turns(tiling, len(steps)), around), combinatorics)
+    combinatorics = _level_ended(around, rows) if level_ends else _combinatorics(tiling, around, len(steps), capped)
+    return Mesh(_placed(seed, mercator, signs, turns, around), combinatorics)
 
 
 def rows_within(tiling: BandTiling, around: int, latitude: float) -> int:
@@ -206,3 +222,11 @@ def _combinatorics(tiling: BandTiling, around: int, n_layers: int, capped: bool)
         corners = np.concatenate([corners, here[::-1], n - around + here])
         sizes = np.concatenate([sizes, [around, around]])
     return Combinatorics(n, corners, np.concatenate([[0], np.cumsum(sizes)]))
+
+
+def _level_ended(around: int, rows: int) -> Combinatorics:
+    """Pointy-top hexagons without the tips at both ends: the faces of the band, without the vertices of two layers."""
+    c = _combinatorics(BandTiling.POINTY_TOP_HEXAGONS, around, 2 * (rows + 1), capped=False)
+    kept = (c.corners >= around) & (c.corners < c.n_vertices - around)
+    sizes = np.add.reduceat(kept.astype(np.int64), c.face_starts[:-1])
+    return Combinatorics(c.n_vertices - 2 * around, c.corners[kept] - around, np.concatenate([[0], np.cumsum(sizes)]))

@@ -10,6 +10,7 @@ from geometry.gauss.distances import (
     face_distances,
     vertex_distances,
 )
+from geometry.gauss.joined_pairs import JoinedPair, join_pairs
 from geometry.gauss.lean import axis_lean
 from geometry.gauss.nearest_pair import nearest_parallel_pair, nearest_planar_mesh
 from geometry.gauss.pair import PARALLEL_TOLERANCE, Pair, PairLike, as_pair, points_inwards
@@ -19,6 +20,7 @@ from geometry.gauss.support_structure import SupportStructure
 __all__ = [
     "DISTANCE_TOLERANCE",
     "PARALLEL_TOLERANCE",
+    "JoinedPair",
     "Pair",
     "PairLike",
     "SupportStructure",
@@ -28,6 +30,7 @@ __all__ = [
     "edge_distances",
     "edge_feet",
     "face_distances",
+    "join_pairs",
     "nearest_parallel_pair",
     "nearest_planar_mesh",
     "node_axes",

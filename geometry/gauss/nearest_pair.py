@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.sparse import csr_array, eye_array
 
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import MeshError, ParallelityError, raise_worst
-from geometry.functionals import ParallelEdges, PlanarFaces, relative_plane_deviations
+from geometry.functionals import ParallelEdges, PlanarFaces, coordinates, relative_plane_deviations
 from geometry.gauss.pair import Pair
 from geometry.gauss.unit_distances import GAUSS_IMAGE_PARALLELITY
 from geometry.mesh import Mesh, MeshLike, as_gauss_image, as_mesh
-from geometry.optimise import Blocks, ConvergenceError, Reason, StackedFunctional, nearest_feasible
+from geometry.optimise import Blocks, ConvergenceError, LinearFunctional, Reason, StackedFunctional, nearest_feasible
 from geometry.parallel.edge_parallelity import PLANARITY_TOLERANCE, parallelity
 
 __all__ = ["nearest_parallel_pair", "nearest_planar_mesh"]
@@ -35,7 +37,9 @@ MAX_PAIR_STEPS = 12
 """Largest number of Newton steps: from six digits, two or three reach rounding accuracy; from four digits, four."""
 
 
-def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: float = np.inf) -> Pair:
+def nearest_parallel_pair(
+    mesh: MeshLike, gauss_image: MeshLike, *, tolerance: float = np.inf, fixed: Sequence[int] | IntArray = ()
+) -> Pair:
     """The pair of planar meshes M and S, parallel to rounding, nearest to two meshes that were a pair before they were
     rounded.
 
@@ -45,7 +49,7 @@ def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: f
     Exact meshes are returned as the same objects. `Pair.moves_from` gives the moves of others.
 
     tolerance: the largest move of a vertex of S, in radii of the unit sphere, and of a vertex of M, in mean edge
-    lengths.
+    lengths. fixed: numbers of vertices that do not move, neither in M nor in S.
 
     Raises MeshError where the faces differ, an edge of M has no length or S no size; ConvergenceError, naming the
     worst edge, where no such pair is found near the given meshes; and ParallelityError, naming the vertex, where one
@@ -65,7 +69,7 @@ def nearest_parallel_pair(mesh: MeshLike, gauss_image: MeshLike, *, tolerance: f
         and relative_plane_deviations(mesh).max() <= PLANARITY_TOLERANCE
     ):
         return Pair(mesh, gauss_image)
-    found = _moved_together(mesh, gauss_image)
+    found = _moved_together(mesh, gauss_image, integers(fixed))
     of_mesh, of_gauss_image = found.moves_from(mesh, gauss_image)
     _check_moves("of the Gauss image", "of the unit sphere's radius", of_gauss_image, tolerance)
     _check_moves("of the mesh", "of its mean edge length", of_mesh, tolerance)
@@ -87,7 +91,7 @@ def nearest_planar_mesh(mesh: MeshLike, *, tolerance: float = np.inf) -> Mesh:
     return nearest_parallel_pair(mesh, mesh, tolerance=tolerance).gauss_image
 
 
-def _moved_together(mesh: Mesh, gauss_image: Mesh) -> Pair:
+def _moved_together(mesh: Mesh, gauss_image: Mesh, fixed: IntArray) -> Pair:
     centre = mesh.vertices.mean(axis=0)
     size, radius = mesh.mean_edge_length, float(np.linalg.norm(gauss_image.vertices, axis=1).mean())
     if not LEAST_GAUSS_IMAGE_SIZE <= radius <= 1 / LEAST_GAUSS_IMAGE_SIZE:
@@ -101,7 +105,7 @@ def _moved_together(mesh: Mesh, gauss_image: Mesh) -> Pair:
     blocks = Blocks({"M": mesh.vertices.shape, "S": mesh.vertices.shape})
     start = blocks.join(M=(mesh.vertices - centre) / size, S=gauss_image.vertices / radius)
     solution = nearest_feasible(
-        _exactness(mesh, blocks, start),
+        _exactness(mesh, blocks, start, fixed),
         start,
         csr_array(eye_array(len(start))),
         tolerance=PAIR_ACCURACY,
@@ -125,7 +129,9 @@ def _moved_together(mesh: Mesh, gauss_image: Mesh) -> Pair:
             value=float(sideways[edge]),
             bound=PAIR_ACCURACY,
         )
-    return Pair(mesh.with_vertices(vertices * size + centre), gauss_image.with_vertices(normals * radius))
+    vertices, normals = vertices * size + centre, normals * radius
+    vertices[fixed], normals[fixed] = mesh.vertices[fixed], gauss_image.vertices[fixed]  # to the last digit
+    return Pair(mesh.with_vertices(vertices), gauss_image.with_vertices(normals))
 
 
 def _check_moves(place: str, unit: str, moves: FloatArray, tolerance: float) -> None:
@@ -141,11 +147,13 @@ def _check_moves(place: str, unit: str, moves: FloatArray, tolerance: float) -> 
     )
 
 
-def _exactness(mesh: Mesh, blocks: Blocks, start: FloatArray) -> StackedFunctional:
-    """S parallel to M, both with planar faces: residuals of x (6N,), which is near to the start.
+def _exactness(mesh: Mesh, blocks: Blocks, start: FloatArray, fixed: IntArray) -> StackedFunctional:
+    """S parallel to M, both with planar faces, fixed vertices where they are at the start: residuals of x (6N,).
 
     Planarity of M follows where no edge of S vanishes; asked for all the same, it also holds where one does.
     """
     c = mesh.combinatorics
     planar = [blocks.of(PlanarFaces(c, near.ravel()), name) for name, near in blocks.split(start).items()]
-    return StackedFunctional([blocks.of(ParallelEdges(c), "M", "S"), *planar])
+    columns = coordinates(np.concatenate([fixed, c.n_vertices + fixed])).ravel()
+    in_place = LinearFunctional(csr_array(csr_array(eye_array(len(start)))[columns]), start[columns])
+    return StackedFunctional([blocks.of(ParallelEdges(c), "M", "S"), *planar, *([in_place] if len(fixed) else [])])

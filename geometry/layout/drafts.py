@@ -23,7 +23,7 @@ from geometry.surface import boundary_corners, on_curved_triangles
 __all__ = ["Draft", "draft"]
 
 EDGE_LENGTH_FACTORS = (1.0, 0.97, 1.03, 0.94, 1.06)
-"""Factors of the edge length, tried one after another while rounding to integers turns triangles over."""
+"""Factors of the edge length, tried one after another while rounding to integers folds triangles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Draft:
 
 
 def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: float) -> Draft:
-    """A mesh of about n_faces faces. Raises FoldedError where triangles of the surface remain turned over in (u, v)."""
+    """A mesh of about n_faces faces. Raises FoldedError where triangles of the surface remain folded in (u, v)."""
     surface = network.frames.mesh
     c = surface.combinatorics
     problem = Integration(network, maps)
@@ -52,13 +52,13 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
         )
         x = problem.solved(t, h)
         exact = ExactMap.of(c, maps, field.turns, x, t)
-        if not len(exact.folded):
+        folded.append(exact.folded(field.indices))
+        if not len(folded[-1]):
             break
-        folded.append(exact.folded)
     else:
         least = min(folded, key=len)
         raise FoldedError(
-            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are turned over by "
+            f"{len(least)} triangles of the surface, triangle {least[0]} among them, are folded by "
             f"the lines of a mesh of {n_faces:.0f} faces with {np.count_nonzero(field.indices)} singular points, as "
             "they are for slightly different numbers of faces",
             "ask for more faces, or smooth the surface",

@@ -64,11 +64,19 @@ class ExactMap:
         turns = np.where(c.runs_along_edge, -edge_turns[c.corner_edge], edge_turns[c.corner_edge])
         return cls(c, integers(values), integers(turns % 4))
 
-    @cached_property
-    def folded(self) -> IntArray:
-        """Triangles (n,) that are turned over, or have no area."""
+    def folded(self, indices: IntArray) -> IntArray:
+        """Triangles (n,) that are turned over or have no area, or, if there is none, those around vertices that they
+        surround more than once. indices (N,): of the field, see `CombedField`."""
         a, b, c = self.values.swapaxes(0, 1)
-        return integers(np.flatnonzero(cross(b - a, c - a) <= 0))
+        turned_over = np.flatnonzero(cross(b - a, c - a) <= 0)
+        if len(turned_over):
+            return integers(turned_over)
+        points = self.values.astype(np.float64) @ [1, 1j]
+        angles = np.angle((np.roll(points, 1, axis=1) - points) / (np.roll(points, -1, axis=1) - points))
+        c = self.combinatorics
+        quarters = np.rint(np.bincount(c.corners, angles.ravel() / (np.pi / 2), c.n_vertices)).astype(np.int64)
+        is_wrapped = c.is_used & ~c.is_boundary_vertex & (quarters != 4 - indices)
+        return integers(np.flatnonzero(is_wrapped[c.corners.reshape(-1, 3)].any(axis=1)))
 
     @cached_property
     def shifts(self) -> IntArray:

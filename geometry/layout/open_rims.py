@@ -73,10 +73,11 @@ def simplified_rim(polygons: Polygons) -> Polygons:
     """The polygons without rim vertices at which no line ends, and with short edges at the rim contracted.
 
     Contracted are edges that touch the rim and are shorter than `SHORT_RIM_EDGE`, or the shortest ones of a face with a
-    sharp corner; in each round those that are the shortest ones nearby, until there is none.
+    sharp corner; in each round those that are the shortest ones nearby, until there is none. Those that would damage
+    the mesh are left, and tried again when all others are done.
     """
     polygons = _without_rim_vertices(polygons)
-    forbidden = np.zeros(0, dtype=np.int64)
+    forbidden, n_tried = np.zeros(0, dtype=np.int64), 0
     for _ in range(MAX_CONTRACTION_ROUNDS):
         c = polygons.combinatorics
         costs = _costs(polygons, c)
@@ -88,8 +89,11 @@ def simplified_rim(polygons: Polygons) -> Polygons:
         np.minimum.at(least_nearby, c.edges[:, 0], least[c.edges[:, 1]])
         np.minimum.at(least_nearby, c.edges[:, 1], least[c.edges[:, 0]])
         chosen = np.flatnonzero(np.isfinite(costs) & (costs <= least_nearby[c.edges].min(axis=1)))
-        if not len(chosen):
+        if not len(chosen) and len(polygons.positions) == n_tried:
             break
+        if not len(chosen):  # edges that were refused are tried again beside what has changed
+            forbidden, n_tried = forbidden[:0], len(polygons.positions)
+            continue
         contracted, refused = _contracted(polygons, c, chosen)
         forbidden = np.union1d(forbidden, keys[refused])
         polygons = _without_rim_vertices(contracted)

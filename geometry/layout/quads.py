@@ -9,13 +9,14 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from geometry.arrays import BoolArray, ComplexArray, FloatArray, IntArray, floats, integers, short_repr
-from geometry.errors import GeometryError, finite_number
-from geometry.layout.drafts import draft
+from geometry.errors import FoldedError, GeometryError, finite_number
+from geometry.layout.drafts import Draft, draft
 from geometry.layout.quality import LayoutQuality, along_network, layout_quality
-from geometry.layout.seams import seamless_maps
+from geometry.layout.seams import SeamlessMaps, seamless_maps
 from geometry.layout.twists import twist_corrections
 from geometry.mesh import Mesh
 from geometry.mesh.mesh_polylines import mesh_polylines
+from geometry.networks.combed_fields import CombedField
 from geometry.networks.conjugate_networks import conjugate_network
 from geometry.networks.graded_sizes import graded_sizes
 from geometry.networks.networks import Network
@@ -34,6 +35,13 @@ line of the mesh."""
 
 FEWEST_FACES = 4
 """Least number of faces for which lines can be laid on a surface."""
+
+TWIST_CORRECTIONS = 2
+"""Largest number of times that the twist of a mesh is measured and the lines laid anew: a third time changes the moves
+of planarising by a tenth or less."""
+
+WORTHWHILE_PLANARITY_RATIO = 0.95
+"""Mean planarity of a mesh over that before its twist was made good, above which the rest is noise or rim."""
 
 SINGULAR_DETERMINANT = 1e-6
 """Determinant of an affine map over the cube of its size, below which it is not invertible."""
@@ -117,10 +125,7 @@ def lay_quads(
     count = float(n_faces) if n_faces is not None else area / float(edge_length or 1) ** 2
     if finer_where_curved > 1:
         network = network.with_sizes(graded_sizes(frames, finer_where_curved, np.sqrt(area / count)))
-    first = draft(network, field, maps, count)
-    twists = twist_corrections(network, first.derivatives, first.mesh, first.edge_length)
-    corrected = count * count / first.mesh.n_faces  # the rim adds or removes faces
-    final = draft(network.corrected(twists), field, maps, corrected)
+    final = _corrected_draft(network, field, maps, count)
     indices = np.where(final.vertices >= 0, field.indices[final.vertices], 0)
     singular = np.flatnonzero(indices)
     laid, along = final.mesh, along_network(final.mesh, network)
@@ -133,6 +138,24 @@ def lay_quads(
         network,
         layout_quality(laid, along, Surface(mesh), undirected),
     )
+
+
+def _corrected_draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: float) -> Draft:
+    """A mesh of about n_faces faces whose lines make good for the twist measured in meshes before it; the last one
+    that is not folded. Raises FoldedError where the first one is."""
+    best = draft(network, field, maps, n_faces)
+    corrected, wanted = network, n_faces
+    for _ in range(TWIST_CORRECTIONS):
+        corrected = corrected.corrected(twist_corrections(corrected, best.derivatives, best.mesh, best.edge_length))
+        wanted *= n_faces / best.mesh.n_faces  # the rim adds or removes faces
+        before = float(best.mesh.planarity.mean())
+        try:
+            best = draft(corrected, field, maps, wanted)
+        except FoldedError:
+            break
+        if best.mesh.planarity.mean() > WORTHWHILE_PLANARITY_RATIO * before:
+            break
+    return best
 
 
 def boundary_lengths(surface: Surface) -> FloatArray:

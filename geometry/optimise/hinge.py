@@ -15,7 +15,7 @@ __all__ = ["Hinge"]
 
 @dataclass(frozen=True, eq=False)
 class Hinge:
-    """x -> min(0, r(x) - lower_bound), entry by entry: how far r is below the bound.
+    """x -> min(0, r(x) - lower_bound), entry by entry: how far r is below the bound, one number or one for each entry.
 
     The sparsity pattern of the Jacobian does not depend on x: rows of entries above the bound are stored as zeros.
 
@@ -26,7 +26,7 @@ class Hinge:
     """
 
     functional: Functional
-    lower_bound: float
+    lower_bound: float | FloatArray
 
     def residual(self, x: FloatArray) -> FloatArray:
         return np.minimum(self.functional.residual(x) - self.lower_bound, 0.0)

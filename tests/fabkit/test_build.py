@@ -7,6 +7,7 @@ import hashlib
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import ezdxf
@@ -14,11 +15,13 @@ import numpy as np
 import pytest
 import shapely
 
-from fabkit import Built, Project, build, design
+from fabkit import Built, Project, build, design, write_built
 from fabkit.checking.placed_parts import violations
 from fabkit.errors import OutputError, ProjectError
 from fabkit.parts import Part
 from geometry.files import read_mesh
+from geometry.mesh.shapes import dome
+from tests.fabkit.part21 import StepText
 
 ROOF = Path(__file__).parents[2] / "examples" / "roof.obj"
 N_BEAMS, N_NODES, N_PANELS = 612, 325, 288
@@ -48,6 +51,12 @@ def test_every_document_is_there(made: tuple[Path, Built]) -> None:
         "beams.csv",
         "nodes.csv",
         "panels.csv",
+        "pieces.csv",
+        "placements.csv",
+        "survey.csv",
+        "node_facets.csv",
+        "panel_edges.csv",
+        "legend.csv",
         "cutlist.xlsx",
         "model.glb",
         "report.html",
@@ -163,3 +172,43 @@ def test_a_folder_that_may_not_be_replaced_is_refused_before_any_work(tmp_path: 
 def test_a_project_without_a_folder_is_refused_before_any_work() -> None:
     with pytest.raises(ProjectError, match="there is no output folder"):
         build(Project(mesh=ROOF, unit="m"))
+
+
+def test_a_project_chooses_its_documents(tmp_path: Path) -> None:
+    chosen: dict[str, set[str]] = {
+        "meshes": {"M.obj", "S.obj"},
+        "step": {"model.step"},
+        "parts": {"parts"},
+        "sheets": {"sheets"},
+        "panels": {"panels"},
+        "workbook": {"cutlist.xlsx"},
+        "glb": {"model.glb"},
+        "report": {"report.html"},
+    }
+    built = design(Project(mesh=dome(4, 1), mean_edge_mm=1500))
+    for document, expected in chosen.items():
+        project = Project(mesh=dome(4, 1), mean_edge_mm=1500, out=tmp_path / document, documents=[document])
+        write_built(replace(built, project=project))
+        assert {path.name for path in (tmp_path / document).iterdir()} == expected | {"manifest.json"}
+    for documents in ([], ["letters"]):
+        with pytest.raises(ProjectError, match=r"documents"):
+            Project(mesh=dome(4, 1), mean_edge_mm=1500, documents=documents)
+
+
+def test_the_title_block_is_in_the_step_files(tmp_path: Path) -> None:
+    block = {"author": "A. \u00d6ther 100 %", "organisation": "Shop", "date": "2026-03-01", "revision": "B"}
+    project = Project(
+        mesh=dome(4, 1), mean_edge_mm=1500, out=tmp_path / "a", title_block=block, step={"schema": "AP214"}
+    )
+    build(project)
+    for name in ("model.step", "parts/B001.step"):
+        file = StepText((tmp_path / "a" / name).read_text())
+        assert "'2026-03-01T00:00:00',('A. \\X2\\00D6\\X0\\ther 100 %'),('Shop')" in file.header
+        assert "AUTOMOTIVE_DESIGN" in file.header
+        assert {each.values[0] for each in file.all("PRODUCT_DEFINITION_FORMATION")} == {"B"}
+        labels = {each.values[0]: each.values[1] for each in file.all("PRODUCT")}
+        assert labels["B001"] == "B001 flat 120x50 beam"
+        assert not any(label[-1].isdigit() for label in labels.values())
+    for key, value in (("date", "1.3.2026"), ("author", "a\nb"), ("datum", "2026-03-01")):
+        with pytest.raises(ProjectError, match=key):
+            Project(mesh=dome(4, 1), mean_edge_mm=1500, title_block={key: value})

@@ -13,7 +13,7 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-import fabkit.checking.convex as convex
+import fabkit.checking.separation as separation
 from fabkit.checking.clash import clashes
 from fabkit.errors import DetailingError
 from fabkit.kinds import PANEL, PanelDetails
@@ -206,7 +206,7 @@ def test_pieces_are_compared_a_few_at_a_time_with_the_same_result(monkeypatch: p
     solids = [moved(random_prism(rng), rng.uniform(-150, 150, 3), Rotation.random(rng=rng)) for _ in range(40)]
     at_once = found(*solids)
     assert len(at_once) > 100
-    monkeypatch.setattr(convex, "MAX_PROJECTIONS_IN_MEMORY", 500)
+    monkeypatch.setattr(separation, "MAX_PROJECTIONS_IN_MEMORY", 500)
     assert found(*solids) == at_once
 
 

@@ -68,8 +68,9 @@ def test_beams() -> None:
     assert column(table, "Section") == ["flat 120x50"] * 2
     assert column(table, "Ends") == ["\\_|", "/_\\"]
     assert column(table, "Nodes A B") == ["N001 N001 (x2)", "N001 left out"]
-    assert column(table, "Dihedral (deg)") == ["5.00 to 7.13", None]
-    assert column(table, "Height deviation (mm)") == [0.0, -0.25]
+    assert column(table, "Least dihedral (deg)") == [5.0, None]
+    assert column(table, "Largest dihedral (deg)") == [7.126, None]
+    assert column(table, "Least height deviation (mm)") == [0.0, -0.25]
     mass = 7850 * 0.05 * 0.12 * 1.0
     assert column(table, "Mass each (kg)") == [pytest.approx(mass)] * 2
     assert column(table, "Mass (kg)") == [pytest.approx(2 * mass), pytest.approx(mass)]
@@ -88,7 +89,8 @@ def test_nodes() -> None:
     assert column(table, "Azimuths (deg)") == ["0.00 / 180.00"]
     assert column(table, "Inclinations (deg)") == ["-2.50 / -2.50"]
     assert column(table, "Setbacks (mm)") == ["40.00 / 40.00"]
-    assert column(table, "Step between tops (mm)") == ["0.50 to 1.50"]
+    assert column(table, "Least step between tops (mm)") == [0.5]
+    assert column(table, "Largest step between tops (mm)") == [1.5]
     assert column(table, "Mass (kg)") == [pytest.approx(2 * 7850 * 0.08 * 0.08 * 0.13)]
     assert table.left_out == ("left out: two beams leave no room",)
 

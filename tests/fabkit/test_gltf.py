@@ -15,13 +15,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabkit.errors import OutputError
+from fabkit.formats.faceted import CHORD_ERROR_MM
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.triangles import Facets, facets
 from fabkit.kinds import BEAM, NODE, PANEL
-from fabkit.parts import LEFT_OUT_COLOUR, Assembly, LeftOut, Solid, Solids, Topology, prism_topology, prism_vertices
+from fabkit.parts import (
+    LEFT_OUT_COLOUR,
+    Assembly,
+    LeftOut,
+    Measures,
+    Solid,
+    Solids,
+    Topology,
+    prism_topology,
+    prism_vertices,
+)
 from geometry.arrays import FloatArray
 from tests.fabkit.assemblies import assembled
 from tests.fabkit.gridshell import gridshell, left_out_lines
+from tests.fabkit.round_solids import SOLIDS as ROUND_SOLIDS
 
 COLOURS = {kind.name: kind.colour for kind in (BEAM, NODE, PANEL)}
 SINGLE = 1e-6  # glTF holds single precision, 24 bits; parts are up to 1.5 m long
@@ -201,3 +213,21 @@ def test_a_bow_tie_is_refused_by_name() -> None:
     crossing = np.array([[0.0, 0], [10, 10], [10, 0], [0, 12]])
     with pytest.raises(OutputError, match="face 0 of P7 cannot be triangulated"):
         facets(Solids.of([Solid(prism_vertices(crossing, 0.0, 5.0), prism_topology(4))]), ["P7"])
+
+
+@pytest.mark.parametrize("name", ROUND_SOLIDS)
+def test_rounds_become_strips(name: str) -> None:
+    """Watertight, with the volume of the solid less what the chords cut off, and normals that lead out of the steel."""
+    solid = ROUND_SOLIDS[name]
+    (shape,) = facets(Solids.of([solid]), ["N1"])
+    mesh = trimesh.Trimesh(shape.points[0], shape.triangles[0], process=False)
+    mesh.merge_vertices(merge_norm=True)
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    of = Measures(solid.topology, solid.vertices[None])
+    # a strip of width w cuts off a segment of 2/3 w s, s being the chord error
+    assert (
+        abs(mesh.volume / solid.volume_mm3 - 1) < 1e-9 + CHORD_ERROR_MM * of.round_areas.sum() / solid.volume_mm3 * 0.7
+    )
+    away = np.einsum("tk,tck->tc", mesh.face_normals, shape.normals[0][shape.triangles[0]])
+    assert away.min() > np.cos(np.pi / 12) - 1e-6

@@ -115,7 +115,7 @@ def test_it_stands_in_the_model_and_in_a_file_of_its_own(out: Path) -> None:
     assert "bolts" in names
     assert list(BOLT.colour) in [each.values[1:] for each in file.all("COLOUR_RGB")]
     own = StepText((out / "parts" / "S001.step").read_text())
-    assert own.all("PRODUCT")[0].values[:3] == ["S001", "S001", "bolt"]
+    assert own.all("PRODUCT")[0].values[:3] == ["S001", "S001 bolt", "bolt"]
 
 
 def test_it_has_a_list(out: Path) -> None:
@@ -123,10 +123,12 @@ def test_it_has_a_list(out: Path) -> None:
     cells = dict(zip(head, row, strict=True))
     assert (cells["Mark"], cells["Count"], cells["Thread"], cells["Material"]) == ("S001", f"{N_BOLTS}", "M12", "8.8")
     assert cells["File"] == "parts/S001.step"
-    assert "N001" in cells["Nodes"]
+    pieces = [row for row in csv.reader(io.StringIO((out / "pieces.csv").read_text())) if row[2] == "bolt"]
+    assert len(pieces) == N_BOLTS
+    assert all(row[1] == "S001" and row[4].endswith(f" v{row[3]}") for row in pieces)
     assert float(totals[head.index("Mass (kg)")]) == pytest.approx(N_BOLTS * 7.85e-6 * BOLT_MM3, abs=5e-4)
     book = openpyxl.load_workbook(out / "cutlist.xlsx")
-    assert book.sheetnames[-1] == "Bolts"
+    assert "Bolts" in book.sheetnames
     assert book["Bolts"]["C2"].value == "M12"
     assert dict(book["Summary"].iter_rows(max_col=2, values_only=True))["Bolts"] == N_BOLTS
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -12,6 +14,8 @@ from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.detailing.ends import beam_ends
 from fabkit.errors import DetailingError
+from fabkit.fitness import FitnessRules
+from fabkit.fitness.parts import slots, uncovered
 from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from tests.fabkit.test_detail import SIDE, fan, flat_grid
 
@@ -71,7 +75,7 @@ def test_beams_in_line_keep_half_their_width() -> None:
             r"edge 0 cannot be welded at vertex 0: it is 32.0 degrees from the beam on edge 2 about the node axis",
         ),
         (32, r"would be 150.0 mm from the axis, where at most 120.0 mm are possible \(120 mm, or 35% of the edge\)"),
-        (29, r"29.0 degrees from .* at least 30 degrees are needed; it could be bolted or in contact with its block"),
+        (29, r"29.0 degrees from .* at least 30 degrees are needed; it could be in contact with its block"),
         (0.5, r"at least 30 degrees are needed; no other connection would work"),
     ],
 )
@@ -104,3 +108,21 @@ def test_a_gap_at_the_ends_shortens_beams_and_fits() -> None:
     shorter = without["beams"].details.long_point_mm - with_gap["beams"].details.long_point_mm
     assert shorter == pytest.approx(np.full(17, 4.0))
     assert not violations(with_gap)
+
+
+def test_narrow_welds_and_uncovered_ends_are_told() -> None:
+    nodes = detail(fan(50), WELDED, name="fan").assembly["nodes"]
+    found = slots(nodes, FitnessRules())
+    assert found is not None
+    sharpest = np.degrees(
+        np.arctan2(1 - np.sin(np.radians(50)), 1 - np.cos(np.radians(50)))
+    )  # of the quad, at vertex 4
+    assert (round(found.value, 6), found.elements[0]) == (round(float(sharpest), 6), 4)
+    assert "less than 60 degrees apart, at least 33.2 degrees" in found.sentence
+    assert slots(nodes, FitnessRules(slots_noted_deg=33)) is None
+    assert uncovered(nodes, FitnessRules()) is None
+    shares = nodes.details.uncovered_percent
+    bare = replace(nodes, details=replace(nodes.details, uncovered_percent=shares.with_values(shares.values + 21.0)))
+    told = uncovered(bare, FitnessRules())
+    assert told is not None
+    assert told.sentence.startswith(f"{len(nodes)} of {len(nodes)} node blocks are trimmed so low that 10 % or more")

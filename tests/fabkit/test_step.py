@@ -205,7 +205,7 @@ def loop_normals(solid: Solid) -> list[FloatArray]:
 def test_part_says_what_it_is() -> None:
     part = node("N7", tube(), material=Material("C24 'x'", 420.0))
     file = written(part, author="A. N. Öther", organisation="Shop", time_stamp="2024-05-06T07:08:09")
-    assert file.all("PRODUCT")[0].values[:3] == ["N7", "N7", "node"]
+    assert file.all("PRODUCT")[0].values[:3] == ["N7", "N7 node", "node"]
     assert file.all("MANIFOLD_SOLID_BREP")[0].values[0] == "N7"
     assert "FILE_NAME('N7','2024-05-06T07:08:09',('A. N. \\X2\\00D6\\X0\\ther'),('Shop')," in file.header
     assert file.all("DESCRIPTIVE_REPRESENTATION_ITEM")[0].values[1] == "C24 'x'"

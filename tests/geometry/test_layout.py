@@ -232,8 +232,10 @@ def punched(*triangles: int) -> Surface:
         (lambda: lay_quads(plane().mesh, n_faces=10), "wrap the mesh in Surface"),  # type: ignore[arg-type]
         (lambda: lay_quads(punched(37), n_faces=12), "meets no line of the mesh"),
         (lambda: lay_quads(punched(37, 431, 822), n_faces=12), "and 2 more like it meet no line of the mesh"),
-        (lambda: lay_quads(punched(399), n_faces=12), "too small for faces of edge length"),
-        (lambda: lay_quads(ring(0.1), n_faces=20), "the Euler characteristic becomes 1 instead of 0.*; fill the hole"),
+        (
+            lambda: lay_quads(ring(0.1), n_faces=20),
+            "too small for faces of .*the Euler characteristic becomes 1 instead of 0.*; fill the hole",
+        ),
         (lambda: lay_quads(Surface(triangle_mesh(np.eye(3), np.array([[0, 1, 2]]))), n_faces=9), "curvature needs 5"),
         (lambda: lay_quads(cylinder(n=3, m=2), edge_length=0.001), "divide the triangles of the surface"),
     ],

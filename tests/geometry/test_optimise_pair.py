@@ -204,6 +204,43 @@ def test_three_tubes_meet_with_constant_mean_curvature(n: int, rings: int, off: 
     assert found.boundary_distance[1] < 0.05
 
 
+@cache
+def junction() -> OptimisedPair:
+    return optimise_pair(approximate_pair(three_tubes(12, 8)), PairTargets(mean=-0.49))
+
+
+@given(seed=st.integers(0, 2**32 - 1), decade=st.floats(-3, 3))
+@settings(max_examples=2, phases=[Phase.generate])
+def test_constant_mean_curvature_does_not_depend_on_place_and_size(seed: int, decade: float) -> None:
+    start, turn, size = approximate_pair(three_tubes(12, 8)), rotation(seed), 10.0**decade
+    moved = start.mesh.with_vertices(size * start.mesh.vertices @ turn.T + size * np.array([3.0, -5.0, 2.0]))
+    image = moved.with_vertices(start.gauss_image.vertices @ turn.T)
+    found, known = optimise_pair(Pair(moved, image), PairTargets(mean=-0.49 / size)), junction()
+    back = (found.mesh.vertices / size - [3.0, -5.0, 2.0]) @ turn
+    assert np.abs(back - known.mesh.vertices).max() < 1e-3 * start.mesh.mean_edge_length
+    assert np.abs(found.gauss_image.vertices @ turn - known.gauss_image.vertices).max() < 1e-3
+
+
+def test_offsets_of_constant_mean_curvature_have_the_areas_of_steiner() -> None:
+    """(5) and (6) of the paper, of the result."""
+    for d in (-0.3, 0.4):
+        offset = junction().pair.offset_mesh(d)
+        assert relative_plane_deviations(offset).max() < 1e-11
+        area = float(np.einsum("fi,fi->f", offset.vector_areas, junction().mesh.face_normals).sum())
+        assert steiner_area(junction().pair, d) == pytest.approx(area, rel=1e-10)
+        areas, K = face_curvatures(junction()).areas, face_curvatures(junction()).gaussian
+        assert area == pytest.approx(float(((1 + 2 * d * 0.49 + d * d * K) * areas).sum()), rel=1e-10)
+
+
+@pytest.mark.parametrize("rings", [1, 2])
+def test_few_rows_have_hardly_a_vertex_inside_and_get_their_curvature_all_the_same(rings: int) -> None:
+    z = np.linspace(-0.3 * rings, 0, rings + 1)
+    mesh = shapes.rotational_mesh(np.stack([np.sqrt(1 + 1.4 * z**2), z], axis=1), 24)
+    found = optimise_pair(approximate_pair(mesh), PairTargets(mean=-0.3))
+    assert_exact(found)
+    np.testing.assert_allclose(face_curvatures(found).mean, -0.3, atol=1e-11)
+
+
 def spool(half: float) -> tuple[Mesh, IntArray]:
     """Between circles of radius 1 in the planes z = +-half, and its boundary vertices."""
     z = np.linspace(-half, half, 2 * round(12 * half) + 1)

@@ -23,6 +23,8 @@ TITLES = {
     "tilt": "Tilt of the beams",
     "mitres": "Mitre cuts",
     "block-heights": "Height of the node blocks",
+    "slots": "Room to weld between beams",
+    "uncovered": "Beams' ends above their blocks",
     "underside": "Panels raised by one node",
     "sheets": "Panels larger than the sheets",
 }

@@ -12,7 +12,7 @@ The same parts and arguments give the same bytes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
@@ -26,13 +26,27 @@ from fabkit.errors import OutputError
 from fabkit.formats.step.entities import Schema
 from fabkit.formats.step.solid import Template, by_template, solid_numbers
 from fabkit.formats.step.text import reals, string
-from fabkit.formats.step.writer import PARTS_PER_BATCH, StepWriter, check_name, instance_name
+from fabkit.formats.step.writer import PARTS_PER_BATCH, StepWriter, check_name, instance_name, product_names
 from fabkit.parts import Assembly, Kind, Material, Part, Parts, SolidArray
 from geometry.arrays import FloatArray
 
-__all__ = ["instance_name", "stream_step", "write_part_step", "write_part_steps", "write_step"]
+__all__ = [
+    "instance_name",
+    "product_names",
+    "stream_step",
+    "write_part_step",
+    "write_part_steps",
+    "write_step",
+]
 
-_NO_TIME = "1970-01-01T00:00:00"
+MARK_HERE, NAME_HERE = "{mark of the part}", "{name of the product}"
+"""Stand-ins for the mark of a part and the name of its product in the template of its file."""
+NO_TIME = "1970-01-01T00:00:00"
+"""Time stamp of the files of a project that states no date: they are the same each time."""
+
+
+_Head = tuple[Schema, str, str, str, str]
+"""Schema, author, organisation, revision and time stamp of a file."""
 
 
 def write_step(
@@ -42,11 +56,13 @@ def write_step(
     schema: Schema = "AP242",
     author: str = "",
     organisation: str = "",
-    time_stamp: str = _NO_TIME,
+    revision: str = "",
+    time_stamp: str = NO_TIME,
 ) -> None:
     """Write all parts of an assembly, placed, to a file or an open text stream.
 
-    time_stamp: of the header, as in ISO 8601. Names beyond ASCII are encoded, but marks must be ASCII.
+    author, organisation, time_stamp (as in ISO 8601): of the header; revision: of the products. Names beyond ASCII are
+    encoded, but marks must be ASCII.
     Raises OutputError where the file cannot be written (a file that was there stays as it was), there are no parts,
     one mark stands for different parts, a mark is not ASCII or is the name of the structure or a group, a placement
     is not a rigid motion, or a solid has an edge too short or a face not plane to 1e-7 mm.
@@ -68,6 +84,7 @@ def write_step(
         schema=schema,
         author=author,
         organisation=organisation,
+        revision=revision,
         time_stamp=time_stamp,
     )
 
@@ -81,7 +98,8 @@ def stream_step(
     schema: Schema = "AP242",
     author: str = "",
     organisation: str = "",
-    time_stamp: str = _NO_TIME,
+    revision: str = "",
+    time_stamp: str = NO_TIME,
 ) -> None:
     """Write parts from an iterator, some of a group at a time; otherwise as `write_step`, which has all parts in
     memory.
@@ -98,7 +116,7 @@ def stream_step(
     10
     """
     with _opened(target) as stream:
-        writer = StepWriter(stream, name, schema, author, organisation, time_stamp)
+        writer = StepWriter(stream, name, schema, author, organisation, revision, time_stamp)
         writer.begin_structure(np.zeros(3) if origin_mm is None else origin_mm)
         for parts in groups:
             writer.write_parts(parts)
@@ -112,7 +130,8 @@ def write_part_step(
     schema: Schema = "AP242",
     author: str = "",
     organisation: str = "",
-    time_stamp: str = _NO_TIME,
+    revision: str = "",
+    time_stamp: str = NO_TIME,
 ) -> None:
     """Write one part in its own frame, as one product without any assembly; otherwise as `write_step`.
 
@@ -125,12 +144,21 @@ def write_part_step(
     1
     """
     with _opened(target) as stream:
-        writer = StepWriter(stream, part.mark, schema, author, organisation, time_stamp)
+        writer = StepWriter(stream, part.mark, schema, author, organisation, revision, time_stamp)
         writer.write_shapes(Parts.of(part.kind, [part]), np.zeros(1, dtype=np.int64))
         writer.end()
 
 
-def write_part_steps(folder: Path, groups: Iterable[Parts[Any]]) -> None:
+def write_part_steps(
+    folder: Path,
+    groups: Iterable[Parts[Any]],
+    *,
+    schema: Schema = "AP242",
+    author: str = "",
+    organisation: str = "",
+    revision: str = "",
+    time_stamp: str = NO_TIME,
+) -> None:
     """Write a file for each mark, named like the mark, into an empty folder; otherwise as `write_part_step`.
 
     >>> from fabkit import Project, design
@@ -141,42 +169,50 @@ def write_part_steps(folder: Path, groups: Iterable[Parts[Any]]) -> None:
     >>> len(list(Path().glob("*.step")))
     10
     """
+    head = (schema, author, organisation, revision, time_stamp)
     for parts in groups:
-        materials = parts.material[parts.firsts]
+        names, materials = product_names(parts), parts.material[parts.firsts]
         for number, material in enumerate(parts.materials):
             own = np.flatnonzero(materials == number)
             for template, solids in by_template(parts.solids.by_topology(parts.shape[parts.firsts[own]])):
                 for start in range(0, len(solids.parts), PARTS_PER_BATCH):
                     batch = solids[start : start + PARTS_PER_BATCH]
-                    marks = [parts.mark_names[k] for k in own[batch.parts].tolist()]
-                    _write_solids(folder, marks, parts.kind, material, template, batch)
+                    named = {parts.mark_names[k]: names[k] for k in own[batch.parts].tolist()}
+                    _write_solids(folder, head, named, parts.kind, material, template, batch)
 
 
 def _write_solids(
-    folder: Path, marks: Sequence[str], kind: Kind[Any], material: Material, of: Template, batch: SolidArray
+    folder: Path,
+    head: _Head,
+    names: dict[str, str],
+    kind: Kind[Any],
+    material: Material,
+    of: Template,
+    batch: SolidArray,
 ) -> None:
-    """Write a file for each mark (k,) of parts that differ only in the vertices of their solids.
-
-    The files differ only in the mark and the numbers, so one text serves as the template of all.
+    """Write a file for each mark, whose products have these names, of parts that differ only in the vertices of their
+    solids; so one text serves as the template of all.
     """
+    marks = list(names)
     numbers = solid_numbers(of, batch, marks)
     width, texts = numbers.shape[1], reals(numbers)
-    template = _file_template(kind, material, of, width)
-    n_names = template.replace("%%", "").count("%s") - width
+    template = _file_template(head, kind, material, of, width)
     for n, mark in enumerate(marks):
         check_name(mark)
-        text = template % (*[string(mark)] * n_names, *texts[n * width : (n + 1) * width])
+        text = template % tuple(texts[n * width : (n + 1) * width])
+        text = text.replace(MARK_HERE, string(mark)).replace(NAME_HERE, string(names[mark]))
         with open(folder / f"{mark}.step", "wb", buffering=0) as stream:
             stream.write(text.encode("ascii"))
 
 
 @lru_cache(maxsize=256)
-def _file_template(kind: Kind[Any], material: Material, of: Template, n_numbers: int) -> str:
-    """The text of the file of one part, with %s in place of its mark, and of each of its numbers after that."""
+def _file_template(head: _Head, kind: Kind[Any], material: Material, of: Template, n_numbers: int) -> str:
+    """The text of the file of one part, with %s in place of each of its numbers, and with stand-ins for its names."""
     stream = StringIO()
-    writer = StepWriter(stream, "%s", "AP242", "", "", _NO_TIME)
+    schema, *texts = head
+    writer = StepWriter(stream, MARK_HERE, schema, *(text.replace("%", "%%") for text in texts))
     material = replace(material, name=material.name.replace("%", "%%"))
-    writer.write_shape(kind, "%s", material, of, ["%s"] * n_numbers)
+    writer.write_shape(kind, MARK_HERE, NAME_HERE, material, of, ["%s"] * n_numbers)
     writer.end()
     return stream.getvalue()
 

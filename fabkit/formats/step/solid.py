@@ -142,7 +142,9 @@ def solid_numbers(template: Template, batch: SolidArray, names: Sequence[str]) -
     _require(np.isfinite(extents), names, extents, "has a vertex at {}")
     along = of.points[:, :, t.edges[:, 1]] - of.points[:, :, t.edges[:, 0]]
     lengths = np.sqrt((along * along).sum(axis=0))
-    shortest = np.concatenate([lengths, of.shortest_sides, of.radii], axis=1).min(axis=1)
+    shortest = lengths.min(axis=1, initial=np.inf)
+    if len(t.rounds):
+        shortest = np.minimum(shortest, np.minimum(of.shortest_sides, of.radii).min(axis=1))
     _require(
         shortest > STEP_ACCURACY_MM,
         names,
@@ -160,7 +162,8 @@ def solid_numbers(template: Template, batch: SolidArray, names: Sequence[str]) -
         f"has a face {{:.3g}} mm wide, more than {STEP_ACCURACY_MM:g} mm are needed",
     )
     deviations = np.abs(np.einsum("xkc,kcx->kc", here, of.normals[:, t.corner_face])).max(axis=1, initial=0.0)
-    deviations = np.maximum(deviations, of.round_misfits.max(axis=1, initial=0.0))
+    if len(t.rounds):
+        deviations = np.maximum(deviations, of.round_misfits.max(axis=1))
     _require(
         deviations <= STEP_ACCURACY_MM,
         names,

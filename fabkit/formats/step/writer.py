@@ -36,7 +36,7 @@ from fabkit.formats.step.text import Block, reals, string
 from fabkit.parts import Kind, Material, Part, Parts, Solids
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["PARTS_PER_BATCH", "StepWriter", "check_name", "instance_name", "solid_texts"]
+__all__ = ["PARTS_PER_BATCH", "StepWriter", "check_name", "instance_name", "product_names", "solid_texts"]
 
 PARTS_PER_BATCH = 64
 """Number of parts written together: enough to make array operations worthwhile, few enough for the processor's
@@ -77,17 +77,25 @@ class _Assembly:
 class StepWriter:
     """Writes one file from top to bottom: each method adds text to the stream.
 
-    name: of the structure or the mark of the only part; the rest is for the header.
+    name: of the structure or the mark of the only part; revision: of the products; the rest is for the header.
     """
 
     def __init__(
-        self, stream: TextIO, name: str, schema: Schema, author: str, organisation: str, time_stamp: str
+        self,
+        stream: TextIO,
+        name: str,
+        schema: Schema,
+        author: str,
+        organisation: str,
+        revision: str,
+        time_stamp: str,
     ) -> None:
         if schema not in SCHEMAS:
             raise OutputError(f"a STEP file cannot be written as {schema!r}; choose AP242 or AP214")
         file_schema, application, protocol = SCHEMAS[schema]
         self._stream = stream
         self._name = name
+        self._revision = string(revision)
         self._free_id = FIRST_FREE_ID
         self._materials: dict[Material, int] = {}
         self._styles: dict[tuple[float, float, float], int] = {}
@@ -134,19 +142,27 @@ class StepWriter:
     def write_shapes(self, parts: Parts[Any], rows: IntArray) -> None:
         """A product with its solid for the mark of each of these parts, if it was not written before."""
         new = np.array([k for k in rows.tolist() if parts.mark_names[parts.mark[k]] not in self._products], dtype=int)
-        names = [parts.mark_names[k] for k in parts.mark[new].tolist()]
-        texts = solid_texts(parts.solids, parts.shape[new], names)
-        for mark, material, (template, numbers) in zip(names, parts.material[new].tolist(), texts, strict=True):
-            self.write_shape(parts.kind, mark, parts.materials[material], template, numbers)
+        if not len(new):
+            return
+        chosen = parts.take(new)
+        marks, names = chosen.mark_names, product_names(chosen)
+        texts = solid_texts(parts.solids, parts.shape[new], marks)
+        for mark, name, material, (template, numbers) in zip(
+            marks, names, parts.material[new].tolist(), texts, strict=True
+        ):
+            self.write_shape(parts.kind, mark, name, parts.materials[material], template, numbers)
 
-    def write_shape(self, kind: Kind[Any], mark: str, of: Material, template: Template, numbers: Sequence[str]) -> None:
-        """The product of a mark; template and numbers: those of its solid, by `solid_texts`. Raises OutputError for a
-        mark that is not a valid name."""
+    def write_shape(
+        self, kind: Kind[Any], mark: str, product: str, of: Material, template: Template, numbers: Sequence[str]
+    ) -> None:
+        """The product of a mark; product: its name, by `product_names`; template and numbers: those of its solid, by
+        `solid_texts`. Raises OutputError for a mark that is not a valid name."""
         check_name(mark)
         if mark in self._taken:
             raise _taken(mark)
         name, material, style = string(mark), self._material(of), self._style(kind.colour)
-        values = (name, name, kind.name, str(material), str(material + DENSITY_OFFSET), str(style), name, *numbers)
+        ids = (str(material), str(material + DENSITY_OFFSET), str(style))
+        values = (self._revision, name, string(product), kind.name, *ids, name, *numbers)
         self._products[mark] = self._add(_part_block(template), values)
 
     def _write_instances(self, parts: Parts[Any], rows: IntArray) -> None:
@@ -189,7 +205,8 @@ class StepWriter:
         return first_id
 
     def _add_assembly(self, name: str) -> _Assembly:
-        return _Assembly(self._add(ASSEMBLY_BLOCK, (string(name), string(name), "")))
+        label = f"{name} structure" if name[-1:].isdigit() else name
+        return _Assembly(self._add(ASSEMBLY_BLOCK, (self._revision, string(name), string(label), "")))
 
     def _names(self, assembly: _Assembly, product: int, name: str) -> tuple[str, ...]:
         """Ids and names in the entities of an instance of a product in an assembly, after its placement."""
@@ -230,6 +247,24 @@ class StepWriter:
         if colour not in self._styles:
             self._styles[colour] = self._add(STYLE_BLOCK, reals(np.array(colour)))
         return self._styles[colour]
+
+
+def product_names(parts: Parts[Any]) -> list[str]:
+    """The name of the product of each mark: the mark, what the part is made from, and its kind, such as `B001 rhs
+    120x60x5 beam`. FreeCAD shows these names, and numbers those anew that end in a digit.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats.step import product_names
+    >>> [product_names(parts)[0] for parts in built.assembly.groups]
+    ['B001 flat 120x50 beam', 'N001 node', 'P001 10 mm glass panel']
+    """
+    stock = parts.kind.stock(parts) if parts.kind.stock else [""] * len(parts)
+    return [
+        " ".join(word for word in (mark, stock[k], parts.kind.name) if word)
+        for mark, k in zip(parts.mark_names, parts.firsts.tolist(), strict=True)
+    ]
 
 
 def check_name(mark: str) -> None:

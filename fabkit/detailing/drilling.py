@@ -1,0 +1,54 @@
+"""Bores in solids that are made already."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fabkit.parts import Ragged, Solids, bore_vertices
+from geometry.arrays import FloatArray, IntArray
+
+__all__ = ["Bores", "drilled"]
+
+BLIND = -1
+"""In place of the second face of a bore: it ends inside the solid."""
+
+
+@dataclass(frozen=True, eq=False)
+class Bores:
+    """K bores with square ends. solids (K,): position of the solid; faces (K, 2): those where each begins and ends,
+    the second one BLIND inside; starts, stops (K, 3): ends of the axes in mm, in the frames of the solids; radii (K,)
+    in mm; across (K, 3): directions not along the axes, towards which the rims lie."""
+
+    solids: IntArray
+    faces: IntArray
+    starts: FloatArray
+    stops: FloatArray
+    radii: FloatArray
+    across: FloatArray
+
+
+def drilled(solids: Solids, bores: Bores) -> Solids:
+    """The solids with these bores, in their order. Solids of one topology with bores in the same faces share one."""
+    order = np.argsort(bores.solids, kind="stable")
+    counts = np.bincount(bores.solids, minlength=len(solids))
+    of_solid = Ragged(order, np.concatenate([[0], np.cumsum(counts)]))
+    patterns = np.full((len(solids), 1 + 2 * counts.max(initial=0)), -2, dtype=np.int64)
+    patterns[:, 0] = solids.topology
+    patterns[of_solid.row[:, None], 1 + 2 * of_solid.place[:, None] + np.arange(2)] = bores.faces[order]
+    different, topology = np.unique(patterns, axis=0, return_inverse=True)
+    topologies = tuple(
+        solids.topologies[row[0]].bored([(first, None if second == BLIND else second) for first, second in pairs])
+        for row in different.tolist()
+        for pairs in [[pair for pair in zip(row[1::2], row[2::2], strict=True) if pair[0] >= 0]]
+    )
+    own = bore_vertices(bores.starts[order], bores.stops[order], bores.radii[order], bores.across[order])
+    old = solids.vertices
+    sizes = old.sizes + 4 * counts
+    starts = np.concatenate([[0], np.cumsum(sizes)])
+    vertices = np.empty((starts[-1], 3))
+    vertices[starts[old.row] + old.place] = old.values
+    places = (starts[:-1] + old.sizes)[of_solid.row] + 4 * of_solid.place
+    vertices[places[:, None] + np.arange(4)] = own
+    return Solids(topologies, topology.ravel(), Ragged(vertices, starts))
