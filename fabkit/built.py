@@ -115,6 +115,8 @@ def _surface_summary(laid: LaidSurface, mesh: Mesh, scale: float) -> SurfaceSumm
         aligned_share=laid.aligned_share,
         distances_mm=laid.distances(mesh * (1 / scale)) * scale,
         smoothing_mm=laid.largest_smoothing * scale,
+        undirected_share=quality.undirected_share,
+        loop_lengths_mm=laid.loop_lengths * scale,
     )
 
 

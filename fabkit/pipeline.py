@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,8 +38,8 @@ __all__ = [
     "Built",
     "build",
     "design",
+    "given_in_mm",
     "mesh_file",
-    "mesh_in_mm",
     "write_built",
 ]
 
@@ -109,13 +109,11 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     """
     _check_project(project)
     stages = stages or Stages()
-    with stages("Read"):
-        file, given = _read(project)
-    file, laid = _laid(project, file, stages)
-    scale = _scale(project, file.mesh)
-    mesh = file.mesh * scale
-    surface = None if laid is None else laid.scaled_surface(scale)
-    structure, image, found = checked_structure(project, mesh, file.rounding * scale, given, surface, stages)
+    given = _given(project, stages)
+    structure, image, found = checked_structure(
+        project, given.mesh, given.rounding_mm, given.pair, given.surface, stages
+    )
+    file, laid, scale = given.file, given.laid, given.scale
     with stages("Detail and check fit"):
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
@@ -174,14 +172,36 @@ def _laid(project: Project, file: MeshFile, stages: Stages) -> tuple[MeshFile, L
         return lay_on_surface(file, project.surface, mm, lambda share: stages.progress("Lay mesh", share))
 
 
-def mesh_in_mm(project: Project) -> tuple[Mesh, float, GivenPair | None, Surface | None]:
-    """The mesh of a project in mm, and the rounding of its coordinates in mm; its Gauss image if one is given; its
-    surface in mm if it is laid on one."""
-    file, given = _read(project)
-    file, laid = _laid(project, file, Stages())
+@dataclass(frozen=True, eq=False)
+class GivenInMm:
+    """What a project gives, with a mesh laid on its surface if it asks for that.
+
+    file: near zero, in its unit; scale: mm in that unit. mesh: in mm, with coordinates rounded to rounding_mm; pair:
+    with its Gauss image, None if none is given; laid, surface: None if the mesh is not laid on a surface, which is in
+    mm.
+    """
+
+    file: MeshFile
+    scale: float
+    mesh: Mesh
+    rounding_mm: float
+    pair: GivenPair | None
+    laid: LaidSurface | None
+    surface: Surface | None
+
+
+def given_in_mm(project: Project) -> GivenInMm:
+    """The mesh of a project and what belongs to it. Raises as `design` does."""
+    return _given(project, Stages())
+
+
+def _given(project: Project, stages: Stages) -> GivenInMm:
+    with stages("Read"):
+        file, pair = _read(project)
+    file, laid = _laid(project, file, stages)
     scale = _scale(project, file.mesh)
     surface = None if laid is None else laid.scaled_surface(scale)
-    return file.mesh * scale, file.rounding * scale, given, surface
+    return GivenInMm(file, scale, file.mesh * scale, file.rounding * scale, pair, laid, surface)
 
 
 def _unusual_parts(

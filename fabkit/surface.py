@@ -19,9 +19,9 @@ from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError
 from geometry.files import MeshFile
-from geometry.layout import LARGEST_LENGTH_RATIO, Boundary, LaidMesh, lay_quads
+from geometry.layout import FEWEST_FACES, LARGEST_LENGTH_RATIO, Boundary, LaidMesh, boundary_lengths, lay_quads
 from geometry.mesh import Mesh
-from geometry.remeshing import study_networks
+from geometry.remeshing import NetworkTrial, remesh, study_networks
 from geometry.surface import Surface, refined, smoothed
 from geometry.traced_curves import TracedCurves, trace_curves
 
@@ -42,6 +42,9 @@ ALIGNED_DEG = 10.0
 
 LEAST_SAMPLED_FACES = 1000
 """Faces for which exact surfaces are cut into triangles at least, so that their curvature shows."""
+
+MAX_TRIED_NETWORKS = 5
+"""Largest number of networks of a study that are tried with faces of the wanted size, the best first."""
 
 TRIANGLE_EDGE_RATIO = 0.7
 """Length of the edges of those triangles over that of the edges of the mesh: some four triangles a face."""
@@ -107,7 +110,8 @@ class LaidSurface:
 
     surface: smooth, through the vertices of the `n_triangles` triangles in the file. laid: the mesh, before its faces
     are made planar. affine (3, 3): the map whose principal lines the edges follow. largest_smoothing: largest
-    displacement of a vertex of the surface by smoothing.
+    displacement of a vertex of the surface by smoothing. loop_lengths: of the boundary loops of the surface, longest
+    first. passed_over: why networks that are better in a study were not taken, or nothing.
     """
 
     surface: Surface
@@ -116,6 +120,8 @@ class LaidSurface:
     lines: str
     affine: FloatArray
     largest_smoothing: float
+    loop_lengths: FloatArray
+    passed_over: str = ""
 
     @property
     def aligned_share(self) -> float:
@@ -183,15 +189,30 @@ def lay_on_surface(
     """
     given, largest_smoothing = _without_noise(file, rules, mm)
     line_options = _line_options(file, rules)
-    affine = _affine(given, rules, line_options, progress)
     size: dict[str, Any] = {"n_faces": rules.faces}
     if rules.edge_length_mm is not None:
-        size = {"edge_length": _in_unit(rules.edge_length_mm, mm, "edge_length_mm (--edge-length)")}
-    laid = lay_quads(given, **size, affine=affine, **line_options)
-    n_triangles = given.triangulated.n_faces
+        size = {"edge_length": _edge_length(given, rules.edge_length_mm, mm)}
+    affine, passed_over = floats(np.eye(3)), ""
+    if rules.lines == "conjugate":
+        affine, laid, passed_over = _best_laid(given, _networks(given, line_options, progress), size | line_options)
+    else:
+        laid = lay_quads(given, **size, affine=affine, **line_options)
+    n_triangles, loop_lengths = given.triangulated.n_faces, boundary_lengths(given)
     return replace(file, mesh=laid.mesh), LaidSurface(
-        refined(given), n_triangles, laid, rules.lines, affine, largest_smoothing
+        refined(given), n_triangles, laid, rules.lines, affine, largest_smoothing, loop_lengths, passed_over
     )
+
+
+def _edge_length(surface: Surface, length_mm: float, mm: float | None) -> float:
+    """In the unit of the surface. Raises ProjectError where it is too long for the surface."""
+    length = _in_unit(length_mm, mm, "edge_length_mm (--edge-length)")
+    longest = float(np.sqrt(np.linalg.norm(surface.triangulated.vector_areas, axis=1).sum() / FEWEST_FACES))
+    if length > longest:
+        raise ProjectError(
+            f"edge_length_mm (--edge-length) is {length_mm:g}, but the surface has room for faces of at most "
+            f"{longest * (mm or 1.0):.4g} mm: give a shorter length, and check the unit of the surface (--unit)"
+        )
+    return length
 
 
 def curves_on_surface(
@@ -216,7 +237,9 @@ def curves_on_surface(
     if asymptotic:
         return trace_curves(given, spacing=spacing, kind="asymptotic")
     if affine is None:
-        affine = _affine(given, rules, _line_options(file, rules), progress)
+        affine = floats(np.eye(3))
+        if rules.lines == "conjugate":
+            affine = _networks(given, _line_options(file, rules), progress)[0].affine
     return trace_curves(given, spacing=spacing, affine=affine)
 
 
@@ -241,16 +264,31 @@ def _line_options(file: MeshFile, rules: SurfaceRules) -> dict[str, Any]:
     return options
 
 
-def _affine(
-    surface: Surface, rules: SurfaceRules, line_options: dict[str, Any], progress: Callable[[float], None] | None
-) -> FloatArray:
-    """The map whose principal lines are followed: the identity, or that of the best of many conjugate networks."""
-    if rules.lines == "principal":
-        return floats(np.eye(3))
-    best = study_networks(surface, progress=progress, **line_options)[0]
-    if best.pair is None:
-        raise GeometryError(f"no conjugate network gives a mesh; the first fails because {best.reason}")
-    return best.affine
+def _networks(
+    surface: Surface, line_options: dict[str, Any], progress: Callable[[float], None] | None
+) -> list[NetworkTrial]:
+    """The conjugate networks that give a coarse mesh, the best first."""
+    trials = study_networks(surface, progress=progress, **line_options)
+    if trials[0].pair is None:
+        raise GeometryError(f"no conjugate network gives a mesh; the first fails because {trials[0].reason}")
+    return [trial for trial in trials if trial.pair is not None]
+
+
+def _best_laid(
+    surface: Surface, trials: list[NetworkTrial], options: dict[str, Any]
+) -> tuple[FloatArray, LaidMesh, str]:
+    """The map and the mesh of the first network whose mesh can be made planar, and why those before were passed over:
+    finer faces may fold where coarse ones do not."""
+    reasons: list[str] = []
+    for trial in trials[:MAX_TRIED_NETWORKS]:
+        try:
+            return trial.affine, remesh(surface, affine=trial.affine, **options).laid, "; ".join(reasons)
+        except GeometryError as error:
+            reasons.append(error.message)
+    raise GeometryError(
+        f"none of the {len(reasons)} best conjugate networks gives a planar mesh with faces of this size; the first "
+        f"fails because {reasons[0]}"
+    )
 
 
 def _in_unit(length_mm: float, mm: float | None, name: str) -> float:

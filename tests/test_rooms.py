@@ -154,6 +154,15 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.arrays",
     },
     "fabkit.production": {"fabkit.fitness", "fabkit.kinds", "fabkit.parts", "fabkit.errors", *GROUND},
+    "fabkit.formats.finished": {
+        "fabkit.document_rules",
+        "fabkit.formats",
+        "fabkit.formats.step",
+        "fabkit.production",
+        "fabkit.parts",
+        "fabkit.errors",
+        "geometry.arrays",
+    },
     "fabkit.formats.step": {"fabkit.parts", "fabkit.errors", "geometry.arrays"},
     "fabkit.formats.drawings": {"geometry.remeshing", "fabkit.production", "geometry.mesh", "geometry.arrays"},
     "fabkit.formats.report": {"fabkit.production", "fabkit.fitness", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
@@ -286,6 +295,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.commands": {
         "fabkit.surface",
         "fabkit.formats.drawings",
+        "fabkit.formats.finished",
         "fabkit.units",
         "geometry.remeshing",
         "geometry.traced_curves",
@@ -406,7 +416,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembly",
     ),
     "fabkit.checking": (
-        "access bore_distances convex_pieces fit links positions separation",
+        "access bore_distances convex_pieces fit links positions round_edges separation",
         "bores convex",
         "clash solid_rules",
         "placed_parts",
@@ -441,7 +451,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "fabkit.commands": (
         "terminal options facts",
         "inspection",
-        "inspection_picture",
+        "inspection_picture folders",
         "printing",
         "mesh_output surface_output",
         "meshes surface_mesh design",

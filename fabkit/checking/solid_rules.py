@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabkit.checking.convex import is_splittable
+from fabkit.checking.round_edges import round_clearances
 from fabkit.parts import Measures, SolidArray
 from geometry.arrays import BoolArray, FloatArray
 
@@ -34,7 +35,7 @@ def solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_edg
     tail, head = batch.topology.edges.T
     edges = np.linalg.norm(batch.vertices[:, head] - batch.vertices[:, tail], axis=-1)
     shortest = np.concatenate([edges, measures.shortest_sides, measures.radii], axis=1).min(axis=1)
-    bulge = _bulges(measures)
+    bulge, clearance = _bulges(measures), round_clearances(measures)
     measured = (skew <= ORTHONORMALITY_TOLERANCE) & (volume > 0) & (shortest >= shortest_edge_mm) & (bulge <= fit_mm)
     splittable = measured.copy()
     splittable[measured] = is_splittable(batch[measured])
@@ -63,6 +64,12 @@ def solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_edg
             bulge <= fit_mm,
             f"has a face that is off its plane by {{:.3g}} mm, allowed {fit_mm:g} mm",
             "planarise the mesh first",
+        ),
+        Rule(
+            clearance,
+            clearance > 0,
+            "has a bore or round bar whose edge is {:.3g} mm from another edge of its face, which must be positive",
+            "make it smaller, or place it further inside the face",
         ),
         Rule(
             volume,

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fabkit.commands.design import design_app
+from fabkit.commands.folders import check_command, diff_command
 from fabkit.commands.meshes import curvature_command, offset_command, planarise_command
 from fabkit.commands.options import (
     RUN,
@@ -223,4 +224,6 @@ app.command("mesh")(mesh_command)
 app.command("planarise")(planarise_command)
 app.command("offset")(offset_command)
 app.command("curvature")(curvature_command)
+app.command("check")(check_command)
+app.command("diff")(diff_command)
 app.add_typer(design_app, name="design")

@@ -24,7 +24,7 @@ from fabkit.fitness import CRITERIA, Finding, FitnessError, with_accepted
 from fabkit.fitness.parts import mitres
 from fabkit.fitness.shape import self_intersection
 from fabkit.gauss_image import GaussImageRules
-from fabkit.pipeline import design, mesh_file, mesh_in_mm
+from fabkit.pipeline import design, given_in_mm, mesh_file
 from fabkit.production import OptimisedGaussImage
 from fabkit.project import Project
 from fabkit.stages import Stages
@@ -171,14 +171,15 @@ def _shaped(project: Project) -> _Tried:
     """The stages up to the Gauss image."""
     tried = _Tried()
     try:
-        mesh, rounding_mm, given, surface = mesh_in_mm(project)
+        given = given_in_mm(project)
+        mesh, surface = given.mesh, given.surface
         tried = replace(tried, given=mesh)
-        if given is not None:
-            structure, _, found = checked_pair(project, mesh, given, Stages())
+        if given.pair is not None:
+            structure, _, found = checked_pair(project, mesh, given.pair, Stages())
             return _Tried(mesh, structure.mesh, structure, findings=found)
         planar, found = checked_planar(project, mesh, surface, Stages())
         tried = _Tried(mesh, planar, findings=found)
-        structure, image, found = checked_image(project, mesh, planar, rounding_mm, surface, found, Stages())
+        structure, image, found = checked_image(project, mesh, planar, given.rounding_mm, surface, found, Stages())
     except FitnessError as error:
         return replace(tried, findings=error.findings)
     except GeometryError as error:

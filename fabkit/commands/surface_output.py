@@ -16,6 +16,7 @@ from fabkit.errors import ProjectError
 from fabkit.formats import EXACT_SUFFIXES, whole_file
 from fabkit.formats.drawings import networks_html
 from fabkit.formats.polylines import write_polylines
+from fabkit.production import ANY_LINES, LEAST_UNDIRECTED_SHARE, irregular_vertices
 from fabkit.project import surface_rules_from
 from fabkit.stages import Stages
 from fabkit.structure import made_planar
@@ -30,6 +31,7 @@ from fabkit.surface import (
 from fabkit.units import MM_PER_UNIT
 from fabkit.wording import echo, readable
 from geometry.arrays import FloatArray
+from geometry.errors import listed
 from geometry.files import MeshFile, read_mesh, write_mesh
 from geometry.mesh import Mesh
 from geometry.remeshing import study_networks
@@ -174,24 +176,31 @@ def _mesh(file: MeshFile, rules: SurfaceRules, mm: float | None, stages: Stages)
         return made_planar(laid.laid.mesh, {"surface": laid.surface, "keep_boundary": True}), laid
 
 
+def _remarks(laid: LaidSurface) -> list[tuple[str, str]]:
+    """What is particular about the surface."""
+    share, loops = laid.laid.quality.undirected_share, laid.loop_lengths
+    found = []
+    if share > LEAST_UNDIRECTED_SHARE:
+        found.append(("flat or spherical", f"{100 * share:.0f} % of the area: {ANY_LINES}"))
+    if len(loops) > 1:
+        lengths = listed([f"{length:.4g}" for length in loops], len(loops))
+        found.append(("boundary loops", f"{lengths} long; all are kept"))
+    return found
+
+
 def _facts(mesh: Mesh, laid: LaidSurface) -> list[tuple[str, str]]:
     quality = laid.laid.quality
     lengths = mesh.edge_lengths
     low, high = np.quantile(lengths, [0.05, 0.95])
-    irregular = ", ".join(f"{count} of valence {valence}" for valence, count in quality.valences.items())
     distances = laid.distances(mesh)
     most, largest = np.quantile(distances, 0.95), distances.max()
     return [
         ("mesh", f"{mesh.n_vertices} vertices, {mesh.n_faces} faces, {100 * quality.quad_share:.1f} % of them quads"),
-        (
-            "edges",
-            f"{lengths.min():.4g} to {lengths.max():.4g}, 90 % of them {low:.4g} to {high:.4g}",
-        ),
+        ("edges", f"{lengths.min():.4g} to {lengths.max():.4g}, 90 % of them {low:.4g} to {high:.4g}"),
         ("lines", f"{laid.lines}; {100 * laid.aligned_share:.1f} % of the edges within 10 degrees of them"),
-        ("irregular vertices", irregular or "none"),
+        *([("passed over", f"networks better in the study: {laid.passed_over}")] if laid.passed_over else []),
+        ("irregular vertices", irregular_vertices(quality.valences)),
+        *_remarks(laid),
         ("planarised", moves(laid.laid.mesh, mesh) or "nothing to do"),
-        (
-            "off the surface",
-            f"95 % of the vertices within {most:.3g}, all {largest:.3g}",
-        ),
+        ("from the surface", f"95 % of the vertices within {most:.3g}, all {largest:.3g}"),
     ]

@@ -9,7 +9,7 @@ from fabkit.fitness.finding import Finding, Level, named
 from fabkit.fitness.rules import FitnessRules
 from geometry.arrays import FloatArray
 from geometry.errors import FoldedError
-from geometry.gauss import Pair, SupportStructure
+from geometry.gauss import Pair, SupportStructure, closed_mesh_advice
 from geometry.mesh import Mesh
 from geometry.mesh.intersections import intersecting_faces, self_crossing_faces
 
@@ -220,7 +220,8 @@ def lean(pair: Pair, rules: FitnessRules) -> Finding | None:
         f"node axes lean from the normals: median {median:.0f} degrees, {NOTED_PERCENTILE} % up to {percentile:.0f}, "
         f"largest {angles[worst]:.0f} at vertex {worst} (counted from 0); noted if {100 - NOTED_PERCENTILE} % reach "
         f"{rules.lean_noted_deg:g}, refused from a median of {rules.lean_refused_deg:g}",
-        "lay the mesh along the directions of principal curvature, so that axes are near the normals",
+        closed_mesh_advice(pair.mesh)
+        or "lay the mesh along the directions of principal curvature, so that axes are near the normals",
         "vertex",
         (worst,),
     )

@@ -3,7 +3,17 @@
 from fabkit.production.curves import Curves
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
-from fabkit.production.facts import REPORT, TERMINAL, WORKBOOK, BuildFacts, Fact, build_facts
+from fabkit.production.facts import (
+    ANY_LINES,
+    LEAST_UNDIRECTED_SHARE,
+    REPORT,
+    SURFACE_DISTANCE,
+    TERMINAL,
+    WORKBOOK,
+    BuildFacts,
+    Fact,
+    build_facts,
+)
 from fabkit.production.legend_table import legend
 from fabkit.production.loose_panels import panels_from_outlines
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
@@ -17,14 +27,18 @@ from fabkit.production.summary import (
     OptimisedGaussImage,
     Summary,
     SurfaceSummary,
+    irregular_vertices,
 )
 
 __all__ = [
+    "ANY_LINES",
     "CUT",
     "EQUAL_WITHIN_MM",
+    "LEAST_UNDIRECTED_SHARE",
     "MARK",
     "REPORT",
     "SHEET",
+    "SURFACE_DISTANCE",
     "TERMINAL",
     "WORKBOOK",
     "BuildFacts",
@@ -43,6 +57,7 @@ __all__ = [
     "Table",
     "build_facts",
     "cut_list",
+    "irregular_vertices",
     "legend",
     "nest_panels",
     "panel_drawings",

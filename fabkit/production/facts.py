@@ -12,12 +12,30 @@ from fabkit.kinds import PANEL
 from fabkit.parts import Assembly
 from fabkit.production.nests import Nest
 from fabkit.production.summary import GivenGaussImage, OptimisedGaussImage, Summary, SurfaceSummary
+from geometry.errors import listed
 
-__all__ = ["REPORT", "TERMINAL", "WORKBOOK", "BuildFacts", "Fact", "build_facts"]
+__all__ = [
+    "ANY_LINES",
+    "LEAST_UNDIRECTED_SHARE",
+    "REPORT",
+    "SURFACE_DISTANCE",
+    "TERMINAL",
+    "WORKBOOK",
+    "BuildFacts",
+    "Fact",
+    "build_facts",
+]
 
 REPORT, WORKBOOK, TERMINAL = "report", "workbook", "terminal"
 EVERYWHERE = frozenset({REPORT, WORKBOOK, TERMINAL})
 NOWHERE: frozenset[str] = frozenset()
+
+LEAST_UNDIRECTED_SHARE = 0.01
+"""Share of the area of a surface that is flat or spherical, above which it is reported."""
+
+SURFACE_DISTANCE = "Distance of the vertices from the surface"
+
+ANY_LINES = "any lines do there; they continue those around, or follow the longest direction"
 
 
 @dataclass(frozen=True)
@@ -131,11 +149,17 @@ def _surface(laid: SurfaceSummary) -> Iterator[Fact]:
     crossing = f"median crossing angle of the lines {median:.0f} degrees, 95 % above {low:.0f} degrees"
     note = "lines of curvature" if laid.lines == "principal" else crossing
     yield Fact("Network of lines", (laid.lines,), note=note, keys=("surface.lines",))
+    if laid.undirected_share > LEAST_UNDIRECTED_SHARE:
+        share, what = (100 * laid.undirected_share,), f"% of the area: {ANY_LINES}"
+        yield Fact("Flat or spherical", share, ".0f", what, keys=("surface.undirected_percent",))
+    if len(laid.loop_lengths_mm) > 1:
+        found = listed([f"{length:.0f}" for length in laid.loop_lengths_mm], len(laid.loop_lengths_mm))
+        yield Fact("Boundary loops of the surface", (f"{found} mm long; all are kept",))
     yield Fact("Edges along the lines", (100 * laid.aligned_share,), ".1f", "%", "within 10 degrees", shown=on_paper)
     yield Fact("Quads", (100 * laid.quad_share,), ".1f", "% of the faces", keys=("surface.quad_percent",))
     yield Fact("Irregular inner vertices", (laid.irregular,), keys=("surface.irregular_vertices",))
-    name, key = "Distance of the vertices from the surface", "surface.distance_mm"
-    yield _shares(name, laid.distance_shares_mm, ".1f", "mm", "median, 95 %, largest", key)
+    key = "surface.distance_mm"
+    yield _shares(SURFACE_DISTANCE, laid.distance_shares_mm, ".1f", "mm", "median, 95 %, largest", key)
     if laid.smoothing_mm > 0:
         moved = (laid.smoothing_mm,)
         yield Fact("Largest smoothing of the surface", moved, ".1f", "mm", keys=("surface.smoothing_mm",))

@@ -7,11 +7,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from fabkit.parts import Assembly, Details, Parts, Ragged, Symmetry, Turns, moved
+from fabkit.parts import Assembly, Details, Measures, Parts, Ragged, SolidArray, Symmetry, Turns, moved
 from fabkit.production.equal_shapes import TurnedShapes, equal_shapes, may_have_equals
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["EQUAL_WITHIN_MM", "share_equal_parts", "turned_parts", "turned_shapes", "turns_of"]
+__all__ = ["EQUAL_WITHIN_MM", "compared_points", "share_equal_parts", "turned_parts", "turned_shapes", "turns_of"]
 
 EQUAL_WITHIN_MM = 1e-7
 """Default of the largest difference in mm of each coordinate of corners of parts that count as equal. Smaller than the
@@ -52,13 +52,12 @@ def _share(parts: Parts[D], within_mm: float) -> Parts[D]:
     comparable = np.unique(keys, axis=0, return_inverse=True)[1]
     for places in np.split(np.argsort(comparable, kind="stable"), np.cumsum(np.bincount(comparable))[:-1]):
         alike = parts.solids.by_topology(parts.shape[places])
-        places = places[may_have_equals(alike[0].vertices, within_mm)] if alike else places
+        chosen = may_have_equals(compared_points(alike[0]), within_mm) if alike else np.zeros(len(places), dtype=bool)
+        places = places[chosen]
         if not len(places):
             continue
-        some = parts.take(places)
-        corners = some.solids.by_topology(some.shape)[0].vertices
-        turns = turns_of(some, corners)
-        own_first, own_turn = equal_shapes(turned_shapes(turns, corners), within_mm)
+        solids, turns = alike[0][chosen], turns_of(parts.take(places), alike[0].vertices[chosen])
+        own_first, own_turn = equal_shapes(turned_shapes(turns, compared_points(solids)), within_mm)
         first[places], turn[places] = places[own_first], own_turn
         rows = np.arange(len(places))
         starts[places], along[places] = turns.starts[rows, own_turn], turns.along[rows, own_turn]
@@ -82,8 +81,22 @@ def turns_of(parts: Parts[D], corners: FloatArray) -> Turns:
     return Turns(starts, along, lambda parts, turns, chosen: np.broadcast_to(chosen, (len(parts), len(chosen))))
 
 
+def compared_points(solids: SolidArray) -> FloatArray:
+    """(P, n, 3) the vertices in mm, in which equal solids agree. A rim may be anywhere on its circle; it is replaced by
+    the point over its centre, outwards, at right angles to the plane of the circle, and as far as the radius."""
+    rounds = solids.topology.rounds
+    if not len(rounds):
+        return solids.vertices
+    of, points = Measures(solids.topology, solids.vertices), solids.vertices.copy()
+    for end, side in ((0, -1.0), (1, 1.0)):
+        rims, squares = of.rims[end], (of.rims[end] * of.rims[end]).sum(axis=0)
+        outwards = side * (of.round_axes * squares - rims * of.leans[end]) / np.sqrt(squares)  # as long as the radius
+        points[:, rounds[:, 2 * end + 1]] = points[:, rounds[:, 2 * end]] + np.moveaxis(outwards, 0, 2)
+    return points
+
+
 def turned_shapes(turns: Turns, corners: FloatArray) -> TurnedShapes:
-    """The shapes with corners (n, c, 3) in mm in each of their turns."""
+    """The shapes with points (n, c, 3) in mm, numbered as their vertices, in each of their turns."""
 
     def at(parts: IntArray, turn: IntArray, chosen: IntArray) -> FloatArray:
         points = corners[parts[:, None], turns.corners(parts, turn, chosen)]

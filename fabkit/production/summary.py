@@ -100,6 +100,16 @@ GaussImageSource = GivenGaussImage | ExactGaussImage | OptimisedGaussImage
 """Where a Gauss image is from, unless it was just computed."""
 
 
+def irregular_vertices(valences: dict[int, int]) -> str:
+    """Numbers of inner vertices by valence, in words.
+
+    >>> from fabkit.production import irregular_vertices
+    >>> irregular_vertices({3: 4, 5: 2}), irregular_vertices({})
+    ('4 of valence 3, 2 of valence 5', 'none')
+    """
+    return ", ".join(f"{count} of valence {valence}" for valence, count in valences.items()) or "none"
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceSummary:
     """Figures of a mesh that was laid on a design surface.
@@ -108,10 +118,12 @@ class SurfaceSummary:
     percentile (by area) and median of their crossing angles in degrees. quad_share: share of quads among the faces;
     valences: number of inner vertices of each valence other than 4; aligned_share: share of edges within 10 degrees of
     the lines. distances_mm (N,): of the vertices of the planar mesh from the surface. smoothing_mm: largest
-    displacement of a vertex of the surface by smoothing.
+    displacement of a vertex of the surface by smoothing. undirected_share: share of its area that is flat or spherical.
+    loop_lengths_mm: of its boundary loops, the longest first.
 
     >>> from fabkit.production import SurfaceSummary
-    >>> laid = SurfaceSummary(800, "principal", np.eye(3), (82.0, 90.0), 0.98, {3: 4, 5: 2}, 0.95, np.zeros(9), 0.0)
+    >>> rest = (np.zeros(9), 0.0, 0.0, np.zeros(1))
+    >>> laid = SurfaceSummary(800, "principal", np.eye(3), (82.0, 90.0), 0.98, {3: 4, 5: 2}, 0.95, *rest)
     >>> laid.irregular
     '4 of valence 3, 2 of valence 5'
     """
@@ -125,11 +137,13 @@ class SurfaceSummary:
     aligned_share: float
     distances_mm: FloatArray
     smoothing_mm: float
+    undirected_share: float
+    loop_lengths_mm: FloatArray
 
     @property
     def irregular(self) -> str:
         """Numbers of inner vertices with a valence other than 4, in words."""
-        return ", ".join(f"{count} of valence {valence}" for valence, count in self.valences.items()) or "none"
+        return irregular_vertices(self.valences)
 
     @property
     def distance_shares_mm(self) -> dict[str, float]:

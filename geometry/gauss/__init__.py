@@ -11,7 +11,7 @@ from geometry.gauss.distances import (
     vertex_distances,
 )
 from geometry.gauss.joined_pairs import JoinedPair, join_pairs
-from geometry.gauss.lean import axis_lean
+from geometry.gauss.lean import axis_lean, closed_mesh_advice
 from geometry.gauss.nearest_pair import nearest_parallel_pair, nearest_planar_mesh
 from geometry.gauss.pair import PARALLEL_TOLERANCE, Pair, PairLike, as_pair, points_inwards
 from geometry.gauss.rounded_mesh import rounded_mesh_pair
@@ -27,6 +27,7 @@ __all__ = [
     "approximate_pair",
     "as_pair",
     "axis_lean",
+    "closed_mesh_advice",
     "edge_distances",
     "edge_feet",
     "face_distances",

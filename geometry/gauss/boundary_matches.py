@@ -1,7 +1,8 @@
 """Motions that bring a boundary loop of one pair M, S to that of another.
 
 Two pairs match where a boundary loop of one is that of the other, run through in the other direction: M after a motion,
-S after its rotation. All vertices from which the loop can begin are compared at once.
+S after its rotation. For each vertex from which the loop can begin, the best rotation follows from the correlation of
+both loops; all of them are one convolution.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss.pair import Pair
 
-__all__ = ["BoundaryLoop", "Motion", "boundary_loops", "gaps_in_place", "matches"]
+__all__ = ["BoundaryLoop", "Fits", "Motion", "boundary_loops"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +37,19 @@ class BoundaryLoop:
         """Root mean square of distances in M from their mean."""
         return float(np.sqrt(np.square(self.mesh - self.mesh.mean(axis=0)).sum(axis=1).mean()))
 
-    def turned(self) -> IntArray:
-        """(n, n): the places of the loop run through in the other direction, beginning with each in turn."""
-        n = len(self.vertices)
-        return np.asarray((np.arange(n)[:, None] - np.arange(n)) % n)
+    def beside(self, other: BoundaryLoop) -> IntArray:
+        """(n,) the places of this loop, run through in the other direction, that lie beside those of another one."""
+        first = int(np.square(self.mesh - other.mesh[0]).sum(axis=1).argmin())
+        return np.asarray((first - np.arange(len(self.vertices))) % len(self.vertices))
+
+    def gaps(self, other: BoundaryLoop) -> FloatArray:
+        """(2,) the largest distance between such places: of M in mean edge lengths of the other loop, of S."""
+        places = self.beside(other)
+        of_mesh = np.linalg.norm(self.mesh[places] - other.mesh, axis=1).max() / other.edge_length
+        return np.array([of_mesh, np.linalg.norm(self.image[places] - other.image, axis=1).max()])
+
+    def moved(self, motion: Motion) -> BoundaryLoop:
+        return BoundaryLoop(self.piece, self.vertices, *motion.applied(self.mesh, self.image))
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +60,9 @@ class Motion:
     scale: float
     shift: FloatArray
 
-    def moved(self, pair: Pair) -> tuple[FloatArray, FloatArray]:
-        """(N, 3) positions in M and in S."""
-        turned = pair.mesh.vertices @ self.rotation.T
-        return self.scale * turned + self.shift, pair.gauss_image.vertices @ self.rotation.T
+    def applied(self, mesh: FloatArray, image: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (N, 3) in M and in S."""
+        return self.scale * mesh @ self.rotation.T + self.shift, image @ self.rotation.T
 
 
 def boundary_loops(piece: int, pair: Pair) -> list[BoundaryLoop]:
@@ -63,31 +72,54 @@ def boundary_loops(piece: int, pair: Pair) -> list[BoundaryLoop]:
     return [BoundaryLoop(piece, loop, mesh[loop], image[loop]) for loop in loops]
 
 
-def matches(fixed: BoundaryLoop, moving: BoundaryLoop, *, scaled: bool) -> tuple[list[Motion], IntArray, FloatArray]:
-    """For each vertex where a loop of as many vertices can begin: the motion, the places (n, n) of `moving` beside
-    those of `fixed`, and the gaps (n, 2): of M in mean edge lengths of `fixed`, of S."""
-    places = moving.turned()
-    centre, middle = fixed.mesh.mean(axis=0), moving.mesh.mean(axis=0)
-    scale = fixed.size / moving.size if scaled else 1.0
-    target = np.concatenate([(fixed.mesh - centre) / fixed.size, fixed.image])
-    points = np.concatenate([(moving.mesh - middle)[places] / moving.size, moving.image[places]], axis=1)
-    u, _, v = np.linalg.svd(np.einsum("ki,nkj->nij", target, points))  # the nearest rotations
-    signs = np.ones((len(places), 3))
-    signs[:, 2] = np.linalg.det(u @ v)
-    rotations = (u * signs[:, None]) @ v
-    shifts = centre - scale * rotations @ middle
-    moved = scale * np.einsum("nij,nkj->nki", rotations, moving.mesh[places]) + shifts[:, None]
-    turned = np.einsum("nij,nkj->nki", rotations, moving.image[places])
-    motions = [Motion(rotation, scale, shift) for rotation, shift in zip(rotations, shifts, strict=True)]
-    return motions, places, _gaps(fixed, moved, turned)
+@dataclass(frozen=True, eq=False)
+class Fits:
+    """The motions of the loop `moving` to a loop with as many vertices, one for each vertex where it can begin."""
+
+    fixed: BoundaryLoop
+    moving: BoundaryLoop
+    scaled: bool
+
+    @property
+    def scale(self) -> float:
+        return self.fixed.size / self.moving.size if self.scaled else 1.0
+
+    @cached_property
+    def _correlation(self) -> tuple[FloatArray, FloatArray]:
+        """The nearest rotations (n, 3, 3), and the sums of the singular values (n,)."""
+        target, points = (_normalised(loop) for loop in (self.fixed, self.moving))
+        u, values, v = np.linalg.svd(_sums(target, points))
+        signs = np.ones_like(values)
+        signs[:, 2] = np.linalg.det(u @ v)
+        return (u * signs[:, None]) @ v, (signs * values).sum(axis=1)
+
+    @cached_property
+    def deviations(self) -> FloatArray:
+        """(n,) root mean square distances of both loops after the motion: of M over its size, and of S."""
+        target, points = (_normalised(loop) for loop in (self.fixed, self.moving))
+        squares = np.square(target).sum() + np.square(points).sum() - 2 * self._correlation[1]
+        return np.asarray(np.sqrt(np.maximum(squares, 0.0) / len(self.fixed.vertices)))
+
+    @cached_property
+    def moves(self) -> FloatArray:
+        """(n,) how far the loop moves, over its size: its centre and, by the rotation, a point of it."""
+        shifts = self.fixed.mesh.mean(axis=0) - self.moving.mesh.mean(axis=0)
+        turns = np.linalg.norm(self._correlation[0] - np.eye(3), axis=(1, 2))
+        return np.asarray(turns + np.linalg.norm(shifts) / self.fixed.size)
+
+    def motion(self, start: int) -> Motion:
+        rotation = self._correlation[0][start]
+        shift = self.fixed.mesh.mean(axis=0) - self.scale * rotation @ self.moving.mesh.mean(axis=0)
+        return Motion(rotation, self.scale, shift)
 
 
-def gaps_in_place(fixed: BoundaryLoop, other: BoundaryLoop) -> tuple[IntArray, FloatArray]:
-    """Places (n, n) and gaps (n, 2) as in `matches`, without a motion."""
-    places = other.turned()
-    return places, _gaps(fixed, other.mesh[places], other.image[places])
+def _normalised(loop: BoundaryLoop) -> FloatArray:
+    """(2, n, 3): of M about its centre and over its size, of S."""
+    return np.stack([(loop.mesh - loop.mesh.mean(axis=0)) / loop.size, loop.image])
 
 
-def _gaps(fixed: BoundaryLoop, mesh: FloatArray, image: FloatArray) -> FloatArray:
-    of_mesh = np.linalg.norm(mesh - fixed.mesh, axis=2).max(axis=1) / fixed.edge_length
-    return np.stack([of_mesh, np.linalg.norm(image - fixed.image, axis=2).max(axis=1)], axis=1)
+def _sums(target: FloatArray, points: FloatArray) -> FloatArray:
+    """(n, 3, 3): for each k, the sum over j of target_j times points_(k-j), of M and S, by the Fourier transform."""
+    n = target.shape[1]
+    products = np.einsum("smi,smj->mij", np.fft.rfft(target, axis=1), np.fft.rfft(points, axis=1))
+    return np.fft.irfft(products, n, axis=0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, floats, integers, short_repr
 from geometry.errors import GeometryError, MeshError
-from geometry.gauss.boundary_matches import BoundaryLoop, Motion, boundary_loops, gaps_in_place, matches
+from geometry.gauss.boundary_matches import BoundaryLoop, Fits, Motion, boundary_loops
 from geometry.gauss.nearest_pair import nearest_parallel_pair
 from geometry.gauss.pair import Pair, PairLike, as_pair
 from geometry.mesh import Combinatorics, Mesh
@@ -19,9 +19,9 @@ __all__ = ["JoinedPair", "join_pairs"]
 LARGEST_GAP = 0.05
 """Largest gap between boundaries that are joined: of M in mean edge lengths of the boundary, of S in radii."""
 
-EQUAL_GAPS = 1e-6
-"""Difference of gaps, and of moves in mean edge lengths, up to which two places count as equally good: pieces of
-rotational symmetry fit in many."""
+EQUAL_FITS = 1e-6
+"""Difference of root mean square gaps, and of moves, over the size of a boundary, up to which two places count as
+equally good: pieces of rotational symmetry fit in many. The square root of rounding is 1e-8."""
 
 LARGEST_KEPT_GAP = 1e-9
 """Gap up to which two kept pieces match, in the units of `LARGEST_GAP`: pairs count as parallel to this."""
@@ -123,12 +123,10 @@ class _Whole:
         return cls(pair.mesh.vertices, pair.gauss_image.vertices, (numbers,), loops, ())
 
     def with_piece(self, piece: int, pair: Pair, kept: frozenset[int], scaled: bool, tolerance: float) -> _Whole:
-        motion = _best_motion(self.loops, boundary_loops(piece, pair), scaled, tolerance)
-        mesh, image = motion.moved(pair)
-        own = [
-            BoundaryLoop(piece, loop.vertices, mesh[loop.vertices], image[loop.vertices])
-            for loop in boundary_loops(piece, pair)
-        ]
+        given = boundary_loops(piece, pair)
+        motion = _best_motion(piece, self.loops, given, scaled, tolerance)
+        mesh, image = motion.applied(pair.mesh.vertices, pair.gauss_image.vertices)
+        own = [loop.moved(motion) for loop in given]
         numbers = np.full(len(mesh), -1)
         whole_mesh, whole_image = self.mesh.copy(), self.image.copy()
         free, gaps = list(self.loops), list(self.gaps)
@@ -136,9 +134,9 @@ class _Whole:
             joint = _joint(free, loop, tolerance)
             if joint is None:
                 continue
-            other, places, gap = joint
+            other, gap = joint
             _check_kept(other, loop, kept, gap)
-            mine, theirs = loop.vertices[places], other.vertices
+            mine, theirs = loop.vertices[loop.beside(other)], other.vertices
             numbers[mine] = theirs
             share = 0.5 if (piece in kept) == (other.piece in kept) else float(piece in kept)
             whole_mesh[theirs] += share * (mesh[mine] - other.mesh)
@@ -158,40 +156,35 @@ class _Whole:
         )
 
 
-def _best_motion(free: Sequence[BoundaryLoop], own: list[BoundaryLoop], scaled: bool, tolerance: float) -> Motion:
-    """That of least gap; of several as good ones, that which moves the boundary least; of these the first."""
-    piece = own[0].piece if own else None
-    fits = [
-        (fixed, loop, *matches(fixed, loop, scaled=scaled)) for fixed in free for loop in own if _alike(fixed, loop)
-    ]
+def _best_motion(
+    piece: int, free: Sequence[BoundaryLoop], own: Sequence[BoundaryLoop], scaled: bool, tolerance: float
+) -> Motion:
+    """That which fits best; of several as good ones, that which moves the piece least; of these the first."""
+    fits = [Fits(fixed, loop, scaled) for fixed in free for loop in own if _alike(fixed, loop)]
     if not fits:
         lengths, others = ([len(loop.vertices) for loop in loops] for loops in (own, free))
         raise MeshError(
-            f"piece {'without boundary' if piece is None else piece} fits nowhere: its boundary loops have {lengths} "
-            f"vertices, the free ones of the pieces before it {others}; give both sides the same number"
+            f"piece {piece} fits nowhere: its boundary loops have {lengths} vertices, the free ones of the pieces "
+            f"before it {others}; give both sides the same number, or another order"
         )
-    motions = [motion for fit in fits for motion in fit[2]]
-    gaps = np.concatenate([fit[4] for fit in fits])
-    moves = np.array(
-        [
-            np.linalg.norm(motion.scale * loop.mesh @ motion.rotation.T + motion.shift - loop.mesh, axis=1).max()
-            / fixed.edge_length
-            for fixed, loop, found, _, _ in fits
-            for motion in found
-        ]
-    )
-    worst = gaps.max(axis=1)
-    good = worst <= worst.min() + EQUAL_GAPS
-    best = int(np.flatnonzero(good & (moves <= moves[good].min() + EQUAL_GAPS))[0])
-    if not worst[best] <= tolerance:
+    deviations = np.concatenate([fit.deviations for fit in fits])
+    moves = np.concatenate([fit.moves for fit in fits])
+    good = deviations <= deviations.min() + EQUAL_FITS
+    best = int(np.flatnonzero(good & (moves <= moves[good].min() + EQUAL_FITS))[0])
+    ends = np.cumsum([len(fit.deviations) for fit in fits])
+    chosen = int(np.searchsorted(ends, best, side="right"))
+    fit = fits[chosen]
+    motion = fit.motion(best - int(ends[chosen]) + len(fit.deviations))
+    gap = fit.moving.moved(motion).gaps(fit.fixed)
+    if not gap.max() <= tolerance:
         raise MeshError(
-            f"piece {piece} fits nowhere: where its boundary fits best, it is {gaps[best, 0]:.2g} mean edge lengths "
-            f"off that of the pieces before it, and its Gauss image {gaps[best, 1]:.2g} radii, allowed {tolerance:g}; "
-            "give pieces whose boundaries and axes there are the same, or a larger tolerance",
-            value=float(worst[best]),
+            f"piece {piece} fits nowhere: where its boundary fits best, it is {gap[0]:.2g} mean edge lengths off that "
+            f"of piece {fit.fixed.piece}, and its Gauss image {gap[1]:.2g} radii, allowed {tolerance:g}; give pieces "
+            "whose boundaries and axes there are the same, or a larger tolerance",
+            value=float(gap.max()),
             bound=tolerance,
         )
-    return motions[best]
+    return motion
 
 
 def _alike(fixed: BoundaryLoop, loop: BoundaryLoop) -> bool:
@@ -200,14 +193,11 @@ def _alike(fixed: BoundaryLoop, loop: BoundaryLoop) -> bool:
 
 def _joint(
     free: Sequence[BoundaryLoop], loop: BoundaryLoop, tolerance: float
-) -> tuple[BoundaryLoop, IntArray, FloatArray] | None:
-    """The free loop that a loop coincides with, the places of the latter's vertices beside it, and the gaps (2,)."""
+) -> tuple[BoundaryLoop, FloatArray] | None:
+    """The free loop that a loop coincides with, and the gaps (2,)."""
     for fixed in free:
-        if _alike(fixed, loop):
-            places, gaps = gaps_in_place(fixed, loop)
-            best = int(gaps.max(axis=1).argmin())
-            if gaps[best].max() <= tolerance:
-                return fixed, integers(places[best]), gaps[best]
+        if _alike(fixed, loop) and (gap := loop.gaps(fixed)).max() <= tolerance:
+            return fixed, gap
     return None
 
 

@@ -7,9 +7,12 @@ import numpy as np
 from geometry.arrays import FloatArray, angles_between
 from geometry.errors import MeshError
 from geometry.functionals import extrapolated_normals
-from geometry.mesh import MeshLike, as_mesh
+from geometry.mesh import Mesh, MeshLike, as_mesh
 
-__all__ = ["axis_lean"]
+__all__ = ["axis_lean", "closed_mesh_advice"]
+
+SCALED_AND_MOVED = 4
+"""Dimension of P(M) where it contains nothing but scaled and moved copies of M."""
 
 
 def axis_lean(mesh: MeshLike, axes: FloatArray) -> FloatArray:
@@ -35,3 +38,25 @@ def axis_lean(mesh: MeshLike, axes: FloatArray) -> FloatArray:
     leans = np.minimum(angles_between(axes, mesh.vertex_normals), angles_between(axes, extrapolated_normals(mesh)))
     is_defined = mesh.combinatorics.is_used & axes.any(axis=1)
     return np.where(is_defined, leans, np.nan)
+
+
+def closed_mesh_advice(mesh: Mesh) -> str:
+    """What to do about axes that lean far because the mesh is closed; empty for a mesh with a boundary.
+
+    A closed mesh of planar quads has few parallel meshes: E - 2F + 3 chi is 6 for a sphere and 0 for a torus, whatever
+    the number of faces, so that none of them is near the unit sphere. Every boundary edge adds one.
+
+    >>> from geometry.gauss import closed_mesh_advice
+    >>> from geometry.mesh import shapes
+    >>> closed_mesh_advice(shapes.grid(2, 2)), closed_mesh_advice(shapes.box(1, 2, 3))[:18]
+    ('', 'the mesh is closed')
+    """
+    c = mesh.combinatorics
+    if c.is_boundary_edge.any():
+        return ""
+    dimension = max(SCALED_AND_MOVED, c.n_edges - 2 * c.n_faces + 3 * c.euler_characteristic)
+    return (
+        f"the mesh is closed and has hardly any parallel meshes (about {dimension} dimensions, {SCALED_AND_MOVED} of "
+        "which scale and move it): leave a strip of the surface out, or optimise the mesh together with its Gauss "
+        "image (--optimise heights,axes)"
+    )

@@ -10,6 +10,7 @@ import numpy as np
 from geometry.arrays import FloatArray, floats, short_repr
 from geometry.errors import GeometryError, MeshError, finite_number, raise_worst
 from geometry.gauss.axes import axis_directions
+from geometry.gauss.lean import closed_mesh_advice
 from geometry.gauss.pair import Pair, as_pair
 from geometry.mesh import Mesh
 from geometry.parallel.edge_parallelity import perpendicular_part
@@ -102,6 +103,7 @@ class SupportStructure:
         return floats(np.stack([m[i], m[j], outer[j], outer[i]], axis=1))
 
     def _check_heights(self) -> None:
+        advice = closed_mesh_advice(self.mesh)
         raise_worst(
             self.heights,
             ">=",
@@ -109,7 +111,10 @@ class SupportStructure:
             lambda edge, height: (
                 f"the node axes at {self.mesh.combinatorics.edge_name(edge)} lie in the edge: its height is "
                 f"{height:.1e} of the nominal one, at least {LEAST_QUAD_HEIGHT:.0e} is needed; "
-                "give more weight to the vertices when computing the Gauss image, or change the mesh there"
+                + (
+                    advice
+                    or "give more weight to the vertices when computing the Gauss image, or change the mesh there"
+                )
             ),
             error=MeshError,
         )

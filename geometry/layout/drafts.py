@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from geometry.arrays import FloatArray, IntArray, integers
-from geometry.errors import FoldedError, GeometryError
+from geometry.errors import FoldedError, GeometryError, listed
 from geometry.layout.cells import cells_between_isolines
 from geometry.layout.exact_maps import ExactMap
 from geometry.layout.integer_lattices import nearest_integers
@@ -61,7 +61,7 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
             f"{len(least)} triangles of the surface, triangle {least[0]} among them, are folded by "
             f"the lines of a mesh of {n_faces:.0f} faces with {np.count_nonzero(field.indices)} singular points, as "
             "they are for slightly different numbers of faces",
-            "ask for more faces, or smooth the surface",
+            "lay open lines where a boundary is aligned, ask for more faces, or smooth the surface",
             elements=least.tolist(),
             value=float(len(least)),
             bound=0.0,
@@ -77,8 +77,8 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     if chi != c.euler_characteristic or mesh.edge_lengths.min() == 0:
         raise GeometryError(
             f"a hole or connected part of the surface is too small for faces of edge length {h:.3g}: its rim would "
-            f"become a point or an edge (the Euler characteristic becomes {chi} instead of {c.euler_characteristic}); "
-            "fill the hole, or give a shorter edge length",
+            f"become a point or an edge (the Euler characteristic becomes {chi} instead of {c.euler_characteristic}"
+            f"{_short_loops(surface, h)}); fill the hole, or give a shorter edge length",
             value=float(chi),
             bound=float(c.euler_characteristic),
         )
@@ -88,3 +88,11 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
         problem.derivatives(x, t.astype(np.float64), h),
         float(h),
     )
+
+
+def _short_loops(mesh: Mesh, length: float) -> str:
+    """The lengths of boundary loops that are shorter than around a face with edges of this length, in words."""
+    loops = [mesh.vertices[np.append(loop, loop[:1])] for loop in mesh.combinatorics.boundary_loops]
+    lengths = np.array([np.linalg.norm(np.diff(loop, axis=0), axis=1).sum() for loop in loops])
+    short = [f"{each:.3g}" for each in np.sort(lengths[lengths < 4 * length])]
+    return f"; boundary loops are only {listed(short, len(short))} long" if short else ""

@@ -24,7 +24,15 @@ from geometry.networks.tangent_frames import TangentFrames
 from geometry.surface import Surface
 from geometry.surface.surface import check_points
 
-__all__ = ["LARGEST_LENGTH_RATIO", "Boundary", "LaidMesh", "affine_map", "boundary_lengths", "lay_quads"]
+__all__ = [
+    "FEWEST_FACES",
+    "LARGEST_LENGTH_RATIO",
+    "Boundary",
+    "LaidMesh",
+    "affine_map",
+    "boundary_lengths",
+    "lay_quads",
+]
 
 Boundary = Literal["open", "aligned"]
 """Whether lines end at the boundary ("open") or the boundary consists of lines ("aligned")."""

@@ -10,22 +10,25 @@ import pytest
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Frame, Part, Solid, prism_topology, prism_vertices
-from fabkit.production.marks import share_equal_parts
-from fabkit.rules import DetailingRules
+from fabkit.production.marks import compared_points, share_equal_parts
+from fabkit.rules import ConnectionKind, DetailingRules
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
 from tests.fabkit.assemblies import altered, assembled, with_parts
 
 
-def barrel(n: int = 8, tilt: float = 0.0) -> Assembly:
+def barrel(n: int = 8, tilt: float = 0.0, rules: DetailingRules | None = None, upper_radius: float = 0.6) -> Assembly:
     """A ring of n equal trapezoids about the z-axis: a rotational structure, so there are few kinds of parts."""
     angle = 2 * np.pi * np.arange(n) / n + tilt
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    lower, upper = np.pad(ring, ((0, 0), (0, 1))), np.pad(0.6 * ring, ((0, 0), (0, 1)), constant_values=0.8)
+    height = np.sqrt(1 - upper_radius**2)
+    lower = np.pad(ring, ((0, 0), (0, 1)))
+    upper = np.pad(upper_radius * ring, ((0, 0), (0, 1)), constant_values=height)
     faces = [[k, (k + 1) % n, (k + 1) % n + n, k + n] for k in range(n)]
     sphere = Mesh.from_faces(np.concatenate([lower, upper]), faces)
-    return detail(SupportStructure(Pair(sphere * 3000.0, sphere), 120.0), DetailingRules(), name="barrel").assembly
+    structure = SupportStructure(Pair(sphere * 6000.0, sphere), 120.0)
+    return detail(structure, rules or DetailingRules(), name="barrel").assembly
 
 
 def world(part: Part) -> np.ndarray:
@@ -41,6 +44,30 @@ def test_a_rotational_structure_has_one_mark_for_each_orbit() -> None:
     for group in shared.groups:
         assert np.array_equal(group.shape, group.mark)
         assert len(group.solids) == len(group.mark_names)
+
+
+@pytest.mark.parametrize(("kind", "section"), [("bolted", "rhs 120x60x5"), ("hub", "tee 120x80x10x8")])
+def test_bores_do_not_tell_equal_parts_apart(kind: ConnectionKind, section: str) -> None:
+    """Rims stand in any direction about their axes, those along a node axis too; what is bored stays bored in place."""
+    rules = DetailingRules()
+    beams = replace(rules.beams, section=section)
+    connection = replace(rules.connection, kind=kind, axial_bore_mm=20.0)
+    own = barrel(16, 0.1, replace(rules, beams=beams, connection=connection), upper_radius=0.9)
+    shared = share_equal_parts(own)
+    assert len(own["nodes"].solids.topologies[0].rounds) > 1
+    assert [len(shared[group].mark_names) for group in ("beams", "nodes", "panels")] == [3, 2, 1]
+    if kind == "bolted":
+        assert [len(shared[group].mark_names) for group in ("bolts", "dowels")] == [1, 1]
+    for before, after in zip(own.groups, shared.groups, strict=True):
+        for k in range(len(before)):
+            points, moved = (
+                place.to_world(compared_points(solids)[0])
+                for place, (solids,) in (
+                    (part[k].placement, part.take(np.array([k])).solids.by_topology()) for part in (before, after)
+                )
+            )
+            assert np.abs(np.sort(points.round(3), axis=0) - np.sort(moved.round(3), axis=0)).max() < 2e-3
+    assert not violations(shared)
 
 
 @pytest.mark.parametrize("n", [3, 4, 5, 8])

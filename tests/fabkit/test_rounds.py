@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fabkit.checking.round_edges import round_clearances
 from fabkit.parts import (
     BORE,
     SHAFT,
+    Measures,
     Section,
     Solid,
     Topology,
@@ -22,6 +25,7 @@ from fabkit.parts import (
     shaft_topology,
 )
 from geometry.arrays import FloatArray
+from tests.fabkit.round_solids import SOLIDS
 from tests.fabkit.solids import frame
 
 each = settings(max_examples=40, deadline=None)
@@ -149,3 +153,44 @@ def test_what_is_no_solid() -> None:
     with pytest.raises(ValueError, match="must lean in one plane"):
         round_vertices([2.0], np.array([0.0, 0.5, 0]), np.array([9.0, 0, 0.5]))
     assert cube.bored([(1, None)], sense=SHAFT).pieces[1][1] is shaft_topology()
+
+
+def clearance(solid: Solid) -> float:
+    return round_clearances(Measures(solid.topology, solid.vertices[None])).item()
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_sound_solids_have_clearances(name: str) -> None:
+    assert clearance(SOLIDS[name]) > 0
+
+
+@each
+@given(st.floats(-60, 60), st.floats(-60, 60), st.floats(1, 20), st.floats(-1, 1), seeds)
+def test_clearance_of_a_bore_in_a_plate(x: float, y: float, radius: float, slope: float, seed: int) -> None:
+    """Judged by shapely: distance of the circle's centre from the edges of a concave outline, and from another bore.
+    The upper side is oblique, so that the edge there is an ellipse; seen along the bore it is the same circle."""
+    outline = np.array([[-40.0, -40], [40, -40], [40, 40], [0, 10], [-40, 40]])
+    corners = prism_vertices(outline, 0.0, 100.0)
+    corners[5:, 2] += slope * corners[5:, 0]
+    bores = [
+        round_vertices([r], np.array([0.0, 0, 0]), np.array([100.0 + slope * at[0], slope, 0]), at=at)[:, [1, 2, 0]]
+        for r, at in ((radius, (x, y)), (5.0, (-20.0, -20.0)))
+    ]
+    place = frame(seed % 999)
+    solid = Solid(place.to_world(np.concatenate([corners, *bores])), prism_topology(5).bored([(0, 1), (0, 1)]))
+    plate, centre = shapely.Polygon(outline), shapely.Point(x, y)
+    inside = plate.contains(centre)
+    from_edges = (1 if inside else -1) * plate.exterior.distance(centre) - radius
+    least = min(from_edges, np.hypot(x + 20, y + 20) - 5 - radius, 15.0)
+    found = clearance(solid)
+    assert np.sign(found) == np.sign(least) or abs(least) < 1e-9
+    if inside and slope == 0:
+        assert found == pytest.approx(least, abs=1e-9)
+
+
+def test_a_tube_has_a_wall() -> None:
+    shift = np.array([0.0, 0, 6.0])
+    pipe = SOLIDS["tube"]
+    assert clearance(pipe) == pytest.approx(4.0)
+    off = pipe.vertices + np.repeat([0 * shift, shift], 4, axis=0)
+    assert clearance(Solid(off, pipe.topology)) == pytest.approx(-2.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import ezdxf
 import numpy as np
@@ -17,9 +18,13 @@ from fabkit.errors import ProjectError
 from fabkit.formats.polylines import read_polylines, write_polylines
 from fabkit.kinds import PANEL
 from fabkit.project import project_from
-from geometry import Surface, read_mesh, write_mesh
+from geometry import Surface, boundary_lengths, read_mesh, write_mesh
+from geometry.arrays import FloatArray
+from geometry.errors import FoldedError
 from geometry.mesh import Mesh
-from tests.geometry.design_surfaces import disc
+from geometry.remeshing import RemeshedSurface, remesh, study_networks
+from tests.geometry.design_surfaces import ball, chart, disc
+from tests.geometry.topologies import together
 
 
 def run(*arguments: str | Path) -> Result:
@@ -52,8 +57,7 @@ def test_a_build_begins_from_a_surface(roof: Path) -> None:
     lengths = read_mesh("built/M.obj").mesh.edge_lengths
     assert np.median(lengths) == pytest.approx(2.0, rel=0.1)
     report = Path("built/report.html").read_text()
-    assert "Distance of the vertices from the surface" in report
-    assert "Distance from the design surface" in report  # a histogram
+    assert report.count("Distance of the vertices from the surface") > 1  # a fact and a histogram
     assert "as laid" in report
     assert "as read" not in report
     assert manifest["settings"]["surface"]["edge_length_mm"] == 2000
@@ -84,6 +88,28 @@ def test_a_project_file_says_the_same(roof: Path) -> None:
     assert lengths["p5"] < lengths["median"] < lengths["p95"]
     assert manifest["settings"]["surface"]["finer_where_curved"] == 2
     assert manifest["settings"]["surface"]["strokes"] == "strokes.obj"  # and nothing of where it is
+
+
+def test_a_network_that_folds_with_finer_faces_is_passed_over(roof: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    trials = study_networks(
+        Surface(read_mesh(roof).near_zero().mesh), maps=[np.eye(3), np.diag([1, 1, 0.5])], n_faces=60
+    )
+    assert all(trial.pair is not None for trial in trials)
+    tried: list[FloatArray] = []
+
+    def folds_first(surface: Surface, **options: Any) -> RemeshedSurface:
+        tried.append(options["affine"])
+        if len(tried) == 1:
+            raise FoldedError("face 3 folded over", "lay it otherwise", elements=[3], value=-1, bound=0)
+        return remesh(surface, **options)
+
+    monkeypatch.setattr("fabkit.surface.study_networks", lambda *_, **__: trials)
+    monkeypatch.setattr("fabkit.surface.remesh", folds_first)
+    done = run("mesh", roof, "--faces", 100, "--lines", "conjugate", "-o", "mesh.obj")
+    assert done.exit_code == 0, done.output
+    assert "face 3 folded over" in " ".join(done.stdout.split())
+    assert np.array_equal(tried[0], trials[0].affine)
+    assert np.array_equal(tried[1], trials[1].affine)
 
 
 def test_inspect_judges_what_a_build_would_make(roof: Path) -> None:
@@ -120,7 +146,7 @@ def test_wrong_settings_are_one_sentence(settings: dict[str, object], sentence: 
 
 def test_what_the_surface_does_not_allow_is_one_sentence(roof: Path) -> None:
     for options, sentence in (
-        (["--edge-length", 50_000], "at least 4 are needed"),
+        (["--edge-length", 50_000], "room for faces of at most 1.136e+04 mm"),
         (["--faces", 100, "--boundary", "open,open"], "2 boundaries are given for a surface with 1 boundary loops"),
         (["--faces", 100, "--strokes", "none.obj"], "none.obj cannot be read"),
     ):
@@ -196,3 +222,56 @@ def test_curves_are_written_without_a_mesh(roof: Path) -> None:
         assert refused.exit_code == 2, refused.output
         assert sentence in " ".join(refused.stderr.split())
         assert not Path("x.obj").exists()
+
+
+def test_what_is_particular_about_a_surface_is_reported(roof: Path) -> None:
+    flat = chart(40, 20, lambda u, v: (20 * u, 10 * v, 0 * u)).triangulated
+    write_mesh("flat.obj", flat)
+    done = run("mesh", "flat.obj", "--faces", 100, "-o", "mesh.obj")
+    assert done.exit_code == 0, done.output
+    assert "100 % of the area: any lines do there" in " ".join(done.stdout.split())
+    mesh = read_mesh("mesh.obj").mesh
+    along = np.abs(mesh.edge_directions[:, 0])
+    assert np.isclose(along, 0, atol=1e-6).mean() + np.isclose(along, 1, atol=1e-6).mean() > 0.9  # its longer side
+    holed = chart(48, 12, ring, rings="u").triangulated
+    write_mesh("scan.obj", holed)
+    first, second = boundary_lengths(Surface(holed)).tolist()
+    done = run("mesh", "scan.obj", "--faces", 150, "-o", "scanned.obj")
+    assert done.exit_code == 0, done.output
+    said = " ".join(done.stdout.split())
+    assert f"{first:.4g} and {second:.4g} long; all are kept" in said
+    assert len(read_mesh("scanned.obj").mesh.combinatorics.boundary_loops) == 2
+    built = design(project_from({"mesh": "scan.obj", "unit": "m", "surface": {"faces": 150}, "skip_unbuildable": True}))
+    (fact,) = (fact for fact in built.facts.all if fact.name == "Boundary loops of the surface")
+    assert fact.values == (f"{1000 * first:.0f} and {1000 * second:.0f} mm long; all are kept",)
+    done = run("mesh", "scan.obj", "--faces", 5, "-o", "coarse.obj")
+    assert done.exit_code == 2
+    assert "hole" in done.stderr
+
+
+def ring(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
+    """A saddle-shaped roof of 24 m with a round hole of 6 m."""
+    radius, turn = 12 - 9 * v, 2 * np.pi * u
+    x, y = radius * np.cos(turn), radius * np.sin(turn)
+    return x, y, x**2 / 24 - y**2 / 48
+
+
+def test_a_closed_mesh_names_its_few_parallel_meshes_and_a_cure(roof: Path) -> None:
+    write_mesh("ball.obj", ball(3, (3.0, 2.0, 1.2)).triangulated)
+    Path("ball.toml").write_text(
+        "mesh = 'ball.obj'\nmean_edge_mm = 1500\n[surface]\nfaces = 150\n[fitness]\nlean_refused_deg = 20\n"
+    )
+    for options, says in (
+        ([], "hardly any parallel meshes (about 6 dimensions, 4 of which scale and move it): leave a strip"),
+        (["--optimise", "heights,axes"], "fit to build; nothing is unusual"),
+    ):
+        done = run("inspect", "ball.toml", *options)
+        assert says in " ".join(done.stdout.split()), done.output
+
+
+def test_a_surface_that_crosses_itself_is_one_sentence(roof: Path) -> None:
+    write_mesh("both.obj", together(shell(), shell().translated([3, 1, 0.1])))
+    done = run("mesh", "both.obj", "--faces", 100, "-o", "mesh.obj")
+    assert done.exit_code == 2
+    assert "the surface crosses, touches or covers itself: faces" in " ".join(done.stderr.split())
+    assert not Path("mesh.obj").exists()

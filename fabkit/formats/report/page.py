@@ -22,7 +22,7 @@ from fabkit.formats.report.fitness import fitness_html
 from fabkit.formats.report.tables import table_html
 from fabkit.kinds import BEAM, NODE
 from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Measure, Parts, Surroundings
-from fabkit.production import REPORT, BuildFacts, Drawing, Fact, Summary, Table
+from fabkit.production import REPORT, SURFACE_DISTANCE, BuildFacts, Drawing, Fact, Summary, Table
 from geometry.arrays import FloatArray
 
 __all__ = ["report_html"]
@@ -199,7 +199,7 @@ def _deviation(title: str, values: FloatArray, form: str, parts: Parts[Any]) -> 
 def _of_surface(summary: Summary) -> Sequence[Measure]:
     """What is measured of the vertices of a mesh that was laid on a surface."""
     laid = summary.surface
-    return () if laid is None else (Measure("surface", "Distance from the design surface", "mm", 1, laid.distances_mm),)
+    return () if laid is None else (Measure("surface", SURFACE_DISTANCE, "mm", 1, laid.distances_mm),)
 
 
 def _histograms(measured: Sequence[Measure]) -> str:

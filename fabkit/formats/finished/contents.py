@@ -1,0 +1,143 @@
+"""What a finished folder contains: its manifest and its tables, in the dialect that the manifest states."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+from fabkit.document_rules import TableRules
+from fabkit.errors import FolderError
+from fabkit.formats.manifest import MANIFEST
+
+__all__ = ["Contents", "FolderTable", "workbook_tables"]
+
+_NEEDED = ("files", "folders", "settings", "counts", "origin", "versions")
+"""Keys of a manifest that the checks read."""
+_SHEET = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
+
+
+@dataclass(frozen=True)
+class FolderTable:
+    """A table as read: the names of its columns, and its rows as text, with decimal points; totals and sentences about
+    parts that were left out are apart."""
+
+    columns: tuple[str, ...]
+    rows: tuple[dict[str, str], ...]
+    totals: dict[str, str]
+
+    def __iter__(self) -> Iterator[dict[str, str]]:
+        return iter(self.rows)
+
+
+class Contents:
+    """A folder that `fabkit build` wrote. Raises FolderError where there is no such folder, or where it is of a version
+    whose manifest says less."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        if not folder.is_dir():
+            raise FolderError(f"{folder} is not a folder: give one that fabkit build wrote")
+        path = folder / MANIFEST
+        if not path.is_file():
+            raise FolderError(
+                f"{folder} has no {MANIFEST}, so fabkit build did not write it, or its files are incomplete"
+            )
+        try:
+            manifest = json.loads(path.read_bytes())
+            missing = [key for key in _NEEDED if not isinstance(manifest[key], dict | list)]
+        except (ValueError, KeyError, TypeError, RecursionError):
+            missing = list(_NEEDED)
+            manifest = {}
+        if missing or "tables" not in manifest["settings"]:
+            raise FolderError(
+                f"{path} cannot be read as that of a build: it is damaged, or of another version of fabkit; build the "
+                "folder again"
+            )
+        self.manifest: dict[str, Any] = manifest
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The hash of each file by its path, as the manifest lists them."""
+        return dict(self.manifest["files"])
+
+    @cached_property
+    def rules(self) -> TableRules:
+        return TableRules(**self.manifest["settings"]["tables"])
+
+    def text(self, name: str) -> str:
+        """The text of a file. Raises FolderError where it is missing or no text."""
+        try:
+            return (self.folder / name).read_text(encoding="utf-8-sig" if name.endswith(".csv") else "utf-8")
+        except UnicodeDecodeError:
+            raise FolderError(f"{name} is not text in UTF-8") from None
+        except OSError as error:
+            raise FolderError(f"{name} cannot be read: {error.strerror or error}") from None
+
+    def table(self, name: str) -> FolderTable:
+        """A table by its name, such as `pieces`. Raises FolderError where it is missing or damaged."""
+        reader = csv.reader(io.StringIO(self.text(f"{name}.csv"), newline=""), delimiter=self.rules.delimiter)
+        try:
+            head, *rows = list(reader)
+        except (ValueError, csv.Error):
+            raise FolderError(f"{name}.csv is empty or damaged") from None
+        for number, row in enumerate(rows, start=2):
+            if len(row) != len(head):
+                raise FolderError(f"row {number} of {name}.csv has {len(row)} cells, its heading {len(head)}")
+        decimal = self.rules.decimal
+        cells = [
+            [
+                cell.replace(decimal, ".") if re.fullmatch(rf"-?\d+{re.escape(decimal)}\d+", cell) else cell
+                for cell in row
+            ]
+            for row in rows
+        ]
+        if len(set(head)) != len(head):
+            raise FolderError(f"two columns of {name}.csv have the same name")
+        own = [dict(zip(head, row, strict=True)) for row in cells]
+        first = head[0]
+        totals = next((row for row in own if row[first] == "Total"), {})
+        kept = [row for row in own if row[first] != "Total" and not row[first].startswith("left out:")]
+        return FolderTable(tuple(head), tuple(kept), totals)
+
+
+def workbook_tables(path: Path) -> dict[str, list[list[str]]]:
+    """The sheets of a workbook by their names, as rows of texts; numbers with all their digits. Raises FolderError."""
+    try:
+        with zipfile.ZipFile(path) as files:
+            if files.testzip() is not None:
+                raise FolderError(f"{path.name} is damaged")
+            names = [
+                each.get("name", "")
+                for each in ElementTree.fromstring(files.read("xl/workbook.xml")).iter(f"{_SHEET}sheet")
+            ]
+            shared = [
+                "".join(part.text or "" for part in item.iter(f"{_SHEET}t"))
+                for item in ElementTree.fromstring(files.read("xl/sharedStrings.xml"))
+            ]
+            return {
+                name: _rows(files.read(f"xl/worksheets/sheet{number}.xml"), shared)
+                for number, name in enumerate(names, start=1)
+            }
+    except (zipfile.BadZipFile, KeyError, ElementTree.ParseError, OSError, ValueError, IndexError, EOFError):
+        raise FolderError(f"{path.name} is damaged or missing: it cannot be read as a workbook") from None
+
+
+def _rows(data: bytes, shared: list[str]) -> list[list[str]]:
+    rows = []
+    for row in ElementTree.fromstring(data).iter(f"{_SHEET}row"):
+        cells = []
+        for cell in row.iter(f"{_SHEET}c"):
+            value = cell.find(f"{_SHEET}v")
+            text = "" if value is None else value.text or ""
+            cells.append(shared[int(text)] if cell.get("t") == "s" and text else text)
+        rows.append(cells)
+    return rows

@@ -1,0 +1,235 @@
+"""Whether a finished folder is as it was written: its hashes, and what its files say against each other."""
+
+from __future__ import annotations
+
+import base64
+import os
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from fabkit.errors import FolderError
+from fabkit.formats.finished.contents import Contents, FolderTable, workbook_tables
+from fabkit.formats.finished.dxf_checks import check_heads, check_panel, check_sheet, dxf_curves
+from fabkit.formats.finished.step_checks import (
+    COORDINATE_TOLERANCE_MM,
+    DIRECTION_TOLERANCE,
+    MASS_TOLERANCE_KG,
+    PartFile,
+    check_model,
+    check_part,
+    part_file,
+)
+from fabkit.formats.manifest import foreign_files
+from geometry.arrays import FloatArray
+
+__all__ = ["check_folder"]
+
+
+def check_folder(folder: Path, *, hashes: bool = True) -> tuple[str, ...]:
+    """What is wrong with a folder that `fabkit build` wrote, one sentence each; nothing where it is as it was written.
+
+    Files are compared with their hashes, and with each other: solids with their stated volumes and areas and with the
+    model, placements, masses and counts with the tables, contours with solids, the workbook with the tables. No CAD
+    kernel is needed. hashes: False looks at what the files say only, for a folder of which a program has changed line
+    ends or the like. Raises FolderError where the folder is not one of a build of this version.
+
+    >>> from fabkit import Project, build
+    >>> from geometry.mesh.shapes import dome
+    >>> from fabkit.formats.finished import check_folder
+    >>> _ = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out="roof"))
+    >>> check_folder(Path("roof"))
+    ()
+    >>> _ = Path("roof/beams.csv").write_text("Mark,Count")
+    >>> check_folder(Path("roof"))[0]
+    'beams.csv (edited) is not as it was written'
+    """
+    contents = Contents(folder)
+    found = list(_of_files(contents, hashes))
+    for check in (_of_tables, _of_workbook, _of_shapes, _of_meshes, _of_pictures):
+        found += _caught(check, contents)
+    return tuple(dict.fromkeys(found))
+
+
+def _caught(check: Callable[[Contents], Iterator[str]], contents: Contents) -> Iterator[str]:
+    """What a check finds, up to a file that cannot be read, or a cell that is none."""
+    try:
+        yield from check(contents)
+    except FolderError as error:
+        yield str(error)
+    except (KeyError, ValueError, IndexError, TypeError) as error:
+        yield f"{check.__name__.removeprefix('_of_')} cannot be compared: there is no {error} where one is needed"
+
+
+def _of_files(contents: Contents, hashes: bool) -> Iterator[str]:
+    for name in contents.files:
+        if not os.path.isfile(contents.folder / name):
+            yield f"{name} is missing"
+    if hashes:
+        for name in foreign_files(contents.folder):
+            yield f"{name} is not as it was written" if "(" in name else f"{name} was added"
+        return
+    for path in sorted(contents.folder.rglob("*")):
+        name = path.relative_to(contents.folder).as_posix()
+        if path.is_file() and name not in contents.files and name != "manifest.json":
+            yield f"{name} was added"
+
+
+def _of_tables(contents: Contents) -> Iterator[str]:
+    """Counts, masses and files of the tables of marks against the table of pieces and the manifest."""
+    if "pieces.csv" not in contents.files:
+        return
+    pieces = contents.table("pieces")
+    counts, masses = Counter(row["Mark"] for row in pieces), {row["Mark"]: row["Mass (kg)"] for row in pieces}
+    if len({row["Piece"] for row in pieces}) != len(pieces.rows):
+        yield "pieces.csv has a piece twice"
+    listed: set[str] = set()
+    for group, table in _of_marks(contents):
+        listed |= {row["Mark"] for row in table}
+        for row in table:
+            mark, count, each = row["Mark"], int(row["Count"]), float(row["Mass each (kg)"])
+            if count != counts[mark]:
+                yield f"{group}.csv has {count} of {mark}, pieces.csv {counts[mark]}"
+            if each != float(masses.get(mark, "nan")):
+                yield f"the masses of {mark} in {group}.csv and pieces.csv differ"
+            if abs(count * each - float(row["Mass (kg)"])) > (count + 1) * MASS_TOLERANCE_KG:
+                yield f"the mass of {mark} in {group}.csv is not that of one times {count}"
+        for column in ("Count", "Mass (kg)"):
+            total = sum(float(row[column]) for row in table)
+            if abs(total - float(table.totals[column])) > (len(table.rows) + 1) * MASS_TOLERANCE_KG:
+                yield f"the total of {column} in {group}.csv is not the sum of its rows"
+        if int(table.totals["Count"]) != contents.manifest["counts"][group]:
+            yield f"{group}.csv has {table.totals['Count']} parts, the manifest {contents.manifest['counts'][group]}"
+    for mark in counts.keys() ^ listed:
+        yield f"{mark} is in pieces.csv or in a table of marks, but not in both"
+    for row in pieces:
+        folder = row["File"].partition("/")[0]
+        if folder in contents.manifest["folders"] and row["File"] not in contents.files:
+            yield f"there is no {row['File']}, the file of {row['Piece']}"
+
+
+def _of_marks(contents: Contents) -> Iterator[tuple[str, FolderTable]]:
+    for name in contents.files:
+        group = name.removesuffix(".csv")
+        if group in contents.manifest["counts"] and name.endswith(".csv"):
+            yield group, contents.table(group)
+
+
+def _of_workbook(contents: Contents) -> Iterator[str]:
+    """Each table against its sheet."""
+    if "cutlist.xlsx" not in contents.files:
+        return
+    sheets = workbook_tables(contents.folder / "cutlist.xlsx")
+    for name in contents.files:
+        title = name.removesuffix(".csv").capitalize().replace("_", " ")
+        if not name.endswith(".csv") or title not in sheets:
+            continue
+        table, rows = contents.table(name.removesuffix(".csv")), sheets[title]
+        shown = [list(table.columns), *(list(row.values()) for row in table)]
+        for number, (one, other) in enumerate(zip(shown, rows, strict=False), start=1):
+            if len(one) != len(other) or not all(map(_agree, one, other)):
+                yield f"row {number} of {name} is not that of the workbook"
+        if len(rows) < len(shown):
+            yield f"{name} has {len(shown)} rows, its sheet in the workbook {len(rows)}"
+
+
+def _agree(text: str, cell: str) -> bool:
+    """Whether a text of a table is the cell of the workbook, which has all digits of a number."""
+    if text == cell or text.lstrip("'") == cell:
+        return True
+    try:
+        decimals = len(text.partition(".")[2])
+        return abs(float(text) - float(cell)) <= 0.51 * 10.0**-decimals
+    except ValueError:
+        return False
+
+
+def _of_shapes(contents: Contents) -> Iterator[str]:
+    """Solids, the model, the contours of panels and sheets."""
+    parts: dict[str, PartFile] = {}
+    for name in [name for name in contents.files if name.startswith("parts/")]:
+        try:
+            part = part_file(contents, name)
+            parts[part.mark] = part
+        except FolderError as error:
+            yield str(error)
+    for around in (Counter(part.header for part in parts.values()),):
+        usual = around.most_common(1)[0][0] if around else ""
+        yield from (f"the header of parts/{each.mark}.step differs" for each in parts.values() if each.header != usual)
+    rows = {row["Mark"]: row for _, table in _of_marks(contents) for row in table}
+    for mark, part in parts.items():
+        if mark in rows:
+            yield from check_part(contents, part, rows[mark])
+    if "model.step" in contents.files and parts and "placements.csv" in contents.files:
+        yield from _caught(lambda known: check_model(known, parts), contents)
+    yield from _of_drawings(contents, {mark: part.outline for mark, part in parts.items()})
+
+
+def _of_drawings(contents: Contents, outlines: dict[str, FloatArray]) -> Iterator[str]:
+    heads: dict[str, dict[str, list[str]]] = {"sheets": {}, "panels": {}}
+    if contents.manifest["settings"]["drawings"]["version"] == "R12":
+        return
+    pieces = contents.table("pieces") if "pieces.csv" in contents.files else ()
+    for name in [name for name in contents.files if name.startswith(("sheets/", "panels/"))]:
+        folder, _, stem = name.removesuffix(".dxf").partition("/")
+        try:
+            curves, heads[folder][name] = dxf_curves(contents, name)
+        except FolderError as error:
+            yield str(error)
+            continue
+        if folder == "panels" and stem in outlines:
+            yield from check_panel(name, curves, outlines[stem])
+        elif folder == "sheets" and pieces and outlines:
+            own = [row for row in pieces if row["Sheet"] and int(row["Sheet"]) == int(stem.partition("-")[2])]
+            yield from check_sheet(name, curves, own, outlines)
+    for each in heads.values():
+        yield from check_heads(each)
+
+
+def _of_meshes(contents: Contents) -> Iterator[str]:
+    """M.obj against the points of the survey, S.obj against its axes."""
+    if not {"M.obj", "S.obj", "survey.csv"} <= contents.files.keys():
+        return
+    survey = contents.table("survey")
+    nodes = np.array([int(row["Node"].rpartition("v")[2]) for row in survey])
+    points = np.array([[float(row[f"Point {axis} (mm)"]) for axis in "xyz"] for row in survey])
+    axes = np.array([[float(row[f"Axis {axis}"]) for axis in "xyz"] for row in survey])
+    vertices, faces = _obj(contents, "M.obj")
+    normals, faces_of_image = _obj(contents, "S.obj")
+    if faces != faces_of_image or len(faces) != contents.manifest["counts"]["faces"]:
+        yield "M.obj and S.obj do not have the same faces"
+    if len(vertices) != len(normals) or len(vertices) != contents.manifest["counts"]["vertices"]:
+        yield "M.obj and S.obj do not have the vertices that the manifest counts"
+        return
+    scale = float(np.median(np.ptp(points, axis=0) / np.ptp(vertices[nodes], axis=0)))
+    units = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    step = COORDINATE_TOLERANCE_MM + 1e-6 * float(np.abs(points).max())
+    for node in nodes[np.abs(vertices[nodes] * scale - points).max(axis=1) > step].tolist():
+        yield f"vertex {node} (counted from 0) of M.obj is not where survey.csv has it"
+    for node in nodes[np.abs(units[nodes] - axes).max(axis=1) > DIRECTION_TOLERANCE].tolist():
+        yield f"vertex {node} (counted from 0) of S.obj is not the axis in survey.csv"
+
+
+def _obj(contents: Contents, name: str) -> tuple[FloatArray, list[str]]:
+    lines = contents.text(name).splitlines()
+    vertices = [[float(word) for word in line.split()[1:]] for line in lines if line.startswith("v ")]
+    return np.array(vertices).reshape(-1, 3), [line for line in lines if line.startswith("f ")]
+
+
+def _of_pictures(contents: Contents) -> Iterator[str]:
+    """The model of the report is model.glb."""
+    if not {"model.glb", "report.html"} <= contents.files.keys():
+        return
+    try:
+        glb = (contents.folder / "model.glb").read_bytes()
+    except OSError as error:
+        raise FolderError(f"model.glb cannot be read: {error.strerror or error}") from None
+    if int.from_bytes(glb[8:12], "little") != len(glb):
+        yield "model.glb is not complete"
+    text = contents.text("report.html")
+    if base64.b64encode(glb).decode() not in text:
+        yield "the model in report.html is not model.glb"
+    if not text.rstrip().endswith("</html>"):
+        yield "report.html is not complete"

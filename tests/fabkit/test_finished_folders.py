@@ -1,0 +1,107 @@
+"""Finished folders: damage is found, also where the hashes are taken away; two builds are compared."""
+
+from __future__ import annotations
+
+import random
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fabkit import Project, build
+from fabkit.errors import FolderError
+from fabkit.formats.finished import check_folder, folder_differences
+from geometry.mesh import Mesh
+from geometry.mesh.shapes import dome
+from tests.fabkit.corruption import corrupt
+
+N_CORRUPTIONS = 200
+FOUND_WITHOUT_HASHES = 0.8
+"""Share of random corruptions that must be found by what the files say alone."""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("finished") / "roof"
+    tables = {"separator": ";", "decimal": ",", "bom": True}
+    build(Project(mesh=dome(6, 2), mean_edge_mm=1500, out=out, beams={"section": "rhs 120x60x5"}, tables=tables))
+    return out
+
+
+def found_in(folder: Path, *, hashes: bool) -> tuple[str, ...]:
+    try:
+        return check_folder(folder, hashes=hashes)
+    except FolderError as error:
+        return (str(error),)
+
+
+def test_a_whole_folder_is_found_whole(made: Path) -> None:
+    assert check_folder(made) == ()
+    assert check_folder(made, hashes=False) == ()
+
+
+def test_random_corruptions_are_found(made: Path, tmp_path: Path) -> None:
+    """All by their hashes; without them by what the files say of each other, which `-s` prints."""
+    source, without, missed = random.Random(7), 0, []
+    for number in range(N_CORRUPTIONS):
+        copy = tmp_path / "copy"
+        shutil.copytree(made, copy)
+        what = corrupt(copy, source)
+        assert found_in(copy, hashes=True), f"{number}: {what}"
+        found = found_in(copy, hashes=False)
+        assert all(len(sentence) < 1000 and "\n" not in sentence for sentence in found)
+        without += bool(found)
+        missed += [] if found else [what]
+        shutil.rmtree(copy)
+    print(f"found without hashes: {without} of {N_CORRUPTIONS}; missed: {missed}")
+    assert without >= FOUND_WITHOUT_HASHES * N_CORRUPTIONS
+
+
+@pytest.mark.parametrize(
+    ("damage", "sentence"),
+    [
+        (lambda folder: shutil.rmtree(folder), "is not a folder"),
+        (lambda folder: (folder / "manifest.json").unlink(), "has no manifest.json"),
+        (lambda folder: (folder / "manifest.json").write_text("{"), "damaged, or of another version"),
+        (lambda folder: (folder / "manifest.json").write_text('{"files": {}}'), "damaged, or of another version"),
+        (lambda folder: (folder / "pieces.csv").unlink(), "pieces.csv is missing"),
+        (lambda folder: (folder / "pieces.csv").write_bytes(b"\xff\xfe\x00"), "pieces.csv is not text"),
+        (lambda folder: (folder / "parts" / "B001.step").write_text(""), "B001.step is no complete STEP file"),
+        (lambda folder: (folder / "notes.txt").write_text("mine"), "notes.txt was added"),
+    ],
+)
+def test_damage_is_named(made: Path, tmp_path: Path, damage: Callable[[Path], object], sentence: str) -> None:
+    shutil.copytree(made, tmp_path / "copy")
+    damage(tmp_path / "copy")
+    found = found_in(tmp_path / "copy", hashes=False)
+    assert any(sentence in each for each in found), found
+
+
+def test_a_build_differs_from_itself_in_nothing_and_from_a_moved_vertex_around_it(made: Path, tmp_path: Path) -> None:
+    assert folder_differences(made, made).rows == ()
+    mesh = dome(6, 2)
+    vertices = mesh.vertices.copy()
+    vertices[0] += [0, 0, 0.01 * mesh.mean_edge_length]
+    for name, each in (("a", mesh), ("b", Mesh(vertices, mesh.combinatorics))):
+        build(Project(mesh=each, mean_edge_mm=1500, out=tmp_path / name))
+    rows = folder_differences(tmp_path / "a", tmp_path / "b").rows
+    assert {row[0] for row in rows} == {"changed"}
+    moved = {row[2]: row[4] for row in rows}
+    (top,) = (value for name, value in moved.items() if re.fullmatch(r"N\d+ v0", str(name)))
+    assert isinstance(top, float)
+    assert 5 < top < 40  # 15 mm, less what planarising takes back
+
+
+def test_pieces_are_found_again_by_their_place(tmp_path: Path) -> None:
+    """The same dome with its faces numbered the other way round: the same pieces with other names."""
+    mesh = dome(6, 2)
+    order = np.arange(mesh.n_vertices)[::-1]
+    turned = Mesh.from_faces(mesh.vertices[order], [[len(order) - 1 - k for k in face] for face in [*mesh.faces][::-1]])
+    for name, each in (("a", mesh), ("b", turned)):
+        build(Project(mesh=each, mean_edge_mm=1500, out=tmp_path / name))
+    rows = folder_differences(tmp_path / "a", tmp_path / "b").rows
+    assert {row[0] for row in rows} <= {"changed"}
+    assert all(row[4] < 0.01 and row[5] < 0.02 for row in rows)  # type: ignore[operator]
