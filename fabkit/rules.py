@@ -178,7 +178,7 @@ class ConnectionRules:
             if found < needed:
                 return (
                     f"bolts {self.bolts} do not fit the section {section.name}: {needed:.1f} mm are needed from "
-                    f"{what}, and there are {found:.1f} mm; take a larger section, smaller bolts (--bolts), or another "
+                    f"{what}, and there are {found:.1f} mm; take a larger section, smaller bolts, or another "
                     "kind of connection"
                 )
         return ""

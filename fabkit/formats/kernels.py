@@ -12,7 +12,6 @@ import numpy as np
 
 from fabkit.errors import FabkitError
 from fabkit.formats.occt_solids import occt_solid
-from fabkit.formats.step import instance_name
 from fabkit.parts import Assembly, Frame, Part
 
 if TYPE_CHECKING:
@@ -46,18 +45,18 @@ def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
     def solid(part: Part) -> build123d.Solid:
         return build123d.Solid(occt_solid(part.solid), label=part.mark, color=build123d.Color(*part.kind.colour))
 
-    def placed(part: Part) -> build123d.Solid:
+    def placed(part: Part, name: str) -> build123d.Solid:
         if part.mark not in shapes:
             shapes[part.mark] = solid(part)
         instance = shapes[part.mark].moved(build123d.Location(_occt_motion(part.placement)))
-        instance.label = instance_name(part)
+        instance.label = name
         return instance
 
     if isinstance(item, Part):
         return solid(item)
     shapes: dict[str, build123d.Solid] = {}
     children = [
-        build123d.Compound(label=parts.kind.group, children=[placed(part) for part in parts])
+        build123d.Compound(label=parts.kind.group, children=list(map(placed, parts, parts.piece_names)))
         for parts in item.groups
         if len(parts)
     ]
@@ -92,12 +91,12 @@ def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly
     structure = cadquery.Assembly(name=item.name, loc=place)
     for parts in item.groups:
         group = cadquery.Assembly(name=parts.kind.group)
-        for part in parts:
+        for part, name in zip(parts, parts.piece_names, strict=True):
             if part.mark not in shapes:
                 shapes[part.mark] = cadquery.Solid(occt_solid(part.solid))
             group.add(
                 shapes[part.mark],
-                name=instance_name(part),
+                name=name,
                 loc=cadquery.Location(_occt_motion(part.placement)),
                 color=cadquery.Color(*part.kind.colour),
             )

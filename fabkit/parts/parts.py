@@ -203,6 +203,19 @@ class Parts(Sequence[Part], Generic[D]):
         return [self.mark_names[k] for k in self.mark.tolist()]
 
     @cached_property
+    def piece_names(self) -> list[str]:
+        """A name for each part, which no other one has: its mark, and its mesh edge (e), vertex (v) or face (f),
+        counted from 0. Where more than one part of a mark has the same mesh element, the second is `B12 e37.2`."""
+        keys = self.mark * (int(self.elements.max(initial=0)) + 1) + self.elements
+        order = np.argsort(keys, kind="stable")
+        begins = np.concatenate([[True], np.diff(keys[order]) != 0])[: len(order)]
+        rank = np.empty(len(order), dtype=np.int64)
+        rank[order] = np.arange(len(order)) - np.flatnonzero(begins)[np.cumsum(begins) - 1]
+        letter = self.kind.element[0]
+        rows = zip(self.marks, self.elements.tolist(), rank.tolist(), strict=True)
+        return [f"{mark} {letter}{element}" + (f".{n + 1}" if n else "") for mark, element, n in rows]
+
+    @cached_property
     def firsts(self) -> IntArray:
         """(m,) the first part of each mark."""
         return integers(np.unique(self.mark, return_index=True)[1])

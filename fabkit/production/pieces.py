@@ -1,6 +1,7 @@
 """Tables with one row for each physical piece, or for each facet or edge of one; one value a cell, for programs.
 
-A piece has the name that its instance has in model.step: its mark and its mesh element, such as `B001 e7`.
+A piece has the name that its instance has in model.step: its mark and its mesh element, such as `B001 e7`, or
+`C001 v7.2` for the second one of that mark at that element.
 """
 
 from __future__ import annotations
@@ -21,12 +22,6 @@ __all__ = ["piece_tables"]
 COORDINATE_DECIMALS, TURN_DECIMALS, DIRECTION_DECIMALS = 3, 6, 9
 """Decimals in tables of coordinates in mm, turns in degrees and unit vectors: together they place a piece of 10 m to
 0.001 mm."""
-
-
-def _piece_names(parts: Parts[Any]) -> list[str]:
-    """The name of each part (n,), as in model.step."""
-    letter = parts.kind.element[0]
-    return [f"{mark} {letter}{element}" for mark, element in zip(parts.marks, parts.elements.tolist(), strict=True)]
 
 
 def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "panels/{}.dxf") -> tuple[Table, ...]:
@@ -64,7 +59,7 @@ def _pieces(parts: Parts[Any], assembly: Assembly, nest: Nest | None, panel_file
     places = places or [(None,) * 4] * n
     sheet: list[Sequence[Cell]] = [[row[k] for row in places] for k in range(4)]
     return [
-        Column("Piece", None, _piece_names(parts)),
+        Column("Piece", None, parts.piece_names),
         Column("Mark", None, parts.marks),
         Column("Kind", None, [parts.kind.name] * n),
         Column("Element", 0, parts.elements.tolist()),
@@ -84,7 +79,7 @@ def _placements(parts: Parts[Any], origin_mm: FloatArray) -> list[Column]:
     centroids = parts.solids.centroids[parts.shape]
     centres = parts.origins + (centroids[:, None] @ parts.axes)[:, 0]
     return [
-        Column("Piece", None, _piece_names(parts)),
+        Column("Piece", None, parts.piece_names),
         Column("Mark", None, parts.marks),
         *_points("Origin", parts.origins + origin_mm),
         *_directions("X axis", parts.axes[:, 0]),
@@ -101,7 +96,7 @@ def _survey(assembly: Assembly) -> Table:
     return _table(
         "survey",
         [
-            Column("Node", None, _piece_names(nodes)),
+            Column("Node", None, nodes.piece_names),
             Column("Mark", None, nodes.marks),
             *_points("Point", nodes.origins + assembly.origin_mm),
             *_directions("Axis", nodes.axes[:, 2]),
@@ -120,7 +115,7 @@ def _node_facets(assembly: Assembly) -> Table:
     met = beams.find(around.values)
     heads = np.append(beams.details.nodes[:, 0], -1)[met] == nodes.elements[row]
     ends = ["" if k < 0 else "A" if head else "B" for k, head in zip(met.tolist(), heads, strict=True)]
-    names, marks = _piece_names(nodes), nodes.marks
+    names, marks = nodes.piece_names, nodes.marks
     return _table(
         "node_facets",
         [
@@ -142,7 +137,7 @@ def _panel_edges(assembly: Assembly) -> Table:
     panels = assembly.of(PANEL)
     own = panels.details
     row = own.edge_lengths_mm.row
-    names, marks = _piece_names(panels), panels.marks
+    names, marks = panels.piece_names, panels.marks
     dihedrals: list[Cell] = [None if value != value else value for value in own.dihedrals_deg.values.tolist()]
     return _table(
         "panel_edges",
@@ -161,7 +156,7 @@ def _panel_edges(assembly: Assembly) -> Table:
 
 def _named(parts: Parts[Any], elements: IntArray) -> list[str]:
     """The piece on each of these mesh elements: nothing for a negative one, LEFT_OUT without a part."""
-    names = [*_piece_names(parts), LEFT_OUT, ""]
+    names = [*parts.piece_names, LEFT_OUT, ""]
     found = np.where(elements < 0, len(parts) + 1, parts.find(elements))
     return [names[k if k >= 0 else -2] for k in found.tolist()]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import tracemalloc
 from collections import Counter
 from collections.abc import Iterator
@@ -252,3 +253,15 @@ def test_a_failure_leaves_the_old_file(tmp_path: Path) -> None:
         stream_step(path, "structure", [Parts.of(NODE, [node("N1", tube()), node("N1", star())])])
     assert path.read_text() == "old"
     assert [each.name for each in tmp_path.iterdir()] == ["model.step"]
+
+
+def test_pieces_of_a_mark_at_one_mesh_element_have_names_of_their_own() -> None:
+    twice = [
+        node("N1", prism([[0, 0], [9, 0], [0, 9]], 5.0), frame(k), element) for k, element in enumerate([4, 7, 4, 4])
+    ]
+    parts = Parts.of(NODE, twice)
+    assert parts.piece_names == ["N1 v4", "N1 v7", "N1 v4.2", "N1 v4.3"]
+    text = io.StringIO()
+    stream_step(text, "roof", [parts])
+    found = re.findall(r"NEXT_ASSEMBLY_USAGE_OCCURRENCE\('([^']*)'", text.getvalue())
+    assert sorted(found) == sorted([*parts.piece_names, "nodes"])

@@ -3,7 +3,7 @@
 One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / group /
 part; no loose faces, no p-curves. One placement, which the groups share, moves the structure to the
 coordinates of the mesh file; the parts are placed near zero within it. A product has the name of its mark, an instance
-of it the name that `instance_name` gives. Each product carries its volume, surface area and centroid as geometric
+of it that in `Parts.piece_names`. Each product carries its volume, surface area and centroid as geometric
 validation properties, its material and density, and the colour of its kind on its solid.
 
 Text is written in batches, so memory grows only by a few integers for each mark and one for each part.

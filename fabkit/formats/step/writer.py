@@ -50,7 +50,8 @@ STEP_ACCURACY_MM."""
 
 def instance_name(part: Part) -> str:
     """The name of one instance of a mark: the mark, and the number of its mesh edge (e), vertex (v) or face (f),
-    counted from 0, such as `B12 e37`.
+    counted from 0, such as `B12 e37`. Of several parts of a mark at one mesh element it is the name of the first; for
+    all of them see `Parts.piece_names`.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -59,11 +60,7 @@ def instance_name(part: Part) -> str:
     >>> instance_name(built.assembly["beams"][7])
     'B001 e7'
     """
-    return _instance_name(part.kind, part.mark, part.element)
-
-
-def _instance_name(kind: Kind[Any], mark: str, element: int) -> str:
-    return f"{mark} {kind.element[0]}{element}"
+    return f"{part.mark} {part.kind.element[0]}{part.element}"
 
 
 @dataclass(frozen=True)
@@ -167,18 +164,15 @@ class StepWriter:
 
     def _write_instances(self, parts: Parts[Any], rows: IntArray) -> None:
         """These parts at their places, in their group."""
-        name, kind = parts.kind.group, parts.kind
+        name, instances = parts.kind.group, parts.piece_names
         if name not in self._groups:
             group = self._groups[name] = self._add_assembly(name)
             place = (str(group.first_id + ORIGIN), str(self._root.placements[0]))
             self._add(PLACED_BLOCK, (*place, *self._names(self._root, group.first_id, name)))
         group, numbers = self._groups[name], reals(_placements(parts, rows))
-        marks, elements = parts.mark[rows].tolist(), parts.elements[rows].tolist()
-        for n, (number, element) in enumerate(zip(marks, elements, strict=True)):
-            mark = parts.mark_names[number]
-            placement, product = numbers[9 * n : 9 * n + 9], self._products[mark]
-            instance = _instance_name(kind, mark, element)
-            values = (*placement, str(product + ORIGIN), *self._names(group, product, instance))
+        for n, row in enumerate(rows.tolist()):
+            placement, product = numbers[9 * n : 9 * n + 9], self._products[parts.mark_names[parts.mark[row]]]
+            values = (*placement, str(product + ORIGIN), *self._names(group, product, instances[row]))
             group.placements.append(self._add(INSTANCE_BLOCK, values) + PLACEMENT_OFFSET)
 
     def end_structure(self) -> None:
