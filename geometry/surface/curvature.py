@@ -168,10 +168,12 @@ def _neighbours(mesh: Mesh) -> tuple[IntArray, IntArray]:
     counts = np.bincount(rows, minlength=c.n_vertices)
     with_too_few = np.flatnonzero(c.is_used & (counts < LEAST_QUADRIC_NEIGHBOURS))
     if len(with_too_few):
+        cure = "divide the triangles into smaller ones, or leave out separate parts of a few triangles"
+        if (mesh.vertices == mesh.vertices[with_too_few[0]]).all(axis=1).sum() > 1:
+            cure = "other vertices are in the same place; make them one by geometry.files.mend(vertices, faces)"
         raise MeshError(
             f"vertex {with_too_few[0]} of the surface has {counts[with_too_few[0]]} others within {QUADRIC_RINGS} "
-            f"edges, its curvature needs {LEAST_QUADRIC_NEIGHBOURS}: divide the triangles into smaller ones, or leave "
-            "out separate parts of a few triangles",
+            f"edges, its curvature needs {LEAST_QUADRIC_NEIGHBOURS}: {cure}",
             elements=with_too_few.tolist(),
             value=float(counts[with_too_few[0]]),
             bound=LEAST_QUADRIC_NEIGHBOURS,

@@ -61,6 +61,10 @@ def test_umbilics_of_an_ellipsoid_and_a_monkey_saddle() -> None:
 def test_too_few_triangles_have_no_curvature() -> None:
     with pytest.raises(MeshError, match="vertex 0 of the surface has 2 others within 3 edges, its curvature needs 5"):
         Curvature.of(triangle_mesh(np.eye(3), np.array([[0, 1, 2]])))
+    mesh = ball(1, (1.0, 1.0, 1.0)).mesh  # as STL files hold it: each triangle with vertices of its own
+    apart = triangle_mesh(mesh.vertices[mesh.combinatorics.corners], np.arange(3 * mesh.n_faces).reshape(-1, 3))
+    with pytest.raises(MeshError, match=r"make them one by geometry\.files\.mend"):
+        Curvature.of(apart)
 
 
 @pytest.mark.parametrize("pieces", [2, 3, 4])
