@@ -164,7 +164,13 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.arrays",
     },
     "fabkit.formats.step": {"fabkit.parts", "fabkit.errors", "geometry.arrays"},
-    "fabkit.formats.drawings": {"geometry.remeshing", "fabkit.production", "geometry.mesh", "geometry.arrays"},
+    "fabkit.formats.drawings": {
+        "fabkit.parts",
+        "geometry.remeshing",
+        "fabkit.production",
+        "geometry.mesh",
+        "geometry.arrays",
+    },
     "fabkit.formats.report": {"fabkit.production", "fabkit.fitness", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
     "fabkit.formats": {
         "geometry.surface",
@@ -410,7 +416,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.parts": (
         "frame material section ragged topology symmetry",
-        "solid profiles kind",
+        "solid profiles kind curves",
         "solids",
         "parts",
         "assembly",
@@ -434,16 +440,16 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembling",
     ),
     "fabkit.production": (
-        "curves nests equal_shapes remaining_rectangles",
+        "nests equal_shapes remaining_rectangles",
         "strokes",
         "marks cut_lists drawing guillotine",
-        "irregular legend_table loose_panels pieces",
+        "irregular loose_panels pieces",
         "sheet_nesting summary",
         "facts",
     ),
     "fabkit.formats.step": ("text solid", "entities", "writer", "files"),
     "fabkit.formats": (
-        "faceted occt_solids shape_files shape_triangles",
+        "faceted legend_table occt_solids shape_files shape_triangles",
         "exact_surfaces manifest polylines renaming tables triangles single_files workbook",
         "folder gltf kernels",
         "documents",

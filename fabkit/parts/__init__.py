@@ -2,6 +2,7 @@
 degrees."""
 
 from fabkit.parts.assembly import LEFT_OUT_COLOUR, Assembly, LeftOut, Surroundings
+from fabkit.parts.curves import Curves
 from fabkit.parts.frame import Frame
 from fabkit.parts.kind import Cell, Column, Details, Kind, Measure
 from fabkit.parts.material import Material
@@ -21,6 +22,7 @@ __all__ = [
     "Assembly",
     "Cell",
     "Column",
+    "Curves",
     "Details",
     "Frame",
     "Kind",

@@ -1,6 +1,5 @@
 """From parts to shop documents, still as data: marks, nests, cut lists, drawings, the facts of a build."""
 
-from fabkit.production.curves import Curves
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
 from fabkit.production.facts import (
@@ -41,7 +40,6 @@ __all__ = [
     "TERMINAL",
     "WORKBOOK",
     "BuildFacts",
-    "Curves",
     "CutList",
     "Drawing",
     "ExactGaussImage",

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from fabkit.errors import OutputError
-from fabkit.production.curves import Curves
+from fabkit.parts import Curves
 from geometry.arrays import FloatArray, IntArray, floats, integers
 
 __all__ = ["ARROW", "text_strokes", "text_widths"]

@@ -21,8 +21,7 @@ from shapely import Polygon, box
 
 from fabkit.formats.drawings.dxf import write_dxf
 from fabkit.kinds import PanelDetails
-from fabkit.parts import Parts
-from fabkit.production.curves import Curves
+from fabkit.parts import Curves, Parts
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, sheet_drawings
 from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
@@ -129,7 +128,8 @@ def test_other_processes_write_the_same_bytes() -> None:
     code = """if True:
         import sys
         from fabkit.formats.drawings.dxf import write_dxf
-        from fabkit.production import Curves, Drawing
+        from fabkit.parts import Curves
+        from fabkit.production import Drawing
         import numpy as np
         drawing = Drawing("P001", {"CUT": Curves.of([np.eye(3)[[0, 1, 2, 0], :2]])}, ("a note",))
         for version in ("R2010", "R12"):

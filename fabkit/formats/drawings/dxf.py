@@ -18,7 +18,8 @@ from ezdxf import new, options  # type: ignore[attr-defined]
 from ezdxf.document import Drawing as Document
 from pydantic_core import to_json
 
-from fabkit.production import CUT, MARK, SHEET, Curves, Drawing
+from fabkit.parts import Curves
+from fabkit.production import CUT, MARK, SHEET, Drawing
 from geometry.arrays import FloatArray
 
 __all__ = ["write_dxf"]

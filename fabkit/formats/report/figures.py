@@ -6,8 +6,8 @@ from html import escape
 
 import numpy as np
 
-from fabkit.parts import Measure
-from fabkit.production import CUT, MARK, SHEET, Curves, Drawing
+from fabkit.parts import Curves, Measure
+from fabkit.production import CUT, MARK, SHEET, Drawing
 from geometry.arrays import FloatArray
 
 __all__ = ["histogram", "sheet_picture"]

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fabkit.parts import Ragged
+from fabkit.parts.ragged import Ragged
 from geometry.arrays import BoolArray, IntArray
 
 __all__ = ["Curves"]
@@ -18,7 +18,7 @@ __all__ = ["Curves"]
 class Curves(Ragged):
     """Rows of points in mm, values (n, 2); a closed curve ends where it begins.
 
-    >>> from fabkit.production import Curves
+    >>> from fabkit.parts import Curves
     >>> curves = Curves.of([[[0, 0], [5, 0], [5, 5], [0, 0]], [[1, 1], [2, 2]]])
     >>> len(curves), curves.is_closed.tolist()
     (2, [True, False])
