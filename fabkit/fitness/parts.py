@@ -85,8 +85,8 @@ def slots(nodes: Parts[NodeDetails], rules: FitnessRules) -> Finding | None:
         rules.slots_noted_deg,
         "degrees",
         f"at {len(narrow)} of {len(nodes)} nodes two beams that are welded to it are less than "
-        f"{rules.slots_noted_deg:g} degrees apart, at least {angles[order[0]]:.1f} degrees at {worst.mark} (vertex "
-        f"{worst.element}, counted from 0)",
+        f"{rules.slots_noted_deg:g} degrees apart, the smallest angle is {angles[order[0]]:.1f} degrees at "
+        f"{worst.mark} (vertex {worst.element}, counted from 0)",
         "plan these seams with the welder, or make the angles at these vertices wider",
         "vertex",
         tuple(nodes.elements[order].tolist()),

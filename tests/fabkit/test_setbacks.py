@@ -118,7 +118,7 @@ def test_narrow_welds_and_uncovered_ends_are_told() -> None:
         np.arctan2(1 - np.sin(np.radians(50)), 1 - np.cos(np.radians(50)))
     )  # of the quad, at vertex 4
     assert (round(found.value, 6), found.elements[0]) == (round(float(sharpest), 6), 4)
-    assert "less than 60 degrees apart, at least 33.2 degrees" in found.sentence
+    assert "less than 60 degrees apart, the smallest angle is 33.2 degrees" in found.sentence
     assert slots(nodes, FitnessRules(slots_noted_deg=33)) is None
     assert uncovered(nodes, FitnessRules()) is None
     shares = nodes.details.uncovered_percent
