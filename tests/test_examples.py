@@ -66,6 +66,25 @@ def test_the_project_file_that_ships_is_one() -> None:
 # --- what the figures say, in numbers
 
 
+def test_figure_1_shows_fins_that_lean_for_more_shade() -> None:
+    found = numbers(1)
+    assert 0.9 < found["length of x"] < 0.99 + 1e-9
+    shares = (found["share of the panels in the shade, fins along S" + x] for x in ("", " + x"))
+    assert next(shares) + 0.15 < next(shares) < 1
+    assert found["area of the fins along S + x"] > found["area of the fins along S"]
+
+
+def test_figure_15_shows_how_much_of_each_panel_is_in_the_shade() -> None:
+    found = numbers(15)
+    for letter in ("(a)", "(b)"):
+        least, mean, most = (
+            found[f"{what} {letter}"]
+            for what in ("least share of a panel,", "share in the shade,", "largest share of a panel,")
+        )
+        assert 0 < least < mean < most <= 1 + 1e-9
+    assert found["least share of a panel, (b)"] > found["least share of a panel, (a)"]
+
+
 def test_figure_3_shows_parallel_meshes_of_different_shape() -> None:
     found = numbers(3)
     assert found["dimension of P(M)"] > found["faces"]  # a face plane each, and the boundary

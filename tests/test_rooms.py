@@ -342,7 +342,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "geometry.optimise": (
         "functional solution",
-        "affine blocks hinge saddle_point",
+        "affine blocks hinge remembered saddle_point",
         "constrained_quadratic semidefinite_quadratic grounded_laplacian penalty",
         "bounded_quadratic",
         "newton",

@@ -16,6 +16,8 @@ from geometry.files import read_mesh
 from geometry.gauss import approximate_pair
 from geometry.meshing import planarise
 from geometry.optimised_pairs import OptimisedPair, PairTargets, height_trade_off
+from geometry.remeshing import remesh
+from geometry.surface import Surface
 
 __all__ = ["MESHES", "curve", "draw"]
 
@@ -27,16 +29,25 @@ MESHES = {
     "gitter": "libhedra/gitter.off",
     "six-armed": "dos/planarizednormalized_six_quad.obj",
     "inspired": "directional/inspired_mesh_quads_Conjugate.off",
+    "train-station": "directional/train-station.off",
 }
-"""Names and files."""
+"""Names and files; a mesh is laid on those of triangles."""
 
-COLOURS = ("#24303a", "#b5532f", "#2f7d8c", "#c9962b", "#7a5c99")
+LAID_FACES = 1000
+"""Faces of a mesh that is laid on a surface."""
+
+COLOURS = ("#24303a", "#b5532f", "#2f7d8c", "#c9962b", "#7a5c99", "#6b8e4e")
 
 
 def curve(path: Path) -> list[OptimisedPair]:
     """Pairs of the mesh in a file for several height errors, from the largest down."""
-    mesh = planarise(read_mesh(path).mesh.near_zero()[0]).mesh
-    return height_trade_off(approximate_pair(mesh), PairTargets(edges=True))
+    mesh, surface = read_mesh(path).mesh.near_zero()[0], None
+    if mesh.combinatorics.face_sizes.max() == 3:
+        laid = remesh(Surface(mesh), n_faces=LAID_FACES)
+        mesh, surface = laid.mesh, laid.surface
+    else:
+        mesh = planarise(mesh).mesh
+    return height_trade_off(approximate_pair(mesh), PairTargets(edges=True), surface=surface)
 
 
 def draw(path: Path, curves: dict[str, list[OptimisedPair]]) -> None:

@@ -168,31 +168,6 @@ class Section:
                 )
         return (_box(half, -top, top),)
 
-    @cached_property
-    def pieces(self) -> tuple[FloatArray, ...]:
-        """Corners (n, 2) of convex polygons that fill the section without its hole, counter-clockwise; none of round
-        sections."""
-        if self.is_round:
-            return ()
-        half, top = self.width_mm / 2, self.height_mm / 2
-        match self.shape:
-            case "rhs":
-                wall = self.sizes[2]
-                side, aside = _box(wall / 2, wall - top, top - wall), np.array([half - wall / 2, 0.0])
-                return (
-                    _box(half, -top, wall - top),
-                    _box(half, top - wall, top),
-                    floats(side + aside),
-                    floats(side - aside),
-                )
-            case "tee":
-                flange = top - self.sizes[2]
-                return _box(self.web_mm / 2, -top, flange), _box(half, flange, top)
-            case "i":
-                flange = top - self.sizes[2]
-                return _box(half, -top, -flange), _box(self.web_mm / 2, -flange, flange), _box(half, flange, top)
-        return (_box(half, -top, top),)
-
 
 def _box(half: float, low: float, high: float) -> FloatArray:
     return floats(np.array([[-half, low], [half, low], [half, high], [-half, high]]))

@@ -17,6 +17,7 @@ from geometry.optimise.grounded_laplacian import GroundedLaplacian
 from geometry.optimise.hinge import Hinge
 from geometry.optimise.newton import nearest_feasible
 from geometry.optimise.penalty import minimise_by_penalty
+from geometry.optimise.remembered import Remembered
 from geometry.optimise.saddle_point import Factor, factorise
 from geometry.optimise.semidefinite_quadratic import minimise_semidefinite
 from geometry.optimise.solution import ConvergenceError, Reason, Solution
@@ -33,6 +34,7 @@ __all__ = [
     "Hinge",
     "LinearFunctional",
     "Reason",
+    "Remembered",
     "Solution",
     "SparseMatrix",
     "StackedFunctional",

@@ -49,6 +49,7 @@ from geometry.optimise import (
     Functional,
     Hinge,
     LinearFunctional,
+    Remembered,
     SparseMatrix,
     StackedFunctional,
 )
@@ -223,7 +224,8 @@ class Objective:
         from where they were, three."""
         guides = MeshGuides.of(self.mesh, Guides(keep_boundary=True))
         curves = [OnCurve(curve, sliding, self.mesh.n_vertices) for curve, sliding in guides.curves if len(sliding)]
-        return [*((self.blocks.of(curve, "M"), 2) for curve in curves), (self._in_place(guides.is_fixed), 3)]
+        sliding_on = [(Remembered(self.blocks.of(curve, "M")), 2) for curve in curves]
+        return [*sliding_on, (self._in_place(guides.is_fixed), 3)]
 
     def _in_place(self, chosen: BoolArray) -> LinearFunctional:
         """Displacements of these vertices of M."""

@@ -11,7 +11,7 @@ from scipy.optimize import LinearConstraint, NonlinearConstraint, approx_fprime,
 from geometry.arrays import FloatArray, IntArray, floats
 from geometry.errors import GeometryError
 from geometry.shading.fins import Fins
-from geometry.shading.panel_shadows import Shading, cast_shadows, face_suns, shadow_areas
+from geometry.shading.panel_shadows import Blinds, Shading, cast_shadows, shadow_areas
 from geometry.shading.suns import Suns
 
 __all__ = ["MostShade", "most_shade"]
@@ -65,12 +65,12 @@ class MostShade:
     after: Shading
 
 
-def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
+def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99, opaque: bool = False) -> MostShade:
     """The x, |x| <= bound, with the largest area of shadow of fins over S + x, by the weights of the suns.
 
     Where all panels can be completely shaded (a share of .999), it is a shortest x that does so. S + x stays above all
     panels. The maximum is sought without derivatives from the best of many translations; there may be a
-    larger one elsewhere.
+    larger one elsewhere. opaque: whether panels shade panels, as in `cast_shadows`.
 
     Raises GeometryError where the bound is not above 0 and below 1 or no panel faces any sun.
 
@@ -90,29 +90,31 @@ def most_shade(fins: Fins, suns: Suns, *, bound: float = 0.99) -> MostShade:
             value=float(bound),
             bound=1.0,
         )
-    before = cast_shadows(fins, suns)
+    before = cast_shadows(fins, suns, opaque=opaque)
     n = fins.mesh.n_faces
-    sunlit = np.flatnonzero(before.facing.any(axis=0))
+    sunlit = np.flatnonzero((before.sunlit_areas > 0).any(axis=0))
     sample = sunlit[np.unique(np.linspace(0, len(sunlit) - 1, SAMPLED_PANELS).round().astype(np.int64))]
-    coarse, fine = (_cost(fins, suns, faces) for faces in (sample, np.arange(n)))
+    coarse, fine = (_cost(before, faces, opaque=opaque) for faces in (sample, np.arange(n)))
     starts = [x for x in bound * _spread(SAMPLED_TRANSLATIONS) if _least_rise(fins, x) >= 0]
     starts = sorted([np.zeros(3), *starts], key=coarse)[:SEARCH_STARTS]
     best = min((_best_near(coarse, start, fins, bound, COARSE_STEPS) for start in starts), key=coarse)
     if -fine(best) < FULL_SHADE_SHARE:
         best = min(np.zeros(3), _best_near(fine, best, fins, bound, FINE_STEPS), key=fine)
     shift = _shortest(fine, best, fins) if -fine(best) >= FULL_SHADE_SHARE else best
-    return MostShade(floats(shift), before, cast_shadows(fins.tilted(shift), suns))
+    return MostShade(floats(shift), before, cast_shadows(fins.tilted(shift), suns, opaque=opaque))
 
 
-def _cost(fins: Fins, suns: Suns, faces: IntArray) -> Callable[[FloatArray], float]:
-    """Minus the share of shade on faces (f,), for a translation x (3,)."""
+def _cost(before: Shading, faces: IntArray, *, opaque: bool) -> Callable[[FloatArray], float]:
+    """Minus the share of shade on faces (f,), for a translation x (3,) of the fins before."""
+    fins, suns = before.fins, before.suns
     levels = np.array([fins.lower, fins.lower, fins.upper, fins.upper])
-    facing = face_suns(fins.mesh, suns.directions)[:, faces]
-    full_shade = suns.weights @ facing @ np.linalg.norm(fins.mesh.vector_areas[faces], axis=1)
+    sunlit = suns.weights @ before.sunlit_areas[:, faces].sum(axis=1)
+    by_panels = before.panel_shadows[:, faces]
 
     def cost(x: FloatArray) -> float:
-        areas = shadow_areas(fins.mesh, faces, fins.quads + levels[:, None] * x, suns.directions)
-        return -float(suns.weights @ areas.sum(axis=1) / full_shade)
+        blinds = Blinds.of(fins.mesh, fins.quads + levels[:, None] * x, opaque=opaque)
+        areas = shadow_areas(fins.mesh, faces, blinds, suns.directions) - by_panels
+        return -float(suns.weights @ areas.sum(axis=1) / sunlit)
 
     return cost
 

@@ -19,7 +19,7 @@ from rich.table import Table
 from geometry.gauss import approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.shading import Fins, Suns, cast_shadows, most_shade
-from geometry.shading.panel_shadows import shadow_areas
+from geometry.shading.panel_shadows import Blinds, shadow_areas
 from tests.geometry.shadow_rays import shaded_shares
 
 T = TypeVar("T")
@@ -101,7 +101,10 @@ def most() -> Table:
         whole = (found.before.facing[:, sample] * areas).sum()
 
         def share(x: np.ndarray, fins: Fins = fins, whole: float = whole) -> float:
-            return float(shadow_areas(mesh, sample, fins.tilted(x).quads, suns.directions).sum() / whole)
+            return float(
+                shadow_areas(mesh, sample, Blinds.of(mesh, fins.tilted(x).quads, opaque=False), suns.directions).sum()
+                / whole
+            )
 
         grid = [x for x in translations() if risen(fins, x)]
         before, after = found.before, found.after

@@ -97,10 +97,37 @@ def test_panels_that_face_away_are_not_counted() -> None:
     assert shading.share == pytest.approx(shading.total / shading.panel_areas[~away].sum())
 
 
+def test_opaque_panels_leave_less_to_fins() -> None:
+    """A wall .5 high and a floor behind it, fins that lean over the floor; a sun behind the wall."""
+    corners = [[0, 0, 0.5], [0, 1, 0.5], [0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]]
+    mesh = Mesh.from_faces(corners, [[0, 2, 3, 1], [2, 4, 5, 3]])
+    fins = Fins(Pair(mesh, mesh.with_vertices(0 * mesh.vertices + [1, 0, 1])), 0.0, 0.14)
+    sun = Suns([[-1, 0, 1]])
+    glass, opaque = cast_shadows(fins, sun), cast_shadows(fins, sun, opaque=True)
+    assert glass.shadow_areas[0] == pytest.approx([0, 0.56], abs=1e-12)  # 0 to .28 and .5 to .78
+    assert opaque.panel_shadows[0] == pytest.approx([0, 0.5], abs=1e-12)
+    assert opaque.shadow_areas[0] == pytest.approx([0, 0.28], abs=1e-12)
+    assert opaque.shares[0, 1] == pytest.approx(0.28 / 0.5)
+    assert np.isnan(opaque.shares[0, 0])
+    assert opaque.share == opaque.blocked_light == pytest.approx(0.56)
+    assert opaque.table[:, :3].tolist() == pytest.approx(np.array([[0, 1, 0.5]]))
+    assert (glass.panel_shadows == 0).all()
+
+
+def test_a_panel_that_no_sun_reaches_has_no_share() -> None:
+    corners = [[0, 0, 2], [0, 1, 2], [0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [4, 0, 0], [4, 1, 0]]
+    mesh = Mesh.from_faces(corners, [[0, 2, 3, 1], [2, 4, 5, 3], [4, 6, 7, 5]])
+    fins = Fins(Pair(mesh, mesh.with_vertices(0 * mesh.vertices + [1, 0, 1])), 0.0, 0.1)
+    shading = cast_shadows(fins, Suns([[-1, 0, 1]]), opaque=True)
+    assert np.isnan(shading.shares[0, :2]).all()
+    assert shading.shares[0, 2] == pytest.approx(0.2 / 2)
+    assert most_shade(fins, Suns([[-1, 0, 1]]), opaque=True).after.share > 0.2 / 2
+
+
 # --- against other programs
 
 
-@pytest.mark.parametrize("lower", [0.0, 0.15])
+@pytest.mark.parametrize("lower", [-0.1, 0.0, 0.15])
 @pytest.mark.parametrize("shift", [(0.0, 0.0, 0.0), (0.3, -0.5, 0.4)])
 @pytest.mark.parametrize("mesh", [vault(), shapes.hexagonal_paraboloid(3, 3)], ids=["quads", "hexagons"])
 def test_shadows_are_those_of_rays(mesh: Mesh, shift: tuple[float, float, float], lower: float) -> None:
@@ -112,6 +139,29 @@ def test_shadows_are_those_of_rays(mesh: Mesh, shift: tuple[float, float, float]
     assert np.abs(shading.shares - rays)[counted].max() < 0.01
     by_rays = np.nansum(rays * shading.panel_areas, axis=1)
     assert shading.shadow_areas.sum(axis=1) == pytest.approx(by_rays, rel=2e-3)
+
+
+def waves(nx: int, ny: int) -> Mesh:
+    """A roof in waves, whose crests shade the troughs behind them."""
+    u, v = np.linspace(0, 4 * np.pi, nx + 1), np.linspace(0, 3, ny + 1)
+    first = np.stack([u, 0 * u, 1.2 * np.sin(u)], axis=1)
+    return shapes.translation_surface(first, np.stack([0.3 * v, 2 * v, -0.1 * v**2], axis=1))
+
+
+@pytest.mark.parametrize("lower", [-0.1, 0.0, 0.1])
+def test_shadows_of_opaque_panels_are_those_of_rays(lower: float) -> None:
+    mesh = waves(12, 2)
+    fins = Fins(approximate_pair(mesh).tilted([0.1, -0.1, 0.2]), lower, 0.3)
+    suns = Suns([[-1, 0.2, 0.5], [1, -0.3, 0.7]])
+    shading = cast_shadows(fins, suns, opaque=True)
+    panels = mesh.vertices[mesh.combinatorics.corners.reshape(-1, 4)]
+    shaded = shaded_shares(mesh, panels, suns.directions, 500)
+    both = shaded_shares(mesh, np.concatenate([panels, fins.quads]), suns.directions, 500)
+    for areas, rays in ((shading.panel_shadows, shaded), (shading.shadow_areas, both - shaded)):
+        assert np.nanmax(np.abs(areas / shading.panel_areas - rays)) < 0.01
+        by_rays = np.nansum(rays * shading.panel_areas, axis=1)
+        assert areas.sum() == pytest.approx(by_rays.sum(), rel=1e-2)  # 24 panels, each to .01 of its area
+    assert shading.panel_shadows.sum() > 0.1 * (shading.facing * shading.panel_areas).sum()
 
 
 @given(st.integers(0, 2**32 - 1))
