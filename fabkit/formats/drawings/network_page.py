@@ -43,8 +43,8 @@ def networks_html(name: str, trials: Sequence[NetworkTrial], n_triangles: int) -
 <p>A surface of {n_triangles} triangles. Each picture shows a coarse mesh of planar faces along conjugate lines, the one
 whose beams vary least in height first. Blue and orange are the two families of lines, red dots are vertices where other
 than four edges meet.</p>
-<p class="soft">Lines become those of lines of curvature of the surface after the affine map that is given; the identity
-gives lines of curvature of the surface itself. Heights vary less in finer meshes.</p>
+<p class="soft">The affine map under each picture takes its lines to lines of curvature of the image of the surface; the
+identity gives lines of curvature of the surface itself. Heights vary less in finer meshes.</p>
 {left_out}<div class="networks">
 {figures}
 </div></main></body></html>
@@ -77,4 +77,4 @@ def _edges_of(lines: Sequence[IntArray], edges: IntArray, n_vertices: int) -> Bo
 def _map(affine: FloatArray) -> str:
     if (affine == np.eye(3)).all():
         return "lines of curvature: the identity"
-    return "; ".join(" ".join(f"{value:.3g}" for value in row) for row in (affine + 0.0).tolist())
+    return "; ".join(" ".join(f"{value:.3g}" for value in row) for row in (affine.round(9) + 0.0).tolist())
