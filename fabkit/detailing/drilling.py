@@ -56,16 +56,8 @@ def drilled(solids: Solids, bores: Bores) -> Solids:
 
 def bored_along_axis(prisms: Solids, diameter: float) -> Solids:
     """Upright prisms with square ends, as of `Solids.prisms`, with a bore of this diameter about their z axes."""
-<<<<<<< HEAD
-    n, vertices = len(prisms), prisms.vertices
-    bottoms, tops = (vertices.values[places, 2, None] for places in (vertices.starts[:-1], vertices.starts[1:] - 1))
-    x, z = np.tile([1.0, 0.0, 0.0], (n, 1)), np.array([0.0, 0.0, 1.0])
-    bores = Bores(np.arange(n), np.tile([0, 1], (n, 1)), bottoms * z, tops * z, np.full(n, diameter / 2), x)
-    return drilled(prisms, bores)
-=======
     n, levels = len(prisms), prisms.vertices.values[:, 2]
     ends = np.zeros((2, n, 3))
     ends[:, :, 2] = levels[prisms.vertices.starts[:-1]], levels[prisms.vertices.starts[1:] - 1]
     x = np.tile([1.0, 0.0, 0.0], (n, 1))
     return drilled(prisms, Bores(np.arange(n), np.tile([0, 1], (n, 1)), ends[0], ends[1], np.full(n, diameter / 2), x))
->>>>>>> int
