@@ -209,7 +209,8 @@ class NodeRules:
     "auto" uses equal setbacks where these bring the beams' ends to one level, as in edge offset meshes, and where the
     facets of beams that are joined would be stepped by more than 10 mm, and the minimum ones elsewhere. top:
     "enclosing" blocks end in a plane perpendicular to the axis above all beams; "trimmed" ones in a plane that follows
-    the tops of the beams, lowered as far as the panels need it when they lie as low as the beams permit.
+    the tops of the beams, lowered as far as the panels need it when they lie as low as the beams permit. Hubs enclose
+    the webs of their beams in either case.
     """
 
     clearance_mm: Positive = 5.0

@@ -45,13 +45,18 @@ def panel_levels(
     has_panel = panels[c.corner_face]
     nodes = node_shapes(structure, ends, rules)
     of_beams = np.where(has_panel, heights_of_beams(structure, beams, rules.beams), 0.0)
-    if rules.nodes.top == "trimmed":
+    if _are_trimmed(rules):
         lowest = _undersides(structure, _by_face(structure, of_beams), panels, rules)[0]
         nodes = trimmed(structure, ends, beams, nodes, panels, lowest - rules.panels.seat_mm)
     of_blocks = np.where(has_panel, heights_of_blocks(structure, ends, beams, nodes), 0.0)
     needed = _by_face(structure, np.maximum(of_beams, of_blocks))
     underside, depth = _undersides(structure, needed, panels, rules)
     return PanelLevels(nodes, of_blocks, of_beams, panel_shapes(structure, rules.panels, underside), depth)
+
+
+def _are_trimmed(rules: DetailingRules) -> bool:
+    """Whether blocks are trimmed; the tubes of hubs end square, above the webs of all their beams."""
+    return rules.nodes.top == "trimmed" and rules.connection.kind != "hub"
 
 
 def _by_face(structure: SupportStructure, of_corners: FloatArray) -> FloatArray:
@@ -107,7 +112,7 @@ def underside_reason(structure: SupportStructure, levels: PanelLevels, rules: De
     of_blocks, of_beams = float(levels.of_blocks.max()), float(levels.of_beams.max())
     if max(of_blocks, of_beams) <= 0.0:
         return "no node block and no beam stands above the mesh under the panels"
-    if rules.nodes.top == "trimmed":
+    if _are_trimmed(rules):
         corner = int(levels.of_beams.argmax())
         return (
             f"the beam on edge {c.corner_edge[corner]} stands {of_beams:.1f} mm above face {c.corner_face[corner]} "
