@@ -268,6 +268,11 @@ class DetailingRules:
     @model_validator(mode="after")
     def _connection_fits(self) -> DetailingRules:
         problem = self.connection.problems_with(self.beams.profile)
+        if self.connection.axial_bore_mm > 0 and self.connection.kind != "hub" and self.nodes.top == "trimmed":
+            problem = (
+                f"connection.axial_bore_mm is {self.connection.axial_bore_mm:g} mm, and blocks whose tops are trimmed "
+                "cannot be bored along their axes: set nodes.top = 'enclosing', or leave the bore out"
+            )
         if problem:
             raise ValueError(problem)
         return self

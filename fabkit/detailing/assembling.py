@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from fabkit.checking import Violation, panels_crossing_support_planes, violations, violations_sentence
 from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
 from fabkit.detailing.bolted import bolted_nodes, fasteners
+from fabkit.detailing.drilling import bored_along_axis
 from fabkit.detailing.ends import Ends, beam_ends
 from fabkit.detailing.hubs import caps, on_tubes
 from fabkit.detailing.joining import not_joinable
@@ -131,13 +132,16 @@ class _Plan:
     def _joined(self, ends: Ends, groups: tuple[Parts[Any], ...]) -> tuple[Parts[Any], ...]:
         """The beams, nodes and panels, the nodes as the connection needs them, and the parts that it adds."""
         (beams, nodes, panels), kind = groups, self.rules.connection.kind
+        axial = self.rules.connection.axial_bore_mm
+        if axial > 0 and kind != "hub":
+            nodes = replace(nodes, solids=bored_along_axis(nodes.solids, axial))
         if kind == "bolted":
             added = fasteners(self.structure, ends, self.rules, self._material("nodes"))
             return (beams, bolted_nodes(nodes, ends, self.rules), panels, *added)
         if kind == "hub":
             tubes = on_tubes(nodes, ends, self.rules)
             return beams, tubes, panels, caps(tubes, self.rules.connection, self._material("nodes"))
-        return groups
+        return beams, nodes, panels
 
     # --- beams and nodes
 

@@ -9,7 +9,7 @@ import numpy as np
 from fabkit.parts import Ragged, Solids, bore_vertices
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["Bores", "drilled"]
+__all__ = ["Bores", "bored_along_axis", "drilled"]
 
 BLIND = -1
 """In place of the second face of a bore: it ends inside the solid."""
@@ -52,3 +52,12 @@ def drilled(solids: Solids, bores: Bores) -> Solids:
     places = (starts[:-1] + old.sizes)[of_solid.row] + 4 * of_solid.place
     vertices[places[:, None] + np.arange(4)] = own
     return Solids(topologies, topology.ravel(), Ragged(vertices, starts))
+
+
+def bored_along_axis(prisms: Solids, diameter: float) -> Solids:
+    """Upright prisms with square ends, as of `Solids.prisms`, with a bore of this diameter about their z axes."""
+    n, levels = len(prisms), prisms.vertices.values[:, 2]
+    ends = np.zeros((2, n, 3))
+    ends[:, :, 2] = levels[prisms.vertices.starts[:-1]], levels[prisms.vertices.starts[1:] - 1]
+    x = np.tile([1.0, 0.0, 0.0], (n, 1))
+    return drilled(prisms, Bores(np.arange(n), np.tile([0, 1], (n, 1)), *ends, np.full(n, diameter / 2), x))

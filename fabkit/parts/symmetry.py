@@ -54,7 +54,7 @@ class Symmetry(Generic[P]):
 
     >>> from fabkit.kinds import NODE
     >>> NODE.symmetry.ring_fields, NODE.symmetry.azimuth_fields
-    (('beams', 'azimuths_deg', 'inclinations_deg', 'setbacks_mm'), ('azimuths_deg',))
+    (('beams', 'azimuths_deg', 'inclinations_deg', 'setbacks_mm', 'uncovered_percent'), ('azimuths_deg',))
     """
 
     ring_fields: tuple[str, ...]

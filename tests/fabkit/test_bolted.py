@@ -178,3 +178,15 @@ def test_bores_too_near_an_edge_are_found(grid: Any) -> None:
     changed = replace(plates, solids=replace(plates.solids, vertices=plates.solids.vertices.with_values(narrow)))
     found = [each.finding for each in violations(grid.with_group(changed))]
     assert any("an edge within 1.09 of its diameter, least 1.2" in each for each in found)
+
+
+def test_a_bore_along_the_axis_keeps_its_walls_too() -> None:
+    made = detail(flat_grid(), rules(axial_bore_mm=18.0), name="grid").assembly
+    assert not violations(made)
+    node = made["nodes"][int(made["nodes"].details.beams.sizes.argmax())]
+    bores = list(cylinders(node))
+    assert Counter(each.radius for each in bores) == {9.0: 1, 10.0: 4, 5.0: 4}
+    for each in bores:
+        if each.radius == 10.0:
+            assert norm(each.centres[:, :2], axis=1).min() >= 9 + 6 - FILE_MM
+    assert len(share_equal_parts(made)["nodes"].mark_names) == 3
