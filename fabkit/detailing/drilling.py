@@ -60,4 +60,4 @@ def bored_along_axis(prisms: Solids, diameter: float) -> Solids:
     ends = np.zeros((2, n, 3))
     ends[:, :, 2] = levels[prisms.vertices.starts[:-1]], levels[prisms.vertices.starts[1:] - 1]
     x = np.tile([1.0, 0.0, 0.0], (n, 1))
-    return drilled(prisms, Bores(np.arange(n), np.tile([0, 1], (n, 1)), *ends, np.full(n, diameter / 2), x))
+    return drilled(prisms, Bores(np.arange(n), np.tile([0, 1], (n, 1)), ends[0], ends[1], np.full(n, diameter / 2), x))

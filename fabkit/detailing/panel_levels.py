@@ -112,11 +112,12 @@ def underside_reason(structure: SupportStructure, levels: PanelLevels, rules: De
     of_blocks, of_beams = float(levels.of_blocks.max()), float(levels.of_beams.max())
     if max(of_blocks, of_beams) <= 0.0:
         return "no node block and no beam stands above the mesh under the panels"
-    if _are_trimmed(rules):
+    if _are_trimmed(rules) or round(of_beams, 1) > round(of_blocks, 1):
         corner = int(levels.of_beams.argmax())
+        others = "node blocks are trimmed to that height" if _are_trimmed(rules) else "no node stands higher"
         return (
             f"the beam on edge {c.corner_edge[corner]} stands {of_beams:.1f} mm above face {c.corner_face[corner]} "
-            "(counted from 0); node blocks are trimmed to that height"
+            f"(counted from 0); {others}"
         )
     corner, needed = int(levels.of_blocks.argmax()), np.zeros(structure.mesh.n_vertices)
     np.maximum.at(needed, c.corners, levels.of_blocks)
