@@ -51,7 +51,7 @@ def cylinders(part: Part) -> Iterator[Cylinder]:
     for face in file.all("ADVANCED_FACE"):
         surface = file[face.values[2]]
         if surface.kind == "CYLINDRICAL_SURFACE":
-            yield Cylinder(float(surface.values[2]), np.array(list(centres(file, face.values[1]))))
+            yield Cylinder(round(float(surface.values[2]), 9), np.array(list(centres(file, face.values[1]))))
 
 
 def centres(file: StepText, bounds: list[int]) -> Iterator[FloatArray]:

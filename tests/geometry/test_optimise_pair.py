@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -61,7 +62,12 @@ ASKED = {
     "upright": PairTargets(upright=True),
     "circular": PairTargets(circular=True),
     "conical": PairTargets(conical=True),
-    "edges and circular": PairTargets(edges=True, circular=True),
+}
+NAMES = ("edges", "vertices", "faces", "upright", "circular", "conical")
+ASKED |= {
+    f"{one} and {other}": PairTargets(**{one: True, other: True})  # type: ignore[arg-type]
+    for one, other in combinations(NAMES, 2)
+    if (one, other) != ("circular", "conical")
 }
 
 
@@ -84,6 +90,15 @@ def test_what_is_asked_comes_out_and_the_rest_is_kept(targets: PairTargets) -> N
         assert circularity(found.pair.mesh).max() < 1e-11
     if targets.conical:
         assert np.nanmax(conicality(found.pair.mesh)) < 1e-11
+
+
+def test_circular_and_conical_at_once_move_further() -> None:
+    found = optimised(PairTargets(circular=True, conical=True))
+    assert_exact(found)
+    assert circularity(found.mesh).max() < 1e-11
+    assert np.nanmax(conicality(found.mesh)) < 1e-11
+    assert found.shortest_edge > 0.4
+    assert found.after.surface_distance[0] < 0.35
 
 
 def test_the_record_says_what_the_pair_is() -> None:
