@@ -24,6 +24,9 @@ path{stroke-linejoin:round;stroke-linecap:round}.f{stroke:#9aa5ae;stroke-width:.
 .a{fill:none;stroke:#1d5f8f;stroke-width:1.5}.b{fill:none;stroke:#c4690c;stroke-width:1.5}circle{fill:#c8202c}
 """
 
+LEAST_SHOWN_SHARE = 1e-3
+"""Entry of an affine map over its largest one, below which it is shown as 0: entries have three digits."""
+
 
 def networks_html(name: str, trials: Sequence[NetworkTrial], n_triangles: int) -> str:
     """The text of an HTML file that opens offline: for each network a picture of a coarse mesh along it, and figures.
@@ -77,4 +80,5 @@ def _edges_of(lines: Sequence[IntArray], edges: IntArray, n_vertices: int) -> Bo
 def _map(affine: FloatArray) -> str:
     if (affine == np.eye(3)).all():
         return "lines of curvature: the identity"
-    return "; ".join(" ".join(f"{value:.3g}" for value in row) for row in (affine.round(9) + 0.0).tolist())
+    shown = np.where(np.abs(affine) < LEAST_SHOWN_SHARE * np.abs(affine).max(), 0.0, affine)
+    return "; ".join(" ".join(f"{value:.3g}" for value in row) for row in shown.tolist())
