@@ -35,7 +35,7 @@ def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "pa
     >>> [(table.title, len(table.rows)) for table in tables]
     [('pieces', 60), ('placements', 60), ('survey', 18), ('node_facets', 60), ('panel_edges', 48)]
     >>> tables[0].rows[7][:6]
-    ('B001 e7', 'B001', 'beam', 7, 'N001 v2', 'N002 v7')
+    ('B001 e7', 'B001', 'beam', 7, 'N001 v3', 'N001 v6')
     """
     return (
         _stacked("pieces", [_pieces(parts, assembly, nest, panel_file) for parts in assembly.groups]),
