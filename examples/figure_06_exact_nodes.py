@@ -54,8 +54,9 @@ def write(path: Path) -> None:
 
 def long_edges(beam: Part) -> FloatArray:
     """(2, 2, 2, 3) of the solid of a beam: right and left side, inner and outer level, from its tail to its head."""
-    placed = beam.placement.to_world(beam.solid.vertices).reshape(2, 4, 3)
-    return placed[:, [[0, 3], [1, 2]]]
+    x, y, z = beam.solid.vertices.T
+    ordered: FloatArray = beam.solid.vertices[np.lexsort((x, z, y))]
+    return beam.placement.to_world(ordered).reshape(2, 2, 2, 3)
 
 
 def nearest_points(first: FloatArray, second: FloatArray) -> FloatArray:
