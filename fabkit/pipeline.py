@@ -57,8 +57,8 @@ def build(project: Project, *, force: bool = False, listener: Listener | None = 
     >>> from fabkit import Project, build
     >>> from geometry.mesh.shapes import dome
     >>> built = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out="roof"))
-    >>> sorted(path.name for path in Path("roof").iterdir() if path.suffix in (".csv", ".html", ".step"))
-    ['beams.csv', 'model.step', 'nodes.csv', 'panels.csv', 'report.html']
+    >>> sorted(path.name for path in Path("roof").iterdir() if path.suffix in (".html", ".step", ".xlsx"))
+    ['cutlist.xlsx', 'model.step', 'report.html']
     """
     stages = Stages(listener)
     with _output_folder(project, force) as folder:
