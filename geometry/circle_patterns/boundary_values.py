@@ -107,7 +107,7 @@ def open_circle_pattern(
             filled = _filled(filled, _with_triangles(filled, hole[::-1]))
         pattern, off = laid_out(filled, _pattern(filled, boundary))
     holes = boundary.sized_holes(filled)
-    if off > KITE_TOLERANCE and holes and boundary.is_free(0):
+    if holes and boundary.is_free(0):  # also where it nearly closes by itself
         outer_loop = boundary.loops[0]
         of_outer = outer_radii(lambda given: _pattern(filled, boundary.with_outer(given)), outer_loop, holes)
         pattern, off = laid_out(filled, _pattern(filled, boundary.with_outer(of_outer)))
