@@ -16,6 +16,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fabkit import Project, design
 from fabkit.fitness import CRITERIA, Finding
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.report.figures import histogram
@@ -27,6 +28,7 @@ from fabkit.production.drawing import sheet_drawings
 from fabkit.production.facts import build_facts
 from fabkit.production.nests import Sheet
 from fabkit.production.sheet_nesting import nest_panels
+from geometry.mesh.shapes import dome
 from tests.fabkit.assemblies import assembled, by_name, with_parts
 from tests.fabkit.browser import Browser, pixels
 from tests.fabkit.gridshell import gridshell, gridshell_summary, left_out_lines
@@ -63,6 +65,16 @@ def report(name: str = NAME, *, left_out: int = LEFT_OUT, assembly: Assembly | N
 @pytest.fixture(scope="module")
 def text() -> str:
     return report()
+
+
+def test_each_colour_that_the_page_uses_is_defined() -> None:
+    """Also of kinds whose groups have names of two words."""
+    sizes = {"beams": {"section": "rhs 120x60x5"}, "connection": {"kind": "bolted"}}
+    bolted = design(Project(mesh=dome(12, 4), mean_edge_mm=3000, **sizes)).assembly
+    page = report(left_out=0, assembly=bolted)
+    used = set(re.findall(r"var\((--kind-[^)]*)\)", page))
+    assert len(used) == len(bolted.groups) == 6
+    assert used <= set(re.findall(r"(--kind-[a-z-]+): #", page))
 
 
 class Outline(HTMLParser):

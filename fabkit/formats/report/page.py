@@ -98,10 +98,15 @@ def report_html(
 def _colours(assembly: Assembly) -> str:
     """The colours of the kinds of part, as variables of the style sheet and in their histograms."""
     groups = {group.kind.group: group.kind.colour for group in assembly.groups}
-    shades = groups | {"left-out": LEFT_OUT_COLOUR}
-    hexes = {name: "".join(f"{round(255 * c):02x}" for c in colour) for name, colour in shades.items()}
+    shades = groups | {"left out": LEFT_OUT_COLOUR}
+    hexes = {_css_name(name): "".join(f"{round(255 * c):02x}" for c in colour) for name, colour in shades.items()}
     variables = " ".join(f"--kind-{name}: #{value};" for name, value in hexes.items())
-    return f":root {{{variables}}}\n" + "".join(f".{name} rect {{ fill: var(--kind-{name}); }}\n" for name in groups)
+    fills = "".join(f".{name} rect {{ fill: var(--kind-{name}); }}\n" for name in map(_css_name, groups))
+    return f":root {{{variables}}}\n{fills}"
+
+
+def _css_name(group: str) -> str:
+    return group.replace(" ", "-")
 
 
 def _json(value: object) -> str:
@@ -137,7 +142,7 @@ def _layers(assembly: Assembly) -> str:
         names.append("left out")
     return "\n".join(
         f'<label><input type="checkbox" value="{name}" checked>'
-        f'<i style="background: var(--kind-{name.replace(" ", "-")})"></i>{name.capitalize()}</label>'
+        f'<i style="background: var(--kind-{_css_name(name)})"></i>{name.capitalize()}</label>'
         for name in names
     )
 
@@ -207,7 +212,7 @@ def _histograms(measured: Sequence[Measure]) -> str:
     for measure in measured:
         groups.setdefault(measure.group, []).append(histogram(measure))
     return "\n".join(
-        f'<h3>{name.capitalize()}</h3><div class="histograms {name}">{"".join(figures)}</div>'
+        f'<h3>{name.capitalize()}</h3><div class="histograms {_css_name(name)}">{"".join(figures)}</div>'
         for name, figures in groups.items()
     )
 
