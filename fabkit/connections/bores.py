@@ -32,14 +32,16 @@ LEAST_PITCH_RATIO = 2.2
 
 def slot_setbacks(gaps: FloatArray, width: FloatArray | float, slot: FloatArray | float) -> FloatArray:
     """Least distances from the axis at which strips of this width begin, so that two neighbours at angles `gaps` have
-    `slot` between them: (slot + w cos p) / (2 sin p) with p half of the gap, at most a right angle.
+    `slot` between them: (slot + w cos p) / (2 sin p) with p half of the gap, at most a right angle; infinite for gaps
+    of zero.
 
     >>> from fabkit.connections import slot_setbacks
     >>> slot_setbacks(np.radians([30, 60, 90, 120]), 60.0, 25.0).round().tolist()
     [160.0, 77.0, 48.0, 32.0]
     """
-    half = np.minimum(gaps, np.pi) / 2
-    setbacks: FloatArray = (slot + width * np.cos(half)) / (2 * np.sin(half))
+    half, is_open = np.minimum(gaps, np.pi) / 2, gaps >= np.pi
+    with np.errstate(divide="ignore"):
+        setbacks: FloatArray = (slot + width * np.where(is_open, 0.0, np.cos(half))) / (2 * np.sin(half))
     return setbacks
 
 

@@ -124,10 +124,8 @@ class _Plan:
         )
         groups = self._joined(ends, groups)
         assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
-        needed = np.zeros(self.structure.mesh.n_vertices)
-        np.maximum.at(needed, self.structure.mesh.combinatorics.corners, levels.of_blocks)
         underside = float(levels.shapes.underside[self.panels].min(initial=np.inf))
-        return Detailed(assembly, underside, needed, underside_reason(self.structure, levels, self.rules))
+        return Detailed(assembly, underside, levels.needed, underside_reason(self.structure, levels, self.rules))
 
     def _joined(self, ends: Ends, groups: tuple[Parts[Any], ...]) -> tuple[Parts[Any], ...]:
         """The beams, nodes and panels, the nodes as the connection needs them, and the parts that it adds."""

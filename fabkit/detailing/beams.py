@@ -64,8 +64,7 @@ def beam_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> Be
 
 def end_levels(ends: Ends, rules: BeamRules) -> FloatArray:
     """(2E,) levels of the middles of the beams' end faces along the node axes, in mm."""
-    middle = sum(height_range(rules)) / 2
-    return np.asarray((ends.cut * np.sin(ends.inclination) + middle) / np.cos(ends.inclination))
+    return ends.levels(sum(height_range(rules)) / 2)
 
 
 def dihedral_angles(mesh: Mesh) -> FloatArray:

@@ -22,6 +22,7 @@ from fabkit.parts import (
     Material,
     Parts,
     Solids,
+    Topology,
     bore_vertices,
     prism_topology,
     profile_vertices,
@@ -117,9 +118,11 @@ def _bolts(places: _Places, ends: Ends, rules: DetailingRules, material: Materia
     shank = bore_vertices(0.0 * X, length * X, size.diameter_mm / 2, Z)
     topology = shaft_topology().bored([(1, None)], sense=SHAFT)
     cuts = ends.cut[places.ends]
-    return _pins(places, len(offsets)).made(
+    return _pins(
         BOLT,
-        Solids.alike(np.concatenate([head, shank])[None], topology),
+        places,
+        np.concatenate([head, shank]),
+        topology,
         np.stack([places.at(cuts, z) for z in offsets], axis=1).reshape(-1, 3),
         material,
         BoltDetails(
@@ -135,9 +138,11 @@ def _dowels(places: _Places, ends: Ends, rules: DetailingRules, material: Materi
     connection, n = rules.connection, len(places.ends)
     length = connection.end_distance_mm + DOWEL_DEPTH_RATIO * connection.dowel_mm
     offset = -connection.dowel_offset_mm(rules.beams.profile.height_mm)
-    return _pins(places, 1).made(
+    return _pins(
         DOWEL,
-        Solids.alike(bore_vertices(0.0 * X, length * X, connection.dowel_mm / 2, Z)[None], shaft_topology()),
+        places,
+        bore_vertices(0.0 * X, length * X, connection.dowel_mm / 2, Z),
+        shaft_topology(),
         places.at(ends.cut[places.ends], offset),
         material,
         DowelDetails(
@@ -148,25 +153,27 @@ def _dowels(places: _Places, ends: Ends, rules: DetailingRules, material: Materi
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Pins:
-    """Equal pins that point from the ends of beams to the axes of their nodes. edges (n,): of the beams."""
-
-    edges: IntArray
-    axes: FloatArray
-
-    def made(self, kind: Any, solid: Solids, origins: FloatArray, material: Material, details: Any) -> Parts[Any]:
-        """The parts, which share one solid."""
-        own = Solids.alike(np.repeat(solid.by_topology()[0].vertices, len(self.edges), axis=0), solid.topologies[0])
-        return Parts.each_its_own(
-            kind, self.edges, own, origins=origins, axes=self.axes, material=material, details=details
-        )
-
-
-def _pins(places: _Places, per_end: int) -> _Pins:
+def _pins(
+    kind: Any,
+    places: _Places,
+    vertices: FloatArray,
+    topology: Topology,
+    origins: FloatArray,
+    material: Material,
+    details: Any,
+) -> Parts[Any]:
+    """Equal pins at origins (k n, 3), k on each end after the other, that point to the axes of the nodes."""
     x, z = -places.axes[:, 0], places.axes[:, 2]
-    axes = np.stack([x, np.cross(z, x), z], axis=1)
-    return _Pins(np.repeat(places.ends // 2, per_end), np.repeat(axes, per_end, axis=0))
+    axes, per_end = np.stack([x, np.cross(z, x), z], axis=1), len(origins) // len(places.ends)
+    return Parts.each_its_own(
+        kind,
+        np.repeat(places.ends // 2, per_end),
+        Solids.alike(np.tile(vertices, (len(origins), 1, 1)), topology),
+        origins=origins,
+        axes=np.repeat(axes, per_end, axis=0),
+        material=material,
+        details=details,
+    )
 
 
 # --- node blocks

@@ -67,6 +67,10 @@ class Ends:
         """(k,) the ends at these vertices of the beams on these edges (k,)."""
         return np.asarray(2 * edges + (self.vertex[2 * edges + 1] == vertices))
 
+    def levels(self, height: float) -> FloatArray:
+        """(2E,) levels along the node axes, in mm, of the beams' ends at this height above their edges."""
+        return np.asarray((self.cut * np.sin(self.inclination) + height) / np.cos(self.inclination))
+
 
 def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRules) -> Ends:
     """The ends of the beams on the edges `made` (E,).

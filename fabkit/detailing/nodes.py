@@ -52,7 +52,7 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: DetailingRules) 
     n = structure.mesh.n_vertices
     corners, starts = _sections(ends, block_half_width(rules), n)
     inner, outer = height_range(rules.beams)
-    lows, highs = ((ends.cut * np.sin(ends.inclination) + level) / np.cos(ends.inclination) for level in (inner, outer))
+    lows, highs = ends.levels(inner), ends.levels(outer)
     bottom, _ = _extremes(lows, ends, n)
     lowest_top, top = _extremes(highs, ends, n)
     step, slope = top - lowest_top, np.zeros((n, 2))
@@ -97,12 +97,11 @@ def uncovered_shares(ends: Ends, shapes: NodeShapes, rules: BeamRules) -> FloatA
     """(2E,) share of each beam's end face, width times height, that stands above the top of the block; NaN for ends in
     no ring."""
     inner, outer = height_range(rules)
-    rise, cosine = np.sin(ends.inclination), np.cos(ends.inclination)
-    high, height = (ends.cut * rise + outer) / cosine, (outer - inner) / cosine
+    height = (outer - inner) / np.cos(ends.inclination)
     slope, half = shapes.slope[ends.vertex], rules.profile.width_mm / 2
     along = slope[:, 0] * np.cos(ends.azimuth) + slope[:, 1] * np.sin(ends.azimuth)
     aside = slope[:, 1] * np.cos(ends.azimuth) - slope[:, 0] * np.sin(ends.azimuth)
-    middle = high - shapes.top[ends.vertex] - ends.setback * along
+    middle = ends.levels(outer) - shapes.top[ends.vertex] - ends.setback * along
     with np.errstate(invalid="ignore"):
         above = _mean_above(middle, half * aside) - _mean_above(middle - height, half * aside)
     return above / height

@@ -22,13 +22,15 @@ class PanelLevels:
     """Blocks, and the panels above them.
 
     of_blocks, of_beams (C,): heights in mm of what lies under each corner, and edge, of each face with a panel, 0
-    elsewhere. shapes: the panels. depth: distance in mm, along S, from the mesh on which the beams stand to the outer
-    faces of the panels, where these are to lie on a parallel mesh; 0 where they are not.
+    elsewhere. needed (N,): largest height of the block at each vertex above these faces. shapes: the panels. depth:
+    distance in mm, along S, from the mesh on which the beams stand to the outer faces of the panels, where these are to
+    lie on a parallel mesh; 0 where they are not.
     """
 
     nodes: NodeShapes
     of_blocks: FloatArray
     of_beams: FloatArray
+    needed: FloatArray
     shapes: PanelShapes
     depth: float
 
@@ -49,9 +51,10 @@ def panel_levels(
         lowest = _undersides(structure, _by_face(structure, of_beams), panels, rules)[0]
         nodes = trimmed(structure, ends, beams, nodes, panels, lowest - rules.panels.seat_mm)
     of_blocks = np.where(has_panel, heights_of_blocks(structure, ends, beams, nodes), 0.0)
-    needed = _by_face(structure, np.maximum(of_beams, of_blocks))
-    underside, depth = _undersides(structure, needed, panels, rules)
-    return PanelLevels(nodes, of_blocks, of_beams, panel_shapes(structure, rules.panels, underside), depth)
+    underside, depth = _undersides(structure, _by_face(structure, np.maximum(of_beams, of_blocks)), panels, rules)
+    needed = np.zeros(structure.mesh.n_vertices)
+    np.maximum.at(needed, c.corners, of_blocks)
+    return PanelLevels(nodes, of_blocks, of_beams, needed, panel_shapes(structure, rules.panels, underside), depth)
 
 
 def _are_trimmed(rules: DetailingRules) -> bool:
@@ -119,9 +122,8 @@ def underside_reason(structure: SupportStructure, levels: PanelLevels, rules: De
             f"the beam on edge {c.corner_edge[corner]} stands {of_beams:.1f} mm above face {c.corner_face[corner]} "
             f"(counted from 0); {others}"
         )
-    corner, needed = int(levels.of_blocks.argmax()), np.zeros(structure.mesh.n_vertices)
-    np.maximum.at(needed, c.corners, levels.of_blocks)
+    corner = int(levels.of_blocks.argmax())
     return (
         f"the node block at vertex {c.corners[corner]} stands {of_blocks:.1f} mm above face {c.corner_face[corner]} "
-        f"(counted from 0); the median node needs {np.median(needed[c.is_used]):.1f} mm"
+        f"(counted from 0); the median node needs {np.median(levels.needed[c.is_used]):.1f} mm"
     )

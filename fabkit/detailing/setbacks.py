@@ -44,21 +44,26 @@ def needed_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules:
     profile, connection = rules.beams.profile, rules.connection
     width = profile.web_mm if connection.kind == "hub" else profile.width_mm
     ledge = connection.ledge_mm if connection.kind == "welded" else 0.0
-    half_gap = np.minimum(gap[ring], np.pi) / 2
-    sine, cosine = np.sin(half_gap), np.where(gap[ring] < np.pi, np.cos(half_gap), 0.0)
-    with np.errstate(divide="ignore"):
-        needed = (width * cosine + np.maximum(connection.slot, 2 * ledge * cosine)) / (2 * sine)
+    needed = np.maximum(
+        slot_setbacks(gap[ring], width, connection.slot), slot_setbacks(gap[ring], width + 2 * ledge, 0.0)
+    )
     if connection.kind == "bolted":
         size, axial = connection.group.size, connection.axial_bore_mm
         bored = bored_setbacks(gap[ring], size.diameter_mm, size.bore_depth_mm, axial_mm=axial)
         needed = np.maximum(needed, bored)
-    setback = np.full(len(gap), np.nan)
+    needed = _for_both_neighbours(ring, following, needed)
+    if connection.kind == "contact":
+        return needed + rules.nodes.clearance_mm
+    least = least_tube_radius(rules) if connection.kind == "hub" else width / 2
+    return np.asarray(np.maximum(needed, least))
+
+
+def _for_both_neighbours(ring: IntArray, following: IntArray, needed: FloatArray) -> FloatArray:
+    """(R,) the larger of what each end needs (R,) beside the next one of its ring, and beside the one before."""
+    setback = np.full(len(following), np.nan)
     setback[ring] = needed
     np.maximum.at(setback, following[ring], needed)
-    if connection.kind == "contact":
-        return setback[ring] + rules.nodes.clearance_mm
-    least = least_tube_radius(rules) if connection.kind == "hub" else width / 2
-    return np.asarray(np.maximum(setback[ring], least))
+    return setback[ring]
 
 
 def least_tube_radius(rules: DetailingRules) -> float:
@@ -70,10 +75,7 @@ def least_tube_radius(rules: DetailingRules) -> float:
 def flange_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
     """(R,) least distances in mm from the axis at which the flanges of tees on hubs begin, so that they are apart."""
     needed = slot_setbacks(gap[ring], rules.beams.profile.width_mm, FLANGE_SLOT_MM)
-    setback = np.full(len(gap), np.nan)
-    setback[ring] = needed
-    np.maximum.at(setback, following[ring], needed)
-    return setback[ring]
+    return _for_both_neighbours(ring, following, needed)
 
 
 def setbacks(

@@ -78,11 +78,10 @@ def write_documents(
     drawn = rules.drawings
     title = ", ".join(word for word in (summary.name, issued.issue) if word)
     kept: dict[str, Any] = {"labels": drawn.labels, "corner_mm": drawn.corner_mm, "title": title}
-    sheets = sheet_drawings(nest, assembly.of(PANEL), **kept) if nest else ()
     if "sheets" in chosen:
         with stages("DXF of sheets"):
             (folder / "sheets").mkdir()
-            for sheet in sheets:
+            for sheet in sheet_drawings(nest, assembly.of(PANEL), **kept) if nest else ():
                 write_dxf(folder / "sheets" / f"{sheet.name}{drawn.suffix}", sheet, version=drawn.version)
     if "panels" in chosen:
         with stages("DXF of panels"):

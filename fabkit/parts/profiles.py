@@ -38,10 +38,8 @@ def profile_topology(loops: Sequence[FloatArray]) -> Topology:
     >>> hollow.n_vertices, hollow.n_faces, len(hollow.loops(0)), len(hollow.pieces)
     (16, 10, 2, 4)
     """
-    pieces = _convex_pieces(loops) if len(loops) > 1 else ()
-    if len(loops) == 1 and not _is_convex(loops[0]):
-        pieces = _convex_pieces(loops)
-    return _profile_topology(tuple(map(len, loops)), pieces)
+    is_whole = len(loops) == 1 and _is_convex(loops[0])
+    return _profile_topology(tuple(map(len, loops)), () if is_whole else _convex_pieces(loops))
 
 
 @lru_cache(maxsize=256)

@@ -146,12 +146,9 @@ class Topology:
     def face_vertex(self) -> IntArray:
         """(F,) a vertex in each face: its first corner, or the centre of its outer round."""
         found = np.zeros(self.n_faces, dtype=np.int64)
-        for end in (1, 0):
-            own = self.outer_round == -1
-            number = np.where(own, 0, self.outer_round)
-            if len(self.rounds):
-                at_end = ~own & (self.rounds[number, 4 + end] == np.arange(self.n_faces))
-                found[at_end] = self.rounds[number[at_end], 2 * end]
+        faces = np.flatnonzero(self.outer_round >= 0)
+        rounds = self.rounds[self.outer_round[faces]]
+        found[faces] = np.where(rounds[:, 4] == faces, rounds[:, 0], rounds[:, 2])
         found[self.polygonal] = self.corners[self.first_corner]
         return integers(found)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator
 
 import numpy as np
@@ -91,9 +91,6 @@ def check_sheet(
         placed = outlines[row["Mark"]] @ turning + [x, y]
         if not any(_same(points, placed) for points in cut):
             yield f"{row['Piece']} is not on {name} where pieces.csv has it"
-    counts = Counter(len(points) for points in cut)
-    if cut and sum(counts.values()) != len(rows):
-        yield f"{name} has contours that belong to no piece"
 
 
 def _same(points: FloatArray, outline: FloatArray) -> bool:

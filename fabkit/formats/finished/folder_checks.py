@@ -155,8 +155,7 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
             parts[part.mark] = part
         except FolderError as error:
             yield str(error)
-    for around in (Counter(part.header for part in parts.values()),):
-        usual = around.most_common(1)[0][0] if around else ""
+    for usual, _ in Counter(part.header for part in parts.values()).most_common(1):
         yield from (f"the header of parts/{each.mark}.step differs" for each in parts.values() if each.header != usual)
     rows = {row["Mark"]: row for _, table in _of_marks(contents) for row in table}
     for mark, part in parts.items():
