@@ -31,6 +31,10 @@ others continue."""
 MOST_SQUARES = 200_000
 """Squares of the spacing that fit into the area of the surface, at most: more would take minutes."""
 
+SAME_POINT_SHARE = 1e-9
+"""Distance of two points that follow each other over the spacing of curves, up to which they are one but for rounding:
+a curve that begins on a side of a triangle, or passes a vertex, has several there."""
+
 LEAST_GAP_SHARE = 0.5
 """Distance over the spacing of curves, within which no second curve is begun in a gap where one was too short."""
 
@@ -118,10 +122,18 @@ def trace_curves(
     if surface.is_exact:
         points = surface.closest(points)[0]
     return TracedCurves(
-        tuple(floats(line) for line in np.split(points, ends)),
+        tuple(_without_repeats(line, SAME_POINT_SHARE * spacing) for line in np.split(points, ends)),
         integers([curve.family for curve in found]),
         np.array([curve.is_closed for curve in found]),
     )
+
+
+def _without_repeats(line: FloatArray, least: float) -> FloatArray:
+    """The points (k, 3) of a curve without inner ones that coincide with a neighbour."""
+    apart = np.asarray(np.linalg.norm(np.diff(line, axis=0), axis=1) > least)
+    kept = np.concatenate([[True], apart[:-1], [True]])
+    kept[1:-1][-1:] &= apart[-1]
+    return floats(line[kept])
 
 
 def _check_spacing(spacing: object, area: float) -> None:

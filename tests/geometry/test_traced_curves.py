@@ -153,6 +153,7 @@ def test_conjugate_curves_are_conjugate() -> None:
     surface = disc(40, lambda x, y: x**2 / 2 - y**2 / 4)
     curves = trace_curves(surface, spacing=0.1, affine=np.array([[1.0, 0.5, 0], [0, 1, 0], [0, 0, 2]]))
     points, tangents = [], []
+    assert min(np.linalg.norm(np.diff(line, axis=0), axis=1).min() for line in curves.polylines) > 1e-9 * 0.1
     for lines in curves.by_family:
         points.append(np.concatenate([(line[1:] + line[:-1]) / 2 for line in lines]))
         steps = np.concatenate([np.diff(line, axis=0) for line in lines])
