@@ -111,7 +111,8 @@ class Kind(Generic[P]):
     name: of one part; group: name of all parts of the kind; element: the mesh element of a part. letter: first letter
     of the marks. colour: sRGB red, green and blue, 0 to 1. form: how a viewer draws the part: plates hide what lies
     below them, blocks are small. empty_details: the record for zero parts. symmetry: None for parts without symmetry.
-    one_per_element: whether a mesh element has at most one part.
+    one_per_element: whether a mesh element has at most one part. apart_by: the fields of the details, whole numbers from
+    0, that tell apart the parts of a mesh element where it may have several, if there are such fields.
 
     columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words.
     measures: numbers for colours and histograms. labels: one line about each part. The functions for columns and labels
@@ -131,6 +132,7 @@ class Kind(Generic[P]):
     empty_details: Details
     symmetry: Symmetry[P] | None = None
     one_per_element: bool = True
+    apart_by: tuple[str, ...] = ()
     columns: Callable[[P, Any], Sequence[Column]]
     measures: Callable[[P], Sequence[Measure]]
     labels: Callable[[P, Any], Sequence[str]]
