@@ -38,9 +38,9 @@ class PanelDetails(Details):
     edge k from corner k to corner k+1.
 
     layer (n,): counted from the outermost one, 0. pane (n,): which one of its layer, counted from the outermost one, 0;
-    a layer with gaps has several. thickness_mm, area_mm2 (n,). underside_mm (n,): height of the lower side above the mesh face. edge_lengths_mm.
-    corner_angles_deg: inner angle at each corner. dihedrals_deg: as for beams. beams: the mesh edges. neighbours: the
-    faces across, -1 where none.
+    a layer with gaps has several. thickness_mm, area_mm2 (n,). underside_mm (n,): height of the lower side above the
+    mesh face. edge_lengths_mm. corner_angles_deg: inner angle at each corner. dihedrals_deg: as for beams. beams: the
+    mesh edges. neighbours: the faces across, -1 where none.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome

@@ -112,11 +112,10 @@ class Kind(Generic[P]):
     name: of one part; group: name of all parts of the kind; element: the mesh element of a part. letter: first letter
     of the marks. colour: sRGB red, green and blue, 0 to 1. form: how a viewer draws the part: plates hide what lies
     below them, blocks are small. empty_details: the record for zero parts. symmetry: None for parts without symmetry.
-    one_per_element: whether a mesh element has at most one part. apart_by: the fields of the details, whole numbers from
-    0, that tell apart the parts of a mesh element where it may have several, if there are such fields.
-    layer: word for the layer of beams and nodes that the
-    parts belong to, with which their names begin; empty for the first layer, and for parts that belong to none. cure:
-    what to do where a part of this kind shares volume with another one, as far as the kind knows it.
+    one_per_element: whether a mesh element has at most one part. apart_by: where it may have several, the fields of the
+    details that tell them apart, whole numbers from 0, if there are such fields. layer: word for the layer of beams and
+    nodes that the parts belong to, with which their names begin; empty for the first layer, and for parts that belong
+    to none. cure: what to do where a part of this kind shares volume with another one, as far as the kind knows it.
 
     columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words.
     measures: numbers for colours and histograms. labels: one line about each part. The functions for columns and labels

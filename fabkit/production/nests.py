@@ -1,4 +1,6 @@
-"""Nests: where each panel lies on which sheet; the panels of a sheet have one thickness and one material. A nest stores placements, not copies of outlines.
+"""Nests: where each panel lies on which sheet. A nest stores placements, not copies of outlines.
+
+The panels of a sheet have one thickness and one material.
 
 A sheet's own frame has x along its length and y along its width, origin in a corner; panels lie on it with their
 outer side up, turned and moved, never mirrored.
