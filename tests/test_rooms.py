@@ -416,7 +416,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.parts": (
         "frame material section ragged topology symmetry",
-        "solid profiles kind curves",
+        "build_up solid profiles kind curves",
         "solids",
         "parts",
         "assembly",
