@@ -425,10 +425,14 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.parts": (
         "frame material section ragged topology symmetry",
-        "solid profiles kind curves",
+        "build_up solid profiles kind curves",
         "solids",
         "parts",
         "assembly",
+    ),
+    "fabkit.kinds": (
+        "columns",
+        "beams caps fasteners nodes panels plain",
     ),
     "fabkit.checking": (
         "access bore_distances convex_pieces fit links positions round_edges separation",
