@@ -82,8 +82,8 @@ def solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_edg
 
 
 def _bulges(of: Measures) -> FloatArray:
-    """(P,) largest distance of a corner from the middle plane of its face, of the edge of a round from its face, or of a
-    fillet from a quarter of a cylinder."""
+    """(P,) largest distance of a corner from the middle plane of its face, of the edge of a round from its face, or of
+    a fillet from a quarter of a cylinder."""
     levels = np.einsum("pck,kpc->pc", of.normals[:, of.topology.corner_face], of.from_apex)
     highest, lowest = (of.topology.by_face(function, levels, empty=0.0) for function in (np.maximum, np.minimum))
     off = np.concatenate([(highest - lowest) / 2, of.round_misfits, of.fillet_misfits], axis=1)

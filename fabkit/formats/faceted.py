@@ -19,8 +19,8 @@ LEAST_STRIPS = 12
 
 
 def faceted(batch: SolidArray) -> tuple[SolidArray, FloatArray]:
-    """The solids, with corners on the circles and ellipses in place of rounds and fillets; (P, C, 3) unit normals at all
-    corners, those of the cylinders where the face is a strip. Solids without either stay as they are."""
+    """The solids, with corners on the circles and ellipses in place of rounds and fillets; (P, C, 3) unit normals at
+    all corners, those of the cylinders where the face is a strip. Solids without either stay as they are."""
     t = batch.topology
     if not len(t.rounds) + len(t.fillets):
         return batch, batch.normals[:, t.corner_face]

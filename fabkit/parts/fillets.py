@@ -17,8 +17,8 @@ from geometry.arrays import FloatArray
 __all__ = ["Fillets"]
 
 LEAST_LEAN = 1e-11
-"""Slope of the end of a fillet from which on it counts as oblique: far above rounding, and a fillet of 1 m leans by 1e-8
-mm."""
+"""Slope of the end of a fillet from which on it counts as oblique: far above rounding, and a fillet of 1 m leans by
+1e-8 mm."""
 
 _SEGMENT = np.pi / 4 - 1 / 2
 """Area of a quarter of the unit circle without the triangle of its centre and ends."""
@@ -97,7 +97,9 @@ class Fillets:
     def end_areas(self) -> FloatArray:
         """(2, 3, P, Q) area, times the normal of the face, of what each end of each fillet adds to its face."""
         p, q = self._half_axes
-        segments = _SEGMENT * np.stack([p[:, i - 2] * q[:, i - 1] - p[:, i - 1] * q[:, i - 2] for i in range(3)], axis=1)
+        segments = _SEGMENT * np.stack(
+            [p[:, i - 2] * q[:, i - 1] - p[:, i - 1] * q[:, i - 2] for i in range(3)], axis=1
+        )
         return np.stack([-segments[0], segments[1]])
 
     @cached_property
@@ -131,7 +133,8 @@ class Fillets:
 
     @cached_property
     def leans(self) -> FloatArray:
-        """(2, P, Q) in mm, how far the major half axis of each arc reaches along the axis: zero where it is a circle."""
+        """(2, P, Q) in mm, how far the major half axis of each arc reaches along the axis: zero where it is a
+        circle."""
         upright = np.abs((self._normals * self.axes).sum(axis=1))
         across = self._across(self._normals)
         leans: FloatArray = self.radii * np.sqrt((across * across).sum(axis=1)) / upright

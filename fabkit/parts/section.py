@@ -37,9 +37,9 @@ class Section:
     (height, flange width, thickness of the flange, of the web), "round" (diameter), "chs" (circular hollow section:
     diameter, wall), in mm. The flange of a tee is its outer side. Points of a section are (y, z): y across the central
     plane, z outwards from half of the height. radius_mm: outer radius of the corners of a rectangular hollow section, 0
-    for sharp ones; inside, they have what the wall leaves of it. It is written as r10, or as `rounded` for the radius of
-    cold-formed sections in EN 10219-2: 2 walls up to a wall of 6 mm, 2.5 up to 10 mm, 3 above. Raises ProjectError for
-    sizes that no bar can have.
+    for sharp ones; inside, they have what the wall leaves of it. It is written as r10, or as `rounded` for the radius
+    of cold-formed sections in EN 10219-2: 2 walls up to a wall of 6 mm, 2.5 up to 10 mm, 3 above. Raises ProjectError
+    for sizes that no bar can have.
 
     >>> from fabkit.parts import Section
     >>> hollow = Section.of("RHS 120x60x5")
@@ -100,7 +100,9 @@ class Section:
         (20.0, (7.5, 2.5))
         """
         number = r"\d{1,12}(?:\.\d{1,12})?"
-        found = re.fullmatch(rf"\s*([a-z]{{1,10}})\s*({number}(?:\s*[x*]\s*{number}){{0,3}}){_WORDS}\s*", text.lower()[:200])
+        found = re.fullmatch(
+            rf"\s*([a-z]{{1,10}})\s*({number}(?:\s*[x*]\s*{number}){{0,3}}){_WORDS}\s*", text.lower()[:200]
+        )
         if not found:
             raise ProjectError(f"{text[:40]!r} is no section: write one like {_EXAMPLES}, in mm, height first")
         sizes = tuple(float(size) for size in re.split(r"\s*[x*]\s*", found[2]))
@@ -173,7 +175,8 @@ class Section:
     @cached_property
     def loops(self) -> tuple[FloatArray, ...]:
         """Corners (n, 2) of the outline, counter-clockwise seen against the bar's axis, and of its hole, clockwise;
-        none of round sections; rounded corners are given as sharp ones. Reversed and mirrored in y, each is itself but for the corner that is first."""
+        none of round sections; rounded corners are given as sharp ones. Reversed and mirrored in y, each is itself but
+        for the corner that is first."""
         if self.is_round:
             return ()
         half, top = self.width_mm / 2, self.height_mm / 2

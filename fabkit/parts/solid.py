@@ -161,8 +161,8 @@ class Measures:
 
     @cached_property
     def fillet_misfits(self) -> FloatArray:
-        """(P, Q) in mm, largest distance of each fillet from a quarter of a cylinder, and of its tips from the planes of
-        the faces at its ends."""
+        """(P, Q) in mm, largest distance of each fillet from a quarter of a cylinder, and of its tips from the planes
+        of the faces at its ends."""
         t = self.topology
         faces, normals = t.fillet_ends, np.moveaxis(self.normals, 2, 0)
         away = self.points[:, :, t.fillets[:, 1:3]] - self.points[:, :, t.face_vertex[faces]]

@@ -5,8 +5,8 @@ A *round* is a cylinder between two planar faces: a *shaft* with the material in
 outside. Its *centres* are the points of its axis in the two faces, its *rims* a point on either edge; both are vertices
 of the solid, so whatever moves vertices moves rounds too.
 
-A *fillet* is a quarter of a cylinder in the place of a sharp edge between two planar faces at right angles. It is a face
-with four corners, two sides of which are arcs; its *tips* are the ends of the edge that it replaces.
+A *fillet* is a quarter of a cylinder in the place of a sharp edge between two planar faces at right angles. It is a
+face with four corners, two sides of which are arcs; its *tips* are the ends of the edge that it replaces.
 """
 
 from __future__ import annotations

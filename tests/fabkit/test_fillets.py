@@ -54,8 +54,8 @@ def strips(width: float, height: float, radius: float) -> tuple[FloatArray, Floa
 
 
 def moments(box: tuple[float, float, float], first: FloatArray, second: FloatArray) -> FloatArray:
-    """Integrals of 1, x, y, z over such a box between planes, as in `profile_vertices`: along z, these are polynomials of
-    the third degree, for which three nodes are exact."""
+    """Integrals of 1, x, y, z over such a box between planes, as in `profile_vertices`: along z, these are polynomials
+    of the third degree, for which three nodes are exact."""
     y, weights, half = strips(*box)
     nodes, along = np.polynomial.legendre.leggauss(3)
     z, dz = half[:, None] * nodes, half[:, None] * along
@@ -124,7 +124,8 @@ def test_a_hollow_corner_adds_to_an_angle() -> None:
 
 @pytest.mark.parametrize("name", ["rhs 120x60x5 r10", "rhs 120x60x5 r4", "rhs 100x100x12.5 r25"])
 def test_working_pieces_contain_the_section(name: str) -> None:
-    """Seen along the bar they cover it, and of the hollow inside no more than the corners between radius and tangents."""
+    """Seen along the bar they cover it, and of the hollow inside no more than the corners between radius and
+    tangents."""
     section, solid = Section.of(name), profile(name)
     box = [shapely.box(-w / 2, -h / 2, w / 2, h / 2) for w, h in ((section.width_mm, section.height_mm),)]
     wall, (outer, inner) = section.sizes[2], section.corner_radii
@@ -176,7 +177,10 @@ def test_a_hand_hole_must_lie_between_the_radii() -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("rhs 120x60x5 r30", "the radius of the section rhs 120x60x5 r30 is 30 mm, .*flat sides: it must be below 30 mm"),
+        (
+            "rhs 120x60x5 r30",
+            "the radius of the section rhs 120x60x5 r30 is 30 mm, .*flat sides: it must be below 30 mm",
+        ),
         ("rhs 120x60x12 rounded", "the radius of the section rhs 120x60x12 r36 is 36 mm"),
         ("tee 120x80x10x8 r5", "only rectangular hollow sections have rounded corners, not tee 120x80x10x8 r5"),
         ("rhs 120x60x5 r", "is no section"),
