@@ -67,7 +67,10 @@ def _rounded(
     loops: Sequence[FloatArray], radii: Sequence[float]
 ) -> tuple[FloatArray, list[list[int]], tuple[Fillet, ...]]:
     """The points (n, 2) of a profile, the numbers of those of each loop, and the fillets."""
-    points, tips, fillets, numbers = [], [], [], []
+    points: list[FloatArray] = []
+    tips: list[FloatArray] = []
+    fillets: list[Fillet] = []
+    numbers: list[list[int]] = []
     for loop, radius in zip(loops, radii or [0.0] * len(loops), strict=True):
         first = sum(map(len, points))
         if not radius:
