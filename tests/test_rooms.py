@@ -417,7 +417,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "fabkit.parts": (
         "frame material section ragged topology symmetry",
         "fillets",
-        "solid profiles kind curves",
+        "build_up solid profiles kind curves",
         "solids",
         "parts",
         "assembly",
