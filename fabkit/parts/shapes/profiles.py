@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from fabkit.parts.topology import SHAFT, Topology, prism_topology
+from fabkit.parts.shapes.topology import SHAFT, Topology, prism_topology
 from geometry.arrays import FloatArray
 
 __all__ = ["bore_vertices", "profile_topology", "profile_vertices", "round_vertices"]

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fabkit.parts.topology import Topology
+from fabkit.parts.shapes.topology import Topology
 from geometry.arrays import FloatArray
 
 __all__ = ["Fillets"]

@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fabkit.parts.fillets import Fillets
-from fabkit.parts.topology import Topology
+from fabkit.parts.shapes.fillets import Fillets
+from fabkit.parts.shapes.topology import Topology
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats
 
 __all__ = ["Measures", "Solid", "SolidArray", "prism_vertices"]
