@@ -25,7 +25,16 @@ from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GaussImageRules
 from fabkit.optimisation import OptimiseRules
 from fabkit.production import EQUAL_WITHIN_MM
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
+from fabkit.rules import (
+    BeamRules,
+    ConnectionRules,
+    Densities,
+    DetailingRules,
+    NodeRules,
+    PanelRules,
+    Positive,
+    SheetRules,
+)
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
 from fabkit.units import MM_PER_UNIT, Unit
@@ -128,7 +137,7 @@ class Project(BaseModel):
     nodes: NodeRules = Field(default_factory=NodeRules)
     panels: PanelRules = Field(default_factory=PanelRules)
     sheets: SheetRules = Field(default_factory=SheetRules)
-    densities_kg_m3: dict[str, Positive] = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
+    densities_kg_m3: Densities = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
     documents: tuple[Document, ...] = DOCUMENTS
     title_block: TitleBlock = Field(default_factory=TitleBlock)
     tables: TableRules = Field(default_factory=TableRules)

@@ -1,5 +1,6 @@
 """The parameters of the shop; all default dimensions are here.
 
+By default, hollow sections of S355 are welded to trimmed node blocks, under one pane of laminated glass 44.2.
 Values are checked when a rule is made; pydantic's ValidationError names the key and the bound.
 """
 
@@ -48,6 +49,12 @@ CONNECTION_KINDS: tuple[ConnectionKind, ...] = get_args(ConnectionKind)
 SectionName = Annotated[str, AfterValidator(lambda text: Section.of(text).name)]
 BoltsName = Annotated[str, AfterValidator(lambda text: BoltGroup.of(text).name)]
 
+DENSITIES_KG_M3 = {"S355": 7850.0, "steel": 7850.0, "glass": 2500.0}
+"""Densities in kg/m3 of materials by name: steel as in EN 1991-1-1, Table A.4, glass as in Table A.5 and EN 572-1."""
+
+Densities = Annotated[dict[str, Positive], AfterValidator(lambda given: DENSITIES_KG_M3 | given)]
+"""Densities by the name of the material, beside those that are known."""
+
 _STRICT = ConfigDict(extra="forbid")
 
 
@@ -55,7 +62,9 @@ _STRICT = ConfigDict(extra="forbid")
 class BeamRules:
     """Bars of one section, symmetric about the central plane of their edge.
 
-    section: as the trade writes it, see `Section`. width_mm, height_mm: instead of a section, those of a solid bar.
+    section: as the trade writes it, see `Section`; by default rhs 120x60x5, a size of EN 10210-2 and EN 10219-2, and of
+    S355 (EN 10025-2, S355J2H as a hollow section). width_mm, height_mm: instead of a section, those of a solid bar,
+    where one is given the other is 50 wide, or 120 high.
     reference: the side of the bar that lies on the mesh; "glass": the outer faces of the panels lie on the mesh, and
     the outer sides of the bars on a parallel mesh below. least_length_mm: minimum length of a bar between its two cuts.
 
@@ -69,7 +78,7 @@ class BeamRules:
     section: SectionName | None = None
     reference: HeightReference = "outer"
     least_length_mm: Positive = 20.0
-    material: str = "steel"
+    material: str = "S355"
 
     @model_validator(mode="after")
     def _one_section(self) -> BeamRules:
@@ -84,8 +93,8 @@ class BeamRules:
     @property
     def profile(self) -> Section:
         """The section of all beams."""
-        if self.section is not None:
-            return Section.of(self.section)
+        if self.width_mm is None and self.height_mm is None:
+            return Section.of(self.section or "rhs 120x60x5")
         return Section("flat", (self.height_mm or 120.0, self.width_mm or 50.0))
 
 
@@ -112,7 +121,7 @@ class ConnectionRules:
     (25.0, 15.0)
     """
 
-    kind: ConnectionKind = "contact"
+    kind: ConnectionKind = "welded"
     slot_mm: Positive | None = None
     ledge_mm: NotNegative = 8.0
     gap_mm: NotNegative = 0.0
@@ -202,8 +211,8 @@ class ConnectionRules:
 
 @dataclass(frozen=True, config=_STRICT)
 class NodeRules:
-    """Prisms along the node axes. clearance_mm: added to the minimum distance of the facets from the axis where beams
-    are in contact with the block.
+    """Prisms along the node axes. clearance_mm: added to the minimum distance of the facets from the axis, 5 mm by
+    default; only for beams in contact with the block, since others have a slot between them.
 
     setbacks: "least" gives each beam the minimum setback; "equal" gives all beams of a node the largest of these;
     "auto" uses equal setbacks where these bring the beams' ends to one level, as in edge offset meshes, and where the
@@ -213,25 +222,33 @@ class NodeRules:
     the webs of their beams in either case.
     """
 
-    clearance_mm: Positive = 5.0
+    clearance_mm: Positive | None = None
     setbacks: Setbacks = "auto"
-    top: NodeTop = "enclosing"
-    material: str = "steel"
+    top: NodeTop = "trimmed"
+    material: str = "S355"
+
+    @property
+    def clearance(self) -> float:
+        """What is added to the minimum distance of the facets from the axis in mm, where beams are in contact."""
+        return 5.0 if self.clearance_mm is None else self.clearance_mm
 
 
 @dataclass(frozen=True, config=_STRICT)
 class PanelRules:
     """One layer of plates with square edges.
 
-    joint_mm: gap between two panels. seat_mm: free height between the panels and the highest node block under them.
+    thickness_mm: by default laminated glass 44.2, two panes of 4 mm and two films of 0.38 mm (EN ISO 12543).
+    joint_mm: gap between two panels, by default a clearance of 5 mm to a clamping strip on either side of its web of
+    10 mm. seat_mm: free height between the panels and the highest beam or node block under them, by default that of an
+    inner gasket.
     underside_mm: height of the panels' lower side above the mesh; by default the minimum that clears beams and nodes,
     plus the seat. least_edge_mm: minimum length of an edge of a panel. least_bearing_mm: minimum width over which a
     panel lies above the beam at each of its edges; negative for panels that are held otherwise, and may end beside it.
     """
 
-    thickness_mm: Positive = 10.0
-    joint_mm: NotNegative = 10.0
-    seat_mm: NotNegative = 5.0
+    thickness_mm: Positive = 8.76
+    joint_mm: NotNegative = 20.0
+    seat_mm: NotNegative = 12.0
     underside_mm: Level | None = None
     least_edge_mm: Positive = 1.0
     least_bearing_mm: Level = 10.0
@@ -240,12 +257,16 @@ class PanelRules:
 
 @dataclass(frozen=True, config=_STRICT)
 class SheetRules:
-    """Stock sheets: gap_mm between panels, border_mm to the sheet's edge."""
+    """Stock sheets, by default a jumbo of float glass (EN 572-2).
+
+    gap_mm: between panels, by default room to break laminated glass along each cut. border_mm: to the edge of the
+    sheet, by default what is trimmed off each edge before cutting.
+    """
 
     length_mm: Positive = 6000.0
     width_mm: Positive = 3210.0
-    gap_mm: NotNegative = 10.0
-    border_mm: NotNegative = 10.0
+    gap_mm: NotNegative = 20.0
+    border_mm: NotNegative = 25.0
 
 
 @dataclass(frozen=True, config=_STRICT)
@@ -257,7 +278,7 @@ class DetailingRules:
     nodes: NodeRules = field(default_factory=NodeRules)
     panels: PanelRules = field(default_factory=PanelRules)
     sheets: SheetRules = field(default_factory=SheetRules)
-    densities_kg_m3: dict[str, Positive] = field(default_factory=lambda: {"steel": 7850.0, "glass": 2500.0})
+    densities_kg_m3: Densities = field(default_factory=lambda: dict(DENSITIES_KG_M3))
 
     @property
     def least_length_mm(self) -> float:
@@ -272,6 +293,11 @@ class DetailingRules:
             problem = (
                 f"connection.axial_bore_mm is {self.connection.axial_bore_mm:g} mm, and blocks whose tops are trimmed "
                 "cannot be bored along their axes: set nodes.top = 'enclosing', or leave the bore out"
+            )
+        if self.connection.kind != "contact" and self.nodes.clearance_mm is not None:
+            problem = (
+                f"nodes.clearance_mm (--clearance) is {self.nodes.clearance_mm:g} mm, which only beams in contact with "
+                f"their blocks have, and these are {self.connection.kind}: set connection.slot_mm instead"
             )
         if problem:
             raise ValueError(problem)

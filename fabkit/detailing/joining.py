@@ -86,7 +86,7 @@ def _smallest_gaps(ends: Ends) -> FloatArray:
 
 def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: DetailingRules) -> str:
     edge, vertex, connection = end // 2, int(ends.vertex[end]), rules.connection
-    could = f"it could be {' or '.join(others)}" if others else "no other connection would work"
+    could = f"it could be {' or '.join(others)} (--connection)" if others else "no other connection would work"
     begin = f"the beam on edge {edge} cannot be {TO_JOIN[connection.kind]} at vertex {vertex}"
     if connection.kind == "bolted" and abs(ends.inclination[end]) > _reach(rules):
         return (
