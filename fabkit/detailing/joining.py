@@ -103,7 +103,8 @@ def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: Detailin
         longest = min(LONGEST_SETBACK_SHARE * mesh.edge_lengths[edge], connection.longest_setback_mm)
         why = (
             f"so its end would be {ends.setback[end]:.1f} mm from the axis, where at most {longest:.1f} mm are "
-            f"possible ({connection.longest_setback_mm:g} mm, or {LONGEST_SETBACK_SHARE:.0%} of the edge)"
+            f"possible ([connection] longest_setback_mm = {connection.longest_setback_mm:g}, or "
+            f"{LONGEST_SETBACK_SHARE:.0%} of the edge)"
         )
     return (
         f"{begin}: it is {angle:.1f} degrees from the beam on edge {neighbour // 2} about the node axis, {why}; {could}"
