@@ -155,7 +155,7 @@ def test_what_runs_through_itself_is_built_without_what_shares_room(tmp_path: Pa
     accepted = run("build", file, "--unit", "m", "-o", tmp_path / "out", "--accept", "self-intersection")
     assert accepted.exit_code == 2
     assert "share no vertex of the mesh, which intersects itself" in accepted.stderr
-    assert "increase the clearance" not in accepted.stderr
+    assert "increase the slot between beams" not in accepted.stderr
     # the parts have no marks yet, so they are called by their edges and faces
     assert re.search(
         r"the (beam on edge|panel on face) \d+ and the (node at vertex|panel on face) \d+ share", accepted.stderr
