@@ -12,12 +12,13 @@ import numpy as np
 from fabkit.checking import FIT_MM, check_fit
 from fabkit.detailing import Detailed
 from fabkit.parts import Assembly, Parts
-from fabkit.production import BuildFacts, Nest, Summary, SurfaceSummary, build_facts, share_equal_parts
+from fabkit.production import BuildFacts, FinDirection, Nest, Summary, SurfaceSummary, build_facts, share_equal_parts
 from fabkit.project import Project
 from fabkit.surface import LaidSurface
 from geometry.files import MeshFile
 from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh
+from geometry.shading import MostShade
 
 __all__ = ["Built", "manifest_of", "summary_of"]
 
@@ -99,8 +100,14 @@ def summary_of(
         twists_deg=np.degrees(structure.twists),
         underside_mm=detailed.underside_mm,
         underside_reason=detailed.underside_reason,
+        fins=None if detailed.shade is None else _fin_direction(detailed.shade),
         surface=None if laid is None else _surface_summary(laid, mesh, scale),
     )
+
+
+def _fin_direction(found: MostShade) -> FinDirection:
+    x, y, z = found.shift.tolist()
+    return FinDirection((x, y, z), (found.before.share, found.after.share))
 
 
 def _surface_summary(laid: LaidSurface, mesh: Mesh, scale: float) -> SurfaceSummary:

@@ -20,6 +20,7 @@ from fabkit.production.pieces import piece_tables
 from fabkit.production.sheet_nesting import nest_panels, too_large
 from fabkit.production.summary import (
     ExactGaussImage,
+    FinDirection,
     GaussImageSource,
     GivenGaussImage,
     OptimisedGaussImage,
@@ -44,6 +45,7 @@ __all__ = [
     "Drawing",
     "ExactGaussImage",
     "Fact",
+    "FinDirection",
     "GaussImageSource",
     "GivenGaussImage",
     "Nest",
