@@ -7,7 +7,7 @@ from fabkit.kinds.columns import LEFT_OUT, NO_NEIGHBOUR, marks_at
 from fabkit.kinds.fasteners import BOLT, DOWEL, END_PLATE, BoltDetails, DowelDetails, EndPlateDetails
 from fabkit.kinds.fins import FIN, FinDetails
 from fabkit.kinds.nodes import NODE, NodeDetails, smallest_gaps
-from fabkit.kinds.panels import PANEL, PanelDetails, panel_outlines
+from fabkit.kinds.panels import PANEL, PanelDetails, neighbour_names, panel_outlines
 from fabkit.kinds.plain import plain_kind
 from fabkit.kinds.struts import STRUT, StrutDetails
 
@@ -33,6 +33,7 @@ __all__ = [
     "PanelDetails",
     "StrutDetails",
     "marks_at",
+    "neighbour_names",
     "panel_outlines",
     "plain_kind",
     "smallest_gaps",
