@@ -100,7 +100,8 @@ class Project(BaseModel):
     in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
     between coordinates of parts that share a mark; parts may be misplaced by up to this tolerance. fitness: bounds from
     which a finding is noted or refused; accept: names of findings to accept instead of refusing them.
-    second_layer, fins: None for a structure without. documents: what is written; title_block, tables, drawings and step: how, see `DocumentRules`.
+    second_layer, fins: None for a structure without.
+    documents: what is written; title_block, tables, drawings and step: how, see `DocumentRules`.
 
     >>> from geometry.mesh.shapes import dome
     >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})

@@ -27,10 +27,11 @@ class StrutDetails(Details):
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
-    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500, second_layer={"distance_mm": -400}))
+    >>> layer = {"distance_mm": -400, "strut": "round 20"}
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500, second_layer=layer))
     >>> struts = built.assembly["struts"]
     >>> len(struts), struts.details.section[0].name, bool((struts.details.length_mm < 400).all())
-    (18, 'chs 60.3x4', True)
+    (18, 'round 20', True)
     """
 
     section: npt.NDArray[Any]
