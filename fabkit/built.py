@@ -12,13 +12,12 @@ import numpy as np
 from fabkit.checking import FIT_MM, check_fit
 from fabkit.detailing import Detailed
 from fabkit.parts import Assembly, Parts
-from fabkit.production import BuildFacts, FinDirection, Nest, Summary, SurfaceSummary, build_facts, share_equal_parts
+from fabkit.production import BuildFacts, Nest, Summary, SurfaceSummary, build_facts, share_equal_parts
 from fabkit.project import Project
 from fabkit.surface import LaidSurface
 from geometry.files import MeshFile
 from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh
-from geometry.shading import MostShade
 
 __all__ = ["Built", "manifest_of", "summary_of"]
 
@@ -77,7 +76,7 @@ def summary_of(
     detailed: Detailed,
 ) -> Summary:
     """The figures of a build that are known before its parts have marks. scale: millimetres in a unit of the file."""
-    mesh = structure.mesh
+    mesh, shade = structure.mesh, detailed.shade
     moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
     return Summary(
         name=project.title,
@@ -100,14 +99,10 @@ def summary_of(
         twists_deg=np.degrees(structure.twists),
         underside_mm=detailed.underside_mm,
         underside_reason=detailed.underside_reason,
-        fins=None if detailed.shade is None else _fin_direction(detailed.shade),
+        fin_direction=() if shade is None else tuple(shade.shift.tolist()),
+        fin_shade=(0.0, 0.0) if shade is None else (shade.before.share, shade.after.share),
         surface=None if laid is None else _surface_summary(laid, mesh, scale),
     )
-
-
-def _fin_direction(found: MostShade) -> FinDirection:
-    x, y, z = found.shift.tolist()
-    return FinDirection((x, y, z), (found.before.share, found.after.share))
 
 
 def _surface_summary(laid: LaidSurface, mesh: Mesh, scale: float) -> SurfaceSummary:

@@ -247,7 +247,6 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.files",
         "geometry.gauss",
         "geometry.mesh",
-        "geometry.shading",
     },
     "fabkit.surface": {
         "fabkit.wording",

@@ -94,7 +94,8 @@ class FinPlan:
         origins = structure.mesh.vertices[nodes[:, 0]] + start[:, :1] * t + start[:, 1:] * u - thickness / 2 * z
         n, starts = len(edges), 4 * np.arange(len(edges) + 1)
         heights = outlines[:, 2, 1]
-        cosines = np.einsum("ek,ek->e", u, self.beams.height_directions[edges])
+        upright = self.beams.height_directions[edges]
+        sines, cosines = np.linalg.norm(np.cross(u, upright), axis=1), np.einsum("ek,ek->e", u, upright)
         return Parts.each_its_own(
             FIN,
             edges,
@@ -109,7 +110,7 @@ class FinPlan:
                 height_mm=heights,
                 length_mm=shapes.long_point[edges],
                 area_mm2=heights * (shapes.long_point + shapes.short_point)[edges] / 2,
-                lean_deg=np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))),
+                lean_deg=np.degrees(np.arctan2(sines, cosines)),
             ),
         )
 

@@ -20,7 +20,6 @@ from fabkit.production.pieces import piece_tables
 from fabkit.production.sheet_nesting import nest_panels, too_large
 from fabkit.production.summary import (
     ExactGaussImage,
-    FinDirection,
     GaussImageSource,
     GivenGaussImage,
     OptimisedGaussImage,
@@ -45,7 +44,6 @@ __all__ = [
     "Drawing",
     "ExactGaussImage",
     "Fact",
-    "FinDirection",
     "GaussImageSource",
     "GivenGaussImage",
     "Nest",

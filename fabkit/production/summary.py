@@ -10,15 +10,7 @@ from fabkit.fitness import Finding
 from fabkit.production.marks import EQUAL_WITHIN_MM
 from geometry.arrays import FloatArray, short_repr
 
-__all__ = [
-    "ExactGaussImage",
-    "FinDirection",
-    "GaussImageSource",
-    "GivenGaussImage",
-    "OptimisedGaussImage",
-    "Summary",
-    "SurfaceSummary",
-]
+__all__ = ["ExactGaussImage", "GaussImageSource", "GivenGaussImage", "OptimisedGaussImage", "Summary", "SurfaceSummary"]
 
 
 @dataclass(frozen=True)
@@ -104,20 +96,6 @@ class OptimisedGaussImage:
         return f"computed, and optimised together with the mesh for {' and '.join(asked[t] for t in self.targets)}"
 
 
-@dataclass(frozen=True)
-class FinDirection:
-    """The translation x of the Gauss image that was found for fins. direction: x; shade: share of the panels that is in
-    the shade of the fins over all suns, with x = 0 and with x.
-
-    >>> from fabkit.production import FinDirection
-    >>> FinDirection((0.25, -0.5, 0.0), (0.44, 0.66)).direction
-    (0.25, -0.5, 0.0)
-    """
-
-    direction: tuple[float, float, float]
-    shade: tuple[float, float]
-
-
 GaussImageSource = GivenGaussImage | ExactGaussImage | OptimisedGaussImage
 """Where a Gauss image is from, unless it was just computed."""
 
@@ -190,7 +168,9 @@ class Summary:
     leans_deg (N,): angle between each node axis and the normal of the mesh there, NaN where there is none.
     twists_deg (E,): angle between the central planes at the two ends of each edge.
     underside_mm: height of the panels' underside above the mesh faces; underside_reason: what determines it.
-    surface: None where the file held the mesh itself. fins: None where the direction of the fins was not sought.
+    surface: None where the file held the mesh itself.
+    fin_direction: the translation x of the Gauss image that was found for fins, empty where none was sought; fin_shade:
+        share of the panels in their shade without and with it.
     fitness: the findings, noted or accepted. gauss_image: None where it was computed, and is neither exact nor
         optimised.
 
@@ -227,7 +207,8 @@ class Summary:
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))
     equal_within_mm: float = EQUAL_WITHIN_MM
     surface: SurfaceSummary | None = None
-    fins: FinDirection | None = None
+    fin_direction: tuple[float, ...] = ()
+    fin_shade: tuple[float, float] = (0.0, 0.0)
 
     @property
     def placed_at(self) -> str:
