@@ -183,12 +183,13 @@ class ConnectionRules:
         """What is measured, its size, and the least one."""
         size, highest = self.group.size, max(self.group.offsets_mm)
         half_height, half_width = section.height_mm / 2, section.width_mm / 2
-        edge = LEAST_EDGE_RATIO * size.clearance_mm
+        edge, inside = LEAST_EDGE_RATIO * size.clearance_mm, max(wall, section.radius_mm)
+        between = "radius to radius of a side" if inside > wall else "wall to wall inside"
         needs = [
             ("a bolt to the edge of its end plate", min(half_width, half_height - highest), edge),
             ("a bolt to the side inside, for the socket", half_width - wall, size.tool_radius_mm),
             ("a bolt to the top inside, for the socket", half_height - wall - highest, size.tool_radius_mm),
-            ("wall to wall inside, for the hand hole", section.height_mm - 2 * wall, self.hand_hole_height_mm),
+            (f"{between}, for the hand hole", section.height_mm - 2 * inside, self.hand_hole_height_mm),
         ]
         if self.has_dowel:
             apart = LEAST_PITCH_RATIO * (size.clearance_mm + self.dowel_mm) / 2
