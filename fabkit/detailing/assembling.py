@@ -13,6 +13,7 @@ from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
 from fabkit.detailing.bolted import bolted_nodes, fasteners
 from fabkit.detailing.drilling import bored_along_axis
 from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.going_in import going_in_gaps
 from fabkit.detailing.hubs import caps, on_tubes
 from fabkit.detailing.joining import not_joinable
 from fabkit.detailing.nodes import make_nodes
@@ -117,8 +118,9 @@ class _Plan:
             self.structure = _lowered(self.given, levels.depth)
         with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
         edges, faces = np.flatnonzero(self.beams), np.flatnonzero(self.panels)
+        gaps = going_in_gaps(ends, levels.nodes, self.rules.beams)
         groups: tuple[Parts[Any], ...] = (
-            make_beams(self.structure, ends, beams, edges, self.rules, self._material("beams")),
+            make_beams(self.structure, ends, beams, edges, gaps, self.rules, self._material("beams")),
             make_nodes(self.structure, ends, levels.nodes, with_beams, self.rules.beams, self._material("nodes")),
             make_panels(self.structure, levels.shapes, faces, self.rules.panels, self._material("panels")),
         )

@@ -2,6 +2,7 @@
 
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
+from fabkit.production.erection import Erection, erection_order
 from fabkit.production.facts import (
     ANY_LINES,
     LEAST_UNDIRECTED_SHARE,
@@ -42,6 +43,7 @@ __all__ = [
     "BuildFacts",
     "CutList",
     "Drawing",
+    "Erection",
     "ExactGaussImage",
     "Fact",
     "GaussImageSource",
@@ -54,6 +56,7 @@ __all__ = [
     "Table",
     "build_facts",
     "cut_list",
+    "erection_order",
     "irregular_vertices",
     "nest_panels",
     "panel_drawings",
