@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabkit.detailing.bars import bar_solids, cut_planes, stepped_tees, with_hand_holes
 from fabkit.detailing.ends import Ends
+from fabkit.detailing.shapes.bars import bar_solids, cut_planes, stepped_tees, with_hand_holes
 from fabkit.kinds import BEAM, BeamDetails
 from fabkit.parts import Material, Parts, Solids
 from fabkit.rules import BeamRules, DetailingRules

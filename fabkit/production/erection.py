@@ -35,8 +35,10 @@ class Erection:
     >>> from fabkit.production import erection_order
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> erection = erection_order(built.assembly)
-    >>> erection.of_vertices.max().item(), erection.is_closing.sum().item(), 30 - 18 + 1
-    (30, 13, 13)
+    >>> erection.n_fixed, erection.is_closing.sum().item(), 30 - 18 + 1
+    (1, 13, 13)
+    >>> bool(erection.of(built.assembly["beams"]).max() < erection.of(built.assembly["panels"]).min())
+    True
     """
 
     vertices: IntArray

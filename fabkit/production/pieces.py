@@ -15,7 +15,7 @@ from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL, BeamDetails, NodeDetails, 
 from fabkit.parts import Assembly, Cell, Column, Parts
 from fabkit.production.cut_lists import Table
 from fabkit.production.erection import Erection, erection_order
-from fabkit.production.nests import Nest
+from fabkit.production.nesting.nests import Nest
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["piece_tables"]
