@@ -166,10 +166,17 @@ class _Plan:
         return (
             f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
             f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
-            f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
+            f"{setbacks[1]:.1f} mm{self._behind_facets()}, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
             f"{self.rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
             f"{angle:.1f} degrees apart; counted from 0)"
         )
+
+    def _behind_facets(self) -> str:
+        """What the end of a beam is behind its facet, in words."""
+        connection = self.rules.connection
+        plate = [f"an end plate of {connection.plate_mm:g} mm"] if connection.kind == "bolted" else []
+        gap = [f"a gap of {connection.gap_mm:g} mm"] if connection.gap_mm else []
+        return f", each with {' and '.join(plate + gap)}" if plate or gap else ""
 
     def _nodes_without_beams(self, ends: Ends) -> tuple[LeftOut, ...]:
         without_beams = np.flatnonzero((np.diff(ends.ring_starts) == 0) & self.structure.mesh.combinatorics.is_used)

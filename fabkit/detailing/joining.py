@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabkit.connections import largest_inclination
+from fabkit.connections import LEAST_WALL_MM, largest_inclination
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.setbacks import LONGEST_SETBACK_SHARE, longest_setbacks, needed_setbacks
 from fabkit.rules import CONNECTION_KINDS, ConnectionKind, ConnectionRules, DetailingRules
@@ -84,6 +84,19 @@ def _smallest_gaps(ends: Ends) -> FloatArray:
     return smallest
 
 
+def _what_sets_back(rules: DetailingRules) -> str:
+    """What keeps ends from the axis besides the angle, in words."""
+    connection = rules.connection
+    by_kind = {
+        "welded": f"ledges of {connection.ledge_mm:g} mm",
+        "hub": "the next tube of the table",
+        "bolted": f"walls of {LEAST_WALL_MM:g} mm between bores",
+    }
+    axial = [f"a bore of {connection.axial_bore_mm:g} mm along the axis"] if connection.axial_bore_mm else []
+    *others, last = [f"a slot of {connection.slot:g} mm", by_kind[connection.kind], *axial]
+    return f"with {', '.join(others)} and {last}"
+
+
 def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: DetailingRules) -> str:
     edge, vertex, connection = end // 2, int(ends.vertex[end]), rules.connection
     could = f"it could be {' or '.join(others)}" if others else "no other connection would work"
@@ -102,7 +115,7 @@ def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: Detailin
     else:
         longest = min(LONGEST_SETBACK_SHARE * mesh.edge_lengths[edge], connection.longest_setback_mm)
         why = (
-            f"so its end would be {ends.setback[end]:.1f} mm from the axis, where at most {longest:.1f} mm are "
+            f"so {_what_sets_back(rules)} its end would be {ends.setback[end]:.1f} mm from the axis, where at most {longest:.1f} mm are "
             f"possible ({connection.longest_setback_mm:g} mm, or {LONGEST_SETBACK_SHARE:.0%} of the edge)"
         )
     return (

@@ -48,8 +48,13 @@ class Section:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sizes", tuple(float(size) for size in self.sizes))
-        if self.shape not in _SIZES or len(self.sizes) != len(_SIZES[self.shape]):
+        if self.shape not in _SIZES:
             raise ProjectError(f"{self.name!r} is no section: write one like {_EXAMPLES}, in mm, height first")
+        if len(self.sizes) != len(_SIZES[self.shape]):
+            raise ProjectError(
+                f"the section {self.name} has {len(self.sizes)} sizes: write {self.shape} with "
+                f"{' x '.join(_SIZES[self.shape])}, in mm; sections are {_EXAMPLES}"
+            )
         for what, size in zip(_SIZES[self.shape], self.sizes, strict=True):
             if not 0 < size < math.inf:
                 raise ProjectError(f"the {what} of the section {self.name} is {size:g} mm: it must be above 0")
@@ -82,7 +87,7 @@ class Section:
         >>> Section.of("flat 120x12").sizes, Section.of("CHS 60.3 x 4").name
         ((120.0, 12.0), 'chs 60.3x4')
         """
-        number = r"\d{1,12}(?:\.\d{1,12})?"
+        number = r"-?\d{1,12}(?:\.\d{1,12})?"
         found = re.fullmatch(rf"\s*([a-z]{{1,10}})\s*({number}(?:\s*[x*]\s*{number}){{0,3}})\s*", text.lower()[:200])
         if not found:
             raise ProjectError(f"{text[:40]!r} is no section: write one like {_EXAMPLES}, in mm, height first")
