@@ -118,7 +118,7 @@ def violations(
     """All checks that fail, in words; empty if there are none. Lengths are in mm, angles in degrees. have_marks:
     whether parts have marks already, by which they are then named; if not, they are named by their mesh elements alone.
 
-    - Each mesh element has at most one part of a kind.
+    - Each mesh element has at most one part of a kind, and each face one panel in each pane of a layer.
     - Each part is placed by a rigid motion; its solid has positive volume, faces planar to `fit_mm`, no edge shorter
       than `shortest_edge_mm`, and an outline that does not cross itself. A part that fails here is not checked further.
     - No beam is twisted about its axis by more than `twist_deg`.
@@ -165,7 +165,9 @@ def _by_mark(part: Part) -> str:
 
 def _by_element(part: Part) -> str:
     kind = part.kind
-    return f"the {kind.name} {'at' if kind.element == 'vertex' else 'on'} {kind.element} {part.element}"
+    others = ((name, getattr(part.details, name)) for name in kind.apart_by)
+    own = "".join(f" in {name} {number}" for name, number in others if number)
+    return f"the {kind.name} {'at' if kind.element == 'vertex' else 'on'} {kind.element} {part.element}{own}"
 
 
 def _concerned(*parts: Part) -> tuple[tuple[str, int], ...]:
@@ -178,10 +180,12 @@ def _layers(assembly: Assembly) -> list[tuple[Parts[BeamDetails], Parts[NodeDeta
 
 
 def _twice(assembly: Assembly) -> Iterator[Violation]:
-    for group in (each for each in assembly.groups if each.kind.one_per_element):
-        elements, counts = np.unique(group.elements, return_counts=True)
-        for element, count in zip(elements[counts > 1].tolist(), counts[counts > 1].tolist(), strict=True):
-            finding = f"{group.kind.element} {element} has {count} {group.kind.group}, allowed 1"
+    for group in (each for each in assembly.groups if each.kind.one_per_element or each.kind.apart_by):
+        keys = np.stack([group.elements, *(getattr(group.details, name) for name in group.kind.apart_by)], axis=1)
+        found, counts = np.unique(keys, axis=0, return_counts=True)
+        for (element, *others), count in zip(found[counts > 1].tolist(), counts[counts > 1].tolist(), strict=True):
+            place = "".join(f" in {name} {k}" for name, k in zip(group.kind.apart_by, others, strict=True) if k)
+            finding = f"{group.kind.element} {element} has {count} {group.kind.group}{place}, allowed 1"
             yield Violation(finding, "make each part once", ((group.kind.name, element),))
 
 

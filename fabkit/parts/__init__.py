@@ -2,6 +2,7 @@
 degrees."""
 
 from fabkit.parts.assembly import LEFT_OUT_COLOUR, Assembly, LeftOut, Surroundings
+from fabkit.parts.build_up import BuildUp, Pane
 from fabkit.parts.curves import Curves
 from fabkit.parts.frame import Frame
 from fabkit.parts.kind import Cell, Column, Details, Kind, Measure, in_layer
@@ -20,6 +21,7 @@ __all__ = [
     "LEFT_OUT_COLOUR",
     "SHAFT",
     "Assembly",
+    "BuildUp",
     "Cell",
     "Column",
     "Curves",
@@ -30,6 +32,7 @@ __all__ = [
     "Material",
     "Measure",
     "Measures",
+    "Pane",
     "Part",
     "Parts",
     "Ragged",

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL, BeamDetails, NodeDetails
+from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL, BeamDetails, NodeDetails, neighbour_names
 from fabkit.parts import Assembly, Cell, Column, Parts
 from fabkit.production.cut_lists import Table
 from fabkit.production.nests import Nest
@@ -142,7 +142,7 @@ def _panel_edges(assembly: Assembly) -> Table:
             Column("Corner (deg)", 3, own.corner_angles_deg.values.tolist()),
             Column("Dihedral (deg)", 3, dihedrals),
             Column("Beam", None, _named(assembly.of(BEAM), own.beams.values)),
-            Column("Neighbour", None, _named(panels, own.neighbours.values)),
+            Column("Neighbour", None, neighbour_names(panels, names, LEFT_OUT, "")),
         ],
     )
 

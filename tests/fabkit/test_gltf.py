@@ -15,9 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabkit.errors import OutputError
-from fabkit.formats.faceted import CHORD_ERROR_MM
 from fabkit.formats.gltf import glb_bytes
-from fabkit.formats.triangles import Facets, facets
+from fabkit.formats.shown.faceted import CHORD_ERROR_MM
+from fabkit.formats.shown.triangles import Facets, facets
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import (
     LEFT_OUT_COLOUR,
@@ -176,7 +176,7 @@ def test_triangles_cover_each_face_once(outlines: list[list[float]]) -> None:
     solids = [Solid(prism_vertices(each, -100.0, 20.0), topology) for each in flat]
     (every,) = facets(Solids.of(solids), ["N1"] * len(solids))
     for k, outline in enumerate(flat):
-        shape = Facets(every.solids[k:], every.points[k:], every.normals[k:], every.triangles[k:])
+        shape = Facets(every.solids[k:], every.flat, every.points[k:], every.normals[k:], every.triangles[k:])
         areas, normals = triangle_areas(shape)
         along = np.einsum("ti,ti->t", areas, normals)
         assert (along > -1e-6 * np.linalg.norm(areas, axis=1).max()).all()  # a straight corner has no area
