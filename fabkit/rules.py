@@ -39,9 +39,9 @@ LARGEST_LENGTH_MM = 1e9
 """Largest length in mm that a project may state: a thousand kilometres, far below the
 lengths whose products overflow."""
 
-LEAST_HAND_HOLE_LENGTH_MM = 300.0
-"""Minimum length in mm of a bolted beam between its two cuts: a hand hole, and as much again to its ends as it takes
-up."""
+BESIDE_HAND_HOLE_MM = 190.0
+"""Minimum length in mm of a bolted beam between its two cuts, without its hand hole: 300 in all with a hole of 110, so
+that it is nearly as far from the ends as it is long."""
 
 Positive = Annotated[float, Field(gt=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
@@ -182,12 +182,12 @@ class ConnectionRules:
                 f"bolts are put in from inside a rectangular hollow section, and the section is {section.name}: write "
                 "one like rhs 120x60x5, or take another kind of connection"
             )
-        for what, found, needed, smaller in self._needs_of_bolts(section, wall):
+        for what, found, needed, cure in self._needs_of_bolts(section, wall):
             if found < needed:
                 return (
                     f"bolts {self.bolts} do not fit the section {section.name}: {needed:.1f} mm are needed from "
-                    f"{what}, and there are {max(found, 0.0):.1f} mm; take a larger section, {smaller}, or another "
-                    "kind of connection"
+                    f"{what}, and there are {max(found, 0.0):.1f} mm; take {cure}, or another kind of "
+                    "connection"
                 )
         return ""
 
@@ -214,24 +214,29 @@ class ConnectionRules:
         return ""
 
     def _needs_of_bolts(self, section: Section, wall: float) -> list[tuple[str, float, float, str]]:
-        """What is measured, its size, the least one, and what to take smaller."""
+        """What is measured, its size, the least one, and what to take instead."""
         size, highest = self.group.size, max(self.group.offsets_mm)
         half_height, half_width = section.height_mm / 2, section.width_mm / 2
         edge = LEAST_EDGE_RATIO * size.clearance_mm
-        bolts = "smaller bolts"
+        bolts = "a larger section, smaller bolts"
+        hole = min(self.hand_hole_height_mm, self.hand_hole_length_mm)
         needs = [
             ("a bolt to the edge of its end plate", min(half_width, half_height - highest), edge, bolts),
             ("a bolt to the side inside, for the socket", half_width - wall, size.tool_radius_mm, bolts),
             ("a bolt to the top inside, for the socket", half_height - wall - highest, size.tool_radius_mm, bolts),
             (
                 *("wall to wall inside, for the hand hole", section.height_mm - 2 * wall, self.hand_hole_height_mm),
-                "a lower hand hole (hand_hole_height_mm)",
+                "a larger section, a lower hand hole (hand_hole_height_mm)",
+            ),
+            (
+                *("side to side of the hand hole, for the socket", hole, 2 * size.tool_radius_mm),
+                "smaller bolts, a larger hand hole (hand_hole_height_mm, hand_hole_length_mm)",
             ),
         ]
         if self.has_dowel:
             apart = LEAST_PITCH_RATIO * (size.clearance_mm + self.dowel_mm) / 2
             offset = self.dowel_offset_mm(section.height_mm)
-            needs.append(("the bolt to its dowel", offset, apart, "smaller bolts, a thinner dowel (dowel_mm)"))
+            needs.append(("the bolt to its dowel", offset, apart, f"{bolts}, a thinner dowel (dowel_mm)"))
         return needs
 
 
@@ -297,8 +302,8 @@ class DetailingRules:
     @property
     def least_length_mm(self) -> float:
         """Minimum length of a beam between its two cuts; one that is bolted has a hand hole."""
-        least = self.beams.least_length_mm
-        return max(least, LEAST_HAND_HOLE_LENGTH_MM) if self.connection.kind == "bolted" else least
+        least, hole = self.beams.least_length_mm, self.connection.hand_hole_length_mm
+        return max(least, hole + BESIDE_HAND_HOLE_MM) if self.connection.kind == "bolted" else least
 
     @model_validator(mode="after")
     def _connection_fits(self) -> DetailingRules:

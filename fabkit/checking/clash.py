@@ -58,8 +58,8 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
 
 def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_MM) -> tuple[IntArray, FloatArray]:
     """(K, 2) positions of all pairs of parts that overlap by more than `depth_mm`, sorted, the lower position first;
-    (K,) depths of the overlaps in mm. All solids must have convex pieces or be convex or prisms, see `is_splittable`. What
-    is in a bore shares no volume with the part that is bored, see `clashes`.
+    (K,) depths of the overlaps in mm. All solids must have convex pieces or be convex or prisms, see `is_splittable`.
+    What is in a bore shares no volume with the part that is bored, see `clashes`.
 
     >>> import numpy as np
     >>> from fabkit.checking import clashing_pairs

@@ -166,8 +166,9 @@ class _Plan:
         return (
             f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
             f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
-            f"{setbacks[1]:.1f} mm{self._behind_facets()}, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
-            f"{self.rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
+            f"{setbacks[1]:.1f} mm{self._behind_facets()}, which leaves "
+            f"{shapes.short_point[edge]:.1f} mm between the cuts; at least {self.rules.least_length_mm:g} mm "
+            f"are needed (beams at vertex {ends.vertex[worst]} are "
             f"{angle:.1f} degrees apart; counted from 0)"
         )
 

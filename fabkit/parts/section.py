@@ -51,9 +51,10 @@ class Section:
         if self.shape not in _SIZES:
             raise ProjectError(f"{self.name!r} is no section: write one like {_EXAMPLES}, in mm, height first")
         if len(self.sizes) != len(_SIZES[self.shape]):
+            needed = _SIZES[self.shape]
             raise ProjectError(
-                f"the section {self.name} has {len(self.sizes)} sizes: write {self.shape} with "
-                f"{' x '.join(_SIZES[self.shape])}, in mm; sections are {_EXAMPLES}"
+                f"the section {self.name} has {len(self.sizes)} sizes in place of {len(needed)}: after {self.shape} "
+                f"write {' x '.join(needed)} in mm, as in {_EXAMPLES}"
             )
         for what, size in zip(_SIZES[self.shape], self.sizes, strict=True):
             if not 0 < size < math.inf:

@@ -138,7 +138,7 @@ def test_what_is_hollow() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_plates_inside_a_tube(seed: int) -> None:
-    """Inside its inner radius of 26 they are free, also where they stand out of an end; their corners are not beyond."""
+    """Inside its inner radius of 26 they are free, also where they stand out of an end."""
     pipe = tube(30.0, 26.0, FLAT, np.array([800.0, 0, 0.2]))
     assert depth(pipe, box([100, -10, -24], [200, 10, 24]), seed) == 0
     assert depth(pipe, box([-50, -10, -24], [900, 10, 24]), seed) == 0
