@@ -60,7 +60,7 @@ def needed_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules:
         needed = np.maximum(needed, bored)
     needed = _for_both_neighbours(ring, following, needed)
     if connection.kind == "contact":
-        needed = needed + rules.nodes.clearance_mm
+        needed = needed + rules.nodes.clearance
     return np.asarray(np.maximum(needed, _least_setback(rules)))
 
 

@@ -226,8 +226,7 @@ def test_rounds_become_strips(name: str) -> None:
     assert mesh.is_winding_consistent
     of = Measures(solid.topology, solid.vertices[None])
     # a strip of width w cuts off a segment of 2/3 w s, s being the chord error
-    assert (
-        abs(mesh.volume / solid.volume_mm3 - 1) < 1e-9 + CHORD_ERROR_MM * of.round_areas.sum() / solid.volume_mm3 * 0.7
-    )
+    cut_off = 0.7 * CHORD_ERROR_MM * (of.round_areas.sum() + of.fillets.areas.sum())
+    assert abs(mesh.volume / solid.volume_mm3 - 1) < 1e-9 + cut_off / solid.volume_mm3
     away = np.einsum("tk,tck->tc", mesh.face_normals, shape.normals[0][shape.triangles[0]])
     assert away.min() > np.cos(np.pi / 12) - 1e-6
