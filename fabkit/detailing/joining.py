@@ -15,7 +15,7 @@ from geometry.mesh import Mesh
 
 __all__ = ["not_joinable"]
 
-ANGLE_ROUNDING = 1e-9
+LEAST_ANGLE_ROUNDING = 1e-9
 """Difference in radians up to which an angle between beams is the least one: rounding in regular patterns."""
 
 TO_JOIN = {
@@ -53,7 +53,7 @@ def _failing(mesh: Mesh, ends: Ends, rules: DetailingRules) -> IntArray:
     needed[ends.ring] = needed_setbacks(ends.ring, ends.following, ends.gap, rules)
     failing = needed > np.minimum(longest_setbacks(mesh.edge_lengths, rules), np.repeat(mesh.edge_lengths / 2, 2))
     if rules.connection.kind in ("welded", "hub"):
-        failing |= _smallest_gaps(ends) < np.radians(rules.connection.least_angle_deg) - ANGLE_ROUNDING
+        failing |= _smallest_gaps(ends) < np.radians(rules.connection.least_angle_deg) - LEAST_ANGLE_ROUNDING
     if rules.connection.kind == "hub":
         failing |= _on_too_large_tubes(mesh, ends, failing, rules)
     if rules.connection.kind == "bolted":
@@ -113,7 +113,7 @@ def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: Detailin
     neighbour = int(ends.following[end]) if ends.gap[end] <= ends.gap[preceding] else preceding
     angle = np.degrees(min(ends.gap[end], ends.gap[preceding]))
     joined = connection.kind in ("welded", "hub")
-    if joined and angle < connection.least_angle_deg - np.degrees(ANGLE_ROUNDING):
+    if joined and angle < connection.least_angle_deg - np.degrees(LEAST_ANGLE_ROUNDING):
         why = f"at least {connection.least_angle_deg:g} degrees are needed"
     else:
         longest = min(LONGEST_SETBACK_SHARE * mesh.edge_lengths[edge], connection.longest_setback_mm)
