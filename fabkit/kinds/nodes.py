@@ -20,6 +20,7 @@ from fabkit.kinds.columns import (
     of_first,
     over_all,
 )
+from fabkit.kinds.faces import node_faces
 from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Topology, Turns, shifted
 from fabkit.parts.symmetry import Corners
 from geometry.arrays import FloatArray, IntArray
@@ -197,4 +198,5 @@ NODE = Kind(
     columns=_columns,
     measures=_measures,
     labels=_labels,
+    faces=node_faces,
 )

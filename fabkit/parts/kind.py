@@ -117,7 +117,8 @@ class Kind(Generic[P]):
     nodes that the parts belong to, with which their names begin; empty for the first layer, and for parts that belong
     to none. cure: what to do where a part of this kind shares volume with another one, as far as the kind knows it.
 
-    columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words.
+    columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words. faces:
+    names (k, F) of the faces of the solids, all of one topology, of k parts, for STEP files.
     measures: numbers for colours and histograms. labels: one line about each part. The functions for columns and labels
     also take the `Surroundings` of the parts.
 
@@ -142,6 +143,7 @@ class Kind(Generic[P]):
     measures: Callable[[P], Sequence[Measure]]
     labels: Callable[[P, Any], Sequence[str]]
     stock: Callable[[P], Sequence[str]] | None = None
+    faces: Callable[[P, Any], Any] | None = None
 
     def named(self, name: str) -> str:
         """The name that a kind or a group has in the layer of this kind."""
