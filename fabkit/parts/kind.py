@@ -12,6 +12,7 @@ from typing import Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
 
+from fabkit.parts.ragged import Ragged
 from fabkit.parts.symmetry import Symmetry
 from geometry.arrays import FloatArray, floats
 
@@ -111,7 +112,8 @@ class Kind(Generic[P]):
     name: of one part; group: name of all parts of the kind; element: the mesh element of a part. letter: first letter
     of the marks. colour: sRGB red, green and blue, 0 to 1. form: how a viewer draws the part: plates hide what lies
     below them, blocks are small. empty_details: the record for zero parts. symmetry: None for parts without symmetry.
-    one_per_element: whether a mesh element has at most one part.
+    one_per_element: whether a mesh element has at most one part. directions: normals of the faces on which
+    beams stand, one for each place of the ring, unit vectors in the parts' own frames; None where no beam does.
 
     columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words.
     measures: numbers for colours and histograms. labels: one line about each part. The functions for columns and labels
@@ -135,3 +137,4 @@ class Kind(Generic[P]):
     measures: Callable[[P], Sequence[Measure]]
     labels: Callable[[P, Any], Sequence[str]]
     stock: Callable[[P], Sequence[str]] | None = None
+    directions: Callable[[P], Ragged] | None = None

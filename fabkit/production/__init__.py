@@ -14,7 +14,14 @@ from fabkit.production.facts import (
     build_facts,
 )
 from fabkit.production.loose_panels import panels_from_outlines
-from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
+from fabkit.production.marks import (
+    EQUAL_WITHIN_MM,
+    KeptMarks,
+    MarkPoints,
+    element_ranks,
+    mark_points,
+    share_equal_parts,
+)
 from fabkit.production.nests import Nest, Sheet
 from fabkit.production.pieces import piece_tables
 from fabkit.production.sheet_nesting import nest_panels, too_large
@@ -46,6 +53,8 @@ __all__ = [
     "Fact",
     "GaussImageSource",
     "GivenGaussImage",
+    "KeptMarks",
+    "MarkPoints",
     "Nest",
     "OptimisedGaussImage",
     "Sheet",
@@ -54,7 +63,9 @@ __all__ = [
     "Table",
     "build_facts",
     "cut_list",
+    "element_ranks",
     "irregular_vertices",
+    "mark_points",
     "nest_panels",
     "panel_drawings",
     "panels_from_outlines",

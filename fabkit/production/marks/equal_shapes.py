@@ -57,49 +57,65 @@ def may_have_equals(corners: FloatArray, within: float) -> BoolArray:
     return in_company
 
 
-def equal_shapes(shapes: TurnedShapes, within: float) -> tuple[IntArray, IntArray]:
+def equal_shapes(
+    shapes: TurnedShapes, within: float, earlier: FloatArray | None = None
+) -> tuple[IntArray, IntArray, IntArray]:
     """(P,) the first shape to which each shape is equal, itself where there is none; (P,) the smallest turn that brings
-    the shape onto this first one.
+    the shape onto this first one; (P,) the earlier shape that it has, -1 where it has none.
 
-    Shapes are visited in their order. A shape that is not equal to an earlier first shape becomes a first shape itself.
-    All later shapes that belong to no group yet, and in some turn differ from it by at most `within` in each coordinate
-    of each corner, join its group. So every shape deviates from the first of its group by `within` at most, even where
-    many shapes form a chain of small differences.
+    First the earlier shapes (K, n_corners, d), then the given ones are visited in their order. All shapes that belong
+    to no group yet, and in some turn differ from the visited one by at most `within` in each coordinate of each corner,
+    join its group. A shape that belongs to a group is not visited. So every shape deviates from the one that was
+    visited by `within` at most, even where many shapes form a chain of small differences. The first shape of an earlier
+    one is the first of its group, and the turns are those that bring shapes onto the earlier one.
     """
     parts, turns = (index.ravel() for index in np.indices((shapes.n_shapes, shapes.n_turns)))
     compared_first = np.unique(np.linspace(0, shapes.n_corners - 1, TREE_CORNERS).astype(np.int64))
     points = shapes.at(parts, turns, compared_first).reshape(len(parts), -1)
     tree = cKDTree(points)
     first, turn = np.arange(shapes.n_shapes), np.zeros(shapes.n_shapes, dtype=np.int64)
+    kept = np.full(shapes.n_shapes, -1, dtype=np.int64)
     ungrouped = np.ones(shapes.n_shapes, dtype=bool)
-    for part in range(shapes.n_shapes):
-        if not ungrouped[part]:
-            continue
-        ungrouped[part] = False
-        hits = np.sort(np.array(tree.query_ball_point(points[part * shapes.n_turns], within, p=np.inf), dtype=np.int64))
-        hits = hits[ungrouped[parts[hits]]]
+
+    def near(point: FloatArray) -> IntArray:
+        """Turned shapes in no group whose corners that are compared first are near to these coordinates."""
+        hits = np.sort(np.array(tree.query_ball_point(point, within, p=np.inf), dtype=np.int64))
+        return hits[ungrouped[parts[hits]]]
+
+    def join(hits: IntArray, own: FloatArray) -> IntArray:
+        """The shapes of those hits that are equal to one with corners (n_corners, d), taken out with their turns."""
         if shapes.n_corners > TREE_CORNERS:
-            hits = _near_in_all_corners(shapes, part, hits, within)
+            hits = _near_in_all_corners(shapes, own, hits, within)
         equal, smallest = np.unique(parts[hits], return_index=True)
-        first[equal], turn[equal], ungrouped[equal] = part, turns[hits[smallest]], False
-    return first, turn
+        turn[equal], ungrouped[equal] = turns[hits[smallest]], False
+        return equal
+
+    for number, own in enumerate([] if earlier is None else earlier):
+        equal = join(near(own[compared_first].ravel()), own)
+        first[equal], kept[equal] = equal.min(initial=shapes.n_shapes), number
+    for part in np.arange(shapes.n_shapes):
+        if ungrouped[part]:
+            ungrouped[part] = False
+            hits = near(points[part * shapes.n_turns])
+            if len(hits):
+                first[join(hits, shapes.at(part[None], np.array([0]), np.arange(shapes.n_corners))[0])] = part
+    return first, turn, kept
 
 
-def _near_in_all_corners(shapes: TurnedShapes, part: int, hits: IntArray, within: float) -> IntArray:
-    """For each shape, its first hit at which all corners are `within` of those of `part` in its own position.
+def _near_in_all_corners(shapes: TurnedShapes, own: FloatArray, hits: IntArray, within: float) -> IntArray:
+    """For each shape, its first hit at which all corners are `within` of those given (n_corners, d).
 
     hits, sorted: numbers of turned shapes, shape * n_turns + turn.
     """
 
     def deviations(some: IntArray, corners: IntArray) -> FloatArray:
         turned = shapes.at(some // shapes.n_turns, some % shapes.n_turns, corners)
-        found: FloatArray = np.abs(turned - own[:, corners]).max(axis=(1, 2))
+        found: FloatArray = np.abs(turned - own[corners]).max(axis=(1, 2))
         return found
 
     corners = np.arange(shapes.n_corners)
-    own = shapes.at(np.array([part]), np.array([0]), corners)
     # a round outline in a wrong turn deviates most where its bend differs from that of other corners
-    bends = np.square(own[0, 2:] - 2 * own[0, 1:-1] + own[0, :-2]).sum(axis=1)
+    bends = np.square(own[2:] - 2 * own[1:-1] + own[:-2]).sum(axis=1)
     unusual = 1 + np.argsort(-np.abs(bends - np.median(bends)), kind="stable")[:TREE_CORNERS]
     hits = hits[deviations(hits, unusual) <= within]
     batch_size = max(1, MAX_COORDINATES_IN_MEMORY // (3 * shapes.n_corners))
