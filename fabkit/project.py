@@ -23,6 +23,7 @@ from fabkit.document_rules import (
 from fabkit.errors import ProjectError
 from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GaussImageRules
+from fabkit.mark_rules import MarkRules
 from fabkit.optimisation import OptimiseRules
 from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
@@ -96,8 +97,8 @@ class Project(BaseModel):
     so the outside. name: of the structure, by default that of the mesh file. surface: the file is a design surface, and
     a mesh is laid on it; mean_edge_mm is then that of this mesh. gauss_image: weights, or a file, which may also stand
     in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
-    between coordinates of parts that share a mark; parts may be misplaced by up to this tolerance. fitness: bounds from
-    which a finding is noted or refused; accept: names of findings to accept instead of refusing them.
+    between coordinates of parts that share a mark; marks: what else they have in common, and how they are numbered.
+    fitness: bounds from which a finding is noted or refused; accept: findings to accept instead of refusing them.
     documents: what is written; title_block, tables, drawings and step: how, see `DocumentRules`.
 
     >>> from geometry.mesh.shapes import dome
@@ -128,6 +129,7 @@ class Project(BaseModel):
     nodes: NodeRules = Field(default_factory=NodeRules)
     panels: PanelRules = Field(default_factory=PanelRules)
     sheets: SheetRules = Field(default_factory=SheetRules)
+    marks: MarkRules = Field(default_factory=MarkRules)
     densities_kg_m3: dict[str, Positive] = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
     documents: tuple[Document, ...] = DOCUMENTS
     title_block: TitleBlock = Field(default_factory=TitleBlock)
@@ -281,8 +283,9 @@ def surface_rules_from(settings: dict[str, Any]) -> SurfaceRules:
 
 def _start_paths_from(file: Path, found: dict[str, Any]) -> None:
     r"""Make the paths in a project file start from its folder. In "C:\new\table.obj", \n and \t are signs of TOML."""
-    image, surface = found.get("gauss_image"), found.get("surface")
-    paths = ((found, "mesh"), (found, "out"), (found, "gauss_image"), (image, "file"), (surface, "strokes"))
+    image, surface, marks = (found.get(key) for key in ("gauss_image", "surface", "marks"))
+    of_tables = (image, "file"), (surface, "strokes"), (marks, "keep")
+    paths = ((found, "mesh"), (found, "out"), (found, "gauss_image"), *of_tables)
     for table, key in paths:
         if isinstance(table, dict) and isinstance(table.get(key), str):
             if re.search(r"[\x00-\x1f]", table[key]):

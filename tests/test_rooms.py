@@ -153,7 +153,16 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh",
         "geometry.arrays",
     },
-    "fabkit.production": {"fabkit.fitness", "fabkit.kinds", "fabkit.parts", "fabkit.errors", *GROUND},
+    "fabkit.mark_rules": set(),
+    "fabkit.production.marks": {"fabkit.mark_rules", "fabkit.parts", "geometry.mesh", "geometry.arrays"},
+    "fabkit.production": {
+        "fabkit.production.marks",
+        "fabkit.fitness",
+        "fabkit.kinds",
+        "fabkit.parts",
+        "fabkit.errors",
+        *GROUND,
+    },
     "fabkit.formats.finished": {
         "fabkit.document_rules",
         "fabkit.formats",
@@ -200,6 +209,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.errors",
     },
     "fabkit.project": {
+        "fabkit.mark_rules",
         "fabkit.document_rules",
         "fabkit.surface",
         "fabkit.gauss_image",
@@ -261,6 +271,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.errors",
     },
     "fabkit.pipeline": {
+        "fabkit.formats.finished",
         "fabkit.built",
         "fabkit.structure",
         "fabkit.surface",
@@ -440,9 +451,9 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembling",
     ),
     "fabkit.production": (
-        "nests equal_shapes remaining_rectangles",
+        "nests remaining_rectangles",
         "strokes",
-        "marks cut_lists drawing guillotine",
+        "cut_lists drawing guillotine",
         "irregular loose_panels pieces",
         "sheet_nesting summary",
         "facts",

@@ -22,6 +22,7 @@ from fabkit.production import (
     Summary,
     build_facts,
     cut_list,
+    mark_table,
     panel_drawings,
     piece_tables,
     sheet_drawings,
@@ -34,7 +35,7 @@ from geometry.mesh import Mesh
 
 __all__ = ["write_documents"]
 
-ONLY_FOR_PROGRAMS = ("placements",)
+ONLY_FOR_PROGRAMS = ("placements", "mark_points")
 """Tables that are not in the workbook."""
 
 
@@ -92,6 +93,7 @@ def write_documents(
     lists = cut_list(assembly, nest, panel_file=panel_file)
     pieces = piece_tables(assembly, nest, panel_file=panel_file)
     tables = [*(table.of_single_values() for table in lists.tables), *pieces]
+    tables.append(mark_table(assembly, summary.earlier_marks))
     facts = build_facts(summary, assembly, nest)
     if "tables" in chosen:
         with stages("Tables"):

@@ -23,7 +23,7 @@ from fabkit.production.marks import (
     share_equal_parts,
 )
 from fabkit.production.nests import Nest, Sheet
-from fabkit.production.pieces import piece_tables
+from fabkit.production.pieces import mark_table, piece_tables
 from fabkit.production.sheet_nesting import nest_panels, too_large
 from fabkit.production.summary import (
     ExactGaussImage,
@@ -66,6 +66,7 @@ __all__ = [
     "element_ranks",
     "irregular_vertices",
     "mark_points",
+    "mark_table",
     "nest_panels",
     "panel_drawings",
     "panels_from_outlines",

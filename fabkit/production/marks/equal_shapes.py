@@ -20,6 +20,9 @@ DISTANCE_LEVELS = 5
 rotated."""
 DISTANCE_ROUNDING = 1e-13
 """Rounding error of distances within a shape, over its size: some hundred times the precision of double numbers."""
+SAME_DEVIATION = 0.01
+"""Difference of the deviations of two turns of a shape, over the tolerance, up to which they are equally good: so
+rounding does not decide between the turns of a symmetric shape."""
 MAX_COORDINATES_IN_MEMORY = 4_000_000
 """Number of coordinates held in memory at a time: 32 MB."""
 
@@ -60,8 +63,8 @@ def may_have_equals(corners: FloatArray, within: float) -> BoolArray:
 def equal_shapes(
     shapes: TurnedShapes, within: float, earlier: FloatArray | None = None
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """(P,) the first shape to which each shape is equal, itself where there is none; (P,) the smallest turn that brings
-    the shape onto this first one; (P,) the earlier shape that it has, -1 where it has none.
+    """(P,) the first shape to which each shape is equal, itself where there is none; (P,) the turn that brings the
+    shape onto this first one best, the smallest of equally good ones; (P,) the earlier shape that it has, -1 for none.
 
     First the earlier shapes (K, n_corners, d), then the given ones are visited in their order. All shapes that belong
     to no group yet, and in some turn differ from the visited one by at most `within` in each coordinate of each corner,
@@ -78,34 +81,50 @@ def equal_shapes(
     ungrouped = np.ones(shapes.n_shapes, dtype=bool)
 
     def near(point: FloatArray) -> IntArray:
-        """Turned shapes in no group whose corners that are compared first are near to these coordinates."""
+        """Turned shapes in no group whose corners that are compared first are near to these coordinates: of each shape
+        the best turn first, of equally good ones the smallest."""
         hits = np.sort(np.array(tree.query_ball_point(point, within, p=np.inf), dtype=np.int64))
-        return hits[ungrouped[parts[hits]]]
+        hits = hits[ungrouped[parts[hits]]]
+        return _best_first(hits, shapes.n_turns, np.abs(points[hits] - point).max(axis=1), within)
 
     def join(hits: IntArray, own: FloatArray) -> IntArray:
         """The shapes of those hits that are equal to one with corners (n_corners, d), taken out with their turns."""
         if shapes.n_corners > TREE_CORNERS:
             hits = _near_in_all_corners(shapes, own, hits, within)
-        equal, smallest = np.unique(parts[hits], return_index=True)
-        turn[equal], ungrouped[equal] = turns[hits[smallest]], False
+        equal, best = np.unique(parts[hits], return_index=True)
+        turn[equal], ungrouped[equal] = turns[hits[best]], False
         return equal
 
     for number, own in enumerate([] if earlier is None else earlier):
         equal = join(near(own[compared_first].ravel()), own)
         first[equal], kept[equal] = equal.min(initial=shapes.n_shapes), number
-    for part in np.arange(shapes.n_shapes):
+    for part in range(shapes.n_shapes):
         if ungrouped[part]:
             ungrouped[part] = False
             hits = near(points[part * shapes.n_turns])
             if len(hits):
-                first[join(hits, shapes.at(part[None], np.array([0]), np.arange(shapes.n_corners))[0])] = part
+                own = shapes.at(np.array([part]), np.array([0]), np.arange(shapes.n_corners))[0]
+                first[join(hits, own)] = part
     return first, turn, kept
 
 
-def _near_in_all_corners(shapes: TurnedShapes, own: FloatArray, hits: IntArray, within: float) -> IntArray:
-    """For each shape, its first hit at which all corners are `within` of those given (n_corners, d).
+def _best_first(hits: IntArray, n_turns: int, deviation: FloatArray, within: float) -> IntArray:
+    """Hits, numbers of turned shapes (shape * n_turns + turn), shape by shape: the smallest turn of those that deviate
+    least comes first."""
+    if not len(hits):
+        return hits
+    shape, own = np.unique(hits // n_turns, return_inverse=True)
+    least = np.full(len(shape), np.inf)
+    np.minimum.at(least, own, deviation)
+    is_worse = deviation > least[own] + SAME_DEVIATION * within
+    return hits[np.lexsort((hits, is_worse, own))]
 
-    hits, sorted: numbers of turned shapes, shape * n_turns + turn.
+
+def _near_in_all_corners(shapes: TurnedShapes, own: FloatArray, hits: IntArray, within: float) -> IntArray:
+    """For each shape, one of its hits at which all corners are `within` of those given (n_corners, d), that with the
+    least deviation in a few of them.
+
+    hits: numbers of turned shapes, shape * n_turns + turn.
     """
 
     def deviations(some: IntArray, corners: IntArray) -> FloatArray:
@@ -117,13 +136,15 @@ def _near_in_all_corners(shapes: TurnedShapes, own: FloatArray, hits: IntArray, 
     # a round outline in a wrong turn deviates most where its bend differs from that of other corners
     bends = np.square(own[2:] - 2 * own[1:-1] + own[:-2]).sum(axis=1)
     unusual = 1 + np.argsort(-np.abs(bends - np.median(bends)), kind="stable")[:TREE_CORNERS]
-    hits = hits[deviations(hits, unusual) <= within]
+    deviation = deviations(hits, unusual)
+    near = deviation <= within
+    hits = _best_first(hits[near], shapes.n_turns, deviation[near], within)
     batch_size = max(1, MAX_COORDINATES_IN_MEMORY // (3 * shapes.n_corners))
     equal = [np.zeros(0, dtype=np.int64)]
     while len(hits):
-        # the smallest remaining turn of each shape, for as many shapes as memory allows
-        smallest = np.unique(hits // shapes.n_turns, return_index=True)[1][:batch_size]
-        equal.append(hits[smallest[deviations(hits[smallest], corners) <= within]])
-        hits = np.delete(hits, smallest)
+        # the best remaining turn of each shape, for as many shapes as memory allows
+        best = np.unique(hits // shapes.n_turns, return_index=True)[1][:batch_size]
+        equal.append(hits[best[deviations(hits[best], corners) <= within]])
+        hits = np.delete(hits, best)
         hits = hits[~np.isin(hits // shapes.n_turns, equal[-1] // shapes.n_turns)]
     return np.concatenate(equal)

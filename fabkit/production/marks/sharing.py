@@ -100,7 +100,7 @@ class _Sharing:
     @property
     def reach(self) -> float:
         """Length of a direction, so that differences at the far end of the longest beam compare as those of corners."""
-        return float(self.bar_lengths_mm.max()) * self.within_mm / self.rules.far_end_mm
+        return max(1.0, float(self.bar_lengths_mm.max())) * self.within_mm / self.rules.far_end_mm
 
     def shared(self, parts: Parts[D], order: IntArray, kept: KeptMarks | None) -> Parts[D]:
         """Parts grouped where they are equal. order (n,): in which they are visited. Only parts of the same material,
@@ -112,7 +112,9 @@ class _Sharing:
         solids: dict[int, FloatArray] = {}
         keys = np.stack([parts.solids.topology[parts.shape], _n_turns(parts), parts.material], axis=1)[order]
         comparable = np.unique(keys, axis=0, return_inverse=True)[1]
-        for rows in np.split(np.argsort(comparable, kind="stable"), np.cumsum(np.bincount(comparable))[:-1]):
+        for rows in (
+            [] if n == 0 else np.split(np.argsort(comparable, kind="stable"), np.cumsum(np.bincount(comparable))[:-1])
+        ):
             places = order[rows]
             alike, numbers, earlier = self._compared(parts, places, kept)
             if alike is None:
