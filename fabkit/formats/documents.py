@@ -61,7 +61,7 @@ def write_documents(
     >>> from fabkit.stages import Stages
     >>> write_documents(Path(), built.structure.pair, built.assembly, built.nest, built.summary, Stages())
     >>> sorted(path.name for path in Path().glob("*.csv"))[:4], len(list(Path("sheets").iterdir()))
-    (['beams.csv', 'legend.csv', 'node_facets.csv', 'nodes.csv'], 3)
+    (['beams.csv', 'legend.csv', 'mark_points.csv', 'node_facets.csv'], 3)
     """
     rules = rules or DocumentRules()
     chosen, issued = set(rules.documents), rules.title_block

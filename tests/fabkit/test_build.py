@@ -30,7 +30,7 @@ N_BEAMS, N_NODES, N_PANELS = 612, 325, 288
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Built]:
     out = tmp_path_factory.mktemp("build") / "roof"
-    return out, build(Project(mesh=ROOF, unit="m", out=out))
+    return out, build(Project(mesh=ROOF, unit="m", out=out, equal_within_mm=1e-7))
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -57,6 +57,7 @@ def test_every_document_is_there(made: tuple[Path, Built]) -> None:
         "node_facets.csv",
         "panel_edges.csv",
         "legend.csv",
+        "mark_points.csv",
         "cutlist.xlsx",
         "model.glb",
         "report.html",

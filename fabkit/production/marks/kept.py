@@ -20,6 +20,10 @@ class MarkPoints:
 
     material: its name. corners (c, 3): of its solid in mm, in its own frame, as `compared_points` gives them.
     directions (t, 3): unit vectors along the beams that stand on it.
+
+    >>> from fabkit.production.marks import MarkPoints
+    >>> MarkPoints("steel", np.zeros((8, 3)), np.eye(3)).shape
+    ('steel', 8, 3)
     """
 
     material: str
