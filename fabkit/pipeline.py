@@ -215,8 +215,6 @@ def _unusual_parts(
     rules, height = project.fitness, project.beams.profile.height_mm
     nodes, panels = assembly.of(NODE), assembly.of(PANEL)
     marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
-    faces = {int(panels.elements[k]): reason for k, reason in reasons.items()}
-    of_panels = dict(zip(panels.elements.tolist(), panels.marks, strict=True))
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
     is_raised_by_blocks = project.panels.underside_mm is None and project.nodes.top == "enclosing"
     found = (
@@ -225,7 +223,7 @@ def _unusual_parts(
         slots(nodes, rules) if project.connection.kind in ("welded", "hub") else None,
         uncovered(nodes, rules),
         underside(detailed.needed_mm, marks, height, rules) if is_raised_by_blocks else None,
-        sheets(faces, of_panels, "refused" if is_refused else "note"),
+        sheets(reasons, panels, "refused" if is_refused else "note"),
     )
     return tuple(finding for finding in found if finding)
 
@@ -243,7 +241,8 @@ def _sheet(project: Project) -> Sheet:
 
 
 def _without_too_large(assembly: Assembly, reasons: dict[int, str]) -> Assembly:
-    """The assembly without the panels that do not fit on a sheet. reasons: a sentence for each, by its index."""
+    """The assembly without the panels that do not fit on a sheet, and those that belong to a layer with them. reasons:
+    a sentence for each, by its index."""
     panels = assembly.of(PANEL)
     if len(reasons) == len(panels) > 0:
         raise NestingError(
@@ -254,8 +253,9 @@ def _without_too_large(assembly: Assembly, reasons: dict[int, str]) -> Assembly:
     if not reasons:
         return assembly
     left_out = tuple(LeftOut(PANEL.name, int(panels.elements[k]), reason) for k, reason in reasons.items())
-    fitting = np.ones(len(panels), dtype=bool)
-    fitting[list(reasons)] = False
+    layer = panels.details.layer
+    places = panels.elements * (int(layer.max()) + 1) + layer
+    fitting = ~np.isin(places, places[list(reasons)])
     return replace(assembly.with_group(panels.take(fitting)), left_out=assembly.left_out + left_out)
 
 

@@ -432,6 +432,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "parts",
         "assembly",
     ),
+    "fabkit.kinds": (
+        "columns",
+        "beams caps fasteners nodes panels plain",
+    ),
     "fabkit.checking": (
         "access bore_distances convex_pieces fit links positions round_edges separation",
         "bores convex",

@@ -18,8 +18,8 @@ from fabkit.checking.links import ElementVertices, unlinked_ends, unlinked_facet
 from fabkit.checking.positions import Positions
 from fabkit.checking.solid_rules import solid_rules
 from fabkit.errors import DetailingError
-from fabkit.kinds import BEAM, BOLT, NODE, PANEL
-from fabkit.parts import Assembly, Part, SolidArray
+from fabkit.kinds import BEAM, BOLT, NODE, PANEL, BeamDetails, NodeDetails
+from fabkit.parts import Assembly, Part, Parts, SolidArray
 
 __all__ = ["Violation", "check_fit", "violations", "violations_sentence"]
 
@@ -118,7 +118,7 @@ def violations(
     """All checks that fail, in words; empty if there are none. Lengths are in mm, angles in degrees. have_marks:
     whether parts have marks already, by which they are then named; if not, they are named by their mesh elements alone.
 
-    - Each mesh element has at most one part of a kind.
+    - Each mesh element has at most one part of a kind, and each face one panel in each pane of a layer.
     - Each part is placed by a rigid motion; its solid has positive volume, faces planar to `fit_mm`, no edge shorter
       than `shortest_edge_mm`, and an outline that does not cross itself. A part that fails here is not checked further.
     - No beam is twisted about its axis by more than `twist_deg`.
@@ -148,8 +148,8 @@ def violations(
         *_twice(assembly),
         *(violation for _, violation in invalid),
         *_twisted(assembly, twist_deg, name),
-        *_unlinked(assembly, name),
-        *_misfitting_ends(positions.where(is_valid), fit_mm, name),
+        *(found for beams, nodes in _layers(assembly) for found in _unlinked(beams, nodes, name)),
+        *(found for own in _layers(positions.where(is_valid)) for found in _misfitting_ends(*own, fit_mm, name)),
         *_badly_drilled(positions, valid, name),
         *_clashing(positions, [batch for batch in valid if len(batch.parts)], fit_mm, name),
     )
@@ -165,18 +165,27 @@ def _by_mark(part: Part) -> str:
 
 def _by_element(part: Part) -> str:
     kind = part.kind
-    return f"the {kind.name} {'at' if kind.element == 'vertex' else 'on'} {kind.element} {part.element}"
+    others = ((name, getattr(part.details, name)) for name in kind.apart_by)
+    own = "".join(f" in {name} {number}" for name, number in others if number)
+    return f"the {kind.name} {'at' if kind.element == 'vertex' else 'on'} {kind.element} {part.element}{own}"
 
 
 def _concerned(*parts: Part) -> tuple[tuple[str, int], ...]:
     return tuple((part.kind.name, part.element) for part in parts)
 
 
+def _layers(assembly: Assembly) -> list[tuple[Parts[BeamDetails], Parts[NodeDetails]]]:
+    """The beams of each layer, and their nodes."""
+    return [(beams, assembly.beside(beams, NODE)) for beams in assembly.of_layers(BEAM)]
+
+
 def _twice(assembly: Assembly) -> Iterator[Violation]:
-    for group in (each for each in assembly.groups if each.kind.one_per_element):
-        elements, counts = np.unique(group.elements, return_counts=True)
-        for element, count in zip(elements[counts > 1].tolist(), counts[counts > 1].tolist(), strict=True):
-            finding = f"{group.kind.element} {element} has {count} {group.kind.group}, allowed 1"
+    for group in (each for each in assembly.groups if each.kind.one_per_element or each.kind.apart_by):
+        keys = np.stack([group.elements, *(getattr(group.details, name) for name in group.kind.apart_by)], axis=1)
+        found, counts = np.unique(keys, axis=0, return_counts=True)
+        for (element, *others), count in zip(found[counts > 1].tolist(), counts[counts > 1].tolist(), strict=True):
+            place = "".join(f" in {name} {k}" for name, k in zip(group.kind.apart_by, others, strict=True) if k)
+            finding = f"{group.kind.element} {element} has {count} {group.kind.group}{place}, allowed 1"
             yield Violation(finding, "make each part once", ((group.kind.name, element),))
 
 
@@ -202,31 +211,31 @@ def _invalid_solids(
 
 
 def _twisted(assembly: Assembly, twist_deg: float, name: Name) -> Iterator[Violation]:
-    beams = assembly.of(BEAM)
-    twists = beams.details.twist_deg
-    for k in np.flatnonzero(~(np.abs(twists) <= twist_deg)).tolist():
-        finding = f"{name(beams[k])} is twisted by {twists[k]:.3g} degrees, allowed {twist_deg:g}"
-        yield Violation(finding, "make mesh and Gauss image parallel first", _concerned(beams[k]))
+    for beams in assembly.of_layers(BEAM):
+        twists = beams.details.twist_deg
+        for k in np.flatnonzero(~(np.abs(twists) <= twist_deg)).tolist():
+            finding = f"{name(beams[k])} is twisted by {twists[k]:.3g} degrees, allowed {twist_deg:g}"
+            yield Violation(finding, "make mesh and Gauss image parallel first", _concerned(beams[k]))
 
 
-def _unlinked(assembly: Assembly, name: Name) -> Iterator[Violation]:
+def _unlinked(beams: Parts[BeamDetails], nodes: Parts[NodeDetails], name: Name) -> Iterator[Violation]:
     cure = "make both or leave out both"
-    beams, nodes = assembly.of(BEAM), assembly.of(NODE)
     for k, end, at in unlinked_ends(beams, nodes):
         beam, vertex = beams[k], int(beams.details.nodes[k, end])
         if at < 0:
             finding = f"{name(beam)} ends (end {'AB'[end]}) at vertex {vertex}, which has no node"
-            yield Violation(finding, cure, (*_concerned(beam), (NODE.name, vertex)))
+            yield Violation(finding, cure, (*_concerned(beam), (nodes.kind.name, vertex)))
         else:
             finding = f"{name(beam)} ends (end {'AB'[end]}) at {name(nodes[at])}, which has no facet for it"
             yield Violation(finding, cure, _concerned(beam, nodes[at]))
     for k, edge in unlinked_facets(beams, nodes):
         finding = f"{name(nodes[k])} has a facet for edge {edge}, at which no beam ends"
-        yield Violation(finding, cure, (*_concerned(nodes[k]), (BEAM.name, edge)))
+        yield Violation(finding, cure, (*_concerned(nodes[k]), (beams.kind.name, edge)))
 
 
-def _misfitting_ends(valid: Assembly, fit_mm: float, name: Name) -> Iterator[Violation]:
-    beams, nodes = valid.of(BEAM), valid.of(NODE)
+def _misfitting_ends(
+    beams: Parts[BeamDetails], nodes: Parts[NodeDetails], fit_mm: float, name: Name
+) -> Iterator[Violation]:
     found = end_fits(beams, nodes)
     declared = nodes.details.uncovered_at(beams.elements[found.beams], found.nodes)
     uncovered = np.abs(found.uncovered_percent - declared)
@@ -251,11 +260,11 @@ def _badly_drilled(positions: Positions, valid: list[SolidArray], name: Name) ->
 
 
 def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name: Name) -> Iterator[Violation]:
-    tools = tool_volumes(positions.assembly, len(positions))
+    tools, bolts = tool_volumes(positions.assembly, len(positions)), positions.of_layers(BOLT)
     pairs, depths = clashing_pairs([*valid, tools] if len(tools.parts) else valid, depth_mm=fit_mm)
     of_tools = (pairs >= len(positions)).sum(axis=1)
     for (i, j), depth in zip(pairs[of_tools == 1].tolist(), depths[of_tools == 1].tolist(), strict=True):
-        bolt = positions.first(BOLT) + j - len(positions)
+        bolt = int(bolts[j - len(positions)])
         if i != bolt:
             finding = f"the socket for {name(positions[bolt])} would be {depth:.3g} mm inside {name(positions[i])}"
             cure = "take smaller bolts, a larger section or another kind of connection"
@@ -271,7 +280,11 @@ def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name
 
 
 def _cure(first: Part, second: Part, vertices: ElementVertices) -> str:
-    own = [part.kind.name for part in (first, second) if part.kind not in (BEAM, NODE, PANEL)]
+    cures = [part.kind.cure for part in (first, second) if part.kind.cure]
+    if cures:
+        return cures[-1]
+    known = (BEAM, NODE, PANEL)
+    own = [part.kind.name for part in (first, second) if not part.kind.layer and part.kind not in known]
     if own:
         return f"change the origins, the axes or the size of each {own[0]}"
     are_distant = vertices.of(first).isdisjoint(vertices.of(second))

@@ -25,9 +25,15 @@ class Positions:
         """(G+1,): group g has the positions starts[g] .. starts[g+1] - 1."""
         return integers(np.cumsum([0, *(len(group) for group in self.assembly.groups)]))
 
-    def first(self, kind: Kind[Any]) -> int:
-        """The position of the first part of a kind."""
-        return int(self.starts[[group.kind for group in self.assembly.groups].index(kind)])
+    def of_layers(self, kind: Kind[Any]) -> IntArray:
+        """(k,) the positions of the parts of a kind in all layers of beams, in the order of `Assembly.of_layers`."""
+        kinds = [group.kind for group in self.assembly.groups]
+        groups = [kinds.index(parts.kind) for parts in self.assembly.of_layers(kind) if len(parts)]
+        return integers(
+            np.concatenate(
+                [np.zeros(0, dtype=np.int64), *(np.arange(self.starts[g], self.starts[g + 1]) for g in groups)]
+            )
+        )
 
     def __len__(self) -> int:
         return int(self.starts[-1])

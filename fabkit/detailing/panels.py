@@ -122,6 +122,8 @@ def make_panels(
         axes=axes,
         material=material,
         details=PanelDetails(
+            layer=np.zeros(len(faces), dtype=np.int64),
+            pane=np.zeros(len(faces), dtype=np.int64),
             thickness_mm=thickness,
             underside_mm=shapes.underside[faces],
             area_mm2=areas,

@@ -9,7 +9,7 @@ import numpy as np
 from fabkit.fitness.finding import Finding, Level, named
 from fabkit.fitness.rules import FitnessRules
 from fabkit.fitness.shape import NOTED_PERCENTILE
-from fabkit.kinds import BeamDetails, NodeDetails, smallest_gaps
+from fabkit.kinds import BeamDetails, NodeDetails, PanelDetails, smallest_gaps
 from fabkit.parts import Parts
 from geometry.arrays import FloatArray
 
@@ -146,12 +146,12 @@ def underside(
     )
 
 
-def sheets(reasons: Mapping[int, str], marks: Mapping[int, str], level: Level) -> Finding | None:
-    """Panels that do not fit on a stock sheet. reasons, marks: a sentence and the mark of each of them, by its face."""
+def sheets(reasons: Mapping[int, str], panels: Parts[PanelDetails], level: Level) -> Finding | None:
+    """Panels that do not fit on a stock sheet. reasons: a sentence for each of them, by its position."""
     if not reasons:
         return None
     first, *others = reasons
-    of_marks = named(list(dict.fromkeys(marks[face] for face in others)))
+    of_marks = named(list(dict.fromkeys(panels.marks[k] for k in others)))
     does = "does" if len(others) == 1 else "do"
     also = (
         f"; nor {does} {len(others)} more, with the mark{'s' if len(others) > 1 else ''} {of_marks}" if others else ""
@@ -166,5 +166,5 @@ def sheets(reasons: Mapping[int, str], marks: Mapping[int, str], level: Level) -
         "take larger sheets (--sheet) or a mesh with smaller faces, leave these panels out with --skip-unbuildable, or "
         "turn nesting off (--nest off)",
         "face",
-        tuple(reasons),
+        tuple(dict.fromkeys(panels.elements[list(reasons)].tolist())),
     )

@@ -82,7 +82,7 @@ def _turns(beams: Parts[BeamDetails], corners: FloatArray) -> Turns:
 
 def _columns(beams: Parts[BeamDetails], around: Surroundings) -> list[Column]:
     own = beams.details
-    ends = marks_in(around, "nodes", own.nodes.ravel())
+    ends = marks_in(around, beams.kind.named("nodes"), own.nodes.ravel())
     return [
         *marks_and_counts(beams),
         Column("Section", None, [section.name for section in own.section[beams.firsts]]),
@@ -101,7 +101,7 @@ def _columns(beams: Parts[BeamDetails], around: Surroundings) -> list[Column]:
 
 
 def _measures(beams: Parts[BeamDetails]) -> list[Measure]:
-    own, measure = beams.details, partial(Measure, "beams")
+    own, measure = beams.details, partial(Measure, beams.kind.group)
     return [
         measure("Long-point length", "mm", 1, own.long_point_mm),
         measure("Height deviation", "mm", 2, own.height_deviation_mm, signed=True),
@@ -117,7 +117,7 @@ def _stock(beams: Parts[BeamDetails]) -> list[str]:
 
 def _labels(beams: Parts[BeamDetails], around: Surroundings) -> list[str]:
     vertices = beams.details.nodes.ravel()
-    marks = zip(marks_in(around, "nodes", vertices), vertices.tolist(), strict=True)
+    marks = zip(marks_in(around, beams.kind.named("nodes"), vertices), vertices.tolist(), strict=True)
     ends = [f"vertex {vertex}" if mark == LEFT_OUT else mark for mark, vertex in marks]
     stock = [
         f"{section.name}, {beams.materials[material].name}"

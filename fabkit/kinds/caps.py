@@ -34,7 +34,7 @@ def _columns(caps: Parts[CapDetails], around: Surroundings) -> list[Column]:
         materials(caps),
         of_first("Diameter (mm)", 2, caps, own.diameter_mm),
         of_first("Thickness (mm)", 2, caps, own.thickness_mm),
-        counted("Nodes", caps, marks_in(around, "nodes", caps.elements)),
+        counted("Nodes", caps, marks_in(around, caps.kind.named("nodes"), caps.elements)),
         *masses(caps),
         files(caps, "parts/{}.step"),
     ]

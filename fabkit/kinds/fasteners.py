@@ -70,8 +70,8 @@ class DowelDetails(Details):
 
 
 def _links(parts: Parts[Any], around: Surroundings) -> list[Column]:
-    beams = marks_in(around, "beams", parts.elements)
-    nodes = marks_in(around, "nodes", parts.details.nodes)
+    beams = marks_in(around, parts.kind.named("beams"), parts.elements)
+    nodes = marks_in(around, parts.kind.named("nodes"), parts.details.nodes)
     return [counted("Beams", parts, beams), counted("Nodes", parts, nodes)]
 
 

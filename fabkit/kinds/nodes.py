@@ -130,7 +130,7 @@ def _nearest(points: FloatArray, targets: FloatArray) -> IntArray:
 
 def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
     own = nodes.details
-    beams = joined(marks_in(around, "beams", own.beams.values), own.beams.starts)
+    beams = joined(marks_in(around, nodes.kind.named("beams"), own.beams.values), own.beams.starts)
     return [
         *marks_and_counts(nodes),
         of_first("Valence", 0, nodes, own.beams.sizes),
@@ -149,7 +149,7 @@ def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
 
 
 def _measures(nodes: Parts[NodeDetails]) -> list[Measure]:
-    own, measure = nodes.details, partial(Measure, "nodes")
+    own, measure = nodes.details, partial(Measure, nodes.kind.group)
     return [
         measure("Step between beam tops", "mm", 2, own.top_step_mm),
         measure("Misalignment at the node axis", "mm", 2, own.axis_misalignment_mm),

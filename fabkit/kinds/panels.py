@@ -1,13 +1,15 @@
-"""Panels: planar plates with square edges over the faces."""
+"""Panels: planar plates over the faces, in one layer or several."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from fabkit.kinds.columns import (
+    LEFT_OUT,
     NO_NEIGHBOUR,
     counted,
     each_value,
@@ -15,7 +17,6 @@ from fabkit.kinds.columns import (
     grouped,
     joined,
     marks_and_counts,
-    marks_at,
     masses,
     materials,
     of_first,
@@ -25,7 +26,7 @@ from fabkit.kinds.columns import (
 from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Turns, shifted
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["PANEL", "PanelDetails", "panel_outlines"]
+__all__ = ["PANEL", "PanelDetails", "neighbour_names", "panel_outlines"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +37,10 @@ class PanelDetails(Details):
     the longest edge of the outline, x along it. Each row has a value for each edge of the outline, counter-clockwise,
     edge k from corner k to corner k+1.
 
-    thickness_mm, area_mm2 (n,). underside_mm (n,): height of the lower side above the mesh face. edge_lengths_mm.
-    corner_angles_deg: inner angle at each corner. dihedrals_deg: as for beams. beams: the mesh edges. neighbours: the
-    faces across, -1 where none.
+    layer (n,): counted from the outermost one, 0. pane (n,): which one of its layer, counted from the outermost one, 0;
+    a layer with gaps has several. thickness_mm, area_mm2 (n,). underside_mm (n,): height of the lower side above the
+    mesh face. edge_lengths_mm. corner_angles_deg: inner angle at each corner. dihedrals_deg: as for beams. beams: the
+    mesh edges. neighbours: the faces across, -1 where none.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -48,6 +50,8 @@ class PanelDetails(Details):
     ([2421.0, 1473.0, 1741.0, 1473.0], [76.7, 76.7, 103.3, 103.3])
     """
 
+    layer: IntArray
+    pane: IntArray
     thickness_mm: FloatArray
     underside_mm: FloatArray
     area_mm2: FloatArray
@@ -74,6 +78,24 @@ def panel_outlines(panels: Parts[PanelDetails]) -> Ragged:
     return Ragged(vertices.values[below, :2], starts)[panels.shape]
 
 
+def neighbour_names(panels: Parts[PanelDetails], names: Sequence[str], left_out: str, none: str) -> list[str]:
+    """The name of the panel across each edge of all panels, in the same layer and pane. names (n,): of the panels;
+    left_out, none: the name where that panel is left out, and at the boundary.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.kinds import neighbour_names
+    >>> panels = built.assembly["panels"]
+    >>> neighbour_names(panels, panels.marks, "left out", "-")[:4]
+    ['-', 'P001', 'P002', 'P001']
+    """
+    across = panels.details.neighbours
+    found = panels.find_alike(across.row, across.values)
+    every = [*names, none, left_out]  # the last one has the number -1
+    return [every[k] for k in np.where(across.values < 0, len(names), found).tolist()]
+
+
 def _turns(panels: Parts[PanelDetails], corners: FloatArray) -> Turns:
     """The turns of panels: each of their edges in turn is the first."""
     n = corners.shape[1] // 2
@@ -89,7 +111,7 @@ def _columns(panels: Parts[PanelDetails], around: Surroundings) -> list[Column]:
     own, firsts = panels.details, panels.firsts
     area, sheets = own.area_mm2[firsts] * 1e-6, around.sheets.get("panels")
     areas = (panels.counts * own.area_mm2[firsts] * 1e-6).tolist()
-    across = joined(marks_at(panels, own.neighbours.values), own.neighbours.starts)
+    across = joined(neighbour_names(panels, panels.marks, LEFT_OUT, NO_NEIGHBOUR), own.neighbours.starts)
     return [
         *marks_and_counts(panels),
         materials(panels),
@@ -152,7 +174,11 @@ PANEL = Kind(
     letter="P",
     colour=(0.55, 0.75, 0.85),
     form="plate",
+    one_per_element=False,
+    apart_by=("layer", "pane"),
     empty_details=PanelDetails(
+        layer=np.zeros(0, dtype=np.int64),
+        pane=np.zeros(0, dtype=np.int64),
         thickness_mm=np.zeros(0),
         underside_mm=np.zeros(0),
         area_mm2=np.zeros(0),

@@ -4,7 +4,7 @@ degrees."""
 from fabkit.parts.assembly import LEFT_OUT_COLOUR, Assembly, LeftOut, Surroundings
 from fabkit.parts.curves import Curves
 from fabkit.parts.frame import Frame
-from fabkit.parts.kind import Cell, Column, Details, Kind, Measure
+from fabkit.parts.kind import Cell, Column, Details, Kind, Measure, in_layer
 from fabkit.parts.material import Material
 from fabkit.parts.parts import Part, Parts
 from fabkit.parts.profiles import bore_vertices, profile_topology, profile_vertices, round_vertices
@@ -42,6 +42,7 @@ __all__ = [
     "Topology",
     "Turns",
     "bore_vertices",
+    "in_layer",
     "moved",
     "other_end",
     "prism_topology",

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fabkit.errors import DetailingError
-from fabkit.parts.kind import Details, Kind
+from fabkit.parts.kind import Details, Kind, in_layer
 from fabkit.parts.parts import Part, Parts
 from geometry.arrays import FloatArray, IntArray, floats
 
@@ -91,6 +91,15 @@ class Assembly:
             if each.kind is kind:
                 return each
         return Parts.of(kind)
+
+    def of_layers(self, kind: Kind[Parts[D]]) -> tuple[Parts[D], ...]:
+        """The parts of a kind in each layer of beams: those of the first one, as by `of`, then those of the others."""
+        others = (each for each in self.groups if each.kind.layer and each.kind.name == each.kind.named(kind.name))
+        return (self.of(kind), *others)
+
+    def beside(self, parts: Parts[Any], kind: Kind[Parts[D]]) -> Parts[D]:
+        """The parts of a kind in the same layer of beams as the given parts, as by `of`."""
+        return self.of(in_layer(kind, parts.kind.layer))
 
     def with_group(self, parts: Parts[Any]) -> Assembly:
         """The assembly with these parts in place of the group of their kind, or after the other groups if it has

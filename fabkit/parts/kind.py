@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
@@ -16,7 +17,7 @@ from fabkit.parts.ragged import Ragged
 from fabkit.parts.symmetry import Symmetry
 from geometry.arrays import FloatArray, floats
 
-__all__ = ["Cell", "Column", "Details", "Kind", "Measure"]
+__all__ = ["Cell", "Column", "Details", "Kind", "Measure", "in_layer"]
 
 Cell = str | int | float | None
 
@@ -112,8 +113,12 @@ class Kind(Generic[P]):
     name: of one part; group: name of all parts of the kind; element: the mesh element of a part. letter: first letter
     of the marks. colour: sRGB red, green and blue, 0 to 1. form: how a viewer draws the part: plates hide what lies
     below them, blocks are small. empty_details: the record for zero parts. symmetry: None for parts without symmetry.
-    one_per_element: whether a mesh element has at most one part. directions: normals of the faces on which
-    beams stand, one for each place of the ring, unit vectors in the parts' own frames; None where no beam does.
+    one_per_element: whether a mesh element has at most one part. apart_by: where it may have several, the fields of the
+    details that tell them apart, whole numbers from 0, if there are such fields. layer: word for the layer of beams and
+    nodes that the parts belong to, with which their names begin; empty for the first layer, and for parts that belong
+    to none. cure: what to do where a part of this kind shares volume with another one, as far as the kind knows it.
+    directions: normals of the faces on which beams stand, one for each place of the ring, unit vectors in the parts'
+    own frames; None where no beam does.
 
     columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words.
     measures: numbers for colours and histograms. labels: one line about each part. The functions for columns and labels
@@ -133,8 +138,44 @@ class Kind(Generic[P]):
     empty_details: Details
     symmetry: Symmetry[P] | None = None
     one_per_element: bool = True
+    apart_by: tuple[str, ...] = ()
+    layer: str = ""
+    cure: str = ""
     columns: Callable[[P, Any], Sequence[Column]]
     measures: Callable[[P], Sequence[Measure]]
     labels: Callable[[P, Any], Sequence[str]]
     stock: Callable[[P], Sequence[str]] | None = None
     directions: Callable[[P], Ragged] | None = None
+
+    def named(self, name: str) -> str:
+        """The name that a kind or a group has in the layer of this kind."""
+        return f"{self.layer} {name}".strip()
+
+
+K = TypeVar("K", bound=Kind[Any])
+
+SHADE_OF_LAYER = 0.72
+"""Brightness of the colour of parts of a further layer, over that of the same parts in the first one."""
+
+
+@cache
+def in_layer(kind: K, layer: str) -> K:
+    """The kind of the same parts in another layer of beams and nodes; the same object for equal arguments.
+
+    >>> from fabkit.kinds import BEAM
+    >>> from fabkit.parts import in_layer
+    >>> lower = in_layer(BEAM, "lower")
+    >>> lower.group, lower.letter, lower.named("nodes"), in_layer(BEAM, "") is BEAM
+    ('lower beams', 'LB', 'lower nodes', True)
+    """
+    if not layer:
+        return kind
+    red, green, blue = (SHADE_OF_LAYER * part for part in kind.colour)
+    return replace(
+        kind,
+        name=f"{layer} {kind.name}",
+        group=f"{layer} {kind.group}",
+        letter=f"{layer[0].upper()}{kind.letter}",
+        colour=(red, green, blue),
+        layer=layer,
+    )

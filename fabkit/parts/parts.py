@@ -196,12 +196,20 @@ class Parts(Sequence[Part], Generic[D]):
 
     def find(self, elements: IntArray) -> IntArray:
         """Position of the part of each of these mesh elements (...), -1 where there is none."""
-        if not len(self):
-            return np.full(np.shape(elements), -1, dtype=np.int64)
-        order = np.argsort(self.elements, kind="stable")
-        place = np.searchsorted(self.elements[order], elements, side="right") - 1
-        found: IntArray = np.where(self.elements[order[place]] == elements, order[place], -1)
-        return found
+        return _positions(self.elements, elements)
+
+    def find_alike(self, parts: IntArray, elements: IntArray) -> IntArray:
+        """(k,) position of the part on each of these mesh elements (k,), -1 where there is none, that agrees with the
+        part at the position given (k,) in all that tells apart the parts of one element: the panel of the same layer
+        and pane on another face."""
+        keys, wanted = self.elements, elements
+        n_elements = int(np.concatenate([keys, wanted]).max(initial=0)) + 1
+        base = np.zeros(len(self), dtype=np.int64)
+        for name in self.kind.apart_by:
+            values = getattr(self.details, name)
+            base = base * (int(values.max(initial=0)) + 1) + values
+        found = _positions(base * n_elements + keys, base[parts] * n_elements + wanted)
+        return np.where(wanted < 0, -1, found)
 
     # --- marks
 
@@ -252,6 +260,16 @@ class Parts(Sequence[Part], Generic[D]):
             replace(batch, vertices=self.origins[batch.parts, None] + batch.vertices @ self.axes[batch.parts])
             for batch in self.solids.by_topology(self.shape)
         ]
+
+
+def _positions(numbers: IntArray, wanted: IntArray) -> IntArray:
+    """The last position of each wanted number (...), -1 where there is none."""
+    if not len(numbers):
+        return np.full(np.shape(wanted), -1, dtype=np.int64)
+    order = np.argsort(numbers, kind="stable")
+    place = np.searchsorted(numbers[order], wanted, side="right") - 1
+    found: IntArray = np.where(numbers[order[place]] == wanted, order[place], -1)
+    return found
 
 
 def _numbered(known: Iterable[Any], given: list[Any]) -> IntArray:

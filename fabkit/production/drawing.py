@@ -15,7 +15,7 @@ import numpy as np
 import shapely
 
 from fabkit.errors import DetailingError
-from fabkit.kinds import LEFT_OUT, NO_NEIGHBOUR, PANEL, PanelDetails, marks_at, panel_outlines
+from fabkit.kinds import LEFT_OUT, NO_NEIGHBOUR, PANEL, PanelDetails, neighbour_names, panel_outlines
 from fabkit.parts import Assembly, Curves, Parts, Ragged
 from fabkit.production.nests import Nest, moved, polygons
 from fabkit.production.strokes import ARROW, text_strokes, text_widths
@@ -189,7 +189,7 @@ def _common_neighbours(panels: Parts[PanelDetails]) -> list[str]:
     and an empty text if not."""
     across = panels.details.neighbours
     numbers: dict[str, int] = {"": 0, NO_NEIGHBOUR: 0, LEFT_OUT: 0}
-    names = marks_at(panels, across.values)
+    names = neighbour_names(panels, panels.marks, LEFT_OUT, NO_NEIGHBOUR)
     number = np.array([numbers.setdefault(name, len(numbers)) for name in names], dtype=np.int64)
     starts = np.concatenate([[0], np.cumsum(across.sizes[panels.firsts])])
     edge = starts[panels.mark[across.row]] + across.place

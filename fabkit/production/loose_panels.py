@@ -62,6 +62,8 @@ def panels_from_outlines(
         mark_names=tuple(outlines),
         mark=np.arange(n),
         details=PanelDetails(
+            layer=np.zeros(n, dtype=np.int64),
+            pane=np.zeros(n, dtype=np.int64),
             thickness_mm=thickness,
             underside_mm=np.zeros(n),
             area_mm2=outline_areas(rows),

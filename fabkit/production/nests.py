@@ -1,5 +1,7 @@
 """Nests: where each panel lies on which sheet. A nest stores placements, not copies of outlines.
 
+The panels of a sheet have one thickness and one material.
+
 A sheet's own frame has x along its length and y along its width, origin in a corner; panels lie on it with their
 outer side up, turned and moved, never mirrored.
 """
@@ -16,7 +18,7 @@ import shapely
 from fabkit.errors import NestingError
 from fabkit.kinds import PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
-from geometry.arrays import FloatArray, short_repr
+from geometry.arrays import FloatArray, IntArray, integers, short_repr
 
 __all__ = [
     "NEST_TOLERANCE_MM",
@@ -28,6 +30,7 @@ __all__ = [
     "moved",
     "outline_areas",
     "polygons",
+    "stock_numbers",
     "turned",
 ]
 
@@ -140,14 +143,27 @@ def outline_areas(outlines: Ragged) -> FloatArray:
     return areas
 
 
+def stock_numbers(panels: Parts[PanelDetails]) -> IntArray:
+    """(n,) the stock from which each panel is cut, by its thickness and material, numbered from 0 in the order of the
+    panels."""
+    keys = np.stack([panels.details.thickness_mm, panels.material], axis=1)
+    _, first, kind = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    return integers(np.argsort(np.argsort(first))[kind])
+
+
 def check_nest(nest: Nest, panels: Parts[PanelDetails]) -> None:
-    """Raise a NestingError, with marks and values, unless each panel lies once, inside its sheet less the border,
-    and apart from its neighbours by the gap; all to NEST_TOLERANCE_MM."""
+    """Raise a NestingError, with marks and values, unless each panel lies once, on a sheet of its stock, inside it less
+    the border, and apart from its neighbours by the gap; all to NEST_TOLERANCE_MM."""
     if [placement.panel for placement in nest.placements] != list(range(len(panels))):
         raise NestingError(f"the nest places {len(nest.placements)} panels in a wrong order or number, "
                            f"there are {len(panels)}; each panel must be placed once")  # fmt: skip
     if not len(panels):
         return
+    sheets, stocks = np.array([placement.sheet for placement in nest.placements]), stock_numbers(panels)
+    of_sheets = np.unique(np.stack([sheets, stocks], axis=1), axis=0)[:, 0]
+    if len(mixed := of_sheets[1:][np.diff(of_sheets) == 0]):
+        marks = ", ".join(dict.fromkeys(panels.marks[k] for k in np.flatnonzero(sheets == mixed[0])[:10].tolist()))
+        raise NestingError(f"sheet {mixed[0] + 1} has panels that differ in thickness or material: {marks}")
     outlines = panel_outlines(panels)
     angles = np.deg2rad([place.angle_deg for place in nest.placements])[outlines.row]
     cosines, sines = np.cos(angles), np.sin(angles)

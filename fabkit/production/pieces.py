@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL
+from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL, BeamDetails, NodeDetails, neighbour_names
 from fabkit.parts import Assembly, Cell, Column, Parts
 from fabkit.production.cut_lists import Table
 from fabkit.production.marks import KeptMarks, mark_points
@@ -41,8 +41,8 @@ def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "pa
     return (
         _stacked("pieces", [_pieces(parts, assembly, nest, panel_file) for parts in assembly.groups]),
         _stacked("placements", [_placements(parts, assembly.origin_mm) for parts in assembly.groups]),
-        _survey(assembly),
-        _node_facets(assembly),
+        _stacked("survey", [_survey(nodes, assembly.origin_mm) for nodes in assembly.of_layers(NODE)]),
+        _stacked("node_facets", [_node_facets(nodes, assembly) for nodes in assembly.of_layers(NODE)]),
         _panel_edges(assembly),
     )
 
@@ -75,7 +75,7 @@ def _pieces(parts: Parts[Any], assembly: Assembly, nest: Nest | None, panel_file
     """What each part is, the nodes at its ends, its mass, its file and its place on a sheet."""
     n, pattern = len(parts), panel_file if parts.kind is PANEL else "parts/{}.step"
     ends = np.full((n, 2), -1)
-    if parts.kind is BEAM:
+    if isinstance(parts.details, BeamDetails):
         ends = parts.details.nodes
     elif parts.kind.element == "vertex":
         ends[:, 0] = parts.elements
@@ -88,8 +88,8 @@ def _pieces(parts: Parts[Any], assembly: Assembly, nest: Nest | None, panel_file
         Column("Mark", None, parts.marks),
         Column("Kind", None, [parts.kind.name] * n),
         Column("Element", 0, parts.elements.tolist()),
-        Column("Node A", None, _named(assembly.of(NODE), ends[:, 0])),
-        Column("Node B", None, _named(assembly.of(NODE), ends[:, 1])),
+        Column("Node A", None, _named(assembly.beside(parts, NODE), ends[:, 0])),
+        Column("Node B", None, _named(assembly.beside(parts, NODE), ends[:, 1])),
         Column("Mass (kg)", 3, parts.masses_kg.tolist()),
         Column("File", None, [pattern.format(mark) for mark in parts.marks]),
         Column("Sheet", 0, sheet[0]),
@@ -113,47 +113,40 @@ def _placements(parts: Parts[Any], origin_mm: FloatArray) -> list[Column]:
     ]
 
 
-def _survey(assembly: Assembly) -> Table:
-    """One row for each node: its point on the mesh, at the coordinates of the mesh file, its axis outwards, and the
+def _survey(nodes: Parts[NodeDetails], origin_mm: FloatArray) -> list[Column]:
+    """Of each node its point on the mesh of its layer, at the coordinates of the mesh file, its axis outwards, and the
     heights of the block's top and bottom along it from that point."""
-    nodes = assembly.of(NODE)
     heights = nodes.solids.vertices.with_values(nodes.solids.vertices.values[:, 2])[nodes.shape]
-    return _table(
-        "survey",
-        [
-            Column("Node", None, nodes.piece_names),
-            Column("Mark", None, nodes.marks),
-            *_points("Point", nodes.origins + assembly.origin_mm),
-            *_directions("Axis", nodes.axes[:, 2]),
-            Column("Top (mm)", COORDINATE_DECIMALS, heights.reduced(np.maximum).tolist()),
-            Column("Bottom (mm)", COORDINATE_DECIMALS, heights.reduced(np.minimum).tolist()),
-        ],
-    )
+    return [
+        Column("Node", None, nodes.piece_names),
+        Column("Mark", None, nodes.marks),
+        *_points("Point", nodes.origins + origin_mm),
+        *_directions("Axis", nodes.axes[:, 2]),
+        Column("Top (mm)", COORDINATE_DECIMALS, heights.reduced(np.maximum).tolist()),
+        Column("Bottom (mm)", COORDINATE_DECIMALS, heights.reduced(np.minimum).tolist()),
+    ]
 
 
-def _node_facets(assembly: Assembly) -> Table:
-    """One row for each facet of each node, counted from 1 counter-clockwise seen from outside, with the beam there and
-    the end of the beam that meets it."""
-    nodes, beams = assembly.of(NODE), assembly.of(BEAM)
+def _node_facets(nodes: Parts[NodeDetails], assembly: Assembly) -> list[Column]:
+    """Of each facet of each node, counted from 1 counter-clockwise seen from outside, the beam there and the end of the
+    beam that meets it."""
+    beams = assembly.beside(nodes, BEAM)
     own = nodes.details
     around, row = own.beams, own.beams.row
     met = beams.find(around.values)
     heads = np.append(beams.details.nodes[:, 0], -1)[met] == nodes.elements[row]
     ends = ["" if k < 0 else "A" if head else "B" for k, head in zip(met.tolist(), heads, strict=True)]
     names, marks = nodes.piece_names, nodes.marks
-    return _table(
-        "node_facets",
-        [
-            Column("Node", None, [names[k] for k in row.tolist()]),
-            Column("Mark", None, [marks[k] for k in row.tolist()]),
-            Column("Facet", 0, (around.place + 1).tolist()),
-            Column("Beam", None, _named(beams, around.values)),
-            Column("End", None, ends),
-            Column("Azimuth (deg)", 3, own.azimuths_deg.values.tolist()),
-            Column("Setback (mm)", 3, own.setbacks_mm.values.tolist()),
-            Column("Inclination (deg)", 3, own.inclinations_deg.values.tolist()),
-        ],
-    )
+    return [
+        Column("Node", None, [names[k] for k in row.tolist()]),
+        Column("Mark", None, [marks[k] for k in row.tolist()]),
+        Column("Facet", 0, (around.place + 1).tolist()),
+        Column("Beam", None, _named(beams, around.values)),
+        Column("End", None, ends),
+        Column("Azimuth (deg)", 3, own.azimuths_deg.values.tolist()),
+        Column("Setback (mm)", 3, own.setbacks_mm.values.tolist()),
+        Column("Inclination (deg)", 3, own.inclinations_deg.values.tolist()),
+    ]
 
 
 def _panel_edges(assembly: Assembly) -> Table:
@@ -174,7 +167,7 @@ def _panel_edges(assembly: Assembly) -> Table:
             Column("Corner (deg)", 3, own.corner_angles_deg.values.tolist()),
             Column("Dihedral (deg)", 3, dihedrals),
             Column("Beam", None, _named(assembly.of(BEAM), own.beams.values)),
-            Column("Neighbour", None, _named(panels, own.neighbours.values)),
+            Column("Neighbour", None, neighbour_names(panels, names, LEFT_OUT, "")),
         ],
     )
 

@@ -16,7 +16,17 @@ from fabkit.kinds import PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
 from fabkit.production.guillotine import RECTANGLE_ROUNDING_MM, Guillotine
 from fabkit.production.irregular import Engine, installed_engine, suits_engines
-from fabkit.production.nests import Nest, Placement, Sheet, Stock, check_nest, moved, outline_areas, polygons
+from fabkit.production.nests import (
+    Nest,
+    Placement,
+    Sheet,
+    Stock,
+    check_nest,
+    moved,
+    outline_areas,
+    polygons,
+    stock_numbers,
+)
 from geometry.arrays import FloatArray
 from geometry.errors import described
 
@@ -37,7 +47,8 @@ def nest_panels(
     seconds: float = 60.0,
     progress: Callable[[float, str], None] | None = None,
 ) -> Nest:
-    """Lay all panels on as few sheets as can be found, turned but never mirrored.
+    """Lay all panels on as few sheets as can be found, turned but never mirrored. Panels that differ in thickness or
+    material lie on different sheets.
 
     mode "quick": the smallest rectangles of the panels, cut from edge to edge; deterministic. mode "best": starts from
     the quick nest and spends up to about `seconds` on placing the outlines themselves closer together with
@@ -45,8 +56,8 @@ def nest_panels(
     that found the nest; the result depends on the speed of the computer. progress is called with the fraction done and
     a sentence. All gaps and borders of the result have been checked.
 
-    Raises NestingError where a panel fits on no sheet, panels differ in thickness or material, an outline crosses
-    itself, the sheet, gap or border is invalid, or no engine is installed for best.
+    Raises NestingError where a panel fits on no sheet, an outline crosses itself, the sheet, gap or border is invalid,
+    or no engine is installed for best.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -66,12 +77,15 @@ def nest_panels(
     guillotine = Guillotine.of(outlines, stock)
     _check_sizes(panels, guillotine)
     areas = outline_areas(outlines)
-    fillings, name = guillotine.sheets(np.arange(len(panels))), "guillotine"
-    if engine is not None:
-        improved = _improved(guillotine, engine, fillings, areas, seconds, progress)
-        if improved is not fillings:
-            fillings, name = improved, engine.name
-    fillings = sorted(fillings, key=lambda filling: -_area(filling, areas))
+    fillings, name, stocks = [], "guillotine", stock_numbers(panels)
+    for number in range(int(stocks.max()) + 1):
+        alike = np.flatnonzero(stocks == number)
+        own = guillotine.sheets(alike)
+        if engine is not None:
+            share = seconds * float(areas[alike].sum() / areas.sum())
+            improved = _improved(guillotine, engine, own, areas, share, progress)
+            own, name = (own, name) if improved is own else (improved, engine.name)
+        fillings += sorted(own, key=lambda filling: -_area(filling, areas))
     placements = [replace(place, sheet=k) for k, filling in enumerate(fillings) for place in filling]
     placements.sort(key=lambda place: place.panel)
     nest = Nest(sheet, gap_mm, border_mm, tuple(placements), name, float(areas.sum()))
@@ -153,12 +167,7 @@ def _check_stock(stock: Stock) -> None:
 
 
 def _check_panels(panels: Parts[PanelDetails], outlines: Ragged) -> None:
-    """Raise NestingError for panels of several thicknesses or materials, and for invalid outlines."""
-    kinds = np.unique(np.stack([panels.details.thickness_mm, panels.material], axis=1), axis=0)
-    if len(kinds) > 1:
-        of_stock = sorted((thickness, panels.materials[int(material)].name) for thickness, material in kinds.tolist())
-        names = ", ".join(f"{thickness:g} mm {material}" for thickness, material in of_stock)
-        raise NestingError(f"panels of {names} cannot share sheets; nest each thickness and material separately")
+    """Raise NestingError for invalid outlines."""
     shapes = polygons(outlines)
     finite = np.isfinite(outlines.with_values(outlines.values.sum(axis=1)).reduced(np.add))
     valid = finite & shapely.is_valid(shapes) & (shapely.area(shapes) > 0)

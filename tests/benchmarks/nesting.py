@@ -37,6 +37,8 @@ def _panel(mark: str, outline: np.ndarray) -> Part:
     edges = np.roll(outline, -1, axis=0) - outline
     solid = Solid(prism_vertices(outline, 0.0, 8.0), prism_topology(n))
     details = PanelDetails(
+        layer=0,
+        pane=0,
         thickness_mm=8.0, underside_mm=0.0, area_mm2=solid.volume_mm3 / 8.0,
         edge_lengths_mm=tuple(np.linalg.norm(edges, axis=1)), corner_angles_deg=(0.0,) * n,
         dihedrals_deg=(0.0,) * n, beams=(0,) * n, neighbours=(-1,) * n,

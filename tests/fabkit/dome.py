@@ -138,6 +138,8 @@ def make_panel(face: int, corners: FloatArray, beams: tuple[int, ...]) -> Part:
         material=GLASS,
         element=face,
         details=PanelDetails(
+            layer=0,
+            pane=0,
             thickness_mm=THICKNESS,
             underside_mm=LIFT,
             area_mm2=0.0,

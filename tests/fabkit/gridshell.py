@@ -162,6 +162,8 @@ def panel(vertices: FloatArray, marks: Marks, face: int, corners: IntArray, edge
         material=GLASS,
         element=face,
         details=PanelDetails(
+            layer=0,
+            pane=0,
             thickness_mm=THICKNESS,
             underside_mm=LIFT,
             area_mm2=solid.volume_mm3 / THICKNESS,

@@ -57,6 +57,8 @@ def plate(
         material=GLASS,
         element=element,
         details=PanelDetails(
+            layer=0,
+            pane=0,
             thickness_mm=thickness,
             underside_mm=10.0,
             area_mm2=solid.volume_mm3 / thickness,

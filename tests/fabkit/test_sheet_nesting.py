@@ -255,10 +255,17 @@ def test_invalid_panels_are_refused() -> None:
     bow = plate("P002", SQUARE[[0, 2, 1, 3]])
     with pytest.raises(NestingError, match=r"cross themselves .* panels P002"):
         nest_panels(Parts.of(PANEL, [plate("P001", SQUARE), bow]), SHEET, gap_mm=10, border_mm=15)
-    with pytest.raises(NestingError, match="6 mm glass, 8 mm glass cannot share sheets"):
-        nest_panels(
-            Parts.of(PANEL, [plate("P001", SQUARE, thickness=6.0), plate("P002", SQUARE)]), SHEET, gap_mm=1, border_mm=1
-        )
+
+
+def test_panels_of_different_stock_lie_on_different_sheets() -> None:
+    """Four squares of 6 and 8 mm, by turns, would fit on one sheet."""
+    some = [plate(f"P00{k}", SQUARE, thickness=6.0 + 2 * (k % 2)) for k in range(4)]
+    panels = Parts.of(PANEL, some)
+    nest = nest_panels(panels, SHEET, gap_mm=10, border_mm=15)
+    assert [place.sheet for place in nest.placements] == [0, 1, 0, 1]
+    mixed = tuple(replace(place, sheet=0) for place in nest.placements)
+    with pytest.raises(NestingError, match="sheet 1 has panels that differ in thickness or material: P000, P001"):
+        check_nest(replace(nest, placements=mixed), panels)
 
 
 @settings(deadline=None, max_examples=30)

@@ -64,11 +64,13 @@ def _bar(finding: Finding) -> str:
 
 def _buttons(finding: Finding, assembly: Assembly) -> str:
     """Buttons that show the parts on the elements concerned in the model."""
-    marks: dict[int, str] = {}
-    for group in assembly.groups:
-        if group.kind.element == finding.noun:
-            marks = dict(zip(group.elements.tolist(), group.marks, strict=True)) | marks
-    found = list(dict.fromkeys(marks[element] for element in finding.elements if element in marks))
+    groups = [group for group in assembly.groups if group.kind.element == finding.noun][:1]
+    marks: dict[int, list[str]] = {}
+    for element, mark in (
+        (e, m) for group in groups for e, m in zip(group.elements.tolist(), group.marks, strict=True)
+    ):
+        marks.setdefault(element, []).append(mark)
+    found = list(dict.fromkeys(mark for element in finding.elements for mark in marks.get(element, ())))
     if not found:
         return ""
     buttons = " ".join(

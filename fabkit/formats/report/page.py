@@ -180,17 +180,17 @@ def _mended(summary: Summary) -> str:
 
 def _deviations(summary: Summary, assembly: Assembly) -> str:
     """Median, 95th percentile and maximum of values that are zero for an ideal mesh, and the part with the maximum."""
-    beams, nodes = assembly.of(BEAM), assembly.of(NODE)
     rows = []
-    if len(nodes):
-        own = nodes.details
-        rows.append(_deviation("Step between beam tops at a node, mm", own.top_step_mm, ".2f", nodes))
-        title = "Misalignment of the beams at the node axis, mm"
+    for nodes in (nodes for nodes in assembly.of_layers(NODE) if len(nodes)):
+        own, which = nodes.details, nodes.kind.name
+        rows.append(_deviation(f"Step between beam tops at a {which}, mm", own.top_step_mm, ".2f", nodes))
+        title = f"Misalignment of the beams at the axis of a {which}, mm"
         rows.append(_deviation(title, own.axis_misalignment_mm, ".2f", nodes))
-    if len(beams):
-        deviation = np.abs(beams.details.height_deviation_mm)
-        rows.append(_deviation("Deviation of the parallel meshes from the beam height, mm", deviation, ".2f", beams))
-        rows.append(_deviation("Twist of a beam, °", np.abs(beams.details.twist_deg), ".1e", beams))
+    for beams in (beams for beams in assembly.of_layers(BEAM) if len(beams)):
+        which, deviation = beams.kind.name, np.abs(beams.details.height_deviation_mm)
+        title = f"Deviation of the parallel meshes from the height of a {which}, mm"
+        rows.append(_deviation(title, deviation, ".2f", beams))
+        rows.append(_deviation(f"Twist of a {which}, °", np.abs(beams.details.twist_deg), ".1e", beams))
     return "\n".join(rows)
 
 
