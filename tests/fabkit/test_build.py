@@ -133,7 +133,8 @@ def test_the_manifest_tells_what_was_done(made: tuple[Path, Built]) -> None:
 def test_the_same_input_gives_the_same_bytes(made: tuple[Path, Built], tmp_path: Path) -> None:
     """In another process, where hashes of strings are others."""
     again = tmp_path / "again"
-    script = f"from fabkit import Project, build; build(Project(mesh={str(ROOF)!r}, unit='m', out={str(again)!r}))"
+    settings = f"mesh={str(ROOF)!r}, unit='m', out={str(again)!r}, equal_within_mm=1e-7"
+    script = f"from fabkit import Project, build; build(Project({settings}))"
     subprocess.run([sys.executable, "-c", script], check=True)
     first = {p.relative_to(made[0]): p for p in made[0].rglob("*") if p.is_file()}
     second = {p.relative_to(again): p for p in again.rglob("*") if p.is_file()}
