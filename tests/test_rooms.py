@@ -485,6 +485,11 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "sheet_nesting summary",
         "facts",
     ),
+    "fabkit.formats.finished": (
+        "contents",
+        "dxf_checks earlier_marks picture_checks step_checks",
+        "differences folder_checks",
+    ),
     "fabkit.formats.step": ("text solid", "entities", "writer", "files"),
     "fabkit.formats": (
         "legend_table occt_solids",
