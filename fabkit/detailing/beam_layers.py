@@ -10,11 +10,12 @@ import numpy as np
 
 from fabkit.detailing.beams import BeamShapes, beam_shapes, height_range, make_beams
 from fabkit.detailing.bolted import bolted_nodes, fasteners
-from fabkit.detailing.drilling import bored_along_axis
 from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.going_in import going_in_gaps
 from fabkit.detailing.hubs import caps, on_tubes
 from fabkit.detailing.joining import not_joinable
 from fabkit.detailing.nodes import NodeShapes, make_nodes
+from fabkit.detailing.shapes.drilling import bored_along_axis
 from fabkit.parts import Parts, in_layer
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray
@@ -77,7 +78,8 @@ def layer_parts(
     for it, as in `Kind`."""
     edges, vertices = np.flatnonzero(made), np.flatnonzero(np.diff(ends.ring_starts) > 0)
     steel = rules.material(rules.nodes.material)
-    beams = make_beams(structure, ends, shapes, edges, rules, rules.material(rules.beams.material))
+    gaps = going_in_gaps(ends, nodes, rules.beams)
+    beams = make_beams(structure, ends, shapes, edges, gaps, rules, rules.material(rules.beams.material))
     blocks = make_nodes(structure, ends, nodes, vertices, rules.beams, steel)
     kind, axial = rules.connection.kind, rules.connection.axial_bore_mm
     if axial > 0 and kind != "hub":
