@@ -183,6 +183,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.formats.finished": {
         "fabkit.document_rules",
         "fabkit.formats",
+        "fabkit.formats.report",
         "fabkit.formats.step",
         "fabkit.production",
         "fabkit.parts",
