@@ -242,7 +242,9 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh",
         "geometry.errors",
     },
+    "fabkit.refused_settings": {"fabkit.wording"},
     "fabkit.project": {
+        "fabkit.refused_settings",
         "fabkit.mark_rules",
         "fabkit.document_rules",
         "fabkit.surface",
