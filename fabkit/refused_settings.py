@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from difflib import get_close_matches
 from itertools import accumulate
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 from pydantic import BaseModel, ValidationError
 
@@ -26,7 +27,8 @@ MAX_PROBLEM_LETTERS = 400
 
 
 def problems(error: ValidationError, project: type[BaseModel]) -> str:
-    """What is wrong with the settings of a project: The first, and as many more as three lines of a terminal have room for; of the rest, how many there are."""
+    """What is wrong with the settings of a project, an object of this class: the first, and as many more as three lines
+    of a terminal have room for; of the rest, how many there are."""
     sentences = [_sentence(dict(problem), project) for problem in error.errors()]
     lengths = accumulate(len(sentence) + 2 for sentence in sentences)
     count = max(1, sum(length <= MAX_PROBLEM_LETTERS for length in lengths))
@@ -34,9 +36,9 @@ def problems(error: ValidationError, project: type[BaseModel]) -> str:
     return "; ".join(sentences[:count]) + (f"; and {more} more things" if more else "")
 
 
-def _table(parent: str) -> Any:
+def _table(parent: str, project: type[BaseModel]) -> Any:
     """The class of a table, by its name with dots: a field of a project, or of one of its tables."""
-    table: Any = Project
+    table: Any = project
     for name in parent.split(".") if parent else ():
         if not name.isdecimal():
             found = get_type_hints(table)[name]
@@ -48,7 +50,7 @@ def _sentence(problem: dict[str, Any], project: type[BaseModel]) -> str:
     where = ".".join(str(part) for part in problem["loc"])
     if problem["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
         parent, _, key = where.rpartition(".")
-        known = list(get_type_hints(_table(parent)))
+        known = list(get_type_hints(_table(parent, project)))
         close = get_close_matches(key, known, n=1, cutoff=0.5)
         place = f"[{parent}]" if parent else "the project"
         hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
