@@ -491,7 +491,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.kinds": ("columns", "beams caps fasteners fins nodes panels plain", "struts"),
+    "fabkit.kinds": ("columns faces", "beams caps fasteners fins nodes panels plain", "struts"),
     "fabkit.production": (
         "erection strokes",
         "cut_lists drawing",
