@@ -125,8 +125,15 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.kinds": {"fabkit.parts", "geometry.arrays"},
     "fabkit.connections": {"fabkit.errors", "geometry.arrays"},
     "fabkit.lengths": set(),
+    "fabkit.connection_rules": {"fabkit.connections", "fabkit.lengths", "fabkit.parts"},
     "fabkit.fin_rules": {"fabkit.lengths"},
-    "fabkit.rules": {"fabkit.connections", "fabkit.fin_rules", "fabkit.lengths", "fabkit.parts", "fabkit.wording"},
+    "fabkit.rules": {
+        "fabkit.connection_rules",
+        "fabkit.fin_rules",
+        "fabkit.lengths",
+        "fabkit.parts",
+        "fabkit.wording",
+    },
     "fabkit.fitness": {
         "fabkit.kinds",
         "fabkit.parts",
