@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from fabkit.parts import Measures, Parts, SolidArray
 from geometry.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from fabkit.kinds.nodes import NodeDetails
-    from fabkit.kinds.panels import PanelDetails
 
 __all__ = ["FaceNames", "beam_faces", "node_faces", "panel_faces"]
 
@@ -40,7 +36,7 @@ def beam_faces(beams: Parts[Any], solids: SolidArray) -> FaceNames:
     return names
 
 
-def node_faces(nodes: Parts[NodeDetails], solids: SolidArray) -> FaceNames:
+def node_faces(nodes: Parts[Any], solids: SolidArray) -> FaceNames:
     """OUTSIDE and FACET 1, 2, ..., numbered as in the table of facets.
 
     >>> from fabkit import Project, design
@@ -66,7 +62,7 @@ def node_faces(nodes: Parts[NodeDetails], solids: SolidArray) -> FaceNames:
     return names
 
 
-def panel_faces(panels: Parts[PanelDetails], solids: SolidArray) -> FaceNames:
+def panel_faces(panels: Parts[Any], solids: SolidArray) -> FaceNames:
     """OUTSIDE and, of prisms, EDGE 1, 2, ..., numbered as in the table of edges.
 
     >>> from fabkit import Project, design
