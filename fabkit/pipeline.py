@@ -10,6 +10,7 @@ import numpy as np
 
 from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
+from fabkit.drilling import stamped
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
 from fabkit.fitness.parts import block_heights, mitres_of, sheets, slots, uncovered, underside
@@ -118,7 +119,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
         within = max(project.equal_within_mm, COPY_ROUNDING * file.rounding * scale)
-        assembly = share_equal_parts(detailed.assembly, within_mm=within)
+        assembly = stamped(share_equal_parts(detailed.assembly, within_mm=within))
         assembly = replace(assembly, origin_mm=file.origin * scale)
     with stages("Nest"):
         reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)

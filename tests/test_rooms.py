@@ -151,9 +151,11 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.gauss",
         "geometry.arrays",
     },
+    "fabkit.drilling": {"fabkit.checking", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
     "fabkit.detailing": {
         "fabkit.checking",
         "fabkit.connections",
+        "fabkit.drilling",
         "fabkit.fitness",
         "fabkit.kinds",
         "fabkit.parts",
@@ -298,6 +300,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.formats",
         "fabkit.production",
         "fabkit.detailing",
+        "fabkit.drilling",
         "fabkit.fitness",
         "fabkit.kinds",
         "fabkit.parts",
@@ -461,7 +464,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "panel_bounds",
     ),
     "fabkit.detailing": (
-        "setbacks bars drilling",
+        "setbacks bars",
         "ends",
         "beams joining",
         "hubs fins",
@@ -472,7 +475,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.kinds": ("columns", "beams caps fasteners fins nodes panels plain", "struts"),
+    "fabkit.kinds": ("columns look_alikes", "beams caps fasteners fins nodes panels plain", "struts"),
     "fabkit.production": (
         "nests equal_shapes remaining_rectangles",
         "strokes",

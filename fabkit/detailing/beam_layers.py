@@ -10,11 +10,11 @@ import numpy as np
 
 from fabkit.detailing.beams import BeamShapes, beam_shapes, height_range, make_beams
 from fabkit.detailing.bolted import bolted_nodes, fasteners
-from fabkit.detailing.drilling import bored_along_axis
 from fabkit.detailing.ends import Ends, beam_ends
 from fabkit.detailing.hubs import caps, on_tubes
 from fabkit.detailing.joining import not_joinable
 from fabkit.detailing.nodes import NodeShapes, make_nodes
+from fabkit.drilling import bored_along_axis
 from fabkit.parts import Parts, in_layer
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray
