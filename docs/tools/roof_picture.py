@@ -8,7 +8,7 @@ import numpy as np
 
 from docs.tools.drawing import BLUE, CLAY, Panel, Shapes, View, draw_page, polygons
 from fabkit import Project, design
-from fabkit.formats.triangles import facets
+from fabkit.formats.shown.triangles import facets
 from fabkit.parts import Assembly
 
 __all__ = ["draw_roof"]

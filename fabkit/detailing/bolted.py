@@ -15,7 +15,7 @@ import numpy as np
 from fabkit.detailing.beams import end_levels
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import facet_sides
-from fabkit.drilling import BLIND, Bores, drilled
+from fabkit.detailing.shapes.drilling import BLIND, Bores, drilled
 from fabkit.kinds import BOLT, DOWEL, END_PLATE, BoltDetails, DowelDetails, EndPlateDetails, NodeDetails
 from fabkit.parts import (
     SHAFT,

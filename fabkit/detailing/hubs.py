@@ -9,7 +9,7 @@ import numpy as np
 
 from fabkit.detailing.beams import end_levels
 from fabkit.detailing.ends import Ends
-from fabkit.drilling import DOT_INSET_MM, drilled_dots
+from fabkit.detailing.shapes.dots import DOT_INSET_MM, drilled_dots
 from fabkit.kinds import CAP, CapDetails, NodeDetails
 from fabkit.parts import Material, Parts, Ragged, Solids, Topology, bore_vertices, shaft_topology
 from fabkit.rules import ConnectionRules, DetailingRules

@@ -10,7 +10,7 @@ import numpy as np
 from fabkit.fitness.finding import named
 from fabkit.kinds import PANEL
 from fabkit.parts import Assembly
-from fabkit.production.nests import Nest
+from fabkit.production.nesting.nests import Nest
 from fabkit.production.summary import GivenGaussImage, OptimisedGaussImage, Summary, SurfaceSummary
 from geometry.errors import listed
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from fabkit.checking.bore_distances import drilling_faults
-from fabkit.drilling.bores import BLIND, Bores, drilled
+from fabkit.detailing.shapes.drilling import BLIND, Bores, drilled
 from fabkit.kinds import CAP, NODE, NodeDetails
 from fabkit.parts import Assembly, Parts, Solids
 from geometry.arrays import FloatArray, IntArray
@@ -41,7 +41,7 @@ def stamped(assembly: Assembly) -> Assembly:
     stay as they are.
 
     >>> from fabkit import Project, design
-    >>> from fabkit.drilling import stamped
+    >>> from fabkit.detailing.shapes.dots import stamped
     >>> from geometry.mesh.shapes import dome
     >>> from fabkit.detailing import detail
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
@@ -73,7 +73,7 @@ def drilled_dots(solids: Solids, chosen: IntArray, reach: FloatArray) -> Solids:
     """Solids with dots in the outer ends of the chosen ones (k,), at the distances reach (k,) in mm along x from z, as
     far as there is room for them beside edges and bores.
 
-    >>> from fabkit.drilling import drilled_dots
+    >>> from fabkit.detailing.shapes.dots import drilled_dots
     >>> from fabkit.parts import Solids, prism_topology, prism_vertices
     >>> square = np.array([[-30, -30], [30, -30], [30, 30], [-30, 30]])
     >>> blocks = Solids.alike(prism_vertices(np.stack([square, square]), 0.0, 100.0), prism_topology(4))

@@ -21,7 +21,7 @@ class Bores:
     the second one BLIND inside; starts, stops (K, 3): ends of the axes in mm, in the frames of the solids; radii (K,)
     in mm; across (K, 3): directions not along the axes, towards which the rims lie.
 
-    >>> from fabkit.drilling import BLIND, Bores
+    >>> from fabkit.detailing.shapes.drilling import BLIND, Bores
     >>> x, z = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
     >>> Bores(np.array([0]), np.array([[1, BLIND]]), 20 * z, 8 * z, np.array([4.0]), across=x).radii.tolist()
     [4.0]
@@ -38,7 +38,7 @@ class Bores:
 def drilled(solids: Solids, bores: Bores) -> Solids:
     """The solids with these bores, in their order. Solids of one topology with bores in the same faces share one.
 
-    >>> from fabkit.drilling import BLIND, Bores, drilled
+    >>> from fabkit.detailing.shapes.drilling import BLIND, Bores, drilled
     >>> from fabkit.parts import Ragged, Solids
     >>> block = Solids.prisms(Ragged.of([[[-30, -30], [30, -30], [30, 30], [-30, 30]]], shape=(2,)), [0], [20])
     >>> x, z = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
@@ -72,7 +72,7 @@ def drilled(solids: Solids, bores: Bores) -> Solids:
 def bored_along_axis(prisms: Solids, diameter: float) -> Solids:
     """Upright prisms with square ends, as of `Solids.prisms`, with a bore of this diameter about their z axes.
 
-    >>> from fabkit.drilling import bored_along_axis
+    >>> from fabkit.detailing.shapes.drilling import bored_along_axis
     >>> from fabkit.parts import Ragged, Solids
     >>> block = Solids.prisms(Ragged.of([[[-30, -30], [30, -30], [30, 30], [-30, 30]]], shape=(2,)), [0], [20])
     >>> len(bored_along_axis(block, 22.0).topologies[0].rounds)
