@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabkit.parts import Ragged
-from geometry.arrays import BoolArray, FloatArray
+from fabkit.parts import BORE, Ragged, Topology
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["look_alikes"]
+__all__ = ["OUTER_END", "dot_vertices", "look_alikes"]
 
 LOOK_ALIKE_DEG = 2.0
 """Difference of directions in degrees up to which a turned node looks like the one that is not turned: over the 60 mm
@@ -20,6 +20,23 @@ of a beam of 3 m is then off by 0.05 mm."""
 HARMLESS_SETBACK_MM = 0.01
 """Difference of setbacks in mm up to which a turned node is as good as the one that is not turned, a tenth of what a
 saw keeps."""
+
+
+OUTER_END = 1
+"""Number of the outer end among the faces of blocks and caps."""
+
+
+def dot_vertices(topology: Topology) -> IntArray:
+    """(k,) the vertices of the dot in the outer end of a node, which is no part of what its mark is recognised by.
+
+    >>> from fabkit.kinds.look_alikes import dot_vertices
+    >>> from fabkit.parts import prism_topology
+    >>> dot_vertices(prism_topology(4).bored([(0, 1), (1, None)])).tolist()
+    [12, 13, 14, 15]
+    """
+    rounds = topology.rounds
+    is_dot = (rounds[:, 4] == OUTER_END) & (rounds[:, 5] > OUTER_END) & (rounds[:, 6] == BORE)
+    return np.asarray(rounds[is_dot, :4].ravel())
 
 
 def look_alikes(azimuths_deg: Ragged, inclinations_deg: Ragged, setbacks_mm: Ragged) -> tuple[BoolArray, BoolArray]:

@@ -9,6 +9,7 @@ import numpy as np
 from fabkit.checking.bore_distances import drilling_faults
 from fabkit.detailing.shapes.drilling import BLIND, Bores, drilled
 from fabkit.kinds import CAP, NODE, NodeDetails
+from fabkit.kinds.look_alikes import OUTER_END
 from fabkit.parts import Assembly, Parts, Solids
 from geometry.arrays import FloatArray, IntArray
 
@@ -28,9 +29,6 @@ nearer to facet 1 than to any other."""
 LEAST_OTHER_FACET_MM = 15.0
 """Minimum distance in mm of the middle of the dot from the planes of other facets than the first: half as much again
 as from facet 1, so that nobody doubts which one it is."""
-
-OUTER_END = 1
-"""Number of the outer end among the faces of blocks and caps."""
 
 
 def stamped(assembly: Assembly) -> Assembly:
