@@ -168,7 +168,13 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.mark_rules": set(),
-    "fabkit.production.marks": {"fabkit.mark_rules", "fabkit.parts", "geometry.mesh", "geometry.arrays"},
+    "fabkit.production.marks": {
+        "fabkit.mark_rules",
+        "fabkit.kinds",
+        "fabkit.parts",
+        "geometry.mesh",
+        "geometry.arrays",
+    },
     "fabkit.production.nesting": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", *GROUND},
     "fabkit.production": {
         "fabkit.production.marks",

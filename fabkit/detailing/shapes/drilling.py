@@ -40,7 +40,8 @@ def drilled(solids: Solids, bores: Bores) -> Solids:
 
     >>> from fabkit.detailing.shapes.drilling import BLIND, Bores, drilled
     >>> from fabkit.parts import Ragged, Solids
-    >>> block = Solids.prisms(Ragged.of([[[-30, -30], [30, -30], [30, 30], [-30, 30]]], shape=(2,)), [0], [20])
+    >>> square = Ragged.of([[[-30, -30], [30, -30], [30, 30], [-30, 30]]], shape=(2,))
+    >>> block = Solids.prisms(square, np.zeros(1), np.full(1, 20.0))
     >>> x, z = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
     >>> bored = drilled(block, Bores(np.array([0]), np.array([[1, BLIND]]), 20 * z, 8 * z, np.array([4.0]), across=x))
     >>> (block.volumes - bored.volumes).round(3).tolist(), round(np.pi * 4**2 * 12, 3)
@@ -74,7 +75,8 @@ def bored_along_axis(prisms: Solids, diameter: float) -> Solids:
 
     >>> from fabkit.detailing.shapes.drilling import bored_along_axis
     >>> from fabkit.parts import Ragged, Solids
-    >>> block = Solids.prisms(Ragged.of([[[-30, -30], [30, -30], [30, 30], [-30, 30]]], shape=(2,)), [0], [20])
+    >>> square = Ragged.of([[[-30, -30], [30, -30], [30, 30], [-30, 30]]], shape=(2,))
+    >>> block = Solids.prisms(square, np.zeros(1), np.full(1, 20.0))
     >>> len(bored_along_axis(block, 22.0).topologies[0].rounds)
     1
     """
