@@ -37,6 +37,7 @@ from fabkit.rules import (
     SecondLayerRules,
     SheetRules,
 )
+from fabkit.support_rules import SupportRules
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
 from fabkit.units import MM_PER_UNIT, Unit
@@ -109,7 +110,7 @@ class Project(BaseModel):
     in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
     between coordinates of parts that share a mark; parts may be misplaced by up to this tolerance. fitness: bounds from
     which a finding is noted or refused; accept: names of findings to accept instead of refusing them.
-    second_layer, fins: None for a structure without.
+    second_layer, fins, supports: None for a structure without.
     documents: what is written; title_block, tables, drawings and step: how, see `DocumentRules`.
 
     >>> from geometry.mesh.shapes import dome
@@ -142,6 +143,7 @@ class Project(BaseModel):
     sheets: SheetRules = Field(default_factory=SheetRules)
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
+    supports: SupportRules | None = None
     densities_kg_m3: Densities = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
     documents: tuple[Document, ...] = DOCUMENTS
     title_block: TitleBlock = Field(default_factory=TitleBlock)
@@ -210,6 +212,7 @@ class Project(BaseModel):
             sheets=self.sheets,
             second_layer=self.second_layer,
             fins=self.fins,
+            supports=self.supports,
             densities_kg_m3=self.densities_kg_m3,
         )
 
