@@ -41,14 +41,14 @@ def by_order(assembly: Assembly, numbers: dict[str, IntArray]) -> Shapes:
 
 
 def draw_erection(path: Path = PICTURE) -> None:
-    angles = np.radians(np.linspace(14, 50, 6))
+    angles = np.radians(np.linspace(50, 14, 6))
     mesh = rotational_mesh(np.stack([np.sin(angles), np.cos(angles)], axis=1), 16)
     lowest = np.flatnonzero(mesh.vertices[:, 2] < mesh.vertices[:, 2].min() + 1e-6).tolist()
     supports = {"vertices": lowest, "length_mm": 260}
     made = design(Project(mesh=mesh, mean_edge_mm=1500, nesting={"mode": "off"}, supports=supports)).assembly
     erection = erection_order(made)
     panels = [
-        Panel(shapes(made, lowest[0], 0.0), View(28.0, -14.0), (10, 50, 560, 580)),
+        Panel(shapes(made, lowest[0], 0.0), View(28.0, 12.0), (10, 50, 560, 580)),
         Panel(
             by_order(made, {group: erection.of(made[group]) for group in GROUPS}),
             View(-60.0, 24.0),
