@@ -16,7 +16,9 @@ from fabkit.production.facts import (
 from fabkit.production.loose_panels import panels_from_outlines
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
 from fabkit.production.nests import Nest, Sheet
+from fabkit.production.part_drawings import HIDDEN, LABEL, VISIBLE, part_drawings
 from fabkit.production.pieces import piece_tables
+from fabkit.production.plate_drawings import plate_drawings
 from fabkit.production.sheet_nesting import nest_panels, too_large
 from fabkit.production.summary import (
     ExactGaussImage,
@@ -32,12 +34,15 @@ __all__ = [
     "ANY_LINES",
     "CUT",
     "EQUAL_WITHIN_MM",
+    "HIDDEN",
+    "LABEL",
     "LEAST_UNDIRECTED_SHARE",
     "MARK",
     "REPORT",
     "SHEET",
     "SURFACE_DISTANCE",
     "TERMINAL",
+    "VISIBLE",
     "WORKBOOK",
     "BuildFacts",
     "CutList",
@@ -58,7 +63,9 @@ __all__ = [
     "nest_panels",
     "panel_drawings",
     "panels_from_outlines",
+    "part_drawings",
     "piece_tables",
+    "plate_drawings",
     "share_equal_parts",
     "sheet_drawings",
     "too_large",
