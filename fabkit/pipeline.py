@@ -12,7 +12,7 @@ from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
-from fabkit.fitness.parts import block_heights, mitres_of, sheets, slots, uncovered, underside
+from fabkit.fitness.parts import block_heights, going_in, mitres_of, sheets, slots, uncovered, underside
 from fabkit.formats import EXACT_SUFFIXES, whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
@@ -20,6 +20,7 @@ from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
     Nest,
     Sheet,
+    erection_order,
     nest_panels,
     share_equal_parts,
     too_large,
@@ -105,7 +106,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     >>> from geometry.mesh.shapes import dome
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> built.assembly["beams"].mark_names, round(built.assembly["beams"][0].details.long_point_mm)
-    (('B001', 'B002', 'B003', 'B004', 'B005'), 2332)
+    (('B001', 'B002', 'B003', 'B004', 'B005'), 2288)
     """
     _check_project(project)
     stages = stages or Stages()
@@ -208,15 +209,16 @@ def _unusual_parts(
     project: Project, detailed: Detailed, assembly: Assembly, reasons: dict[int, str]
 ) -> tuple[Finding, ...]:
     rules, height = project.fitness, project.beams.profile.height_mm
-    nodes, panels = assembly.of(NODE), assembly.of(PANEL)
+    beams, nodes, panels = assembly.of(BEAM), assembly.of(NODE), assembly.of(PANEL)
     marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
     is_raised_by_blocks = project.panels.underside_mm is None and project.nodes.top == "enclosing"
     found = (
-        mitres_of(assembly.of(BEAM), rules),
+        mitres_of(beams, rules),
         block_heights(nodes, height, rules),
         slots(nodes, rules) if project.connection.kind in ("welded", "hub") else None,
         uncovered(nodes, rules),
+        going_in(beams, erection_order(assembly).closing(beams), project.connection.gap_mm, rules),
         underside(detailed.needed_mm, marks, height, rules) if is_raised_by_blocks else None,
         sheets(reasons, panels, "refused" if is_refused else "note"),
     )

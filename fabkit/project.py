@@ -6,7 +6,7 @@ import re
 from difflib import get_close_matches
 from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, GetPydanticSchema, ValidationError, field_validator, model_validator
 from pydantic_core import core_schema
@@ -21,11 +21,22 @@ from fabkit.document_rules import (
     TitleBlock,
 )
 from fabkit.errors import ProjectError
+from fabkit.fin_rules import FinRules
 from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GaussImageRules
+from fabkit.lengths import Positive
 from fabkit.optimisation import OptimiseRules
 from fabkit.production import EQUAL_WITHIN_MM
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules, Positive, SheetRules
+from fabkit.rules import (
+    BeamRules,
+    ConnectionRules,
+    Densities,
+    DetailingRules,
+    NodeRules,
+    PanelRules,
+    SecondLayerRules,
+    SheetRules,
+)
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
 from fabkit.units import MM_PER_UNIT, Unit
@@ -98,6 +109,7 @@ class Project(BaseModel):
     in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
     between coordinates of parts that share a mark; parts may be misplaced by up to this tolerance. fitness: bounds from
     which a finding is noted or refused; accept: names of findings to accept instead of refusing them.
+    second_layer, fins: None for a structure without.
     documents: what is written; title_block, tables, drawings and step: how, see `DocumentRules`.
 
     >>> from geometry.mesh.shapes import dome
@@ -128,7 +140,9 @@ class Project(BaseModel):
     nodes: NodeRules = Field(default_factory=NodeRules)
     panels: PanelRules = Field(default_factory=PanelRules)
     sheets: SheetRules = Field(default_factory=SheetRules)
-    densities_kg_m3: dict[str, Positive] = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
+    second_layer: SecondLayerRules | None = None
+    fins: FinRules | None = None
+    densities_kg_m3: Densities = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
     documents: tuple[Document, ...] = DOCUMENTS
     title_block: TitleBlock = Field(default_factory=TitleBlock)
     tables: TableRules = Field(default_factory=TableRules)
@@ -183,13 +197,21 @@ class Project(BaseModel):
                 "the Gauss image is given by gauss_image.file, so the mesh is made planar together with it and "
                 "[planarise] says nothing: take one of the two out"
             )
-        _rules_of(self)  # they check each other
-        _ = self.document_rules
+        _ = self.rules, self.document_rules  # they check each other
         return self
 
     @property
     def rules(self) -> DetailingRules:
-        return _rules_of(self)
+        return DetailingRules(
+            beams=self.beams,
+            connection=self.connection,
+            nodes=self.nodes,
+            panels=self.panels,
+            sheets=self.sheets,
+            second_layer=self.second_layer,
+            fins=self.fins,
+            densities_kg_m3=self.densities_kg_m3,
+        )
 
     @property
     def document_rules(self) -> DocumentRules:
@@ -217,17 +239,6 @@ class Project(BaseModel):
     def source(self) -> str:
         """The name of the mesh file, or that the mesh was in memory."""
         return "a mesh in memory" if isinstance(self.mesh, Mesh) else readable(self.mesh.name)
-
-
-def _rules_of(project: Project) -> DetailingRules:
-    return DetailingRules(
-        beams=project.beams,
-        connection=project.connection,
-        nodes=project.nodes,
-        panels=project.panels,
-        sheets=project.sheets,
-        densities_kg_m3=project.densities_kg_m3,
-    )
 
 
 def load_project(path: Path, overrides: dict[str, Any]) -> Project:
@@ -309,12 +320,21 @@ def _problems(error: ValidationError) -> str:
     return "; ".join(sentences[:count]) + (f"; and {more} more things" if more else "")
 
 
+def _table(parent: str) -> Any:
+    """The class of a table, by its name with dots: a field of a project, or of one of its tables."""
+    table: Any = Project
+    for name in parent.split(".") if parent else ():
+        if not name.isdecimal():
+            found = get_type_hints(table)[name]
+            table = next(each for each in (found, *get_args(found)) if hasattr(each, "__annotations__"))
+    return table
+
+
 def _sentence(problem: dict[str, Any]) -> str:
     where = ".".join(str(part) for part in problem["loc"])
     if problem["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
         parent, _, key = where.rpartition(".")
-        table = getattr(Project.model_fields.get(parent), "annotation", None) if parent else Project
-        known = list(getattr(table, "model_fields", None) or getattr(table, "__dataclass_fields__", {}))
+        known = list(get_type_hints(_table(parent)))
         close = get_close_matches(key, known, n=1, cutoff=0.5)
         place = f"[{parent}]" if parent else "the project"
         hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"

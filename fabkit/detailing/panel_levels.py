@@ -75,7 +75,7 @@ def _undersides(
     own = rules.panels
     least = needed + own.seat_mm if own.underside_mm is None else np.full(len(needed), own.underside_mm)
     if rules.beams.reference != "glass":
-        return np.full(len(least), least[panels].max(initial=own.seat_mm)), 0.0
+        return np.full(len(least), least[panels].max(initial=least.min())), 0.0
     distances = structure.pair.face_distances
     depth = float(((least + own.thickness_mm) / distances)[panels].max(initial=0.0))
     return depth * distances - own.thickness_mm, depth

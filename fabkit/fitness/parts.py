@@ -11,9 +11,9 @@ from fabkit.fitness.rules import FitnessRules
 from fabkit.fitness.shape import NOTED_PERCENTILE
 from fabkit.kinds import BeamDetails, NodeDetails, PanelDetails, smallest_gaps
 from fabkit.parts import Parts
-from geometry.arrays import FloatArray
+from geometry.arrays import BoolArray, FloatArray
 
-__all__ = ["block_heights", "mitres", "mitres_of", "sheets", "slots", "uncovered", "underside"]
+__all__ = ["block_heights", "going_in", "mitres", "mitres_of", "sheets", "slots", "uncovered", "underside"]
 
 
 def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rules: FitnessRules) -> Finding | None:
@@ -45,6 +45,30 @@ def mitres_of(beams: Parts[BeamDetails], rules: FitnessRules) -> Finding | None:
     return mitres(beams.details.cut_angles_deg, beams.marks, beams.elements.tolist(), rules)
 
 
+def going_in(beams: Parts[BeamDetails], is_closing: BoolArray, gap_mm: float, rules: FitnessRules) -> Finding | None:
+    """Beams that come last between two nodes that stand, and go straight in from outside only with a larger gap than
+    gap_mm and the one that is noted. is_closing (n,): which come last."""
+    gaps, bound = beams.details.going_in_gaps_mm[:, 0], max(gap_mm, rules.going_in_noted_mm)
+    tight = np.flatnonzero(is_closing & (gaps > bound))
+    if not len(tight):
+        return None
+    order = tight[np.argsort(-gaps[tight], kind="stable")]
+    of_beams = beams.marks
+    names = list(dict.fromkeys(f"{of_beams[k]} ({gaps[k]:.1f})" for k in order.tolist()))
+    return Finding(
+        "going-in",
+        "note",
+        float(gaps[order[0]]),
+        bound,
+        "mm",
+        f"{len(tight)} of {int(is_closing.sum())} beams that come last between two nodes that stand go straight in "
+        f"from inside only, or from outside with a gap of more than {bound:g} mm at each end: {named(names)}",
+        f"put these beams in from inside, or set [connection] gap_mm = {np.ceil(10 * gaps[order[0]]) / 10:.1f}",
+        "edge",
+        tuple(beams.elements[order].tolist()),
+    )
+
+
 def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: FitnessRules) -> Finding | None:
     """Heights of the node blocks, which enclose the ends of their beams, over the height of the beams."""
     heights = nodes.details.height_mm
@@ -63,8 +87,8 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
         f"{len(high)} of {len(nodes)} node blocks are at least {rules.block_heights_noted:g} times as high as their "
         f"beams of {beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) is "
         f"{heights[order[0]]:.0f} mm high",
-        "take narrower beams (--beam) or less clearance (--clearance), so that beams end nearer to the axes, or make "
-        "narrow angles between edges wider",
+        "take narrower beams (--section, --beam) or a smaller slot between them ([connection] slot_mm), so that they "
+        "end nearer to the axes, or make narrow angles between edges wider",
         "vertex",
         tuple(nodes.elements[order].tolist()),
     )
@@ -139,8 +163,8 @@ def underside(
         f"node block {marks[worst]} (vertex {worst}, counted from 0) stands {needed.max():.1f} mm above a face and "
         f"raises all panels; {NOTED_PERCENTILE} % of the nodes need at most {percentile:.1f} mm, the median node "
         f"{median:.1f} mm",
-        "move that vertex towards its neighbours' level or make the angles at it wider, or take narrower beams "
-        "(--beam) or less clearance (--clearance)",
+        "move that vertex towards its neighbours' level or make the angles at it wider, take narrower "
+        "beams (--section, --beam), or let the blocks follow the tops of their beams ([nodes] top = 'trimmed')",
         "vertex",
         (worst,),
     )

@@ -33,6 +33,8 @@ class FitnessRules:
     a torch held at 45 degrees between beam and facet. uncovered_noted_percent: how much of the end of a beam stands
     above its facet; a tenth is the outer wall of a hollow section and some more.
     underside_noted: by how many beam heights the highest node raises all panels above what 95 % of the nodes need.
+    going_in_noted_mm: gap at either end of a beam without which it does not go in from outside between two nodes that
+    stand; 2 mm are ground off, or bridged by a weld.
 
     >>> from fabkit import Project
     >>> from fabkit.fitness import FitnessRules
@@ -54,6 +56,7 @@ class FitnessRules:
     slots_noted_deg: Angle = 60.0
     uncovered_noted_percent: Bound = 10.0
     underside_noted: Bound = 0.25
+    going_in_noted_mm: Bound = 2.0
 
     @model_validator(mode="after")
     def _noted_before_refused(self) -> FitnessRules:

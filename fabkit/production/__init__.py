@@ -2,6 +2,7 @@
 
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
+from fabkit.production.erection import Erection, erection_order
 from fabkit.production.facts import (
     ANY_LINES,
     LEAST_UNDIRECTED_SHARE,
@@ -13,13 +14,11 @@ from fabkit.production.facts import (
     Fact,
     build_facts,
 )
-from fabkit.production.loose_panels import panels_from_outlines
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
-from fabkit.production.nests import Nest, Sheet
+from fabkit.production.nesting import Nest, Sheet, nest_panels, panels_from_outlines, too_large
 from fabkit.production.part_drawings import HIDDEN, LABEL, VISIBLE, part_drawings
 from fabkit.production.pieces import piece_tables
 from fabkit.production.plate_drawings import plate_drawings
-from fabkit.production.sheet_nesting import nest_panels, too_large
 from fabkit.production.summary import (
     ExactGaussImage,
     GaussImageSource,
@@ -47,6 +46,7 @@ __all__ = [
     "BuildFacts",
     "CutList",
     "Drawing",
+    "Erection",
     "ExactGaussImage",
     "Fact",
     "GaussImageSource",
@@ -59,6 +59,7 @@ __all__ = [
     "Table",
     "build_facts",
     "cut_list",
+    "erection_order",
     "irregular_vertices",
     "nest_panels",
     "panel_drawings",

@@ -17,7 +17,7 @@ import shapely
 from fabkit.errors import DetailingError
 from fabkit.kinds import LEFT_OUT, NO_NEIGHBOUR, PANEL, PanelDetails, neighbour_names, panel_outlines
 from fabkit.parts import Assembly, Curves, Parts, Ragged
-from fabkit.production.nests import Nest, moved, polygons
+from fabkit.production.nesting.nests import Nest, moved, polygons
 from fabkit.production.strokes import ARROW, text_strokes, text_widths
 from geometry.arrays import FloatArray, IntArray, floats, integers
 
@@ -113,7 +113,7 @@ def sheet_drawings(
     >>> from fabkit.production import CUT, sheet_drawings
     >>> drawings = sheet_drawings(built.nest, built.assembly["panels"])
     >>> [(drawing.name, len(drawing.layers[CUT])) for drawing in drawings]
-    [('sheet-001', 5), ('sheet-002', 5), ('sheet-003', 2)]
+    [('sheet-001', 4), ('sheet-002', 6), ('sheet-003', 2)]
     """
     sheet, sheets = nest.sheet, np.array([place.sheet for place in nest.placements], dtype=np.int64)
     stock = np.array([[0, 0], [sheet.length_mm, 0], [sheet.length_mm, sheet.width_mm], [0, sheet.width_mm]])

@@ -14,7 +14,8 @@ import numpy as np
 from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL, BeamDetails, NodeDetails, neighbour_names
 from fabkit.parts import Assembly, Cell, Column, Parts
 from fabkit.production.cut_lists import Table
-from fabkit.production.nests import Nest
+from fabkit.production.erection import Erection, erection_order
+from fabkit.production.nesting.nests import Nest
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["piece_tables"]
@@ -37,8 +38,9 @@ def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "pa
     >>> tables[0].rows[7][:6]
     ('B001 e7', 'B001', 'beam', 7, 'N001 v3', 'N001 v6')
     """
+    erection = erection_order(assembly)
     return (
-        _stacked("pieces", [_pieces(parts, assembly, nest, panel_file) for parts in assembly.groups]),
+        _stacked("pieces", [_pieces(parts, assembly, nest, erection, panel_file) for parts in assembly.groups]),
         _stacked("placements", [_placements(parts, assembly.origin_mm) for parts in assembly.groups]),
         _stacked("survey", [_survey(nodes, assembly.origin_mm) for nodes in assembly.of_layers(NODE)]),
         _stacked("node_facets", [_node_facets(nodes, assembly) for nodes in assembly.of_layers(NODE)]),
@@ -46,8 +48,11 @@ def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "pa
     )
 
 
-def _pieces(parts: Parts[Any], assembly: Assembly, nest: Nest | None, panel_file: str) -> list[Column]:
-    """What each part is, the nodes at its ends, its mass, its file and its place on a sheet."""
+def _pieces(
+    parts: Parts[Any], assembly: Assembly, nest: Nest | None, erection: Erection, panel_file: str
+) -> list[Column]:
+    """What each part is, the nodes at its ends, its mass, when and from where it goes in, its file and its place on a
+    sheet."""
     n, pattern = len(parts), panel_file if parts.kind is PANEL else "parts/{}.step"
     ends = np.full((n, 2), -1)
     if isinstance(parts.details, BeamDetails):
@@ -66,11 +71,29 @@ def _pieces(parts: Parts[Any], assembly: Assembly, nest: Nest | None, panel_file
         Column("Node A", None, _named(assembly.beside(parts, NODE), ends[:, 0])),
         Column("Node B", None, _named(assembly.beside(parts, NODE), ends[:, 1])),
         Column("Mass (kg)", 3, parts.masses_kg.tolist()),
+        Column("Order", 0, [number or None for number in erection.of(parts).tolist()]),
+        *_going_in(parts, erection),
         Column("File", None, [pattern.format(mark) for mark in parts.marks]),
         Column("Sheet", 0, sheet[0]),
         Column("Sheet x (mm)", COORDINATE_DECIMALS, sheet[1]),
         Column("Sheet y (mm)", COORDINATE_DECIMALS, sheet[2]),
         Column("Sheet turn (deg)", TURN_DECIMALS, sheet[3]),
+    ]
+
+
+def _going_in(parts: Parts[Any], erection: Erection) -> list[Column]:
+    """Of each beam the side from which it goes in, whether it comes last between two nodes that stand, and the gap that
+    it then needs at either end to go in from outside; empty cells for other parts."""
+    sides: Sequence[Cell] = [""] * len(parts)
+    closing: Sequence[Cell] = sides
+    gaps: Sequence[Cell] = [None] * len(parts)
+    if isinstance(parts.details, BeamDetails):
+        sides, gaps = parts.details.goes_in_from, parts.details.going_in_gaps_mm[:, 0].tolist()
+        closing = ["yes" if each else "no" for each in erection.closing(parts).tolist()]
+    return [
+        Column("Goes in from", None, sides),
+        Column("Closing", None, closing),
+        Column("Gap from outside (mm)", 1, gaps),
     ]
 
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from fabkit.kinds import PANEL, PanelDetails
 from fabkit.parts import Frame, Material, Part, Parts, Solid, prism_topology, prism_vertices
-from fabkit.production.nests import Sheet
-from fabkit.production.sheet_nesting import nest_panels
+from fabkit.production.nesting.nests import Sheet
+from fabkit.production.nesting.sheet_nesting import nest_panels
 
 GLASS = Material("glass", 2500.0)
 

@@ -12,8 +12,8 @@ from fabkit import Project, design
 from fabkit.kinds.beams import ends_glyphs
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production.cut_lists import Table, cut_list
-from fabkit.production.nests import Sheet
-from fabkit.production.sheet_nesting import nest_panels
+from fabkit.production.nesting.nests import Sheet
+from fabkit.production.nesting.sheet_nesting import nest_panels
 from fabkit.project import Nesting
 from tests.fabkit.assemblies import assembled, by_name
 from tests.fabkit.gridshell import gridshell
@@ -135,7 +135,7 @@ def test_glyphs_follow_the_solid() -> None:
     for beam in beams:
         corners = beam.solid.vertices
         outer = corners[corners[:, 2] > -1.0, 0]
-        inner = corners[corners[:, 2] < -1.0, 0]
+        inner = corners[corners[:, 2] < 1.0 - beam.details.section.height_mm, 0]
         # half of the last digit shown, over the height of the beam
         least = np.tan(np.radians(0.005)) * beam.details.section.height_mm
         leans = [inner.min() - outer.min(), inner.max() - outer.max()]

@@ -37,14 +37,14 @@ glass = 2500
 def test_a_project_file_with_paths_from_its_folder_and_overrides(tmp_path: Path) -> None:
     file = tmp_path / "p.toml"
     file.write_text(GOOD)
-    project = load_project(file, {"beams": {"width_mm": 70.0}, "nodes": {"clearance_mm": 9}})
+    project = load_project(file, {"beams": {"width_mm": 70.0}, "connection": {"slot_mm": 30}})
     assert project.mesh == tmp_path / "roof.obj"
     assert project.out == tmp_path / "made"
     assert project.rules.beams.width_mm == 70.0
     assert project.rules.beams.reference == "centre"
     assert project.rules.beams.profile.name == "flat 120x70"
     assert load_project(file, {"beams": {"section": "rhs 120x60x5"}}).rules.beams.profile.name == "rhs 120x60x5"
-    assert project.rules.nodes.clearance_mm == 9
+    assert project.rules.connection.slot == 30
     assert project.rules.densities_kg_m3["steel"] == 7800
     assert project.title == "roof"
     assert project.equal_within_mm == EQUAL_WITHIN_MM

@@ -36,6 +36,9 @@ height_mm = 100.5
 reference = "centre"
 material = "steel"
 
+[connection]
+kind = "contact"
+
 [nodes]
 clearance_mm = 5
 setbacks = "least"

@@ -26,6 +26,7 @@ TITLES = {
     "slots": "Room to weld between beams",
     "uncovered": "Beams' ends above their blocks",
     "underside": "Panels raised by one node",
+    "going-in": "Beams that do not go in from outside",
     "sheets": "Panels larger than the sheets",
 }
 

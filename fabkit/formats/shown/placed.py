@@ -51,7 +51,7 @@ class Placed:
     >>> from fabkit.formats.shown import placed_parts
     >>> placed = placed_parts(built.assembly["beams"])
     >>> placed.names[:2], placed.rotations.shape
-    (['B001', 'B001'], (30, 4))
+    (['B001', 'B002'], (30, 4))
     """
 
     names: Sequence[str]
