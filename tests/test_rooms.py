@@ -485,8 +485,9 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.kinds": ("columns", "beams caps fasteners fins nodes panels plain", "struts"),
     "fabkit.production": (
-        "equal_shapes erection strokes",
+        "equal_shapes erection part_views strokes",
         "marks cut_lists drawing",
+        "part_drawings plate_drawings",
         "pieces summary",
         "facts",
     ),

@@ -71,7 +71,7 @@ def _of_group(parts: Parts[Any], table: Table, title: str) -> Iterator[Drawing]:
         for view, offset in ((side, np.zeros(2)), (above, down)):
             for layer, (lines, rings) in zip(curves, view.drawn(row), strict=True):
                 curves[layer].append(Curves(lines.values + offset, lines.starts))
-                circles[layer].append(rings + [*offset, 0.0])
+                circles[layer].append(rings + np.append(offset, 0.0))
         labels = _labels(parts, int(firsts[number]), reach, down)
         words = [f"{name}: {text}" for name, text in zip(table.columns, table.texts[number], strict=True) if text]
         yield Drawing(

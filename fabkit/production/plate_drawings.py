@@ -73,16 +73,14 @@ _Side = tuple[dict[str, Curves], dict[str, FloatArray], float]
 
 
 def _side(batch: SolidArray, of: Measures, row: int) -> _Side:
-    t = batch.topology
-    areas, vertices = of.areas[row], batch.vertices[row]
-    face = int(np.flatnonzero(areas >= (1 - EQUAL_AREAS) * areas.max())[-1])
+    t, vertices = batch.topology, batch.vertices[row]
+    face, opposite = _larger_side(of, row)
     normal = of.normals[row, face]
     up = np.array([0.0, 1, 0] if abs(normal[2]) > UPRIGHT_COSINE else [0.0, 0, 1])
     x = np.cross(up, normal)
     x /= np.linalg.norm(x)
     flat = vertices @ np.stack([x, np.cross(normal, x)], axis=1)
     levels = vertices @ normal
-    opposite = int((of.normals[row] @ normal).argmin())
     curves: dict[str, list[FloatArray]] = {CUT: [], MARK: []}
     circles: dict[str, list[list[float]]] = {CUT: [], MARK: []}
     for loop in t.loops(face):
@@ -95,6 +93,28 @@ def _side(batch: SolidArray, of: Measures, row: int) -> _Side:
     thickness = float(levels[t.face_vertex[face]] - levels[t.face_vertex[opposite]])
     rings = {layer: np.array(own, dtype=np.float64).reshape(-1, 3) for layer, own in circles.items()}
     return {layer: Curves.of(own) for layer, own in curves.items()}, rings, thickness
+
+
+def _larger_side(of: Measures, row: int) -> tuple[int, int]:
+    """The side with the larger outline, of equal ones that with more holes, and of these the second; and the other."""
+    t = of.topology
+    first = int(of.areas[row].argmax())
+    second = int((of.normals[row] @ of.normals[row, first]).argmin())
+    sizes, holes = [], []
+    for face in sorted((first, second)):
+        ends = [k for k in range(len(t.rounds)) if face in t.rounds[k, 4:6]]
+        loops = t.loops(face)
+        holes.append(len(ends) + len(loops))
+        normal = of.normals[row, face]
+        points = of.points[:, row].T[loops[0]] if loops else np.zeros((0, 3))
+        polygon = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0) @ normal / 2
+        sizes.append(polygon if loops else np.pi * of.radii[row, t.outer_round[face]] ** 2)
+    if abs(sizes[0] - sizes[1]) > EQUAL_AREAS * max(sizes):
+        second_is_larger = sizes[1] > sizes[0]
+    else:
+        second_is_larger = holes[1] >= holes[0]
+    low, high = sorted((first, second))
+    return (high, low) if second_is_larger else (low, high)
 
 
 def _labels(marks: Sequence[str], sides: Sequence[_Side]) -> list[Curves]:
