@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from difflib import get_close_matches
 from itertools import accumulate
 from pathlib import Path
@@ -342,6 +343,6 @@ def _sentence(problem: dict[str, Any]) -> str:
     if problem["type"] == "missing":
         return f"{where} is missing, and has to be given"
     message = PLAIN.get(problem["type"], problem["msg"].removeprefix("Value error, "))
-    if not where:
-        return str(message)
+    if not where or (problem["type"] == "value_error" and isinstance(problem["input"], Mapping)):
+        return f"[{where}] {message}" if where else str(message)
     return f"{where} is {echo(problem['input'])}: {message[0].lower()}{message[1:]}"

@@ -180,6 +180,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.formats.finished": {
         "fabkit.document_rules",
         "fabkit.formats",
+        "fabkit.formats.report",
         "fabkit.formats.step",
         "fabkit.production",
         "fabkit.parts",
@@ -490,6 +491,11 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "part_drawings plate_drawings",
         "pieces summary",
         "facts",
+    ),
+    "fabkit.formats.finished": (
+        "contents part_geometry",
+        "dxf_checks picture_checks step_checks",
+        "differences folder_checks",
     ),
     "fabkit.formats.step": ("text solid", "entities", "writer", "files"),
     "fabkit.formats": (

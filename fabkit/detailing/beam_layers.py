@@ -59,10 +59,18 @@ def _too_short(structure: SupportStructure, edge: int, ends: Ends, shapes: BeamS
     return (
         f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
         f"{structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
-        f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
-        f"{rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
+        f"{setbacks[1]:.1f} mm{_behind_facets(rules)}, which leaves {shapes.short_point[edge]:.1f} mm between the "
+        f"cuts; at least {rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
         f"{angle:.1f} degrees apart; counted from 0)"
     )
+
+
+def _behind_facets(rules: DetailingRules) -> str:
+    """What there is between a facet and the end of its beam, in words."""
+    connection = rules.connection
+    plate = [f"an end plate of {connection.plate_mm:g} mm"] if connection.kind == "bolted" else []
+    gap = [f"a gap of {connection.gap_mm:g} mm"] if connection.gap_mm else []
+    return f", each with {' and '.join(plate + gap)}" if plate or gap else ""
 
 
 def layer_parts(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from geometry.arrays import BoolArray, FloatArray
 from geometry.gauss import SupportStructure
 
 __all__ = ["PanelLevels", "panel_levels", "underside_reason", "unfit_panels"]
+
+BEARING_ROUNDING_MM = 1e-6
+"""Difference in mm up to which a panel bears on as much of a beam as it must: above rounding where joint and section
+make it exact, far below what anybody can lay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,14 +101,29 @@ def unfit_panels(
             for face in vanishing.tolist()
         }
     bearing = bearings(structure, shapes, rules.beams.profile.width_mm)
-    bare = np.flatnonzero(panels[c.corner_face] & beams[c.corner_edge] & ~(bearing >= own.least_bearing_mm))
-    profile = rules.beams.profile
+    lacking = own.least_bearing_mm - bearing
+    bare = np.flatnonzero(panels[c.corner_face] & beams[c.corner_edge] & ~(lacking <= BEARING_ROUNDING_MM))
+    if not len(bare):
+        return {}
+    cure = _for_bearing(structure, shapes, float(lacking[bare].max()), rules)
     return {
         int(c.corner_face[corner]): f"the panel on face {c.corner_face[corner]} lies {bearing[corner]:.1f} mm deep on "
         f"the beam on edge {c.corner_edge[corner]}, and at least {own.least_bearing_mm:g} mm are needed (counted from "
-        f"0): take a section wider than {profile.name}, or a joint narrower than {own.joint_mm:g} mm"
+        f"0): take {cure}"
         for corner in bare[np.argsort(-bearing[bare], kind="stable")].tolist()
     }
+
+
+def _for_bearing(structure: SupportStructure, shapes: PanelShapes, lacking: float, rules: DetailingRules) -> str:
+    """How wide sections, or how narrow joints, are with which no panel lacks this many mm on its beams any longer, in
+    words; in whole mm. A wider section lifts the panels by half as much times the sine of their tilt, and this lift
+    moves their rims by the sine again."""
+    wider = replace(shapes, insets=shapes.insets + 1.0)
+    cosine = (bearings(structure, shapes, 0.0) - bearings(structure, wider, 0.0)).min()
+    width = np.ceil(rules.beams.profile.width_mm + 2 * lacking / cosine**2 - BEARING_ROUNDING_MM)
+    joint = np.floor(rules.panels.joint_mm - 2 * lacking / cosine + BEARING_ROUNDING_MM)
+    narrower = f", or a joint of at most {joint:g} mm" if joint >= 0 else ""
+    return f"a section at least {width:g} mm wide in place of {rules.beams.profile.name}{narrower}"
 
 
 def underside_reason(structure: SupportStructure, levels: PanelLevels, rules: DetailingRules) -> str:

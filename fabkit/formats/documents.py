@@ -36,8 +36,9 @@ from geometry.mesh import Mesh
 
 __all__ = ["write_documents"]
 
-ONLY_FOR_PROGRAMS = ("placements",)
-"""Tables that are not in the workbook."""
+IN_FILES_ONLY = ("pieces", "placements", "node_facets", "panel_edges")
+"""Tables that are CSV files, but not sheets of the workbook: with a row for each piece, facet or edge they would print
+on a hundred pages."""
 
 
 def write_documents(
@@ -111,8 +112,7 @@ def write_documents(
                 write_csv(folder / f"{table.title}.csv", table, rules.tables)
     if "workbook" in chosen:
         with stages("Workbook"):
-            printed = [table for table in tables if table.title not in ONLY_FOR_PROGRAMS]
-            write_xlsx(folder / "cutlist.xlsx", printed, summary, facts, issued)
+            write_xlsx(folder / "cutlist.xlsx", tables, summary, facts, issued, apart=IN_FILES_ONLY)
     missing = _left_out_lines(pair.mesh, assembly)
     if "glb" in chosen:
         with stages("GLB"):
