@@ -133,8 +133,14 @@ def workbook_tables(path: Path) -> dict[str, list[list[str]]]:
                 for number, name in enumerate(names, start=1)
             }
     except (
-        *(zipfile.BadZipFile, zlib.error, RuntimeError, EOFError, OSError),
-        *(KeyError, IndexError, ValueError, ElementTree.ParseError),
+        zipfile.BadZipFile,
+        zlib.error,
+        ElementTree.ParseError,
+        KeyError,
+        OSError,
+        ValueError,
+        IndexError,
+        EOFError,
     ):
         raise FolderError(f"{path.name} is damaged or missing: it cannot be read as a workbook") from None
 
