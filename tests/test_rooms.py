@@ -495,7 +495,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "fabkit.production": (
         "erection part_views strokes",
         "cut_lists drawing",
-        "part_drawings plate_drawings",
+        "part_drawing plate_drawing",
         "pieces summary",
         "facts",
     ),

@@ -23,9 +23,9 @@ from fabkit.production.marks import (
     share_equal_parts,
 )
 from fabkit.production.nesting import Nest, Sheet, nest_panels, panels_from_outlines, too_large
-from fabkit.production.part_drawings import HIDDEN, LABEL, VISIBLE, part_drawings
+from fabkit.production.part_drawing import HIDDEN, LABEL, VISIBLE, part_drawings
 from fabkit.production.pieces import mark_table, piece_tables
-from fabkit.production.plate_drawings import plate_drawings
+from fabkit.production.plate_drawing import plate_drawings
 from fabkit.production.summary import (
     ExactGaussImage,
     GaussImageSource,

@@ -19,7 +19,7 @@ from fabkit.formats.shown.triangles import facets
 from fabkit.kinds import plain_kind
 from fabkit.parts import Assembly, Frame, Measures, Part, Parts, Section, Solid, SolidArray, Solids
 from fabkit.production import CUT, HIDDEN, LABEL, MARK, VISIBLE, cut_list, part_drawings, plate_drawings
-from fabkit.production.part_drawings import FROM_ABOVE, FROM_SIDE
+from fabkit.production.part_drawing import FROM_ABOVE, FROM_SIDE
 from fabkit.production.part_views import views
 from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules
 from tests.fabkit.round_solids import SOLIDS, plate_with_bores, profile
