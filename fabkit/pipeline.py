@@ -14,12 +14,14 @@ from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
 from fabkit.fitness.parts import block_heights, going_in, mitres_of, sheets, slots, uncovered, underside
 from fabkit.formats import EXACT_SUFFIXES, whole_folder, write_documents, write_manifest
+from fabkit.formats.finished import kept_marks
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
     Nest,
     Sheet,
+    element_ranks,
     erection_order,
     nest_panels,
     share_equal_parts,
@@ -110,6 +112,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     """
     _check_project(project)
     stages = stages or Stages()
+    kept = {} if project.marks.keep is None else kept_marks(project.marks.keep)
     given = _given(project, stages)
     structure, image, found = checked_structure(
         project, given.mesh, given.rounding_mm, given.pair, given.surface, stages
@@ -119,8 +122,9 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
         within = max(project.equal_within_mm, COPY_ROUNDING * file.rounding * scale)
-        assembly = share_equal_parts(detailed.assembly, within_mm=within)
-        assembly = replace(assembly, origin_mm=file.origin * scale)
+        nominal = replace(detailed.assembly, origin_mm=file.origin * scale)
+        ranks = element_ranks(structure.mesh, project.marks.order)
+        assembly = share_equal_parts(nominal, within_mm=within, rules=project.marks, ranks=ranks, kept=kept)
     with stages("Nest"):
         reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
         found = with_checked(project, found, _unusual_parts(project, detailed, assembly, reasons))
@@ -131,9 +135,10 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         summary_of(project, file, laid, scale, structure, detailed),
         gauss_image=image,
         equal_within_mm=within,
+        earlier_marks=kept,
         fitness=found,
     )
-    return Built(project, structure, assembly, nest, summary, stages.seconds, file.sha256)
+    return Built(project, structure, assembly, nominal, nest, summary, stages.seconds, file.sha256)
 
 
 def _check_project(given: object) -> None:

@@ -167,8 +167,11 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.shading",
         *GROUND,
     },
+    "fabkit.mark_rules": set(),
+    "fabkit.production.marks": {"fabkit.mark_rules", "fabkit.parts", "geometry.mesh", "geometry.arrays"},
     "fabkit.production.nesting": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", *GROUND},
     "fabkit.production": {
+        "fabkit.production.marks",
         "fabkit.production.nesting",
         "fabkit.fitness",
         "fabkit.kinds",
@@ -180,6 +183,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.formats.finished": {
         "fabkit.document_rules",
         "fabkit.formats",
+        "fabkit.formats.report",
         "fabkit.formats.step",
         "fabkit.production",
         "fabkit.parts",
@@ -238,7 +242,10 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh",
         "geometry.errors",
     },
+    "fabkit.refused_settings": {"fabkit.wording"},
     "fabkit.project": {
+        "fabkit.refused_settings",
+        "fabkit.mark_rules",
         "fabkit.document_rules",
         "fabkit.surface",
         "fabkit.gauss_image",
@@ -303,6 +310,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.errors",
     },
     "fabkit.pipeline": {
+        "fabkit.formats.finished",
         "fabkit.built",
         "fabkit.structure",
         "fabkit.surface",
@@ -485,14 +493,14 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.kinds": ("columns", "beams caps fasteners fins nodes panels plain", "struts"),
     "fabkit.production": (
-        "equal_shapes erection strokes",
-        "marks cut_lists drawing",
+        "erection strokes",
+        "cut_lists drawing",
         "pieces summary",
         "facts",
     ),
     "fabkit.formats.finished": (
         "contents part_geometry",
-        "dxf_checks picture_checks step_checks",
+        "dxf_checks earlier_marks picture_checks step_checks",
         "differences folder_checks",
     ),
     "fabkit.formats.step": ("text solid", "entities", "writer", "files"),

@@ -14,9 +14,16 @@ from fabkit.production.facts import (
     Fact,
     build_facts,
 )
-from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
+from fabkit.production.marks import (
+    EQUAL_WITHIN_MM,
+    KeptMarks,
+    MarkPoints,
+    element_ranks,
+    mark_points,
+    share_equal_parts,
+)
 from fabkit.production.nesting import Nest, Sheet, nest_panels, panels_from_outlines, too_large
-from fabkit.production.pieces import piece_tables
+from fabkit.production.pieces import mark_table, piece_tables
 from fabkit.production.summary import (
     ExactGaussImage,
     GaussImageSource,
@@ -46,6 +53,8 @@ __all__ = [
     "Fact",
     "GaussImageSource",
     "GivenGaussImage",
+    "KeptMarks",
+    "MarkPoints",
     "Nest",
     "OptimisedGaussImage",
     "Sheet",
@@ -54,8 +63,11 @@ __all__ = [
     "Table",
     "build_facts",
     "cut_list",
+    "element_ranks",
     "erection_order",
     "irregular_vertices",
+    "mark_points",
+    "mark_table",
     "nest_panels",
     "panel_drawings",
     "panels_from_outlines",

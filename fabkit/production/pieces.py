@@ -6,7 +6,7 @@ A piece has the name that its instance has in model.step: its mark and its mesh 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,11 @@ from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL, BeamDetails, NodeDetails, 
 from fabkit.parts import Assembly, Cell, Column, Parts
 from fabkit.production.cut_lists import Table
 from fabkit.production.erection import Erection, erection_order
+from fabkit.production.marks import KeptMarks, mark_points
 from fabkit.production.nesting.nests import Nest
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["piece_tables"]
+__all__ = ["mark_table", "piece_tables"]
 
 COORDINATE_DECIMALS, TURN_DECIMALS, DIRECTION_DECIMALS = 3, 6, 9
 """Decimals in tables of coordinates in mm, turns in degrees and unit vectors: together they place a piece of 10 m to
@@ -46,6 +47,30 @@ def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "pa
         _stacked("node_facets", [_node_facets(nodes, assembly) for nodes in assembly.of_layers(NODE)]),
         _panel_edges(assembly),
     )
+
+
+def mark_table(assembly: Assembly, earlier: Mapping[str, KeptMarks]) -> Table:
+    """By what marks are recognised in a later build that keeps them: one row for each corner of each, and for each
+    direction of a beam on it. earlier: by groups, the marks that were kept, of which those that no piece has any more
+    are listed too, so that their numbers are not used again.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import mark_table
+    >>> table = mark_table(built.assembly, {})
+    >>> table.columns, len({row[1] for row in table.rows})
+    (('Group', 'Mark', 'Material', 'Point', 'x', 'y', 'z'), 10)
+    """
+    rows: list[tuple[Cell, ...]] = []
+    known = {parts.kind.group: mark_points(parts) for parts in assembly.groups}
+    for group in dict.fromkeys([*earlier, *known]):
+        marks = {**earlier.get(group, KeptMarks()).points, **known.get(group, KeptMarks()).points}
+        for name, each in marks.items():
+            for what, points in (("corner", each.corners), ("direction", each.directions)):
+                rows += [(group, name, each.material, what, *point) for point in points.tolist()]
+    decimals = (None, None, None, None, *[DIRECTION_DECIMALS] * 3)
+    return Table("mark_points", ("Group", "Mark", "Material", "Point", "x", "y", "z"), decimals, tuple(rows))
 
 
 def _pieces(

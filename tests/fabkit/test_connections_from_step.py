@@ -64,7 +64,7 @@ def made(kind: Any) -> Written:
         NodeRules(top="trimmed", setbacks="least"),
         PanelRules(joint_mm=20, seat_mm=12),
     )
-    assembly = share_equal_parts(detail(structure, rules, name="grid").assembly)
+    assembly = share_equal_parts(detail(structure, rules, name="grid").assembly, within_mm=1e-7)
     parts = placed_parts(written(assembly))
     names = {group.kind.group: group.piece_names for group in assembly.groups}
     assert sorted(parts) == sorted(name for own in names.values() for name in own)

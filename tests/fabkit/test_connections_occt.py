@@ -58,7 +58,7 @@ def test_solids_are_valid_and_neighbours_share_nothing(kind: str, tmp_path: Path
     from OCP.STEPControl import STEPControl_Reader
 
     rules = DetailingRules(BeamRules(section=SECTIONS[kind]), ConnectionRules(kind=kind))  # type: ignore[arg-type]
-    made = share_equal_parts(detail(leaning_grid(0.1, 2, 2), rules, name="grid").assembly)
+    made = share_equal_parts(detail(leaning_grid(0.1, 2, 2), rules, name="grid").assembly, within_mm=1e-7)
     with open(tmp_path / "grid.step", "w") as stream:
         write_step(stream, made)
     reader = STEPControl_Reader()

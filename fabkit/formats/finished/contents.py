@@ -7,6 +7,7 @@ import io
 import json
 import re
 import zipfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -131,7 +132,16 @@ def workbook_tables(path: Path) -> dict[str, list[list[str]]]:
                 name: _rows(files.read(f"xl/worksheets/sheet{number}.xml"), shared)
                 for number, name in enumerate(names, start=1)
             }
-    except (zipfile.BadZipFile, KeyError, ElementTree.ParseError, OSError, ValueError, IndexError, EOFError):
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        ElementTree.ParseError,
+        KeyError,
+        OSError,
+        ValueError,
+        IndexError,
+        EOFError,
+    ):
         raise FolderError(f"{path.name} is damaged or missing: it cannot be read as a workbook") from None
 
 
