@@ -1,4 +1,4 @@
-"""What the text of a STEP file says of each part where it stands: corners, cylinders, mass. Nothing of fabkit's shapes."""
+"""What the text of a STEP file says of each part where it stands: corners, cylinders, mass; without fabkit."""
 
 from __future__ import annotations
 
