@@ -493,8 +493,9 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.kinds": ("columns", "beams caps fasteners fins nodes panels plain", "struts"),
     "fabkit.production": (
-        "erection strokes",
+        "erection part_views strokes",
         "cut_lists drawing",
+        "part_drawing plate_drawing",
         "pieces summary",
         "facts",
     ),
