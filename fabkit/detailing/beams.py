@@ -107,12 +107,31 @@ def make_beams(
             end_gaps_mm=(ends.cut - ends.setback).reshape(-1, 2)[edges],
             long_point_mm=shapes.long_point[edges],
             short_point_mm=shapes.short_point[edges],
+            flange_points_mm=_flange_points(shapes.corners[edges], back, rules),
             dihedral_deg=np.degrees(dihedral_angles(structure.mesh)[edges]),
             height_deviation_mm=(structure.heights[edges] - 1) * structure.distance,
             twist_deg=np.degrees(structure.twists[edges]),
             going_in_gaps_mm=gaps[edges],
         ),
     )
+
+
+def _is_stepped(rules: DetailingRules) -> bool:
+    """Whether flanges are cut back further than webs."""
+    return rules.connection.kind == "hub" and rules.beams.profile.shape == "tee"
+
+
+def _flange_points(side_views: FloatArray, back: FloatArray, rules: DetailingRules) -> FloatArray:
+    """(n, 2) longest and shortest extent of the flanges along the axis in mm; NaN where they are as long as the webs.
+    side_views, back: as of `_solids`."""
+    if not _is_stepped(rules):
+        return np.full((len(back), 2), np.nan)
+    first, second = cut_planes(side_views)
+    half = rules.beams.profile.height_mm / 2
+    levels = np.array([half - rules.beams.profile.flange_mm, half])
+    tail, head = (plane[:, :1] + plane[:, 2:] * levels for plane in (first, second))
+    tail, head = tail + back[:, :1], head - back[:, 1:]
+    return np.stack([head.max(axis=1) - tail.min(axis=1), head.min(axis=1) - tail.max(axis=1)], axis=1)
 
 
 def _solids(side_views: FloatArray, back: FloatArray, rules: DetailingRules) -> Solids:
@@ -122,7 +141,7 @@ def _solids(side_views: FloatArray, back: FloatArray, rules: DetailingRules) -> 
     planes = cut_planes(side_views)
     if connection.kind == "bolted":
         return with_hand_holes(section, planes, connection.hand_hole_height_mm, connection.hand_hole_length_mm)
-    if connection.kind == "hub" and section.shape == "tee":
+    if _is_stepped(rules):
         along = np.array([1.0, 0.0, 0.0])
         flange = planes[0] + back[:, :1] * along, planes[1] - back[:, 1:] * along
         return stepped_tees(section, planes, flange)
