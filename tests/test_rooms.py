@@ -168,6 +168,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.mark_rules": set(),
+    "fabkit.site_rules": {"fabkit.parts"},
     "fabkit.production.marks": {"fabkit.mark_rules", "fabkit.parts", "geometry.mesh", "geometry.arrays"},
     "fabkit.production.nesting": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", *GROUND},
     "fabkit.production": {
@@ -181,6 +182,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.formats.finished": {
+        "fabkit.site_rules",
         "fabkit.document_rules",
         "fabkit.formats",
         "fabkit.formats.report",
@@ -244,6 +246,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "fabkit.refused_settings": {"fabkit.wording"},
     "fabkit.project": {
+        "fabkit.site_rules",
         "fabkit.refused_settings",
         "fabkit.mark_rules",
         "fabkit.document_rules",
@@ -493,7 +496,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.kinds": ("columns", "beams caps fasteners fins nodes panels plain", "struts"),
     "fabkit.production": (
-        "erection strokes",
+        "erection node_tables strokes",
         "cut_lists drawing",
         "pieces summary",
         "facts",

@@ -92,13 +92,13 @@ def write_documents(
                 write_dxf(folder / "panels" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
     panel_file = f"panels/{{}}{drawn.suffix}"
     lists = cut_list(assembly, nest, panel_file=panel_file)
-    pieces = piece_tables(assembly, nest, panel_file=panel_file)
+    pieces = piece_tables(assembly, nest, panel_file=panel_file, site=summary.site)
     tables = [*(table.of_single_values() for table in lists.tables), *pieces]
     tables.append(mark_table(assembly, summary.earlier_marks))
     facts = build_facts(summary, assembly, nest)
     if "tables" in chosen:
         with stages("Tables"):
-            for table in [legend(), *tables]:
+            for table in [legend(summary.site), *tables]:
                 write_csv(folder / f"{table.title}.csv", table, rules.tables)
     if "workbook" in chosen:
         with stages("Workbook"):

@@ -25,7 +25,7 @@ from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["BEAM", "BeamDetails", "ends_glyphs"]
 
-ANGLE_DECIMALS = 2
+ANGLE_DECIMALS = 3
 """Decimals of cut angles in the list; an end whose angle rounds to zero is cut square."""
 EITHER_SIDE_MM = 0.01
 """Gap in mm up to which a beam goes in from both sides: no saw is more accurate."""
@@ -98,8 +98,8 @@ def _columns(beams: Parts[BeamDetails], around: Surroundings) -> list[Column]:
         *marks_and_counts(beams),
         Column("Section", None, [section.name for section in own.section[beams.firsts]]),
         materials(beams),
-        of_first("Long point (mm)", 2, beams, own.long_point_mm),
-        of_first("Short point (mm)", 2, beams, own.short_point_mm),
+        of_first("Long point (mm)", 3, beams, own.long_point_mm),
+        of_first("Short point (mm)", 3, beams, own.short_point_mm),
         of_first("End A (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 0]),
         of_first("End B (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 1]),
         Column("Ends", None, ends_glyphs(own.cut_angles_deg[beams.firsts])),
