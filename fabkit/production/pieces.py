@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL, BeamDetails, neighbour_names
+from fabkit.kinds import BASE_PLATE, BEAM, LEFT_OUT, NODE, PANEL, STUB, BeamDetails, neighbour_names
 from fabkit.parts import Assembly, Cell, Column, Frame, Parts
 from fabkit.production.cut_lists import Table
 from fabkit.production.erection import Erection, erection_order
@@ -55,6 +55,7 @@ def piece_tables(
         _stacked("survey", [survey(nodes, assembly.origin_mm, on_site) for nodes in assembly.of_layers(NODE)]),
         _stacked("node_facets", [node_facets(nodes, assembly) for nodes in assembly.of_layers(NODE)]),
         _panel_edges(assembly),
+        *([_supports(assembly, on_site)] if len(assembly.of(BASE_PLATE)) else []),
     )
 
 
@@ -137,6 +138,24 @@ def _placements(parts: Parts[Any], origin_mm: FloatArray) -> list[Column]:
         *directions("Z axis", parts.axes[:, 2]),
         *coordinates("Centre", centres + origin_mm),
     ]
+
+
+def _supports(assembly: Assembly, site: Frame) -> Table:
+    """Of each base plate the middle of its underside, its normal upwards, and the direction of two of its edges, in the
+    coordinates of the site."""
+    plates = assembly.of(BASE_PLATE)
+    return _table(
+        "supports",
+        [
+            Column("Support", None, plates.piece_names),
+            Column("Mark", None, plates.marks),
+            Column("Node", None, named(assembly.of(NODE), plates.elements)),
+            *coordinates("Point", site.to_world(plates.origins + assembly.origin_mm)),
+            *directions("Axis", plates.axes[:, 2] @ site.axes),
+            *directions("Edge", plates.axes[:, 0] @ site.axes),
+            Column("Stub", None, named(assembly.of(STUB), plates.elements)),
+        ],
+    )
 
 
 def _panel_edges(assembly: Assembly) -> Table:
