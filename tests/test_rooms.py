@@ -507,7 +507,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.kinds": ("columns look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
+    "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production": (
         "erection node_tables part_views strokes",
         "cut_lists drawing",

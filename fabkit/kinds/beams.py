@@ -20,6 +20,7 @@ from fabkit.kinds.columns import (
     of_first,
     over_all,
 )
+from fabkit.kinds.faces import beam_faces
 from fabkit.parts import Column, Details, Kind, Measure, Parts, Surroundings, Symmetry, Turns, other_end
 from geometry.arrays import FloatArray, IntArray
 
@@ -166,5 +167,6 @@ BEAM = Kind(
     columns=_columns,
     measures=_measures,
     labels=_labels,
+    faces=beam_faces,
     stock=_stock,
 )
