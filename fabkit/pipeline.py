@@ -211,7 +211,7 @@ def _unusual_parts(
     nodes, panels = assembly.of(NODE), assembly.of(PANEL)
     marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
-    is_raised_by_blocks = project.panels.underside_mm is None and project.nodes.top == "enclosing"
+    is_raised_by_blocks = project.layers[0].is_at_lift and project.nodes.top == "enclosing"
     found = (
         mitres_of(assembly.of(BEAM), rules),
         block_heights(nodes, height, rules),

@@ -12,6 +12,8 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from fabkit.connections import LEAST_EDGE_RATIO, LEAST_PITCH_RATIO, BoltGroup
+from fabkit.layer_rules import LayerRules, problem_of_layers
+from fabkit.lengths import NotNegative, Positive
 from fabkit.parts import Section
 from fabkit.wording import echo
 
@@ -24,22 +26,14 @@ __all__ = [
     "HeightReference",
     "NodeRules",
     "NodeTop",
-    "PanelRules",
     "Setbacks",
     "SheetRules",
 ]
-
-LARGEST_LENGTH_MM = 1e9
-"""Largest length in mm that a project may state: a thousand kilometres, far below the
-lengths whose products overflow."""
 
 LEAST_HAND_HOLE_LENGTH_MM = 300.0
 """Minimum length in mm of a bolted beam between its two cuts: a hand hole, and as much again to its ends as it takes
 up."""
 
-Positive = Annotated[float, Field(gt=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
-Level = Annotated[float, Field(ge=-LARGEST_LENGTH_MM, le=LARGEST_LENGTH_MM, allow_inf_nan=False)]
 HeightReference = Literal["outer", "centre", "inner", "glass"]
 Setbacks = Literal["auto", "least", "equal"]
 NodeTop = Literal["enclosing", "trimmed"]
@@ -220,25 +214,6 @@ class NodeRules:
 
 
 @dataclass(frozen=True, config=_STRICT)
-class PanelRules:
-    """One layer of plates with square edges.
-
-    joint_mm: gap between two panels. seat_mm: free height between the panels and the highest node block under them.
-    underside_mm: height of the panels' lower side above the mesh; by default the minimum that clears beams and nodes,
-    plus the seat. least_edge_mm: minimum length of an edge of a panel. least_bearing_mm: minimum width over which a
-    panel lies above the beam at each of its edges; negative for panels that are held otherwise, and may end beside it.
-    """
-
-    thickness_mm: Positive = 10.0
-    joint_mm: NotNegative = 10.0
-    seat_mm: NotNegative = 5.0
-    underside_mm: Level | None = None
-    least_edge_mm: Positive = 1.0
-    least_bearing_mm: Level = 10.0
-    material: str = "glass"
-
-
-@dataclass(frozen=True, config=_STRICT)
 class SheetRules:
     """Stock sheets: gap_mm between panels, border_mm to the sheet's edge."""
 
@@ -250,12 +225,13 @@ class SheetRules:
 
 @dataclass(frozen=True, config=_STRICT)
 class DetailingRules:
-    """All parameters of the shop. densities_kg_m3: by the name of the material."""
+    """All parameters of the shop. layers: of panels, from outside to inside; densities_kg_m3: by the name of the
+    material."""
 
     beams: BeamRules = field(default_factory=BeamRules)
     connection: ConnectionRules = field(default_factory=ConnectionRules)
     nodes: NodeRules = field(default_factory=NodeRules)
-    panels: PanelRules = field(default_factory=PanelRules)
+    layers: tuple[LayerRules, ...] = field(default_factory=lambda: (LayerRules(),))
     sheets: SheetRules = field(default_factory=SheetRules)
     densities_kg_m3: dict[str, Positive] = field(default_factory=lambda: {"steel": 7850.0, "glass": 2500.0})
 
@@ -267,7 +243,9 @@ class DetailingRules:
 
     @model_validator(mode="after")
     def _connection_fits(self) -> DetailingRules:
+        is_below_glass = self.beams.reference == "glass"
         problem = self.connection.problems_with(self.beams.profile)
+        problem = problem or problem_of_layers(self.layers, is_below_glass=is_below_glass)
         if self.connection.axial_bore_mm > 0 and self.connection.kind != "hub" and self.nodes.top == "trimmed":
             problem = (
                 f"connection.axial_bore_mm is {self.connection.axial_bore_mm:g} mm, and blocks whose tops are trimmed "
@@ -279,7 +257,8 @@ class DetailingRules:
 
     @model_validator(mode="after")
     def _densities_known(self) -> DetailingRules:
-        for kind, rules in vars(self).items():
+        layers = {f"layers.{number}": layer for number, layer in enumerate(self.layers)}
+        for kind, rules in (vars(self) | layers).items():
             material = getattr(rules, "material", None)
             if material is not None and material not in self.densities_kg_m3:
                 known = ", ".join(echo(name) for name in sorted(self.densities_kg_m3))

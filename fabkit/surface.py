@@ -14,7 +14,7 @@ from fabkit.errors import ProjectError
 from fabkit.formats.exact_surfaces import ExactSurface, exact_surface
 from fabkit.formats.polylines import read_polylines
 from fabkit.formats.shape_files import EXACT_SUFFIXES, read_shape
-from fabkit.rules import Positive
+from fabkit.lengths import Positive
 from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError

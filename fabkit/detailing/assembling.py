@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,16 +16,17 @@ from fabkit.detailing.ends import Ends, beam_ends
 from fabkit.detailing.hubs import caps, on_tubes
 from fabkit.detailing.joining import not_joinable
 from fabkit.detailing.nodes import make_nodes
-from fabkit.detailing.panel_levels import PanelLevels, panel_levels, underside_reason, unfit_panels
+from fabkit.detailing.panel_levels import PanelLevels, on_mesh, panel_levels, seats_of, underside_reason, unfit_panels
 from fabkit.detailing.panels import make_panels
 from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
 from fabkit.fitness.shape import tilt
-from fabkit.kinds import PANEL
+from fabkit.kinds import PANEL, PanelDetails
 from fabkit.parts import Assembly, LeftOut, Material, Parts
 from fabkit.rules import DetailingRules
-from geometry.arrays import BoolArray, FloatArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import Pair, SupportStructure
+from geometry.mesh import Mesh
 
 __all__ = ["Detailed", "detail"]
 
@@ -60,12 +61,19 @@ class Detailed:
 
 
 def detail(
-    structure: SupportStructure, rules: DetailingRules, *, name: str, skip_unbuildable: bool = False
+    structure: SupportStructure,
+    rules: DetailingRules,
+    *,
+    name: str,
+    skip_unbuildable: bool = False,
+    meshes: Mapping[int, Mesh] | None = None,
 ) -> Detailed:
     """Make the parts and check that they fit.
 
     structure: in millimetres. Raises DetailingError naming all parts that cannot be built or do not fit. With
-    skip_unbuildable they are left out instead, and the assembly lists them in `left_out`.
+    skip_unbuildable they are left out instead, and the assembly lists them in `left_out`; the panels of a face are then
+    left out in all layers. meshes: in mm, parallel to that of the structure, of layers that have their own, by the
+    numbers of these layers.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -75,7 +83,7 @@ def detail(
     >>> {parts.kind.group: len(parts) for parts in detailed.assembly.groups}
     {'beams': 30, 'nodes': 18, 'panels': 12}
     """
-    plan = _Plan(structure, rules, skip_unbuildable)
+    plan = _Plan(structure, rules, skip_unbuildable, meshes or {})
     while True:
         detailed = plan.make(name)
         plan.check_something_left()
@@ -95,6 +103,7 @@ class _Plan:
     given: SupportStructure
     rules: DetailingRules
     skip_unbuildable: bool
+    meshes: Mapping[int, Mesh]
     structure: SupportStructure = field(init=False)
     depth: float = field(init=False, default=0.0)
     beams: BoolArray = field(init=False)
@@ -116,16 +125,22 @@ class _Plan:
             self.depth = levels.depth
             self.structure = _lowered(self.given, levels.depth)
         with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
-        edges, faces = np.flatnonzero(self.beams), np.flatnonzero(self.panels)
+        edges = np.flatnonzero(self.beams)
         groups: tuple[Parts[Any], ...] = (
             make_beams(self.structure, ends, beams, edges, self.rules, self._material("beams")),
             make_nodes(self.structure, ends, levels.nodes, with_beams, self.rules.beams, self._material("nodes")),
-            make_panels(self.structure, levels.shapes, faces, self.rules.panels, self._material("panels")),
+            self._panels(levels),
         )
         groups = self._joined(ends, groups)
         assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
-        underside = float(levels.shapes.underside[self.panels].min(initial=np.inf))
+        underside = float(levels.underside[self.panels].min(initial=np.inf))
         return Detailed(assembly, underside, levels.needed, underside_reason(self.structure, levels, self.rules))
+
+    def _panels(self, levels: PanelLevels) -> Parts[PanelDetails]:
+        densities = self.rules.densities_kg_m3
+        materials = [layer.pane_materials(densities[layer.material]) for layer in self.rules.layers]
+        seats = seats_of(self.structure, levels, self.beams, self.rules)
+        return make_panels(levels.layers, self.panels, materials, seats, levels.resting)
 
     def _joined(self, ends: Ends, groups: tuple[Parts[Any], ...]) -> tuple[Parts[Any], ...]:
         """The beams, nodes and panels, the nodes as the connection needs them, and the parts that it adds."""
@@ -180,8 +195,8 @@ class _Plan:
 
     def _fit_panels(self, ends: Ends) -> PanelLevels:
         while True:
-            levels = panel_levels(self.structure, ends, self.beams, self.panels, self.rules)
-            unfit = unfit_panels(self.structure, levels.shapes, self.beams, self.panels, self.rules)
+            levels = panel_levels(self.structure, ends, self.beams, self.panels, self.rules, self.meshes)
+            unfit = unfit_panels(levels, self.beams, self.panels, self.rules)
             if not unfit:
                 return levels
             self._leave_out("panel", self.panels, unfit)
@@ -190,7 +205,11 @@ class _Plan:
 
     def panels_crossing_support_planes(self, assembly: Assembly) -> tuple[Violation, ...]:
         panels = assembly.of(PANEL)
-        faces = panels.elements[panels_crossing_support_planes(self.structure, panels)]
+        crossing = [
+            panels.elements[own][panels_crossing_support_planes(layer, panels.take(own))]
+            for own, layer in self._by_structure(panels)
+        ]
+        faces = np.unique(np.concatenate(crossing))
         cure = "change the mesh there, or lower the panels"
         return tuple(
             Violation(
@@ -200,6 +219,13 @@ class _Plan:
             )
             for face in faces.tolist()
         )
+
+    def _by_structure(self, panels: Parts[PanelDetails]) -> list[tuple[IntArray, SupportStructure]]:
+        """The panels by the structure whose support planes bound them."""
+        of_layer = {number: on_mesh(self.structure, mesh) for number, mesh in self.meshes.items()}
+        layer = panels.details.layer
+        rest = np.flatnonzero(~np.isin(layer, list(of_layer)))
+        return [(rest, self.structure), *((np.flatnonzero(layer == n), each) for n, each in of_layer.items())]
 
     def leave_out_violating(self, found: tuple[Violation, ...], assembly: Assembly) -> None:
         """Leave out the panels of each violation, or its beams if it concerns no panel. Raises DetailingError if

@@ -6,7 +6,7 @@ from fabkit.kinds.caps import CAP, CapDetails
 from fabkit.kinds.columns import LEFT_OUT, NO_NEIGHBOUR, marks_at
 from fabkit.kinds.fasteners import BOLT, DOWEL, END_PLATE, BoltDetails, DowelDetails, EndPlateDetails
 from fabkit.kinds.nodes import NODE, NodeDetails, smallest_gaps
-from fabkit.kinds.panels import PANEL, PanelDetails, neighbour_names, panel_outlines
+from fabkit.kinds.panels import PANEL, PanelDetails, neighbour_names, panel_outlines, panel_sides
 from fabkit.kinds.plain import plain_kind
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "marks_at",
     "neighbour_names",
     "panel_outlines",
+    "panel_sides",
     "plain_kind",
     "smallest_gaps",
 ]
