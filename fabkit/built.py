@@ -76,7 +76,7 @@ def summary_of(
     detailed: Detailed,
 ) -> Summary:
     """The figures of a build that are known before its parts have marks. scale: millimetres in a unit of the file."""
-    mesh = structure.mesh
+    mesh, shade = structure.mesh, detailed.shade
     moves = np.linalg.norm(mesh.vertices - file.mesh.vertices * scale, axis=1)
     return Summary(
         name=project.title,
@@ -99,6 +99,8 @@ def summary_of(
         twists_deg=np.degrees(structure.twists),
         underside_mm=detailed.underside_mm,
         underside_reason=detailed.underside_reason,
+        fin_direction=() if shade is None else tuple(shade.shift.tolist()),
+        fin_shade=(0.0, 0.0) if shade is None else (shade.before.share, shade.after.share),
         surface=None if laid is None else _surface_summary(laid, mesh, scale),
     )
 

@@ -6,7 +6,7 @@ import re
 from difflib import get_close_matches
 from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, GetPydanticSchema, ValidationError, field_validator, model_validator
 from pydantic_core import core_schema
@@ -21,6 +21,7 @@ from fabkit.document_rules import (
     TitleBlock,
 )
 from fabkit.errors import ProjectError
+from fabkit.fin_rules import FinRules
 from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GaussImageRules
 from fabkit.layer_rules import LayerRules
@@ -28,7 +29,7 @@ from fabkit.lengths import Positive
 from fabkit.optimisation import OptimiseRules
 from fabkit.overrides import layer_tables, with_overrides
 from fabkit.production import EQUAL_WITHIN_MM
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, SheetRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, SecondLayerRules, SheetRules
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
 from fabkit.units import MM_PER_UNIT, Unit
@@ -101,8 +102,8 @@ class Project(BaseModel):
     in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
     between coordinates of parts that share a mark; parts may be misplaced by up to this tolerance. fitness: bounds from
     which a finding is noted or refused; accept: names of findings to accept instead of refusing them. layers: of
-    panels, from outside to inside. documents: what is written; title_block, tables, drawings and step: how, see
-    `DocumentRules`.
+    panels, from outside to inside. second_layer, fins: None for a structure without. documents: what is written;
+    title_block, tables, drawings and step: how, see `DocumentRules`.
 
     >>> from geometry.mesh.shapes import dome
     >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})
@@ -132,6 +133,8 @@ class Project(BaseModel):
     nodes: NodeRules = Field(default_factory=NodeRules)
     layers: tuple[LayerRules, ...] = Field(default_factory=lambda: (LayerRules(),))
     sheets: SheetRules = Field(default_factory=SheetRules)
+    second_layer: SecondLayerRules | None = None
+    fins: FinRules | None = None
     densities_kg_m3: dict[str, Positive] = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
     documents: tuple[Document, ...] = DOCUMENTS
     title_block: TitleBlock = Field(default_factory=TitleBlock)
@@ -240,6 +243,8 @@ def _rules_of(project: Project) -> DetailingRules:
         nodes=project.nodes,
         layers=project.layers,
         sheets=project.sheets,
+        second_layer=project.second_layer,
+        fins=project.fins,
         densities_kg_m3=project.densities_kg_m3,
     )
 
@@ -300,12 +305,21 @@ def _problems(error: ValidationError) -> str:
     return "; ".join(sentences[:count]) + (f"; and {more} more things" if more else "")
 
 
+def _table(parent: str) -> Any:
+    """The class of a table, by its name with dots: a field of a project, or of one of its tables."""
+    table: Any = Project
+    for name in parent.split(".") if parent else ():
+        if not name.isdecimal():
+            found = get_type_hints(table)[name]
+            table = next(each for each in (found, *get_args(found)) if hasattr(each, "__annotations__"))
+    return table
+
+
 def _sentence(problem: dict[str, Any]) -> str:
     where = ".".join(str(part) for part in problem["loc"])
     if problem["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
         parent, _, key = where.rpartition(".")
-        table = getattr(Project.model_fields.get(parent), "annotation", None) if parent else Project
-        known = list(getattr(table, "model_fields", None) or getattr(table, "__dataclass_fields__", {}))
+        known = list(get_type_hints(_table(parent)))
         close = get_close_matches(key, known, n=1, cutoff=0.5)
         place = f"[{parent}]" if parent else "the project"
         hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"

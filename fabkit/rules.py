@@ -12,9 +12,10 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from fabkit.connections import LEAST_EDGE_RATIO, LEAST_PITCH_RATIO, BoltGroup
+from fabkit.fin_rules import FinRules
 from fabkit.layer_rules import LayerRules, problem_of_layers
-from fabkit.lengths import NotNegative, Positive
-from fabkit.parts import Section
+from fabkit.lengths import Level, NotNegative, Positive
+from fabkit.parts import Material, Section
 from fabkit.wording import echo
 
 __all__ = [
@@ -26,6 +27,7 @@ __all__ = [
     "HeightReference",
     "NodeRules",
     "NodeTop",
+    "SecondLayerRules",
     "Setbacks",
     "SheetRules",
 ]
@@ -181,12 +183,13 @@ class ConnectionRules:
         """What is measured, its size, and the least one."""
         size, highest = self.group.size, max(self.group.offsets_mm)
         half_height, half_width = section.height_mm / 2, section.width_mm / 2
-        edge = LEAST_EDGE_RATIO * size.clearance_mm
+        edge, inside = LEAST_EDGE_RATIO * size.clearance_mm, max(wall, section.radius_mm)
+        between = "radius to radius of a side" if inside > wall else "wall to wall inside"
         needs = [
             ("a bolt to the edge of its end plate", min(half_width, half_height - highest), edge),
             ("a bolt to the side inside, for the socket", half_width - wall, size.tool_radius_mm),
             ("a bolt to the top inside, for the socket", half_height - wall - highest, size.tool_radius_mm),
-            ("wall to wall inside, for the hand hole", section.height_mm - 2 * wall, self.hand_hole_height_mm),
+            (f"{between}, for the hand hole", section.height_mm - 2 * inside, self.hand_hole_height_mm),
         ]
         if self.has_dowel:
             apart = LEAST_PITCH_RATIO * (size.clearance_mm + self.dowel_mm) / 2
@@ -224,15 +227,55 @@ class SheetRules:
 
 
 @dataclass(frozen=True, config=_STRICT)
+class SecondLayerRules:
+    """A second layer of beams and nodes, on the parallel mesh M + d S, and struts along the node axes between both.
+
+    distance_mm: d, negative on the inner side of M. section, connection, material: of its beams and nodes, by default
+    those of the first layer. reference: the side of its bars that lies on the mesh. strut: section of the struts, round
+    or chs; least_strut_mm: minimum length of a strut between its two cuts.
+
+    >>> from fabkit.rules import SecondLayerRules
+    >>> inside, outside = SecondLayerRules(distance_mm=-900), SecondLayerRules(distance_mm=500, strut="round 40")
+    >>> inside.name, outside.name, inside.strut
+    ('lower', 'upper', 'chs 60.3x4')
+    """
+
+    distance_mm: Level
+    section: SectionName | None = None
+    reference: Literal["outer", "centre", "inner"] = "outer"
+    connection: ConnectionRules | None = None
+    strut: SectionName = "chs 60.3x4"
+    least_strut_mm: Positive = 20.0
+    material: str | None = None
+
+    @model_validator(mode="after")
+    def _possible(self) -> SecondLayerRules:
+        if self.distance_mm == 0:
+            raise ValueError("distance_mm is 0, where the first layer is: make it negative for a layer inside")
+        if not Section.of(self.strut).is_round:
+            raise ValueError(
+                f"strut is {echo(self.strut)}, and struts are round: write one like chs 60.3x4 or round 40"
+            )
+        return self
+
+    @property
+    def name(self) -> str:
+        """The word with which the names of its parts begin."""
+        return "lower" if self.distance_mm < 0 else "upper"
+
+
+@dataclass(frozen=True, config=_STRICT)
 class DetailingRules:
-    """All parameters of the shop. layers: of panels, from outside to inside; densities_kg_m3: by the name of the
-    material."""
+    """All parameters of the shop. layers: of panels, from outside to inside. densities_kg_m3: by the name of the
+    material. second_layer, fins: None where there are none."""
 
     beams: BeamRules = field(default_factory=BeamRules)
     connection: ConnectionRules = field(default_factory=ConnectionRules)
     nodes: NodeRules = field(default_factory=NodeRules)
     layers: tuple[LayerRules, ...] = field(default_factory=lambda: (LayerRules(),))
     sheets: SheetRules = field(default_factory=SheetRules)
+    second_layer: SecondLayerRules | None = None
+    fins: FinRules | None = None
     densities_kg_m3: dict[str, Positive] = field(default_factory=lambda: {"steel": 7850.0, "glass": 2500.0})
 
     @property
@@ -241,11 +284,18 @@ class DetailingRules:
         least = self.beams.least_length_mm
         return max(least, LEAST_HAND_HOLE_LENGTH_MM) if self.connection.kind == "bolted" else least
 
+    def material(self, name: str) -> Material:
+        """The material with this name."""
+        return Material(name, self.densities_kg_m3[name])
+
     @model_validator(mode="after")
     def _connection_fits(self) -> DetailingRules:
-        is_below_glass = self.beams.reference == "glass"
-        problem = self.connection.problems_with(self.beams.profile)
-        problem = problem or problem_of_layers(self.layers, is_below_glass=is_below_glass)
+        problem, own = self.connection.problems_with(self.beams.profile), self.second_layer
+        if own is not None and not problem:
+            section = self.beams.profile if own.section is None else Section.of(own.section)
+            problem = (own.connection or self.connection).problems_with(section)
+            problem = problem and f"in the second layer, {problem}"
+        problem = problem or problem_of_layers(self.layers, is_below_glass=self.beams.reference == "glass")
         if self.connection.axial_bore_mm > 0 and self.connection.kind != "hub" and self.nodes.top == "trimmed":
             problem = (
                 f"connection.axial_bore_mm is {self.connection.axial_bore_mm:g} mm, and blocks whose tops are trimmed "

@@ -11,9 +11,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_serializer, model_validator
 
 from fabkit.errors import ProjectError
-from fabkit.formats.exact_surfaces import ExactSurface, exact_surface
 from fabkit.formats.polylines import read_polylines
-from fabkit.formats.shape_files import EXACT_SUFFIXES, read_shape
+from fabkit.formats.surfaces import EXACT_SUFFIXES, ExactSurface, exact_surface, read_shape
 from fabkit.lengths import Positive
 from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats

@@ -9,7 +9,7 @@ import numpy as np
 
 from docs.tools.drawing import BLUE, CLAY, GOLD, SAGE, STEEL, Note, Panel, Shapes, View, draw_page, polygons
 from fabkit import Project, design
-from fabkit.formats.triangles import facets
+from fabkit.formats.shown.triangles import facets
 from fabkit.parts import Assembly, Part, Solid, Solids
 from geometry.arrays import FloatArray
 from geometry.mesh.shapes import dome

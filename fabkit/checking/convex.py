@@ -68,7 +68,7 @@ def is_splittable(batch: SolidArray) -> BoolArray:
 def _is_uncut(batch: SolidArray) -> BoolArray:
     """(P,) whether each solid is convex and not a prism over an outline with many corners."""
     t = batch.topology
-    if len(t.rounds) or (t.n_vertices > 2 * MAX_CORNERS_UNCUT and _is_prism(t)):
+    if len(t.rounds) or len(t.fillets) or (t.n_vertices > 2 * MAX_CORNERS_UNCUT and _is_prism(t)):
         return np.zeros(len(batch.parts), dtype=bool)
     is_convex = np.empty(len(batch.parts), dtype=bool)
     done = 0
@@ -86,7 +86,7 @@ def _is_prism(topology: Topology) -> bool:
     if odd or n < 3:
         return False
     prism = prism_topology(n)
-    names = ("corners", "loop_starts", "face_starts", "rounds")
+    names = ("corners", "loop_starts", "face_starts", "rounds", "fillets")
     return all(np.array_equal(getattr(topology, name), getattr(prism, name)) for name in names)
 
 

@@ -93,13 +93,23 @@ def _end_faces(bars: SolidArray, along: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 def _face_corners(topology: Topology) -> IntArray:
-    """(F, m) vertices of each face's outer loop, the last one repeated where a face has fewer than m."""
+    """(F, m) vertices of each face's outer loop, with tips in place of fillets, the last one repeated where a face has
+    fewer than m."""
+    if len(topology.fillets):
+        return _sharp_corners(topology)
     loops, most = topology.first_corner, int(np.diff(topology.loop_starts).max(initial=1))
     corners = np.repeat(topology.face_vertex[:, None], most, axis=1)
     sizes = np.diff(topology.loop_starts)[topology.face_starts[topology.polygonal]]
     within = np.minimum(np.arange(corners.shape[1]), sizes[:, None] - 1)
     corners[topology.polygonal] = topology.corners[loops[:, None] + within]
     return corners
+
+
+def _sharp_corners(topology: Topology) -> IntArray:
+    outlines = [topology.sharp[topology.loops(face)[0]] for face in range(topology.n_faces)]
+    outlines = [outline[outline != np.roll(outline, 1)] for outline in outlines]
+    most = max(map(len, outlines))
+    return np.stack([np.pad(outline, (0, most - len(outline)), mode="edge") for outline in outlines])
 
 
 def _misfits(corners: FloatArray, normals: FloatArray, blocks: SolidArray) -> tuple[FloatArray, FloatArray, IntArray]:

@@ -34,7 +34,8 @@ def solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_edg
     volume = measures.volumes
     tail, head = batch.topology.edges.T
     edges = np.linalg.norm(batch.vertices[:, head] - batch.vertices[:, tail], axis=-1)
-    shortest = np.concatenate([edges, measures.shortest_sides, measures.radii], axis=1).min(axis=1)
+    of_rounds = (measures.shortest_sides, measures.radii, measures.fillets.radii)
+    shortest = np.concatenate([edges, *of_rounds], axis=1).min(axis=1)
     bulge, clearance = _bulges(measures), round_clearances(measures)
     measured = (skew <= ORTHONORMALITY_TOLERANCE) & (volume > 0) & (shortest >= shortest_edge_mm) & (bulge <= fit_mm)
     splittable = measured.copy()
@@ -81,8 +82,10 @@ def solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_edg
 
 
 def _bulges(of: Measures) -> FloatArray:
-    """(P,) largest distance of a corner from the middle plane of its face, or of the edge of a round from its face."""
+    """(P,) largest distance of a corner from the middle plane of its face, of the edge of a round from its face, or of
+    a fillet from a quarter of a cylinder."""
     levels = np.einsum("pck,kpc->pc", of.normals[:, of.topology.corner_face], of.from_apex)
     highest, lowest = (of.topology.by_face(function, levels, empty=0.0) for function in (np.maximum, np.minimum))
-    bulges: FloatArray = np.maximum((highest - lowest).max(axis=1) / 2, of.round_misfits.max(axis=1, initial=0.0))
+    off = np.concatenate([(highest - lowest) / 2, of.round_misfits, of.fillet_misfits], axis=1)
+    bulges: FloatArray = off.max(axis=1)
     return bulges

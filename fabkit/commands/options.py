@@ -133,8 +133,8 @@ SectionOfBeams = Annotated[
     typer.Option(
         "--section",
         metavar="NAME",
-        help="Section of the beams, height first: flat 120x12, rhs 120x60x5, tee 120x80x10x8, i 120x80x10x8, round 60, "
-        "chs 60.3x4. Default: that of --beam.",
+        help="Section of the beams, height first: flat 120x12, rhs 120x60x5 (with r10 or rounded: its corners), tee "
+        "120x80x10x8, i 120x80x10x8, round 60, chs 60.3x4. Default: that of --beam.",
         rich_help_panel=SIZES,
     ),
 ]

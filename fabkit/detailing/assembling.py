@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from fabkit.checking import Violation, panels_crossing_support_planes, violations, violations_sentence
-from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
-from fabkit.detailing.bolted import bolted_nodes, fasteners
-from fabkit.detailing.drilling import bored_along_axis
-from fabkit.detailing.ends import Ends, beam_ends
-from fabkit.detailing.hubs import caps, on_tubes
-from fabkit.detailing.joining import not_joinable
-from fabkit.detailing.nodes import make_nodes
+from fabkit.detailing.beam_layers import fit_beams, layer_parts
+from fabkit.detailing.beams import BeamShapes, dihedral_angles
+from fabkit.detailing.ends import Ends
+from fabkit.detailing.panel_layers import make_panels
 from fabkit.detailing.panel_levels import PanelLevels, on_mesh, panel_levels, seats_of, underside_reason, unfit_panels
-from fabkit.detailing.panels import make_panels
+from fabkit.detailing.secondary import Secondary
 from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
 from fabkit.fitness.shape import tilt
-from fabkit.kinds import PANEL, PanelDetails
-from fabkit.parts import Assembly, LeftOut, Material, Parts
+from fabkit.kinds import PANEL, STRUT, PanelDetails
+from fabkit.parts import Assembly, LeftOut, Parts
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
-from geometry.gauss import Pair, SupportStructure
+from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh
+from geometry.shading import MostShade
 
 __all__ = ["Detailed", "detail"]
 
@@ -44,6 +42,7 @@ class Detailed:
 
     underside_mm: height of the panels' lower sides above the mesh; underside_reason: what determines it, in words.
     needed_mm (N,): height of the block at each vertex above the faces whose panels lie over it, 0 without a block.
+    shade: how the direction of the fins was found, None where it was given.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -58,6 +57,7 @@ class Detailed:
     underside_mm: float
     needed_mm: FloatArray
     underside_reason: str
+    shade: MostShade | None = None
 
 
 def detail(
@@ -108,6 +108,7 @@ class _Plan:
     depth: float = field(init=False, default=0.0)
     beams: BoolArray = field(init=False)
     panels: BoolArray = field(init=False)
+    secondary: Secondary = field(init=False)
     left_out: list[LeftOut] = field(init=False, default_factory=list)
 
     def __post_init__(self) -> None:
@@ -115,6 +116,7 @@ class _Plan:
         self._check_outwards()
         self.beams = np.ones(self.structure.mesh.n_edges, dtype=bool)
         self.panels = np.ones(self.structure.mesh.n_faces, dtype=bool)
+        self.secondary = Secondary.of(self.given, self.rules)
 
     def make(self, name: str) -> Detailed:
         while True:
@@ -123,68 +125,27 @@ class _Plan:
             if abs(levels.depth - self.depth) <= SAME_DEPTH_MM:
                 break
             self.depth = levels.depth
-            self.structure = _lowered(self.given, levels.depth)
-        with_beams = np.flatnonzero(np.diff(ends.ring_starts) > 0)
-        edges = np.flatnonzero(self.beams)
-        groups: tuple[Parts[Any], ...] = (
-            make_beams(self.structure, ends, beams, edges, self.rules, self._material("beams")),
-            make_nodes(self.structure, ends, levels.nodes, with_beams, self.rules.beams, self._material("nodes")),
-            self._panels(levels),
-        )
-        groups = self._joined(ends, groups)
+        panels = self._panels(levels)
+        first = layer_parts(self.structure, self.beams, ends, beams, levels.nodes, self.rules)
+        blocks = self.structure, ends, levels.nodes
+        others = self.secondary.parts(blocks, self.beams, panels, self.rules, self._leave_out)
+        groups = (*first[:2], panels, *first[2:], *others)
         assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
         underside = float(levels.underside[self.panels].min(initial=np.inf))
-        return Detailed(assembly, underside, levels.needed, underside_reason(self.structure, levels, self.rules))
+        reason, fins = underside_reason(self.structure, levels, self.rules), self.secondary.fins
+        return Detailed(assembly, underside, levels.needed, reason, None if fins is None else fins.shade)
 
     def _panels(self, levels: PanelLevels) -> Parts[PanelDetails]:
         densities = self.rules.densities_kg_m3
         materials = [layer.pane_materials(densities[layer.material]) for layer in self.rules.layers]
         seats = seats_of(self.structure, levels, self.beams, self.rules)
-        return make_panels(levels.layers, self.panels, materials, seats, levels.resting)
-
-    def _joined(self, ends: Ends, groups: tuple[Parts[Any], ...]) -> tuple[Parts[Any], ...]:
-        """The beams, nodes and panels, the nodes as the connection needs them, and the parts that it adds."""
-        (beams, nodes, panels), kind = groups, self.rules.connection.kind
-        axial = self.rules.connection.axial_bore_mm
-        if axial > 0 and kind != "hub":
-            nodes = replace(nodes, solids=bored_along_axis(nodes.solids, axial))
-        if kind == "bolted":
-            added = fasteners(self.structure, ends, self.rules, self._material("nodes"))
-            return (beams, bolted_nodes(nodes, ends, self.rules), panels, *added)
-        if kind == "hub":
-            tubes = on_tubes(nodes, ends, self.rules)
-            return beams, tubes, panels, caps(tubes, self.rules.connection, self._material("nodes"))
-        return beams, nodes, panels
+        dihedrals = np.degrees(dihedral_angles(self.structure.mesh))
+        return make_panels(levels.layers, self.panels, materials, seats, levels.resting, dihedrals)
 
     # --- beams and nodes
 
     def _fit_beams(self) -> tuple[Ends, BeamShapes]:
-        min_length = self.rules.least_length_mm
-        while True:
-            ends = beam_ends(self.structure, self.beams, self.rules)
-            if reasons := not_joinable(self.structure.mesh, ends, self.rules):
-                self._leave_out("beam", self.beams, reasons)
-                continue
-            shapes = beam_shapes(self.structure, ends, self.rules.beams)
-            short = np.flatnonzero(self.beams & ~(shapes.short_point >= min_length))
-            if not len(short):
-                return ends, shapes
-            reasons = {int(edge): self._too_short(int(edge), ends, shapes) for edge in short}
-            self._leave_out("beam", self.beams, reasons)
-
-    def _too_short(self, edge: int, ends: Ends, shapes: BeamShapes) -> str:
-        i, j = self.structure.mesh.combinatorics.edges[edge].tolist()
-        setbacks = ends.setback[2 * edge : 2 * edge + 2]
-        worst = 2 * edge + int(setbacks.argmax())
-        preceding = int(np.flatnonzero(ends.following == worst)[0])
-        angle = np.degrees(np.nanmin(ends.gap[[worst, preceding]]))
-        return (
-            f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
-            f"{self.structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
-            f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
-            f"{self.rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
-            f"{angle:.1f} degrees apart; counted from 0)"
-        )
+        return fit_beams(self.structure, self.beams, self.rules, partial(self._leave_out, "beam", self.beams))
 
     def _nodes_without_beams(self, ends: Ends) -> tuple[LeftOut, ...]:
         without_beams = np.flatnonzero((np.diff(ends.ring_starts) == 0) & self.structure.mesh.combinatorics.is_used)
@@ -228,20 +189,28 @@ class _Plan:
         return [(rest, self.structure), *((np.flatnonzero(layer == n), each) for n, each in of_layer.items())]
 
     def leave_out_violating(self, found: tuple[Violation, ...], assembly: Assembly) -> None:
-        """Leave out the panels of each violation, or its beams if it concerns no panel. Raises DetailingError if
-        nothing may be left out."""
+        """Leave out the secondary parts of each violation; if it concerns none its panels, or else its beams. Raises
+        DetailingError if nothing may be left out."""
         element_of = {group.kind.name: group.kind.element for group in assembly.groups}
         beams: dict[int, str] = {}
         panels: dict[int, str] = {}
+        others: dict[str, dict[int, str]] = {}
         for violation in found:
+            if kind := self.secondary.concerned(violation):
+                own = [element for name, element in violation.parts if name == kind]
+                place = f"{kind} {'at' if kind == STRUT.name else 'on'} {element_of[kind]}"
+                others.setdefault(kind, {}).update({e: _because(place, e, violation) for e in own})
+                continue
             at = {what: [e for k, e in violation.parts if element_of[k] == what] for what in ("face", "edge", "vertex")}
             if at["face"]:
                 panels |= {face: _because("panel on face", face, violation) for face in at["face"]}
             else:
                 edges = at["edge"] or self._beams_at(at["vertex"])
                 beams |= {edge: _because("beam on edge", edge, violation) for edge in edges}
-        if not self.skip_unbuildable or not (beams or panels):
+        if not self.skip_unbuildable or not (beams or panels or others):
             raise DetailingError(violations_sentence(found))
+        for kind, reasons in others.items():
+            self._leave_out(kind, self.secondary.made[kind], reasons)
         if panels:
             self._leave_out("panel", self.panels, panels)
         if beams:
@@ -276,6 +245,8 @@ class _Plan:
     def _place(self, kind: str, element: int) -> str:
         if kind == "panel":
             return f"face {element}"
+        if kind == STRUT.name:
+            return f"vertex {element}"
         i, j = self.structure.mesh.combinatorics.edges[element].tolist()
         return f"edge {element} (vertices {i} and {j})"
 
@@ -283,16 +254,6 @@ class _Plan:
         found = tilt(self.structure, FitnessRules())
         if found and found.level == "refused":
             raise DetailingError(f"{found.sentence}; {found.cure}")
-
-    def _material(self, kind: str) -> Material:
-        name: str = getattr(self.rules, kind).material
-        return Material(name, self.rules.densities_kg_m3[name])
-
-
-def _lowered(structure: SupportStructure, depth: float) -> SupportStructure:
-    """The structure of the mesh that lies `depth` mm below, along S."""
-    pair = structure.pair
-    return SupportStructure(Pair(pair.offset_mesh(-depth), pair.gauss_image), structure.distance)
 
 
 def _because(place: str, element: int, violation: Violation) -> str:

@@ -62,8 +62,8 @@ def bar_solids(section: Section, first: FloatArray, second: FloatArray) -> Solid
         front = np.stack([starts, starts + 1], axis=1).ravel()
         order = np.concatenate([front, front[::-1] + 2])
     else:
-        topology = profile_topology(section.loops)
-        vertices = profile_vertices(section.loops, first, second)
+        topology = profile_topology(section.loops, section.corner_radii)
+        vertices = profile_vertices(section.loops, first, second, radii=section.corner_radii)
         mirrored = _mirrored(section)
         order = np.concatenate([np.arange(len(mirrored)), len(mirrored) + mirrored[::-1]])
     return Solids.alike(_outer_side_up(vertices[:, order], section), renumbered(topology, order))
@@ -76,13 +76,10 @@ def _outer_side_up(vertices: FloatArray, section: Section) -> FloatArray:
 
 def _mirrored(section: Section) -> IntArray:
     """(k,) number of the point of the section that lies opposite each of its points in the central plane."""
-    starts = np.cumsum([0, *map(len, section.loops)])
-    return np.concatenate(
-        [
-            start + np.abs(loop[:, None] * [-1.0, 1.0] - loop[None]).sum(axis=2).argmin(axis=1)
-            for start, loop in zip(starts.tolist(), section.loops, strict=False)
-        ]
-    )
+    flat = np.zeros(3)
+    points = profile_vertices(section.loops, flat, flat, radii=section.corner_radii)[:, 1:]
+    points = points[: len(points) // 2]
+    return np.asarray(np.abs(points[:, None] * [-1.0, 1.0] - points[None]).sum(axis=2).argmin(axis=1))
 
 
 def renumbered(topology: Topology, order: IntArray) -> Topology:
@@ -96,10 +93,13 @@ def _renumbered(topology: Topology, order: tuple[int, ...]) -> Topology:
     number[list(order)] = np.arange(len(order))
     rounds = topology.rounds.copy()
     rounds[:, :4] = number[rounds[:, :4]]
+    fillets = topology.fillets.copy()
+    fillets[:, 1:3] = number[fillets[:, 1:3]]
     return replace(
         topology,
         corners=number[topology.corners],
         rounds=rounds,
+        fillets=fillets,
         pieces=tuple((number[vertices], piece) for vertices, piece in topology.pieces),
     )
 
@@ -137,7 +137,8 @@ def _pierced_bars(
 ) -> tuple[FloatArray, Topology]:
     """Vertices and topology of bars with a hole at x = middles[0] (n,) in their left sides, seen along x, and at
     middles[1], if there are two, in their right sides."""
-    topology, vertices = profile_topology(section.loops), profile_vertices(section.loops, *planes)
+    topology = profile_topology(section.loops, section.corner_radii)
+    vertices = profile_vertices(section.loops, *planes, radii=section.corner_radii)
     half, wall, n = section.width_mm / 2, section.sizes[2], topology.n_vertices // 2
     z, x = _hole_outline(height / 2, length / 2)
     blocks = [vertices]

@@ -47,18 +47,18 @@ class BeamShapes:
         return extent
 
 
-def beam_shapes(structure: SupportStructure, ends: Ends, rules: BeamRules) -> BeamShapes:
-    """Side views of the beams. The cuts are parallel to the node axes, at their distances from them."""
-    inner, outer = height_range(rules)
+def beam_shapes(structure: SupportStructure, ends: Ends, levels: tuple[float, float] | FloatArray) -> BeamShapes:
+    """Side views of the beams. The cuts are parallel to the node axes, at their distances from them. levels: in mm, of
+    the inner and the outer side above the edges, of all beams (2,) or of each (E, 2)."""
     cut = ends.cut.reshape(-1, 2, 1)
     inclination = ends.inclination.reshape(-1, 2, 1)
-    levels = np.array([inner, outer])
-    from_node = (cut + levels * np.sin(inclination)) / np.cos(inclination)  # (E, end, level)
+    levels = np.broadcast_to(np.asarray(levels), (len(cut), 2))
+    from_node = (cut + levels[:, None] * np.sin(inclination)) / np.cos(inclination)  # (E, end, level)
     length = structure.mesh.edge_lengths[:, None]
     corners = np.empty((len(length), 4, 2))
     corners[:, :2, 0] = from_node[:, 0]
     corners[:, 2:, 0] = (length - from_node[:, 1])[:, ::-1]
-    corners[:, :, 1] = [inner, outer, outer, inner]
+    corners[:, :, 1] = levels[:, [0, 1, 1, 0]]
     return BeamShapes(corners)
 
 

@@ -1,14 +1,13 @@
 """The only room that knows formats and kernels; whole folders of files that appear at once or not at all."""
 
 from fabkit.formats.documents import write_documents
-from fabkit.formats.exact_surfaces import exact_surface
 from fabkit.formats.folder import check_replaceable, whole_folder
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.kernels import to_build123d, to_cadquery
 from fabkit.formats.legend_table import legend
 from fabkit.formats.manifest import write_manifest
-from fabkit.formats.shape_files import EXACT_SUFFIXES
 from fabkit.formats.single_files import whole_file
+from fabkit.formats.surfaces import EXACT_SUFFIXES, exact_surface
 from fabkit.formats.tables import write_csv
 from fabkit.formats.workbook import write_xlsx
 

@@ -101,15 +101,21 @@ def write_documents(
         with stages("Workbook"):
             printed = [table for table in tables if table.title not in ONLY_FOR_PROGRAMS]
             write_xlsx(folder / "cutlist.xlsx", printed, summary, facts, issued)
-    glb = glb_bytes(assembly, _left_out_lines(pair.mesh, assembly)) if chosen & {"glb", "report"} else b""
+    missing = _left_out_lines(pair.mesh, assembly)
     if "glb" in chosen:
         with stages("GLB"):
-            (folder / "model.glb").write_bytes(glb)
+            (folder / "model.glb").write_bytes(glb_bytes(assembly, missing))
     if "report" in chosen:
         with stages("Report"):
             pictures = sheet_drawings(nest, assembly.of(PANEL)) if nest else ()  # whose marks can be read
             text = report_html(
-                summary=summary, facts=facts, assembly=assembly, tables=lists.tables, sheets=pictures, glb=glb
+                summary=summary,
+                facts=facts,
+                assembly=assembly,
+                tables=lists.tables,
+                pieces=pieces,
+                sheets=pictures,
+                left_out_lines=missing,
             )
             (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
 

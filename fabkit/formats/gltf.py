@@ -11,16 +11,12 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from fabkit.errors import OutputError
-from fabkit.formats.triangles import facets
-from fabkit.kinds import BEAM
-from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Parts, Solids, prism_topology, prism_vertices
+from fabkit.formats.shown import Placed, Surface, facets, left_out_bars, placed_parts
+from fabkit.parts import Assembly, Solids
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["glb_bytes"]
@@ -32,11 +28,6 @@ _FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
 """Component types of glTF accessors."""
 _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
 """Targets of glTF buffer views: values of vertices, and indices of them."""
-GLASS_OPACITY = 0.35
-"""Opacity of glass panels, from 0 (invisible) to 1."""
-LEFT_OUT_BAR_THICKNESS = 0.03
-"""Thickness of the red bar in the place of a beam that is left out, over the length of its edge: visible, but too thin
-to be taken for a beam."""
 _CHUNK_JSON, _CHUNK_BIN = b"JSON", b"BIN\0"
 
 
@@ -57,81 +48,11 @@ def glb_bytes(assembly: Assembly, left_out_lines: FloatArray | None = None) -> b
     >>> glb_bytes(built.assembly)[:4]
     b'glTF'
     """
-    missing = [left for left in assembly.left_out if left.kind == BEAM.name]
-    lines = np.zeros((0, 2, 3)) if left_out_lines is None else np.asarray(left_out_lines, dtype=np.float64)
-    if lines.shape != (len(missing), 2, 3):
-        raise OutputError(
-            f"{len(missing)} beams are left out, so left_out_lines must have the shape ({len(missing)}, 2, 3), "
-            f"found {lines.shape}; give the two end points of each of their edges"
-        )
     scene = _Scene(assembly.name, assembly.origin_mm)
     for parts in assembly.groups:
-        scene.add_group(parts.kind.group, _placed(parts))
-    scene.add_group("left out", _bars(lines, [f"left out: edge {left.element}" for left in missing]))
+        scene.add_group(parts.kind.group, placed_parts(parts))
+    scene.add_group("left out", left_out_bars(assembly, left_out_lines))
     return scene.glb()
-
-
-@dataclass(frozen=True)
-class _Surface:
-    """name: of a material. colour: sRGB."""
-
-    name: str
-    colour: tuple[float, float, float]
-
-
-@dataclass(frozen=True, eq=False)
-class _Placed:
-    """Things to show. shape, surface (n,): which of the solids, and of the surfaces, each has. translations (n, 3) in
-    mm, rotations (n, 4) as quaternions x, y, z, w."""
-
-    names: Sequence[str]
-    extras: Sequence[Json]
-    solids: Solids
-    shape: IntArray
-    surfaces: Sequence[_Surface]
-    surface: IntArray
-    translations: FloatArray
-    rotations: FloatArray
-
-
-def _placed(parts: Parts[Any]) -> _Placed:
-    turned = np.zeros((0, 4))
-    if len(parts):
-        turned = Rotation.from_matrix(parts.axes.transpose(0, 2, 1)).as_quat(canonical=True)
-    return _Placed(
-        names=parts.marks,
-        extras=[{"element": element} for element in parts.elements.tolist()],
-        solids=parts.solids,
-        shape=parts.shape,
-        surfaces=[_Surface(f"{parts.kind.name} {each.name}", parts.kind.colour) for each in parts.materials],
-        surface=parts.material,
-        translations=parts.origins,
-        rotations=turned,
-    )
-
-
-def _bars(lines: FloatArray, names: list[str]) -> _Placed:
-    """Square bars in world coordinates about lines (n, 2, 3)."""
-    along = lines[:, 1] - lines[:, 0]
-    lengths = np.linalg.norm(along, axis=1)
-    half = LEFT_OUT_BAR_THICKNESS / 2 * lengths[:, None]
-    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    local = prism_vertices(square * half[:, :, None], 0.0, lengths)
-    least = np.eye(3)[np.abs(along).argmin(axis=1)]
-    x = np.cross(least, along)
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
-    z = along / lengths[:, None]
-    vertices = lines[:, :1] + local @ np.stack([x, np.cross(z, x), z], axis=1)
-    return _Placed(
-        names=names,
-        extras=[{} for _ in names],
-        solids=Solids.alike(vertices, prism_topology(4)),
-        shape=np.arange(len(names)),
-        surfaces=[_Surface("left out", LEFT_OUT_COLOUR)],
-        surface=np.zeros(len(names), dtype=np.int64),
-        translations=np.zeros((len(names), 3)),
-        rotations=np.tile([0.0, 0.0, 0.0, 1.0], (len(names), 1)),
-    )
 
 
 class _Scene:
@@ -145,7 +66,7 @@ class _Scene:
         self.nodes: list[str] = []  # in JSON, as are meshes and accessors: there may be hundreds of thousands
         self.meshes: list[str] = []
         self.accessors: list[str] = []
-        self.materials: dict[_Surface, int] = {}
+        self.materials: dict[Surface, int] = {}
         self.index_accessors: dict[bytes, int] = {}
         self.points: list[bytes] = []
         self.normals: list[bytes] = []
@@ -153,7 +74,7 @@ class _Scene:
         self.n_points = 0
         self.index_offset = 0
 
-    def add_group(self, name: str, placed: _Placed) -> None:
+    def add_group(self, name: str, placed: Placed) -> None:
         """A node for the group and one for each thing in it; nothing where it is empty."""
         if not placed.names:
             return
@@ -165,14 +86,14 @@ class _Scene:
             self._add_meshes(placed),
             np.round(placed.translations / 1000, 9).tolist(),  # a micrometre's thousandth
             np.round(placed.rotations, 12).tolist(),
-            placed.extras,
+            placed.elements.tolist(),
             strict=True,
         )
-        for mark, mesh, translation, rotation, extras in columns:
+        for mark, mesh, translation, rotation, element in columns:
             node = {"name": mark, "mesh": mesh, "translation": translation, "rotation": rotation}
-            self.nodes.append(_json({**node, "extras": extras} if extras else node))
+            self.nodes.append(_json({**node, "extras": {"element": element}} if element >= 0 else node))
 
-    def _add_meshes(self, placed: _Placed) -> list[int]:
+    def _add_meshes(self, placed: Placed) -> list[int]:
         """Mesh of each thing; one for each pair of solid and material, in the order of first use."""
         pairs = placed.shape * len(placed.surfaces) + placed.surface
         _, first, pair = np.unique(pairs, return_index=True, return_inverse=True)
@@ -268,15 +189,14 @@ def _chunk(kind: bytes, data: bytes, padding: bytes) -> bytes:
     return struct.pack("<I4s", len(data), kind) + data
 
 
-def _material(of: _Surface) -> Json:
-    glass = "glass" in of.name.lower()
+def _material(of: Surface) -> Json:
     surface: Json = {
-        "baseColorFactor": [*_linear(of.colour), GLASS_OPACITY if glass else 1.0],
+        "baseColorFactor": [*_linear(of.colour), of.opacity],
         "metallicFactor": 0.0,
         "roughnessFactor": 0.6,
     }
     material: Json = {"name": of.name, "pbrMetallicRoughness": surface}
-    return {**material, "alphaMode": "BLEND", "doubleSided": True} if glass else material
+    return {**material, "alphaMode": "BLEND", "doubleSided": True} if of.opacity < 1 else material
 
 
 def _linear(colour: tuple[float, float, float]) -> list[float]:

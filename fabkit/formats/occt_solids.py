@@ -30,10 +30,12 @@ def occt_solid(solid: Solid) -> TopoDS_Solid:
     builder, made = BRep_Builder(), _OcctFaces(solid)
     shell, occt = TopoDS_Shell(), TopoDS_Solid()
     builder.MakeShell(shell)
-    for face in range(solid.topology.n_faces):
+    for face in np.setdiff1d(np.arange(solid.topology.n_faces), solid.topology.fillets[:, 0]).tolist():
         builder.Add(shell, made.plane_face(face))
     for k in range(len(solid.topology.rounds)):
         builder.Add(shell, made.round_face(k))
+    for k in range(len(solid.topology.fillets)):
+        builder.Add(shell, made.fillet_face(k))
     shell.Closed(True)
     builder.MakeSolid(occt)
     builder.Add(occt, shell)
@@ -64,6 +66,8 @@ class _OcctFaces:
             self.edges[low, high], self.edges[high, low] = edge, edge.Reversed()
         self.curves: dict[tuple[int, int], Geom_Curve] = {}  # of the end of each round
         self.circles = [(self._circle(k, 0), self._circle(k, 1)) for k in range(len(seams))]
+        self.arcs: list[list[TopoDS_Edge]] = []  # of the ends of each fillet
+        self._add_fillets(of)
 
     def _is_oblique(self, k: int, end: int) -> bool:
         return bool(abs(self.leans[k][end]) > OCCT_TOLERANCE_MM)
@@ -80,6 +84,55 @@ class _OcctFaces:
         else:
             self.curves[k, end] = Geom_Circle(place, self.radii[k])
         return BRepBuilderAPI_MakeEdge(self.curves[k, end], self.vertices[rim], self.vertices[rim]).Edge()
+
+    def _add_fillets(self, of: Measures) -> None:
+        """The arcs of all fillets, counter-clockwise seen from outside the planar faces in which they lie."""
+        from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+        from OCP.Geom import Geom_Circle, Geom_Ellipse
+        from OCP.gp import gp_Ax2, gp_Ax3, gp_Dir, gp_Pnt
+
+        t, own = self.topology, of.fillets
+        radii, leans = own.radii[0].tolist(), own.leans[:, 0].tolist()
+        centres = (np.moveaxis(own.centres[:, :, 0], 1, 2) + of.middles[0]).tolist()
+        self.fillet_places: list[tuple[gp_Ax3, float]] = []
+        for k in range(len(t.fillets)):
+            away = gp_Dir(*own.reference[:, 0, k].tolist())
+            self.arcs.append([])
+            for end in (0, 1):
+                place = gp_Ax2(gp_Pnt(*centres[end][k]), self.normals[t.fillet_ends[k, end]], away)
+                major = float(np.hypot(leans[end][k], radii[k]))
+                is_oblique = leans[end][k] > OCCT_TOLERANCE_MM
+                curve = Geom_Ellipse(place, major, radii[k]) if is_oblique else Geom_Circle(place, radii[k])
+                tail, head = t.fillet_corners[k, 2 * end : 2 * end + 2][:: -t.fillets[k, 3]].tolist()
+                edge = BRepBuilderAPI_MakeEdge(curve, self.vertices[tail], self.vertices[head]).Edge()
+                self.edges[tail, head], self.edges[head, tail] = edge, edge.Reversed()
+                self.arcs[k].append(edge)
+            axis = gp_Dir(*own.axes[:, 0, k].tolist())
+            self.fillet_places.append((gp_Ax3(gp_Pnt(*centres[0][k]), axis, away), radii[k]))
+
+    def fillet_face(self, k: int) -> TopoDS_Face:
+        """A quarter of a cylinder, with its arcs and straight sides laid on it."""
+        from OCP.BRep import BRep_Builder, BRep_Tool
+        from OCP.BRepAdaptor import BRepAdaptor_Curve
+        from OCP.Geom import Geom_CylindricalSurface
+        from OCP.GeomProjLib import GeomProjLib
+        from OCP.TopLoc import TopLoc_Location
+        from OCP.TopoDS import TopoDS_Face
+
+        builder, made, place = BRep_Builder(), TopoDS_Face(), TopLoc_Location()
+        surface = Geom_CylindricalSurface(*self.fillet_places[k])
+        builder.MakeFace(made, surface, OCCT_TOLERANCE_MM)
+        (loop,) = map(list, self.topology.loops(int(self.topology.fillets[k, 0])))
+        sides = [self.edges[min(pair), max(pair)] for pair in ((loop[1], loop[2]), (loop[0], loop[3]))]
+        for edge in [*self.arcs[k], *sides]:
+            curve = BRepAdaptor_Curve(edge)
+            first, last = curve.FirstParameter(), curve.LastParameter()
+            laid = GeomProjLib.Curve2d_s(BRep_Tool.Curve_s(edge, first, last), first, last, surface)
+            builder.UpdateEdge(edge, laid, surface, place, OCCT_TOLERANCE_MM)
+        is_shaft = self.topology.fillets[k, 3] == SHAFT
+        around = [*loop, loop[0]] if is_shaft else [loop[0], *loop[::-1]]  # seen against the normal of the cylinder
+        builder.Add(made, _wire([self.edges[pair] for pair in pairwise(around)]))
+        return made if is_shaft else made.Reversed()
 
     def plane_face(self, face: int) -> TopoDS_Face:
         from OCP.BRep import BRep_Builder

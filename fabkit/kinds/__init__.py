@@ -5,9 +5,11 @@ from fabkit.kinds.beams import BEAM, BeamDetails
 from fabkit.kinds.caps import CAP, CapDetails
 from fabkit.kinds.columns import LEFT_OUT, NO_NEIGHBOUR, marks_at
 from fabkit.kinds.fasteners import BOLT, DOWEL, END_PLATE, BoltDetails, DowelDetails, EndPlateDetails
+from fabkit.kinds.fins import FIN, FinDetails
 from fabkit.kinds.nodes import NODE, NodeDetails, smallest_gaps
 from fabkit.kinds.panels import PANEL, PanelDetails, neighbour_names, panel_outlines, panel_sides
 from fabkit.kinds.plain import plain_kind
+from fabkit.kinds.struts import STRUT, StrutDetails
 
 __all__ = [
     "BEAM",
@@ -15,17 +17,21 @@ __all__ = [
     "CAP",
     "DOWEL",
     "END_PLATE",
+    "FIN",
     "LEFT_OUT",
     "NODE",
     "NO_NEIGHBOUR",
     "PANEL",
+    "STRUT",
     "BeamDetails",
     "BoltDetails",
     "CapDetails",
     "DowelDetails",
     "EndPlateDetails",
+    "FinDetails",
     "NodeDetails",
     "PanelDetails",
+    "StrutDetails",
     "marks_at",
     "neighbour_names",
     "panel_outlines",

@@ -9,13 +9,25 @@ from fabkit.parts.kind import Cell, Column, Details, Kind, Measure, in_layer
 from fabkit.parts.material import Material
 from fabkit.parts.parts import Part, Parts
 from fabkit.parts.plates import blanks
-from fabkit.parts.profiles import bore_vertices, profile_topology, profile_vertices, round_vertices
 from fabkit.parts.ragged import Ragged
 from fabkit.parts.section import Section
-from fabkit.parts.solid import Measures, Solid, SolidArray, prism_vertices
+from fabkit.parts.shapes import (
+    BORE,
+    SHAFT,
+    Measures,
+    Solid,
+    SolidArray,
+    Topology,
+    bore_vertices,
+    prism_topology,
+    prism_vertices,
+    profile_topology,
+    profile_vertices,
+    round_vertices,
+    shaft_topology,
+)
 from fabkit.parts.solids import Solids
 from fabkit.parts.symmetry import Symmetry, Turns, moved, other_end, shifted
-from fabkit.parts.topology import BORE, SHAFT, Topology, prism_topology, shaft_topology
 
 __all__ = [
     "BORE",

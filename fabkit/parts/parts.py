@@ -13,7 +13,7 @@ from fabkit.parts.frame import Frame
 from fabkit.parts.kind import Details, Kind
 from fabkit.parts.material import Material
 from fabkit.parts.ragged import Ragged
-from fabkit.parts.solid import Solid, SolidArray
+from fabkit.parts.shapes import Solid, SolidArray
 from fabkit.parts.solids import Solids
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 

@@ -23,17 +23,23 @@ _SIZES = {
     "chs": ("diameter", "wall"),
 }
 
+_WORDS = r"(?:\s*(rounded)|\s*r\s*(\d{1,12}(?:\.\d{1,12})?))?"
+"""What may follow the sizes of a rectangular hollow section: its corners, sharp without any of the two."""
+
 _EXAMPLES = "flat 120x12, rhs 120x60x5, tee 120x80x10x8, i 120x80x10x8, round 60 or chs 60.3x4"
 
 
 @dataclass(frozen=True)
 class Section:
-    """A cross-section with sharp corners, symmetric about the central plane of its edge.
+    """A cross-section, symmetric about the central plane of its edge.
 
     shape, sizes: "flat" (height, width), "rhs" (rectangular hollow section: height, width, wall), "tee" and "i"
     (height, flange width, thickness of the flange, of the web), "round" (diameter), "chs" (circular hollow section:
     diameter, wall), in mm. The flange of a tee is its outer side. Points of a section are (y, z): y across the central
-    plane, z outwards from half of the height. Raises ProjectError for sizes that no bar can have.
+    plane, z outwards from half of the height. radius_mm: outer radius of the corners of a rectangular hollow section, 0
+    for sharp ones; inside, they have what the wall leaves of it. It is written as r10, or as `rounded` for the radius
+    of cold-formed sections in EN 10219-2: 2 walls up to a wall of 6 mm, 2.5 up to 10 mm, 3 above. Raises ProjectError
+    for sizes that no bar can have.
 
     >>> from fabkit.parts import Section
     >>> hollow = Section.of("RHS 120x60x5")
@@ -41,13 +47,17 @@ class Section:
     ('rhs 120x60x5', 120.0, 60.0, 1700.0, [4, 4])
     >>> round(hollow.mass_kg_m(7850.0), 2), Section.of("tee 120x80x10x8").web_mm
     (13.34, 8.0)
+    >>> Section.of("rhs 120x60x5 rounded").name, round(Section.of("rhs 120x60x5 r10").mass_kg_m(7850.0), 2)
+    ('rhs 120x60x5 r10', 12.84)
     """
 
     shape: str
     sizes: tuple[float, ...]
+    radius_mm: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sizes", tuple(float(size) for size in self.sizes))
+        object.__setattr__(self, "radius_mm", float(self.radius_mm))
         if self.shape not in _SIZES or len(self.sizes) != len(_SIZES[self.shape]):
             raise ProjectError(f"{self.name!r} is no section: write one like {_EXAMPLES}, in mm, height first")
         for what, size in zip(_SIZES[self.shape], self.sizes, strict=True):
@@ -59,13 +69,18 @@ class Section:
                     f"the {what} of the section {self.name} is {size:g} mm, which leaves nothing of the {whole}: it "
                     f"must be below {limit:g} mm"
                 )
+        if self.radius_mm and self.shape != "rhs":
+            raise ProjectError(f"only rectangular hollow sections have rounded corners, not {self.name}: leave r out")
+        if not 0 <= self.radius_mm < math.inf:
+            raise ProjectError(f"the radius of the section {self.name} is {self.radius_mm:g} mm: it must be 0 or more")
 
     def _limits(self) -> list[tuple[str, float, str, float]]:
         """What is limited, its size, what would vanish, and the limit."""
         sizes = self.sizes
         match self.shape:
             case "rhs":
-                return [("wall", sizes[2], "hollow inside", min(sizes[:2]) / 2)]
+                half = min(sizes[:2]) / 2
+                return [("wall", sizes[2], "hollow inside", half), ("radius", self.radius_mm, "flat sides", half)]
             case "chs":
                 return [("wall", sizes[1], "hollow inside", sizes[0] / 2)]
             case "tee":
@@ -81,16 +96,22 @@ class Section:
         >>> from fabkit.parts import Section
         >>> Section.of("flat 120x12").sizes, Section.of("CHS 60.3 x 4").name
         ((120.0, 12.0), 'chs 60.3x4')
+        >>> Section.of("RHS 120x60x8 rounded").radius_mm, Section.of("rhs 120x60x5 R7.5").corner_radii
+        (20.0, (7.5, 2.5))
         """
         number = r"\d{1,12}(?:\.\d{1,12})?"
-        found = re.fullmatch(rf"\s*([a-z]{{1,10}})\s*({number}(?:\s*[x*]\s*{number}){{0,3}})\s*", text.lower()[:200])
+        found = re.fullmatch(
+            rf"\s*([a-z]{{1,10}})\s*({number}(?:\s*[x*]\s*{number}){{0,3}}){_WORDS}\s*", text.lower()[:200]
+        )
         if not found:
             raise ProjectError(f"{text[:40]!r} is no section: write one like {_EXAMPLES}, in mm, height first")
-        return cls(found[1], tuple(float(size) for size in re.split(r"\s*[x*]\s*", found[2])))
+        sizes = tuple(float(size) for size in re.split(r"\s*[x*]\s*", found[2]))
+        return cls(found[1], sizes, _rolled_radius(sizes[-1]) if found[3] else float(found[4] or 0.0))
 
     @property
     def name(self) -> str:
-        return f"{self.shape} {'x'.join(f'{size:.10g}' for size in self.sizes)}"
+        sizes = "x".join(f"{size:.10g}" for size in self.sizes)
+        return f"{self.shape} {sizes}{f' r{self.radius_mm:.10g}' if self.radius_mm else ''}"
 
     def __str__(self) -> str:
         return self.name
@@ -129,7 +150,8 @@ class Section:
     def area_mm2(self) -> float:
         if self.is_round:
             return math.pi * sum(radius**2 * sign for radius, sign in zip(self.radii, (1, -1), strict=False))
-        return float(sum(_area(loop) for loop in self.loops))
+        cut_off = sum(sign * radius**2 for radius, sign in zip(self.corner_radii, (1, -1), strict=False))
+        return float(sum(_area(loop) for loop in self.loops)) - (4 - math.pi) * cut_off
 
     def mass_kg_m(self, density_kg_m3: float) -> float:
         """Mass of a metre."""
@@ -145,10 +167,16 @@ class Section:
         outer = self.sizes[0] / 2
         return (outer,) if self.shape == "round" else (outer, outer - self.sizes[1])
 
+    @property
+    def corner_radii(self) -> tuple[float, ...]:
+        """Of the corners of each loop, in mm; none where all are sharp."""
+        return (self.radius_mm, max(0.0, self.radius_mm - self.sizes[2])) if self.radius_mm else ()
+
     @cached_property
     def loops(self) -> tuple[FloatArray, ...]:
         """Corners (n, 2) of the outline, counter-clockwise seen against the bar's axis, and of its hole, clockwise;
-        none of round sections. Reversed and mirrored in y, each is itself but for the corner that is first."""
+        none of round sections; rounded corners are given as sharp ones. Reversed and mirrored in y, each is itself but
+        for the corner that is first."""
         if self.is_round:
             return ()
         half, top = self.width_mm / 2, self.height_mm / 2
@@ -167,6 +195,10 @@ class Section:
                     ),
                 )
         return (_box(half, -top, top),)
+
+
+def _rolled_radius(wall: float) -> float:
+    return wall * (2.0 if wall <= 6 else 2.5 if wall <= 10 else 3.0)
 
 
 def _box(half: float, low: float, high: float) -> FloatArray:

@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fabkit.parts.ragged import Ragged
-from fabkit.parts.solid import Solid, SolidArray
-from fabkit.parts.topology import Topology, prism_topology
+from fabkit.parts.shapes import Solid, SolidArray, Topology, prism_topology
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats, integers
 
 __all__ = ["Solids"]

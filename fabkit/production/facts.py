@@ -136,6 +136,11 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     yield _shares("Lean of node axes from the normals", leans, ".2f", "degrees", "median, 95 %, maximum", "lean_deg")
     twist = float(np.abs(summary.twists_deg).max())
     yield Fact("Largest twist of a beam", (twist,), ".1e", "degrees", keys=("largest_twist_deg",))
+    if summary.fin_direction:
+        keys = tuple(f"fins.direction.{axis}" for axis in "xyz")
+        yield Fact("Direction of the fins", summary.fin_direction, "+.3f", note="moves the Gauss image", keys=keys)
+        shares, keys = tuple(100 * share for share in summary.fin_shade), ("fins.shade.upright", "fins.shade.leaning")
+        yield Fact("Panels in the shade", shares, ".1f", "%", "with fins along the node axes, and as they are", keys)
     yield Fact("Panel underside above the mesh", (summary.underside_mm,), ".1f", "mm", keys=("panel_underside.mm",))
     yield Fact("Panel underside set by", (summary.underside_reason,), keys=("panel_underside.reason",))
     within, key = (summary.equal_within_mm,), ("equal_within_mm",)

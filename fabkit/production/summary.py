@@ -169,6 +169,8 @@ class Summary:
     twists_deg (E,): angle between the central planes at the two ends of each edge.
     underside_mm: height of the panels' underside above the mesh faces; underside_reason: what determines it.
     surface: None where the file held the mesh itself.
+    fin_direction: the translation x of the Gauss image that was found for fins, empty where none was sought; fin_shade:
+        share of the panels in their shade without and with it.
     fitness: the findings, noted or accepted. gauss_image: None where it was computed, and is neither exact nor
         optimised.
 
@@ -205,6 +207,8 @@ class Summary:
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))
     equal_within_mm: float = EQUAL_WITHIN_MM
     surface: SurfaceSummary | None = None
+    fin_direction: tuple[float, ...] = ()
+    fin_shade: tuple[float, float] = (0.0, 0.0)
 
     @property
     def placed_at(self) -> str:

@@ -31,9 +31,9 @@ def regular(n: int, radius: float) -> FloatArray:
 
 def profile(name: str, first: float = 0.0, second: float = 0.0, length: float = 800.0) -> Solid:
     """A bar with its ends mitred by these slopes in the plane of its height."""
-    loops = Section.of(name).loops
-    planes = np.array([0.0, 0.0, first]), np.array([length, 0.0, second])
-    return Solid(profile_vertices(loops, *planes), profile_topology(loops))
+    section = Section.of(name)
+    planes, radii = (np.array([0.0, 0.0, first]), np.array([length, 0.0, second])), section.corner_radii
+    return Solid(profile_vertices(section.loops, *planes, radii=radii), profile_topology(section.loops, radii))
 
 
 def round_bar(radius: float, first: FloatArray, second: FloatArray) -> Solid:
@@ -82,9 +82,9 @@ def counterbored() -> Solid:
     return Solid(np.concatenate([prism_vertices(regular(4, 90.0), 0.0, 40.0), bores.reshape(-1, 3)]), topology)
 
 
-def beam_with_hand_hole() -> Solid:
+def beam_with_hand_hole(name: str = "rhs 120x60x5") -> Solid:
     """A hollow section with mitred ends, a hand hole in one wall, and bores through that wall and the opposite one."""
-    bar = profile("rhs 120x60x5", 0.2, -0.1)
+    bar = profile(name, 0.2, -0.1)
     outside = np.array([[300.0, 30, 20], [370.0, 30, 20], [370.0, 30, -20], [300.0, 30, -20]])
     topology = bar.topology.pierced(3, 7, 4).bored([(3, 7), (9, 5)])
     starts, ends = np.array([[500.0, 30, 10], [600.0, -25, 0]]), np.array([[500.0, 25, 10], [600.0, -30, 0]])
@@ -96,6 +96,9 @@ FLAT, END = np.zeros(3), np.array([300.0, 0.0, 0.0])
 
 SOLIDS = {
     "hollow section, mitred": profile("rhs 120x60x5", 0.3, -0.5),
+    "rounded section": profile("rhs 120x60x5 r10"),
+    "rounded section, mitred": profile("rhs 120x60x8 rounded", 0.3, -0.5),
+    "rounded section, sharp inside": profile("rhs 120x60x5 r4", 0.0, 0.4),
     "tee": profile("tee 120x80x10x8", 0.1, 0.1),
     "i": profile("i 120x80x10x8"),
     "round bar": round_bar(30.0, FLAT, END),
@@ -109,6 +112,7 @@ SOLIDS = {
     "block": block(),
     "block, leaning": block(0.3),
     "hand hole": beam_with_hand_hole(),
+    "hand hole, rounded section": beam_with_hand_hole("rhs 120x60x5 r10"),
     "bolt": bolt(),
     "bolt, round head": bolt(0),
 }

@@ -15,8 +15,8 @@ from typer.testing import CliRunner, Result
 
 from fabkit.commands.command_line import app
 from fabkit.errors import FabkitError
-from fabkit.formats.exact_surfaces import ExactSurface, exact_surface
-from fabkit.formats.shape_files import read_shape
+from fabkit.formats.surfaces.exact_surfaces import ExactSurface, exact_surface
+from fabkit.formats.surfaces.shape_files import read_shape
 from geometry import Surface, read_mesh, remesh
 from geometry.arrays import FloatArray
 from tests.fabkit.occt import HAS_KERNEL

@@ -15,9 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabkit.errors import OutputError
-from fabkit.formats.faceted import CHORD_ERROR_MM
 from fabkit.formats.gltf import glb_bytes
-from fabkit.formats.triangles import Facets, facets
+from fabkit.formats.shown.faceted import CHORD_ERROR_MM
+from fabkit.formats.shown.triangles import Facets, facets
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import (
     LEFT_OUT_COLOUR,
@@ -176,7 +176,7 @@ def test_triangles_cover_each_face_once(outlines: list[list[float]]) -> None:
     solids = [Solid(prism_vertices(each, -100.0, 20.0), topology) for each in flat]
     (every,) = facets(Solids.of(solids), ["N1"] * len(solids))
     for k, outline in enumerate(flat):
-        shape = Facets(every.solids[k:], every.points[k:], every.normals[k:], every.triangles[k:])
+        shape = Facets(every.solids[k:], every.flat, every.points[k:], every.normals[k:], every.triangles[k:])
         areas, normals = triangle_areas(shape)
         along = np.einsum("ti,ti->t", areas, normals)
         assert (along > -1e-6 * np.linalg.norm(areas, axis=1).max()).all()  # a straight corner has no area
@@ -226,8 +226,7 @@ def test_rounds_become_strips(name: str) -> None:
     assert mesh.is_winding_consistent
     of = Measures(solid.topology, solid.vertices[None])
     # a strip of width w cuts off a segment of 2/3 w s, s being the chord error
-    assert (
-        abs(mesh.volume / solid.volume_mm3 - 1) < 1e-9 + CHORD_ERROR_MM * of.round_areas.sum() / solid.volume_mm3 * 0.7
-    )
+    cut_off = 0.7 * CHORD_ERROR_MM * (of.round_areas.sum() + of.fillets.areas.sum())
+    assert abs(mesh.volume / solid.volume_mm3 - 1) < 1e-9 + cut_off / solid.volume_mm3
     away = np.einsum("tk,tck->tc", mesh.face_normals, shape.normals[0][shape.triangles[0]])
     assert away.min() > np.cos(np.pi / 12) - 1e-6

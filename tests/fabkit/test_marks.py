@@ -46,7 +46,10 @@ def test_a_rotational_structure_has_one_mark_for_each_orbit() -> None:
         assert len(group.solids) == len(group.mark_names)
 
 
-@pytest.mark.parametrize(("kind", "section"), [("bolted", "rhs 120x60x5"), ("hub", "tee 120x80x10x8")])
+@pytest.mark.parametrize(
+    ("kind", "section"),
+    [("bolted", "rhs 120x60x5"), ("bolted", "rhs 120x60x5 rounded"), ("hub", "tee 120x80x10x8")],
+)
 def test_bores_do_not_tell_equal_parts_apart(kind: ConnectionKind, section: str) -> None:
     """Rims stand in any direction about their axes, those along a node axis too; what is bored stays bored in place."""
     rules = DetailingRules()

@@ -84,7 +84,10 @@ class Contents:
 
     def table(self, name: str) -> FolderTable:
         """A table by its name, such as `pieces`. Raises FolderError where it is missing or damaged."""
-        reader = csv.reader(io.StringIO(self.text(f"{name}.csv"), newline=""), delimiter=self.rules.delimiter)
+        text = self.text(f"{name}.csv")
+        if not text.endswith("\n"):
+            raise FolderError(f"{name}.csv is cut off: its last line has no end")
+        reader = csv.reader(io.StringIO(text, newline=""), delimiter=self.rules.delimiter)
         try:
             head, *rows = list(reader)
         except (ValueError, csv.Error):

@@ -12,6 +12,8 @@ class Camera {
     this.model = model;
     this.radius = model.radius;
     this.target = [0, 0, 0];
+    this.apart = 0; // of an exploded view
+    this.side = null; // that is shown, until something moves
     this.distance = this.radius;
     this.turnTo(-1.0, 0.5);
     this.onMove = () => {};
@@ -22,7 +24,7 @@ class Camera {
     this.turnTo(azimuth, elevation);
     const { right, up, back } = this.axes(), t = Math.tan(FIELD_OF_VIEW / 2);
     const [wide, high] = [t * Math.max(aspect, 1), t / Math.min(aspect, 1)];
-    const [middleRight, middleUp] = [right, up].map((axis) => this.middleAlong(axis));
+    const [middleRight, middleUp] = [right, up].map((axis) => this.extent(axis).reduce((a, b) => a + b) / 2);
     this.target = right.map((value, k) => middleRight * value + middleUp * up[k]);
     this.distance = this.radius / 100;
     this.forEachCorner((along) => {
@@ -33,20 +35,25 @@ class Camera {
     this.onMove();
   }
 
-  middleAlong(axis) {
+  /** Least and largest place of the model along a unit vector. */
+  extent(axis) {
     let least = Infinity, most = -Infinity;
     this.forEachCorner((along) => {
       const value = along(axis);
       if (value < least) least = value;
       if (value > most) most = value;
     });
-    return (least + most) / 2;
+    return [least, most];
   }
 
-  /** Calls task(along) for each corner of the model; along(axis) is where it lies along a unit vector. */
+  /** Calls task(along) for each corner of a box of a part; along(axis) is where it lies along a unit vector. */
   forEachCorner(task) {
-    for (const { positions: p } of this.model.layers) {
-      for (let k = 0; k < p.length; k += 3) task((axis) => axis[0] * p[k] + axis[1] * p[k + 1] + axis[2] * p[k + 2]);
+    for (const { corners: p, middles: m } of this.model.layers) {
+      for (let k = 0; k < p.length; k += 3) {
+        const n = 4 * Math.floor(k / 24);
+        const [x, y, z] = [p[k] + this.apart * m[n], p[k + 1] + this.apart * m[n + 1], p[k + 2] + this.apart * m[n + 2]];
+        task((axis) => axis[0] * x + axis[1] * y + axis[2] * z);
+      }
     }
   }
 
@@ -56,12 +63,14 @@ class Camera {
   }
 
   orbit(right, down) {
+    this.side = null;
     this.turnTo(this.azimuth - right, this.elevation + down);
     this.onMove();
   }
 
   /** right, down: in pixels of a picture whose shorter side has `side` of them. */
   pan(right, down, side) {
+    this.side = null;
     const scale = (2 * this.distance * Math.tan(FIELD_OF_VIEW / 2)) / side;
     const axes = this.axes();
     this.target = this.target.map((v, k) => v + scale * (down * axes.up[k] - right * axes.right[k]));
@@ -69,12 +78,15 @@ class Camera {
   }
 
   zoom(factor) {
+    this.side = null;
     this.distance = Math.min(10 * this.radius, Math.max(this.radius / 500, this.distance * factor));
     this.onMove();
   }
 
-  turnAbout(point) {
+  turnAbout(point, distance = null) {
+    this.side = null;
     this.target = point;
+    this.distance = distance ?? this.distance;
     this.onMove();
   }
 
@@ -85,6 +97,14 @@ class Camera {
     return { right: [-sa, ca, 0], up: [-se * ca, -se * sa, ce], back: [ce * ca, ce * sa, se] };
   }
 
+  /** Unit vector from the eye through a point of the picture, whose sides are at -1 and 1. */
+  ray(x, y, aspect) {
+    const { right, up, back } = this.axes(), t = Math.tan(FIELD_OF_VIEW / 2);
+    const [wide, high] = [x * t * Math.max(aspect, 1), (y * t) / Math.min(aspect, 1)];
+    const along = back.map((value, k) => wide * right[k] + high * up[k] - value), length = Math.hypot(...along);
+    return along.map((value) => value / length);
+  }
+
   eye() {
     const { back } = this.axes();
     return this.target.map((value, k) => value + this.distance * back[k]);
@@ -93,8 +113,8 @@ class Camera {
   /** Column-major 4 x 4 matrix from model to clip space; aspect: width over height of the picture. */
   matrix(aspect) {
     const { right, up, back } = this.axes(), eye = this.eye();
-    const far = this.distance + this.radius + Math.hypot(...this.target);
-    const near = Math.max(this.distance - this.radius - Math.hypot(...this.target), far / 2000);
+    const reach = (1 + this.apart) * this.radius + Math.hypot(...this.target), far = this.distance + reach;
+    const near = Math.max(this.distance - reach, far / 2000);
     const f = 1 / Math.tan(FIELD_OF_VIEW / 2);
     const a = (far + near) / (near - far), b = (2 * far * near) / (near - far);
     const row = (axis, scale, offset) => [

@@ -1,8 +1,7 @@
 "use strict";
 
-// The model: a GLB as this project writes it, as one set of flat arrays a layer (each group of parts, left out).
-// Coordinates are metres, +Z up, about the centre of the model: neither the root's turn to +Y up nor its move to the
-// place of the model is wanted here.
+// The model, as fabkit/formats/report/model.py describes it: each shape once, placed many times. Metres, +Z up, about
+// the middle of the model.
 
 /** Uint8Array of a base64 text. */
 function bytesOfBase64(text) {
@@ -12,134 +11,106 @@ function bytesOfBase64(text) {
   return bytes;
 }
 
-/** {layers, radius}; a layer has a name, its parts, and the arrays that the viewer draws. */
-function readModel(bytes) {
-  const jsonLength = new DataView(bytes.buffer).getUint32(12, true);
-  const gltf = JSON.parse(new TextDecoder().decode(bytes.subarray(20, 20 + jsonLength)));
-  const meshes = readMeshes(gltf, bytes.buffer, 28 + jsonLength);
-  const groups = gltf.nodes[0].children.map((index) => gltf.nodes[index]);
-  const centre = middle(groups.flatMap((group) => group.children.map((index) => placedMiddle(gltf, gltf.nodes[index]))));
-  let firstId = 1; // 0 is the background
-  const layers = groups.map((group) => {
-    const layer = readLayer(group.name, group.children.map((index) => gltf.nodes[index]), meshes, centre, firstId);
-    firstId += layer.parts.length;
-    return layer;
+/** {layers, points, firsts, cuts, radius}; a layer has a name, and for its parts their origins, turns, shapes, own
+    colours, middles (x, y, z and radius) and box corners; a cut has the triangles and edges of shapes. */
+function readModel(head, bytes) {
+  let at = 0;
+  const next = (Type, count) => new Type(bytes.buffer, (at += 4 * count) - 4 * count, count);
+  const layers = head.layers.map(({ name, count, colours }) => {
+    const [origins, turns] = [next(Float32Array, 3 * count), next(Float32Array, 4 * count)];
+    const [shapes, colour] = [next(Uint32Array, count), next(Uint32Array, count)];
+    return { name, count, origins, turns, shapes, colourOf: (row) => colours[colour[row]] };
   });
+  const points = next(Float32Array, 3 * head.points), pairs = next(Uint32Array, 2 * head.shapes);
+  const shapes = Array.from({ length: head.shapes }, (_, k) => ({ first: pairs[2 * k], cut: pairs[2 * k + 1] }));
+  shapes.forEach((shape, k) => {
+    shape.box = boxOf(points, shape.first, k + 1 < shapes.length ? shapes[k + 1].first : head.points);
+  });
+  const cuts = head.cuts.map(([triangles, edges]) => ({
+    triangles: next(Uint32Array, 3 * triangles),
+    edges: next(Uint32Array, 2 * edges),
+  }));
+  for (const layer of layers) placeBoxes(layer, shapes);
   let radius = 0;
-  for (const { positions } of layers) {
-    for (let k = 0; k < positions.length; k += 3) {
-      radius = Math.max(radius, Math.hypot(positions[k], positions[k + 1], positions[k + 2]));
+  for (const { corners } of layers) {
+    for (let k = 0; k < corners.length; k += 3) radius = Math.max(radius, Math.hypot(corners[k], corners[k + 1], corners[k + 2]));
+  }
+  return { layers, points, shapes, cuts, radius: radius || 1 };
+}
+
+function boxOf(points, first, end) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let k = 3 * first; k < 3 * end; k++) {
+    low[k % 3] = Math.min(low[k % 3], points[k]);
+    high[k % 3] = Math.max(high[k % 3], points[k]);
+  }
+  return [low, high];
+}
+
+/** Middle and radius of each part, and the corners of its own box, where it stands. */
+function placeBoxes(layer, shapes) {
+  layer.middles = new Float32Array(4 * layer.count);
+  layer.corners = new Float32Array(24 * layer.count);
+  for (let row = 0; row < layer.count; row++) {
+    const [low, high] = shapes[layer.shapes[row]].box;
+    const half = low.map((value, axis) => (high[axis] - value) / 2);
+    layer.middles.set(placed(layer, row, low.map((value, axis) => value + half[axis])), 4 * row);
+    layer.middles[4 * row + 3] = Math.hypot(...half);
+    for (let k = 0; k < 8; k++) {
+      const corner = [k & 1, k & 2, k & 4].map((upper, axis) => (upper ? high : low)[axis]);
+      layer.corners.set(placed(layer, row, corner), 24 * row + 3 * k);
     }
   }
-  return { layers, radius };
 }
 
-/** Middle of a part's own box, where the part stands. */
-function placedMiddle(gltf, node) {
-  const { min, max } = gltf.accessors[gltf.meshes[node.mesh].primitives[0].attributes.POSITION];
-  const own = min.map((value, axis) => (value + max[axis]) / 2);
-  return turn(node.rotation).map((row, axis) => node.translation[axis] + row[0] * own[0] + row[1] * own[1] + row[2] * own[2]);
+/** A point of a part's own frame, where the part stands. */
+function placed({ origins, turns }, row, point) {
+  return turned(turns.subarray(4 * row, 4 * row + 4), point).map((value, axis) => value + origins[3 * row + axis]);
 }
 
-function middle(points) {
-  return [0, 1, 2].map((axis) => {
-    let least = Infinity, most = -Infinity;
-    for (const point of points) {
-      least = Math.min(least, point[axis]);
-      most = Math.max(most, point[axis]);
-    }
-    return (least + most) / 2;
-  });
+/** A vector turned by a unit quaternion; `back`: by its inverse. */
+function turned([x, y, z, w], [a, b, c], back = false) {
+  const s = back ? -w : w;
+  const [p, q, r] = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
+  return [a + s * p + y * r - z * q, b + s * q + z * p - x * r, c + s * r + x * q - y * p];
 }
 
-/** {positions, normals, triangles, outline, colour} of each mesh; the first four are typed arrays. */
-function readMeshes(gltf, buffer, start) {
-  const outlines = new Map(); // meshes with the same triangles share them, so they share the outline too
-  const array = (index, Type, width) => {
-    const accessor = gltf.accessors[index];
-    const offset = start + gltf.bufferViews[accessor.bufferView].byteOffset + (accessor.byteOffset || 0);
-    return new Type(buffer, offset, accessor.count * width);
-  };
-  return (gltf.meshes || []).map((mesh) => {
-    const primitive = mesh.primitives[0];
-    const narrow = gltf.accessors[primitive.indices].componentType === 5123;
-    const triangles = array(primitive.indices, narrow ? Uint16Array : Uint32Array, 1);
-    if (!outlines.has(primitive.indices)) outlines.set(primitive.indices, outlineOf(triangles));
-    return {
-      positions: array(primitive.attributes.POSITION, Float32Array, 3),
-      normals: array(primitive.attributes.NORMAL, Float32Array, 3),
-      triangles,
-      outline: outlines.get(primitive.indices),
-      colour: screenColour(gltf.materials[primitive.material].pbrMetallicRoughness.baseColorFactor),
-    };
-  });
-}
-
-/** Edges that bound one triangle only: since faces share no corner, these are the edges of the faces. */
-function outlineOf(triangles) {
-  const once = new Map();
-  for (let t = 0; t < triangles.length; t += 3) {
-    for (let k = 0; k < 3; k++) {
-      const a = triangles[t + k], b = triangles[t + ((k + 1) % 3)];
-      const key = Math.min(a, b) * 4294967296 + Math.max(a, b);
-      if (!once.delete(key)) once.set(key, [a, b]);
-    }
+/** {row, distance} of the foremost part of a layer on a ray, null without one. `moved`: how far parts are apart; `seen`
+    (row, point): whether that point of a part is in sight. */
+function hitOf(model, layer, from, along, moved, seen) {
+  let found = null;
+  for (let row = 0; row < layer.count; row++) {
+    const [x, y, z, radius] = layer.middles.subarray(4 * row, 4 * row + 4);
+    const apart = [x, y, z].map((value, axis) => value * (1 + moved) - from[axis]);
+    const ahead = apart[0] * along[0] + apart[1] * along[1] + apart[2] * along[2];
+    const aside = apart[0] ** 2 + apart[1] ** 2 + apart[2] ** 2 - ahead ** 2;
+    if (aside > radius ** 2 || (found && ahead - radius > found.distance)) continue;
+    const turn = layer.turns.subarray(4 * row, 4 * row + 4);
+    const start = from.map((value, axis) => value - layer.origins[3 * row + axis] - moved * [x, y, z][axis]);
+    const inSight = (distance) => seen(row, from.map((value, axis) => value + distance * along[axis]));
+    const most = found ? found.distance : Infinity;
+    const distance = nearest(model, layer.shapes[row], turned(turn, start, true), turned(turn, along, true), most, inSight);
+    if (distance < most) found = { row, distance };
   }
-  return Uint32Array.from([...once.values()].flat());
+  return found;
 }
 
-/** sRGB and opacity, 0 to 255, of a colour in linear light. */
-function screenColour([r, g, b, opacity]) {
-  const curved = (c) => (c <= 0.0031308 ? 12.92 * c : 1.055 * c ** (1 / 2.4) - 0.055);
-  return [curved(r), curved(g), curved(b), opacity].map((c) => Math.round(255 * c));
-}
-
-function readLayer(name, nodes, meshes, centre, firstId) {
-  let nCorners = 0, nIndices = 0, nLines = 0;
-  for (const node of nodes) {
-    nCorners += meshes[node.mesh].positions.length / 3;
-    nIndices += meshes[node.mesh].triangles.length;
-    nLines += meshes[node.mesh].outline.length;
+/** Distance along a ray in a shape's own frame to its first triangle that is in sight, `most` without one nearer. */
+function nearest({ points, shapes, cuts }, shape, [ox, oy, oz], [dx, dy, dz], most, inSight) {
+  const { first, cut } = shapes[shape], { triangles } = cuts[cut];
+  for (let k = 0; k < triangles.length; k += 3) {
+    const [a, b, c] = [0, 1, 2].map((n) => 3 * (first + triangles[k + n]));
+    const [ux, uy, uz] = [points[b] - points[a], points[b + 1] - points[a + 1], points[b + 2] - points[a + 2]];
+    const [vx, vy, vz] = [points[c] - points[a], points[c + 1] - points[a + 1], points[c + 2] - points[a + 2]];
+    const [px, py, pz] = [dy * vz - dz * vy, dz * vx - dx * vz, dx * vy - dy * vx];
+    const size = ux * px + uy * py + uz * pz;
+    if (size === 0) continue;
+    const [tx, ty, tz] = [ox - points[a], oy - points[a + 1], oz - points[a + 2]];
+    const u = (tx * px + ty * py + tz * pz) / size;
+    if (u < 0 || u > 1) continue;
+    const [qx, qy, qz] = [ty * uz - tz * uy, tz * ux - tx * uz, tx * uy - ty * ux];
+    const v = (dx * qx + dy * qy + dz * qz) / size, distance = (vx * qx + vy * qy + vz * qz) / size;
+    if (v >= 0 && u + v <= 1 && distance > 0 && distance < most && inSight(distance)) most = distance;
   }
-  const layer = {
-    name,
-    parts: [],
-    positions: new Float32Array(3 * nCorners),
-    normals: new Int8Array(4 * nCorners),
-    ids: new Uint8Array(4 * nCorners),
-    triangles: new Uint32Array(nIndices),
-    outline: new Uint32Array(nLines),
-  };
-  let corner = 0, index = 0, line = 0;
-  nodes.forEach((node, row) => {
-    const mesh = meshes[node.mesh], count = mesh.positions.length / 3;
-    const origin = node.translation.map((value, axis) => value - centre[axis]);
-    placeCorners(layer, mesh, corner, origin, turn(node.rotation), firstId + row);
-    for (const k of mesh.triangles) layer.triangles[index++] = corner + k;
-    for (const k of mesh.outline) layer.outline[line++] = corner + k;
-    layer.parts.push({ name: node.name, id: firstId + row, first: corner, count, colour: mesh.colour });
-    corner += count;
-  });
-  return layer;
-}
-
-function placeCorners(layer, mesh, first, origin, m, id) {
-  const { positions: p, normals: n } = mesh;
-  for (let k = 0, to = first; k < p.length; k += 3, to++) {
-    for (let axis = 0; axis < 3; axis++) {
-      const [x, y, z] = m[axis];
-      layer.positions[3 * to + axis] = origin[axis] + x * p[k] + y * p[k + 1] + z * p[k + 2];
-      layer.normals[4 * to + axis] = 127 * (x * n[k] + y * n[k + 1] + z * n[k + 2]);
-    }
-    layer.ids.set([id & 255, (id >> 8) & 255, (id >> 16) & 255, 255], 4 * to);
-  }
-}
-
-/** Rows of the rotation matrix of a unit quaternion. */
-function turn([x, y, z, w]) {
-  return [
-    [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-    [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-    [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-  ];
+  return most;
 }

@@ -4,37 +4,88 @@
 
 const SEQUENCE = ["#352a87", "#1f6fb4", "#22a39f", "#8fc05a", "#f3d23b"]; // least to most
 const BOTH_SIGNS = ["#2166ac", "#92c5de", "#eceff1", "#f4a582", "#b2182b"]; // below, at and above zero
+const DISTINCT = ["#1f6fb4", "#e08214", "#2a9d5c", "#c0392b", "#7b5bb5", "#8c6d46", "#d6579c", "#5f6b76", "#a8a400", "#1ba3b8"];
 const MUTED = [214, 219, 223, 255];
 const MUTED_PLATE = [214, 219, 223, 40];
 const PICKED = [214, 33, 124, 255];
+const SAME_MARK = [241, 150, 196, 255]; // as a picked piece
+const GONE = [0, 0, 0, 0];
 
 const data = JSON.parse(document.getElementById("data").textContent);
-const state = { measure: null, scale: null, mark: null, pinned: null };
+const state = { column: null, scale: null, wanted: null, pinned: null, hidden: new Set(), only: null };
+const layers = []; // of the model: {name, first, count}, first: row of the layer's first part in the table of pieces
+const places = new Map(); // {layer, row} of all pieces by their marks and names
 let viewer = null;
 
+const pieces = data.pieces.cells, [pieceNames, marks] = [pieces[0] ?? [], pieces[1] ?? []];
+const columnOf = (table, name) => table.cells[table.columns.indexOf(name)] ?? [];
+
+/** Name and mark of a part of the model. */
+function nameOf({ layer, row }) {
+  return layer.first === null ? data.labels[layer.name][row] : pieceNames[layer.first + row];
+}
+
+function markOf({ layer, row }) {
+  return layer.first === null ? "" : marks[layer.first + row];
+}
+
 function colourAt(ramp, share) {
-  const stops = ramp.map((text) => [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16)));
-  const at = Math.min(0.9999, Math.max(0, share)) * (stops.length - 1), n = Math.floor(at);
+  const stops = ramp.map(channels), at = Math.min(0.9999, Math.max(0, share)) * (stops.length - 1), n = Math.floor(at);
   return stops[n].map((value, k) => Math.round(value + (at - n) * (stops[n + 1][k] - value)));
 }
 
-/** {least, most, ramp} of a measure's colours. */
-function scaleOf(measure) {
-  const known = measure.values.filter((value) => value !== null);
-  let least = known.reduce((a, b) => Math.min(a, b), Infinity), most = known.reduce((a, b) => Math.max(a, b), -Infinity);
-  if (measure.signed) [least, most] = [-Math.max(-least, most), Math.max(-least, most)];
-  return { least, most, ramp: measure.signed ? BOTH_SIGNS : SEQUENCE };
+function channels(text) {
+  return [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16));
 }
 
-/** Colour of a part by the chosen measure; null for its own. */
-function measuredColour(layer, row) {
-  const { measure, scale } = state, part = layer.parts[row];
-  if (layer.name === "left out") return null;
+/** All that parts can be coloured by: {group, title, unit, decimals, signed, values}, a value for each part. */
+function colourColumns() {
+  const found = data.measures.map((measure) => ({ ...measure }));
+  const known = new Set(found.map(({ group, title }) => `${group} ${title}`));
+  const add = (group, title, values) => {
+    if (known.has(`${group} ${title}`) || new Set(values).size < 2) return;
+    known.add(`${group} ${title}`);
+    const numbers = values.map((text) => (text === "" || text === null ? null : Number(text)));
+    const numeric = !numbers.some(Number.isNaN);
+    const decimals = numeric ? Math.max(...values.map((text) => (text?.split(".")[1] ?? "").length)) : 0;
+    const [, name, unit] = title.match(/^(.*?)(?: \((\S+)\))?$/);
+    found.push({ group, title: name, unit: unit ?? "", decimals, signed: false, values: numeric ? numbers : values });
+  };
+  for (const layer of layers.filter(({ first }) => first !== null)) {
+    const own = (texts) => texts.slice(layer.first, layer.first + layer.count);
+    const table = data.tables[layer.name], rowOf = new Map(columnOf(table, "Mark").map((mark, row) => [mark, row]));
+    table.columns.forEach((title, column) => {
+      if (title !== "File") add(layer.name, title, own(marks).map((mark) => table.cells[column][rowOf.get(mark)]));
+    });
+    data.pieces.columns.forEach((title, column) => {
+      if (!["Piece", "File"].includes(title)) add(layer.name, title, own(pieces[column]));
+    });
+  }
+  return found;
+}
+
+/** {least, most, ramp} of numbers, {words} of texts: their colours. */
+function scaleOf({ values, signed }) {
+  const known = values.filter((value) => value !== null && value !== "");
+  if (typeof known[0] === "string") {
+    const words = [...new Set(known)].sort(NATURAL.compare);
+    return { words: new Map(words.map((word, k) => [word, DISTINCT[k % DISTINCT.length]])) };
+  }
+  let least = known.reduce((a, b) => Math.min(a, b), Infinity), most = known.reduce((a, b) => Math.max(a, b), -Infinity);
+  if (signed) [least, most] = [-Math.max(-least, most), Math.max(-least, most)];
+  return { least, most, ramp: signed ? BOTH_SIGNS : SEQUENCE };
+}
+
+/** Colour of a part by the chosen column. */
+function columnColour(layer, row) {
+  const { column, scale } = state, own = layer.colourOf(row);
+  if (layer.first === null) return own;
   const isPlate = data.forms[layer.name] === "plate"; // which hides what lies below it
-  if (!measure) return state.mark !== null && isPlate ? [...part.colour.slice(0, 3), 50] : null;
-  if (layer.name !== measure.group) return isPlate ? MUTED_PLATE : MUTED;
-  const value = measure.values[row];
-  if (value === null) return MUTED;
+  if (!column) return state.wanted !== null && isPlate ? [...own.slice(0, 3), Math.min(own[3], 50)] : own;
+  if (layer.name !== column.group) return isPlate ? MUTED_PLATE : MUTED;
+  const value = column.values[row];
+  if (value === null || value === "") return MUTED;
+  if (scale.words) return [...channels(scale.words.get(value)), 255];
   const share = scale.most > scale.least ? (value - scale.least) / (scale.most - scale.least) : 0.5;
   return [...colourAt(scale.ramp, share), 255];
 }
@@ -42,11 +93,14 @@ function measuredColour(layer, row) {
 /** Paints all parts; rings show the picked ones, discs the blocks where they are what is measured. */
 function paint() {
   if (!viewer) return;
-  const picked = [], measured = [];
+  const picked = [], measured = [], mark = state.pinned && markOf(state.pinned);
   viewer.paint((layer, row) => {
-    const colour = measuredColour(layer, row);
-    if (data.forms[layer.name] === "block" && state.measure?.group === layer.name) measured.push({ layer, row, colour });
-    if (state.mark === null || layer.parts[row].name !== state.mark) return colour;
+    const own = markOf({ layer, row });
+    if (state.hidden.has(own) || (state.only !== null && own !== state.only && layer.first !== null)) return GONE;
+    const colour = columnColour(layer, row);
+    if (data.forms[layer.name] === "block" && state.column?.group === layer.name) measured.push({ layer, row, colour });
+    if (!mark || own !== mark) return colour;
+    if (state.wanted !== mark && (layer !== state.pinned.layer || row !== state.pinned.row)) return SAME_MARK;
     picked.push({ layer, row, colour: PICKED });
     return PICKED;
   });
@@ -54,69 +108,136 @@ function paint() {
 }
 
 function say(value, decimals) {
-  return value === null ? "\u2013" : value.toFixed(decimals);
+  return value === null ? "\u2013" : typeof value === "string" ? value : value.toFixed(decimals);
 }
 
 function element(tag, text, className) {
   const made = document.createElement(tag);
-  if (text !== undefined) made.textContent = text;
+  if (text !== undefined) made.append(text);
   if (className) made.className = className;
   return made;
 }
 
-function showPart(found) {
-  const card = document.getElementById("part");
-  if (!found) return card.replaceChildren(element("p", "Point at a part to read its mark; click to keep it.", "soft"));
-  const { layer, row } = found, list = element("dl");
-  card.replaceChildren(element("strong", layer.parts[row].name), element("p", data.labels[layer.name][row], "soft"), list);
-  for (const measure of data.measures.filter((each) => each.group === layer.name)) {
-    list.append(element("dt", measure.title), element("dd", `${say(measure.values[row], measure.decimals)} ${measure.unit}`));
-  }
+/** A line about the part under the pointer. */
+function showUnder(found) {
+  const line = document.getElementById("under");
+  if (!found) return line.replaceChildren(element("span", "Point at a part to read its name; click to see all about it.", "soft"));
+  line.replaceChildren(element("strong", nameOf(found)), element("br"), element("span", found.layer.first === null ? "" : data.labels[found.layer.name][found.row], "soft"));
 }
 
-/** Shows all parts with a mark; null shows none. Returns how many there are. */
-function pick(mark, found = null) {
-  Object.assign(state, { mark, pinned: found });
-  let count = 0;
-  for (const { layer } of viewer ? viewer.shapes : []) {
-    layer.parts.forEach((part, row) => {
-      if (mark === null || part.name !== mark) return;
-      count += 1;
-      state.pinned ??= { layer, row };
-    });
-  }
-  document.getElementById("mark").value = mark ?? "";
-  document.getElementById("found").textContent = mark === null ? "" : count === 1 ? "1 part" : `${count} parts`;
-  showPart(state.pinned);
+/** Shows all parts with a mark, or one piece; null shows none. Returns how many there are. */
+function pick(wanted, found = null) {
+  const known = wanted === null ? [] : places.get(wanted) ?? [];
+  Object.assign(state, { wanted: known.length ? wanted : null, pinned: found ?? known[0] ?? null });
+  const mark = state.pinned && markOf(state.pinned), alike = mark ? places.get(mark).length : 0;
+  if (state.hidden.delete(mark) || (state.only !== null && mark && state.only !== mark)) state.only = null;
+  document.getElementById("mark").value = wanted ?? "";
+  document.getElementById("found").textContent = wanted === null ? "" : known.length > 1 || alike === known.length ? `${known.length} found` : `1 of ${alike} of ${mark}`;
+  if (wanted === null || known.length) writeAddress(wanted);
+  showPart();
+  showHidden();
   paint();
-  return count;
+  return known.length;
 }
 
-function chooseMeasure(index) {
-  state.measure = index === "" ? null : data.measures[Number(index)];
-  state.scale = state.measure && scaleOf(state.measure);
-  const legend = document.getElementById("scale");
-  legend.hidden = !state.measure;
-  if (state.measure) {
-    const { least, most, ramp } = state.scale, { decimals, unit } = state.measure;
+/** The picked mark or piece is in the address, where no section of the page is. */
+function writeAddress(wanted) {
+  const now = decodeURIComponent(location.hash.slice(1));
+  if (wanted === null && !places.has(now)) return;
+  history.replaceState(null, "", wanted === null ? location.pathname + location.search : `#${encodeURIComponent(wanted)}`);
+}
+
+function readAddress() {
+  const wanted = decodeURIComponent(location.hash.slice(1));
+  if (wanted === "" || document.getElementById(wanted)) return;
+  pick(wanted);
+  document.getElementById("model").scrollIntoView();
+}
+
+function hide(mark) {
+  state.hidden.add(mark);
+  pick(null);
+}
+
+function showOnly(mark) {
+  state.only = mark;
+  showHidden();
+  paint();
+}
+
+function showAllMarks() {
+  state.hidden.clear();
+  state.only = null;
+  showHidden();
+  paint();
+}
+
+function showHidden() {
+  const line = document.getElementById("hidden"), names = [...state.hidden];
+  line.hidden = names.length === 0 && state.only === null;
+  line.querySelector("span").textContent = state.only !== null ? `Only ${state.only} is shown.` : `Hidden: ${names.slice(0, 4).join(", ")}${names.length > 4 ? ` and ${names.length - 4} more` : ""}.`;
+}
+
+function chooseColumn(column) {
+  state.column = column;
+  state.scale = column && scaleOf(column);
+  const legend = document.getElementById("scale"), words = legend.querySelector("ul");
+  legend.hidden = !column;
+  legend.classList.toggle("words", Boolean(state.scale?.words));
+  words.replaceChildren();
+  if (state.scale?.words) {
+    const all = [...state.scale.words];
+    for (const [word, colour] of all.slice(0, DISTINCT.length)) {
+      const item = element("li", word), spot = element("i");
+      spot.style.background = colour;
+      item.prepend(spot);
+      words.append(item);
+    }
+    if (all.length > DISTINCT.length) words.append(element("li", `and ${all.length - DISTINCT.length} more; colours repeat`, "soft"));
+  } else if (column) {
+    const { least, most, ramp } = state.scale, { decimals, unit } = column, [low, high] = legend.querySelectorAll("b");
     legend.querySelector("i").style.background = `linear-gradient(to right, ${ramp.join(",")})`;
-    const [low, high] = legend.querySelectorAll("b");
     low.textContent = say(least, decimals);
     high.textContent = `${say(most, decimals)} ${unit}`;
   }
   paint();
 }
 
+/** The choices of colours, one group of them for each layer. */
+function startColumns() {
+  const columns = colourColumns(), select = document.getElementById("column");
+  select.append(new Option("Kind of part", ""));
+  for (const group of new Set(columns.map((each) => each.group))) {
+    const choices = element("optgroup");
+    choices.label = group[0].toUpperCase() + group.slice(1);
+    columns.forEach(({ group: own, title }, k) => own === group && choices.append(new Option(title, k)));
+    select.append(choices);
+  }
+  select.addEventListener("change", () => chooseColumn(select.value === "" ? null : columns[Number(select.value)]));
+}
+
 function startViewer(canvas) {
-  const text = document.getElementById("model-data").textContent;
   try {
-    viewer = new Viewer(canvas, readModel(bytesOfBase64(text.trim())));
+    const model = readModel(data.model, bytesOfBase64(document.getElementById("model-data").textContent.trim()));
+    viewer = new Viewer(canvas, model, new Set(Object.keys(data.forms).filter((name) => data.forms[name] === "plate")));
   } catch (error) {
     canvas.replaceWith(element("p", `The model cannot be shown here (${error.message}); the GLB file opens in any viewer.`, "hint"));
     return;
   }
-  viewer.onHover = (found) => state.pinned || showPart(found);
-  viewer.onClick = (found) => pick(found && found.layer.parts[found.row].name, found);
+  let first = 0;
+  for (const { layer } of viewer.shapes) {
+    layer.first = layer.name === "left out" ? null : first;
+    first += layer.count;
+    layers.push(layer);
+    for (let row = 0; row < layer.count && layer.first !== null; row++) {
+      const found = { layer, row }, mark = markOf(found);
+      places.set(nameOf(found), [found]);
+      if (!places.has(mark)) places.set(mark, []);
+      if (mark !== nameOf(found)) places.get(mark).push(found);
+    }
+  }
+  viewer.onHover = showUnder;
+  viewer.onClick = (found) => pick(found && (places.get(markOf(found))?.length === 1 ? markOf(found) : nameOf(found)), found);
   canvas.addEventListener("dblclick", () => state.pinned && viewer.centreOn(state.pinned));
   for (const box of document.querySelectorAll("#layers input")) {
     box.addEventListener("change", () => viewer.show(box.value, box.checked));
@@ -124,14 +245,24 @@ function startViewer(canvas) {
   for (const button of document.querySelectorAll(".views button")) {
     button.addEventListener("click", () => viewer.showAll(button.value));
   }
-  document.getElementById("measure").addEventListener("change", (event) => chooseMeasure(event.target.value));
-  document.getElementById("mark").addEventListener("change", (event) => pick(event.target.value.trim() || null));
-  canvas.dataset.parts = viewer.shapes.reduce((sum, { layer }) => sum + layer.parts.length, 0);
+  startCuts();
+  canvas.dataset.parts = first;
+}
+
+/** The controls of the exploded view and the section plane. */
+function startCuts() {
+  const [apart, axis, cut] = ["apart", "axis", "cut"].map((name) => document.getElementById(name));
+  const place = () => {
+    viewer.explode(Number(apart.value));
+    cut.disabled = axis.value === "";
+    viewer.cutAt(axis.value === "" ? null : Number(axis.value), Number(cut.value));
+  };
+  for (const control of [apart, axis, cut]) control.addEventListener("input", place);
 }
 
 function startTables() {
   for (const box of document.querySelectorAll(".table")) {
-    new LongTable(box, document.querySelector(`input[data-table="${box.id}"]`));
+    new LongTable(box, document.querySelector(`input[data-table="${box.id}"]`), data.tables[box.dataset.table]);
     box.addEventListener("mouseover", ({ target }) => {
       if (target.tagName === "TD" && target.scrollWidth > target.clientWidth) target.title = target.textContent;
     });
@@ -152,10 +283,15 @@ function startSheets() {
 
 document.addEventListener("click", (event) => {
   const button = event.target.closest("button.mark");
-  if (button && pick(button.textContent) > 0) document.getElementById("model").scrollIntoView({ behavior: "smooth" });
+  if (button && pick(button.textContent) > 0 && !button.closest("#part")) document.getElementById("model").scrollIntoView({ behavior: "smooth" });
 });
 startTables();
 startSheets();
 startViewer(document.querySelector("#model canvas"));
-showPart(null);
+startColumns();
+document.getElementById("mark").addEventListener("change", (event) => pick(event.target.value.trim() || null));
+document.querySelector("#hidden button").addEventListener("click", showAllMarks);
+window.addEventListener("hashchange", readAddress);
+showUnder(null);
+readAddress();
 document.documentElement.dataset.ready = "yes";

@@ -6,7 +6,6 @@ written, so the same input gives the same bytes.
 
 from __future__ import annotations
 
-import base64
 import json
 from collections import Counter
 from collections.abc import Sequence
@@ -19,7 +18,9 @@ import numpy as np
 
 from fabkit.formats.report.figures import histogram, sheet_picture
 from fabkit.formats.report.fitness import fitness_html
-from fabkit.formats.report.tables import table_html
+from fabkit.formats.report.model import model_data
+from fabkit.formats.report.tables import cells_data, table_html
+from fabkit.formats.shown import left_out_bars, placed_parts
 from fabkit.kinds import BEAM, NODE
 from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Measure, Parts, Surroundings
 from fabkit.production import REPORT, SURFACE_DISTANCE, BuildFacts, Drawing, Fact, Summary, Table
@@ -33,8 +34,14 @@ _SCRIPTS = (
     "program.js",
     "viewer.js",
     "table.js",
+    "card.js",
     "page.js",
 )
+
+PRINTED_SHEETS = 96
+"""Largest number of sheets whose pictures are printed with the report: more than fit two pages help nobody."""
+_AROUND = (("Ends and facets", "node_facets", "Node", "Beam"), ("Edges", "panel_edges", "Panel", "Beam"))
+"""What is shown around a part that is picked: heading, table, and the columns that may name the part."""
 
 
 def report_html(
@@ -43,30 +50,31 @@ def report_html(
     facts: BuildFacts,
     assembly: Assembly,
     tables: Sequence[Table],
+    pieces: Sequence[Table],
     sheets: Sequence[Drawing],
-    glb: bytes,
+    left_out_lines: FloatArray | None = None,
 ) -> str:
-    """The text of the file. glb: what `glb_bytes` wrote for this assembly; the viewer shows it.
+    """The text of the file. tables: of the cut list. pieces: of `piece_tables`, which the page shows of a part that is
+    picked. left_out_lines (n, 2, 3), in mm: the ends of the edges of the beams that are left out.
 
     Names and notes from files are escaped wherever they stand.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
-    >>> from fabkit.formats import glb_bytes
     >>> from fabkit.formats.report import report_html
-    >>> from fabkit.production import cut_list
-    >>> tables = cut_list(built.assembly, built.nest).tables
-    >>> glb = glb_bytes(built.assembly)
-    >>> page = report_html(
-    ...     summary=built.summary, facts=built.facts, assembly=built.assembly, tables=tables, sheets=(), glb=glb
-    ... )
+    >>> from fabkit.production import cut_list, piece_tables
+    >>> lists = {"tables": cut_list(built.assembly, built.nest).tables, "pieces": piece_tables(built.assembly, None)}
+    >>> page = report_html(summary=built.summary, facts=built.facts, assembly=built.assembly, sheets=(), **lists)
     >>> "<h1>structure</h1>" in page
     True
     """
+    listed = {table.title: table for table in pieces}
     measured = [each for group in assembly.groups if len(group) for each in group.kind.measures(group)]
     room = files("fabkit.formats.report")
     page = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
+    layers = [(parts.kind.group, placed_parts(parts)) for parts in assembly.groups]
+    model, arrays = model_data([*layers, ("left out", left_out_bars(assembly, left_out_lines))])
     return page.substitute(
         name=escape(summary.name),
         source=f"from {escape(summary.source)}, in units of {summary.scale_mm:g} mm",
@@ -76,7 +84,6 @@ def report_html(
         left_out=_left_out(assembly),
         fitness=fitness_html(summary.fitness, assembly),
         layers=_layers(assembly),
-        measures=_measure_options(measured),
         mesh_facts=_mesh_facts(facts.mesh),
         mended=_mended(summary),
         deviations=_deviations(summary, assembly),
@@ -89,9 +96,13 @@ def report_html(
                 "forms": {group.kind.group: group.kind.form for group in assembly.groups},
                 "labels": _labels(assembly),
                 "measures": [_measure_data(measure) for measure in measured],
+                "tables": {table.title: cells_data(table) for table in tables},
+                "pieces": cells_data(listed["pieces"]),
+                "around": [[head, cells_data(listed[title]), *names] for head, title, *names in _AROUND],
+                "model": model,
             }
         ),
-        glb=base64.b64encode(glb).decode(),
+        arrays=arrays,
     )
 
 
@@ -145,14 +156,6 @@ def _layers(assembly: Assembly) -> str:
         f'<i style="background: var(--kind-{_css_name(name)})"></i>{name.capitalize()}</label>'
         for name in names
     )
-
-
-def _measure_options(measured: Sequence[Measure]) -> str:
-    groups: dict[str, str] = {}
-    for index, measure in enumerate(measured):
-        option = f'<option value="{index}">{escape(measure.title)}</option>'
-        groups[measure.group] = groups.get(measure.group, "") + option
-    return "\n".join(f'<optgroup label="{name.capitalize()}">{each}</optgroup>' for name, each in groups.items())
 
 
 def _mesh_facts(facts: Sequence[Fact]) -> str:
@@ -220,8 +223,13 @@ def _histograms(measured: Sequence[Measure]) -> str:
 def _sheets(sheets: Sequence[Drawing]) -> str:
     if not sheets:
         return ""
-    pictures = "\n".join(sheet_picture(sheet) for sheet in sheets)
-    return f'<section id="sheets">\n<h2>Sheets</h2>\n<div class="sheets">\n{pictures}\n</div>\n</section>'
+    pictures = "\n".join(sheet_picture(sheet) for sheet in sheets[:PRINTED_SHEETS])
+    later = "\n".join(sheet_picture(sheet) for sheet in sheets[PRINTED_SHEETS:])
+    note = f'<p class="printed-rows">The first {PRINTED_SHEETS} of {len(sheets)} sheets.</p>' if later else ""
+    return (
+        f'<section id="sheets">\n<h2>Sheets</h2>\n<div class="sheets">\n{pictures}\n'
+        f'<div class="later">{later}</div>\n</div>{note}\n</section>'
+    )
 
 
 def _measure_data(measure: Measure) -> dict[str, object]:

@@ -7,19 +7,19 @@ from html import escape
 
 from fabkit.production import Table
 
-__all__ = ["table_html"]
+__all__ = ["cells_data", "table_html"]
 
 _MAX_COLUMN_LETTERS = 34
 """Largest width of a column of the report, in letters."""
 
 
 def table_html(table: Table) -> str:
-    """A table with its heading and a filter; marks are buttons, files links to what lies beside the report.
+    """A table with its heading and a filter, without its rows, which the page makes of `cells_data`.
 
     Above the rows stands in red what was left out, below them the totals.
     """
     title, identifier = escape(table.title.capitalize()), f"table-{escape(table.title)}"
-    classes = [' class="text"' if decimals is None else "" for decimals in table.decimals]
+    classes = [f' class="{each}"' if each else "" for each in _classes(table)]
     heads = "".join(
         f'<th scope="col"{kind}><button type="button">{escape(name)}</button></th>'
         for name, kind in zip(table.columns, classes, strict=True)
@@ -32,10 +32,24 @@ def table_html(table: Table) -> str:
         f'<div class="table-head"><h3>{title} <span class="unit">{count}</span></h3>'
         f'<input type="search" data-table="{identifier}" placeholder="Filter" aria-label="Filter {title}"></div>\n'
         + (f'<ul class="missing">{missing}</ul>\n' if missing else "")
-        + f'<div class="table" id="{identifier}" tabindex="0"><table><colgroup>{widths}</colgroup>'
-        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{_rows(table, classes)}\n</tbody>\n"
-        f"<tfoot>{foot}</tfoot></table></div>"
+        + f'<div class="table" id="{identifier}" data-table="{escape(table.title)}" tabindex="0">'
+        f"<table><colgroup>{widths}</colgroup><thead><tr>{heads}</tr></thead>\n<tbody></tbody>\n"
+        f"<tfoot>{foot}</tfoot></table></div><p class='printed-rows'></p>"
     )
+
+
+def cells_data(table: Table) -> dict[str, object]:
+    """The texts of a table by columns, for the page's scripts."""
+    cells = [list(column) for column in zip(*table.texts, strict=True)] or [[] for _ in table.columns]
+    return {"columns": table.columns, "classes": _classes(table), "cells": cells}
+
+
+def _classes(table: Table) -> list[str]:
+    """Of each column in the style sheet; what has several values, and files, is not printed."""
+    return [
+        ("text" if decimals is None else "") + (" wide" if name in table.several or name == "File" else "")
+        for name, decimals in zip(table.columns, table.decimals, strict=True)
+    ]
 
 
 def _widths(table: Table) -> list[float]:
@@ -43,13 +57,6 @@ def _widths(table: Table) -> list[float]:
     longest = [max(map(len, column)) for column in zip(*table.texts, table.total_texts, strict=True)]
     words = [max(map(len, name.split())) for name in table.columns]
     return [max(min(text, _MAX_COLUMN_LETTERS), 1.2 * word) + 2.5 for text, word in zip(longest, words, strict=True)]
-
-
-def _rows(table: Table, classes: Sequence[str]) -> str:
-    cells = {"Mark": '<button type="button" class="mark">{0}</button>', "File": '<a href="{0}">{0}</a>'}
-    forms = [cells.get(name, "{0}").replace("0", str(n)) for n, name in enumerate(table.columns)]
-    form = _row(forms, classes)
-    return "\n".join(form.format(*map(escape, row)) for row in table.texts)
 
 
 def _row(cells: Sequence[str], classes: Sequence[str]) -> str:

@@ -21,19 +21,20 @@ _POINT = "CARTESIAN_POINT('',(%s,%s,%s))"
 _DIRECTION = "DIRECTION('',(%s,%s,%s))"
 
 Template = tuple[Topology, tuple[bool, ...]]
-"""A topology, and of the first ends of all rounds, then of the second ones, which are oblique: the edges there are
-ellipses, not circles."""
+"""A topology, and of the first ends of all rounds, then of the second ones, then of both ends of all fillets likewise,
+which are oblique: the edges there are ellipses, not circles."""
 
 
 def by_template(solids: Sequence[SolidArray]) -> list[tuple[Template, SolidArray]]:
     """The same solids, by the template of their text."""
     found: list[tuple[Template, SolidArray]] = []
     for batch in solids:
-        if not len(batch.topology.rounds):
+        if not len(batch.topology.rounds) + len(batch.topology.fillets):
             found.append(((batch.topology, ()), batch))
             continue
-        leans = np.abs(Measures(batch.topology, batch.vertices).leans) > STEP_ACCURACY_MM
-        kinds, which = np.unique(np.concatenate(list(leans), axis=1), axis=0, return_inverse=True)
+        of = Measures(batch.topology, batch.vertices)
+        leans = np.concatenate([*np.abs(of.leans), *of.fillets.leans], axis=1) > STEP_ACCURACY_MM
+        kinds, which = np.unique(leans, axis=0, return_inverse=True)
         for k, oblique in enumerate(kinds.tolist()):
             found.append(((batch.topology, tuple(oblique)), batch[which.ravel() == k]))
     return found
@@ -47,9 +48,11 @@ def solid_entities(template: Template, first: int) -> list[str]:
     towards the rim of its round, so nothing is written twice.
     """
     text = _SolidText(template, first)
-    faces = [text.plane_face(face) for face in range(text.topology.n_faces)]
+    planes = np.setdiff1d(np.arange(text.topology.n_faces), text.topology.fillets[:, 0]).tolist()
+    faces = [text.plane_face(face) for face in planes]
     rounds = [text.round_face(k) for k in range(len(text.topology.rounds))]
-    return [f"CLOSED_SHELL('',({','.join([*faces, *rounds])}))", *text.entities[1:]]
+    fillets = [text.fillet_face(k) for k in range(len(text.topology.fillets))]
+    return [f"CLOSED_SHELL('',({','.join([*faces, *rounds, *fillets])}))", *text.entities[1:]]
 
 
 class _SolidText:
@@ -59,7 +62,7 @@ class _SolidText:
         self.topology, self.oblique = template
         self.entities, self._first = [""], first
         t = self.topology
-        centres = set(t.rounds[:, :3:2].ravel().tolist())
+        centres = {*t.rounds[:, :3:2].ravel().tolist(), *t.fillets[:, 1:3].ravel().tolist()}
         self.points = [self.add(_POINT) for _ in range(t.n_vertices)]
         self.vertices = [
             "" if n in centres else self.add(f"VERTEX_POINT('',{point})") for n, point in enumerate(self.points)
@@ -70,11 +73,14 @@ class _SolidText:
             self._add_line(low, high, self.add(_DIRECTION))
         self.axes = [self.add(_DIRECTION) for _ in t.rounds]
         self.across = [self.add(_DIRECTION) for _ in t.rounds]
+        self.references = [self.add(_DIRECTION) for _ in t.fillets]
         self.normals = [self.add(_DIRECTION) for _ in range(t.n_faces)]
         self.circles: list[tuple[str, str]] = []  # of the ends of all rounds, in either direction
         for k, (*ends, low, high, _) in enumerate(t.rounds.tolist()):
             self._add_line(ends[1], ends[3], self.axes[k])
             self.circles += [self._circle(k, 0, ends[0], ends[1], low), self._circle(k, 1, ends[2], ends[3], high)]
+        for k in range(len(t.fillets)):
+            self._add_arcs(k)
 
     def add(self, entity: str) -> str:
         self.entities.append(entity)
@@ -93,10 +99,22 @@ class _SolidText:
     def _circle(self, k: int, end: int, centre: int, rim: int, face: int) -> tuple[str, str]:
         """The edge of a round in a planar face, counter-clockwise seen from outside that face, and its reverse."""
         place = self._placement(centre, self.normals[face], self.across[k])
-        is_oblique = self.oblique[k + end * len(self.topology.rounds)]
-        return self._add_edge(
-            rim, rim, self.add(f"{'ELLIPSE' if is_oblique else 'CIRCLE'}('',{place},%s{',%s' * is_oblique})")
-        )
+        return self._add_edge(rim, rim, self._curve(place, self.oblique[k + end * len(self.topology.rounds)]))
+
+    def _curve(self, place: str, is_oblique: bool) -> str:
+        return self.add(f"{'ELLIPSE' if is_oblique else 'CIRCLE'}('',{place},%s{',%s' * is_oblique})")
+
+    def _add_arcs(self, k: int) -> None:
+        """Both arcs of a fillet, counter-clockwise seen from outside the planar faces in which they lie."""
+        t, (_, *tips, sense) = self.topology, self.topology.fillets[k].tolist()
+        first = 2 * len(t.rounds) + k
+        corners = t.fillet_corners[k].tolist()
+        for end, (tail, head) in enumerate((corners[1::-1], corners[:1:-1])):
+            if sense != SHAFT:
+                tail, head = head, tail
+            place = self._placement(tips[end], self.normals[t.fillet_ends[k, end]], self.references[k])
+            curve = self._curve(place, self.oblique[first + end * len(t.fillets)])
+            self.oriented[tail, head], self.oriented[head, tail] = self._add_edge(tail, head, curve)
 
     def _placement(self, origin: int, z: str, x: str) -> str:
         return self.add(f"AXIS2_PLACEMENT_3D('',{self.points[origin]},{z},{x})")
@@ -108,9 +126,21 @@ class _SolidText:
         ends = [2 * k + end for k, end in np.argwhere(t.rounds[:, 4:6] == face).tolist()]
         bounds += [self.circles[n][0] for n in ends if n // 2 == outer]
         bounds += [self.circles[n][1] for n in ends if n // 2 != outer]
-        x = self.across[outer] if outer >= 0 else self.directions[loops[0][0], loops[0][1]]
+        x = self.across[outer] if outer >= 0 else self._along_first_side(loops[0])
         plane = self.add(f"PLANE('',{self._placement(t.face_vertex[face], self.normals[face], x)})")
         return self._face(bounds, plane, ".T.")
+
+    def _along_first_side(self, loop: list[int]) -> str:
+        """The direction of the first straight side of a loop."""
+        return next(self.directions[pair] for pair in pairwise([*loop, loop[0]]) if pair in self.directions)
+
+    def fillet_face(self, k: int) -> str:
+        t, (face, tip, _, sense) = self.topology, self.topology.fillets[k].tolist()
+        (loop,) = (loop.tolist() for loop in t.loops(face))
+        place = self._placement(tip, self.directions[loop[1], loop[2]], self.references[k])
+        cylinder = self.add(f"CYLINDRICAL_SURFACE('',{place},%s)")
+        bound = ",".join(self.oriented[pair] for pair in pairwise([*loop, loop[0]]))
+        return self._face([bound], cylinder, ".T." if sense == SHAFT else ".F.")
 
     def round_face(self, k: int) -> str:
         """A cylinder as one face, which begins and ends at the line from rim to rim."""
@@ -132,7 +162,8 @@ class _SolidText:
 
 def solid_numbers(template: Template, batch: SolidArray, names: Sequence[str]) -> FloatArray:
     """(k, m) numbers of the k solids with these names: first the volume in mm3, the surface area in mm2 and the
-    centroid in mm; then the points of vertices, directions of edges, axes, rims and faces, and radii.
+    centroid in mm; then the points of vertices (of a tip the centre of its fillet), directions of edges, axes, rims and
+    faces, and radii.
 
     Raises OutputError, with the name of the solid, where a number is not finite, an edge is shorter or a face narrower
     than STEP_ACCURACY_MM, a face is off its plane by more than that, or the volume is not positive.
@@ -145,6 +176,8 @@ def solid_numbers(template: Template, batch: SolidArray, names: Sequence[str]) -
     shortest = lengths.min(axis=1, initial=np.inf)
     if len(t.rounds):
         shortest = np.minimum(shortest, np.minimum(of.shortest_sides, of.radii).min(axis=1))
+    if len(t.fillets):
+        shortest = np.minimum(shortest, of.fillets.radii.min(axis=1))
     _require(
         shortest > STEP_ACCURACY_MM,
         names,
@@ -164,6 +197,8 @@ def solid_numbers(template: Template, batch: SolidArray, names: Sequence[str]) -
     deviations = np.abs(np.einsum("xkc,kcx->kc", here, of.normals[:, t.corner_face])).max(axis=1, initial=0.0)
     if len(t.rounds):
         deviations = np.maximum(deviations, of.round_misfits.max(axis=1))
+    if len(t.fillets):
+        deviations = np.maximum(deviations, of.fillet_misfits.max(axis=1))
     _require(
         deviations <= STEP_ACCURACY_MM,
         names,
@@ -174,22 +209,30 @@ def solid_numbers(template: Template, batch: SolidArray, names: Sequence[str]) -
     volumes = of.volumes
     _require(volumes > 0, names, volumes, "encloses {:.3g} mm3; its faces must run counter-clockwise seen from outside")
     directions = np.moveaxis(along / lengths, 0, 2)
-    columns = (volumes, of.surface_areas, of.centroids, batch.vertices, directions, *_round_numbers(of, template[1]))
+    points = batch.vertices
+    if len(t.fillets):
+        points = points.copy()
+        points[:, t.fillets[:, 1:3]] = of.middles[:, None, None] + np.transpose(of.fillets.centres, (2, 3, 0, 1))
+    columns = (volumes, of.surface_areas, of.centroids, points, directions, *_round_numbers(of, template[1]))
     return np.concatenate([each.reshape(len(volumes), -1) for each in columns], axis=1)
 
 
 def _round_numbers(of: Measures, oblique: tuple[bool, ...]) -> list[FloatArray]:
-    """Axes, directions of rims, normals of faces; semi-axes of edges, and radii of cylinders."""
-    n = len(of.topology.rounds)
-    if not n:
+    """Axes, directions of rims and references, normals of faces; semi-axes of edges, and radii of cylinders."""
+    n, m = len(of.topology.rounds), len(of.topology.fillets)
+    if not n + m:
         return [of.normals]
-    ends = []
+    ends, arcs = [], of.fillets
     half_axes = np.sqrt((of.rims * of.rims).sum(axis=1))
     for k in range(n):
         for end in (0, 1):
             ends += [half_axes[end, :, k], of.radii[:, k]] if oblique[k + end * n] else [of.radii[:, k]]
-    axes, across = (np.moveaxis(each, 0, 2) for each in (of.round_axes, of.round_across))
-    return [axes, across, of.normals, np.stack(ends, axis=1), of.radii]
+    half_axes = np.sqrt(arcs.leans**2 + arcs.radii**2)
+    for k in range(m):
+        for end in (0, 1):
+            ends += [half_axes[end, :, k], arcs.radii[:, k]] if oblique[2 * n + k + end * m] else [arcs.radii[:, k]]
+    directions = [np.moveaxis(each, 0, 2) for each in (of.round_axes, of.round_across, arcs.reference)]
+    return [*directions, of.normals, np.stack(ends, axis=1), of.radii, arcs.radii]
 
 
 def _require(passes: BoolArray, names: Sequence[str], values: FloatArray, what: str) -> None:

@@ -221,7 +221,7 @@ class StepWriter:
     def _check_content(self, parts: Parts[Any], k: int) -> None:
         mark, shape = parts.mark_names[parts.mark[k]], parts.shape[k]
         topology = parts.solids.topologies[parts.solids.topology[shape]]
-        corners = topology.corners.tobytes() + topology.rounds.tobytes()
+        corners = b"".join(each.tobytes() for each in (topology.corners, topology.rounds, topology.fillets))
         vertices = parts.solids.vertices[int(shape)].tobytes()
         content = hash((parts.kind.name, parts.materials[parts.material[k]], corners, vertices))
         if self._contents.setdefault(mark, content) != content:

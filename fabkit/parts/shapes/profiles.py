@@ -1,4 +1,5 @@
-"""Solids of bars: any profile, or a circle, between two planes across the x axis; and bores.
+"""Solids of bars: any profile, with sharp or rounded corners, or a circle, between two planes across the x axis; and
+bores.
 
 A plane is given by x at the axis and its slopes along y and z: x = plane[0] + plane[1] y + plane[2] z.
 """
@@ -12,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from fabkit.parts.topology import Topology, prism_topology
+from fabkit.parts.shapes.topology import SHAFT, Topology, prism_topology
 from geometry.arrays import FloatArray
 
 __all__ = ["bore_vertices", "profile_topology", "profile_vertices", "round_vertices"]
@@ -20,38 +21,93 @@ __all__ = ["bore_vertices", "profile_topology", "profile_vertices", "round_verti
 STRAIGHT_CORNER_SINE = 1e-9
 """Sine of the inward turn at a corner, up to which a piece of a profile counts as convex: rounding of a straight
 corner."""
+RIGHT_ANGLE_COSINE = 1e-9
+"""Cosine of the angle at a corner up to which it is a right one: over a radius of 10 mm a fillet is off by 1e-8 mm."""
 SAME_LEAN_SINE = 1e-9
 """Sine of the angle between the directions in which both ends of a round lean, up to which these are one: over 1 m a
 rim is off its plane by 1e-6 mm."""
 
 
-def profile_topology(loops: Sequence[FloatArray]) -> Topology:
+def profile_topology(loops: Sequence[FloatArray], radii: Sequence[float] = ()) -> Topology:
     """A bar with this profile: the corners (n, 2), as (y, z), of its outline, counter-clockwise, and of its holes,
-    clockwise.
+    clockwise. radii: of the fillets at the corners of each loop, which are then right angles; 0 or none for sharp ones.
 
-    Vertices: those of all loops in their order at the first end, then at the second. Faces: first end, second end, then
-    the side from each corner to the next one of its loop. A profile with holes, or that is not convex, has a convex
-    piece for each convex part of it, cut from corner to corner. Equal profiles have the same topology.
+    Vertices: those of all loops in their order at the first end, two for each corner with a fillet, and the tips of the
+    fillets; then the same at the second end. Faces: first end, second end, then the side from each corner to the next
+    one of its loop, then the fillets. A profile with holes or fillets, or that is not convex, has a convex piece for
+    each convex part of it, cut from corner to corner; they have sharp edges in place of fillets that are rounded off,
+    and flat ones in place of those in hollow corners, and so contain a little more than the solid. Equal profiles have
+    the same topology.
 
     >>> from fabkit.parts import Section, profile_topology
     >>> hollow = profile_topology(Section.of("rhs 120x60x5").loops)
     >>> hollow.n_vertices, hollow.n_faces, len(hollow.loops(0)), len(hollow.pieces)
     (16, 10, 2, 4)
+    >>> section = Section.of("rhs 120x60x5 r10")
+    >>> rounded = profile_topology(section.loops, section.corner_radii)
+    >>> rounded.n_vertices, rounded.n_faces, len(rounded.fillets)
+    (48, 18, 8)
     """
-    is_whole = len(loops) == 1 and _is_convex(loops[0])
-    return _profile_topology(tuple(map(len, loops)), () if is_whole else _convex_pieces(loops))
+    points, loop_points, fillets = _rounded(loops, radii)
+    if not fillets and len(loops) == 1 and _is_convex(loops[0]):
+        return prism_topology(len(loops[0]))
+    containing = _containing(loop_points, fillets)
+    pieces = _convex_pieces([points[own] for own in containing])
+    numbers = np.concatenate(containing).tolist()
+    return _profile_topology(
+        tuple(map(tuple, loop_points)), fillets, tuple(tuple(numbers[k] for k in piece) for piece in pieces)
+    )
+
+
+Fillet = tuple[int, int, int, int]
+"""Both ends of the arc of a fillet, its tip, and its sense."""
+
+
+def _rounded(
+    loops: Sequence[FloatArray], radii: Sequence[float]
+) -> tuple[FloatArray, list[list[int]], tuple[Fillet, ...]]:
+    """The points (n, 2) of a profile, the numbers of those of each loop, and the fillets."""
+    points: list[FloatArray] = []
+    tips: list[FloatArray] = []
+    fillets: list[Fillet] = []
+    numbers: list[list[int]] = []
+    for loop, radius in zip(loops, radii or [0.0] * len(loops), strict=True):
+        first = sum(map(len, points))
+        if not radius:
+            points.append(loop)
+        else:
+            ahead = np.roll(loop, -1, axis=0) - loop
+            ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+            behind = np.roll(ahead, 1, axis=0)
+            if np.abs((ahead * behind).sum(axis=1)).max() > RIGHT_ANGLE_COSINE:
+                raise ValueError("only corners that are right angles have fillets")
+            points.append(np.stack([loop - radius * behind, loop + radius * ahead], axis=1).reshape(-1, 2))
+            turns = np.sign(behind[:, 0] * ahead[:, 1] - behind[:, 1] * ahead[:, 0]).astype(int).tolist()
+            fillets += [(first + 2 * k, first + 2 * k + 1, len(fillets) + k, turn) for k, turn in enumerate(turns)]
+            tips.append(loop)
+        numbers.append(list(range(first, first + len(points[-1]))))
+    n = sum(map(len, points))
+    return np.concatenate([*points, *tips]), numbers, tuple((a, b, n + tip, sense) for a, b, tip, sense in fillets)
+
+
+def _containing(loops: list[list[int]], fillets: Sequence[Fillet]) -> list[list[int]]:
+    """The loops with the tip in place of the arc of each fillet that is rounded off."""
+    sharp = {a: tip for a, _, tip, sense in fillets if sense == SHAFT}
+    left_out = {b for _, b, _, sense in fillets if sense == SHAFT}
+    return [[sharp.get(k, k) for k in loop if k not in left_out] for loop in loops]
 
 
 @lru_cache(maxsize=256)
-def _profile_topology(sizes: tuple[int, ...], pieces: tuple[tuple[int, ...], ...]) -> Topology:
-    if len(sizes) == 1 and not pieces:
-        return prism_topology(sizes[0])
-    n, starts = sum(sizes), np.cumsum([0, *sizes])
-    below = [np.arange(first, last) for first, last in pairwise(starts.tolist())]
+def _profile_topology(
+    loops: tuple[tuple[int, ...], ...], fillets: tuple[Fillet, ...], pieces: tuple[tuple[int, ...], ...]
+) -> Topology:
+    n = sum(map(len, loops)) + len(fillets)
+    below = [np.array(loop) for loop in loops]
     faces = [[loop[::-1] for loop in below], [loop + n for loop in below]]
-    for loop in below:
-        following = np.roll(loop, -1)
-        faces += [[side] for side in np.stack([loop, following, following + n, loop + n], axis=1)]
+    sides = [(k, following) for loop in loops for k, following in pairwise([*loop, loop[0]])]
+    arcs = [(a, b) for a, b, *_ in fillets]
+    flat = [side for side in sides if side not in set(arcs)]
+    faces += [[np.array([k, following, following + n, k + n])] for k, following in [*flat, *arcs]]
     corners = [loop for face in faces for loop in face]
     return Topology(
         2 * n,
@@ -59,10 +115,15 @@ def _profile_topology(sizes: tuple[int, ...], pieces: tuple[tuple[int, ...], ...
         np.cumsum([0, *map(len, corners)]),
         np.cumsum([0, *map(len, faces)]),
         pieces=tuple((np.array([*piece, *(n + k for k in piece)]), prism_topology(len(piece))) for piece in pieces),
+        fillets=np.array(
+            [(2 + len(flat) + k, tip, tip + n, sense) for k, (*_, tip, sense) in enumerate(fillets)], dtype=np.int64
+        ).reshape(-1, 4),
     )
 
 
-def profile_vertices(loops: Sequence[FloatArray], first: FloatArray, second: FloatArray) -> FloatArray:
+def profile_vertices(
+    loops: Sequence[FloatArray], first: FloatArray, second: FloatArray, *, radii: Sequence[float] = ()
+) -> FloatArray:
     """(..., 2n, 3) vertices of bars with this profile, as in `profile_topology`, from the planes `first` (..., 3) to
     `second`.
 
@@ -72,7 +133,7 @@ def profile_vertices(loops: Sequence[FloatArray], first: FloatArray, second: Flo
     >>> round(Solid(vertices, profile_topology(loops)).volume_mm3, 6)
     1700000.0
     """
-    points = np.concatenate(loops)
+    points, *_ = _rounded(loops, radii)
 
     def at(plane: FloatArray) -> FloatArray:
         x = plane[..., :1] + plane[..., 1:] @ points.T

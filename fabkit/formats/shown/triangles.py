@@ -9,8 +9,8 @@ import numpy as np
 import shapely
 
 from fabkit.errors import OutputError
-from fabkit.formats.faceted import faceted
-from fabkit.parts import Solids, Topology
+from fabkit.formats.shown.faceted import faceted
+from fabkit.parts import SolidArray, Solids, Topology
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["Facets", "facets"]
@@ -21,10 +21,11 @@ CONVEX_CORNER_SINE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """Flat-shaded solids of one topology. solids (K,): their numbers. points and normals (K, C, 3): one for each corner
-    of each face; triangles (K, T, 3): corners, counter-clockwise seen from outside."""
+    """Flat-shaded solids of one topology. solids (K,): their numbers. flat: with planar faces only. points and normals
+    (K, C, 3): one for each corner of each face; triangles (K, T, 3): corners, counter-clockwise seen from outside."""
 
     solids: IntArray
+    flat: SolidArray
     points: FloatArray
     normals: FloatArray
     triangles: IntArray
@@ -43,7 +44,7 @@ def facets(solids: Solids, names: Sequence[str]) -> list[Facets]:
         points = flat.vertices[:, flat.topology.corners]
         of_faces = normals if flat is batch else flat.normals[:, flat.topology.corner_face]
         triangles = _triangles(points, of_faces, flat.topology, [names[n] for n in batch.parts.tolist()])
-        result.append(Facets(batch.parts, points, normals, triangles))
+        result.append(Facets(batch.parts, flat, points, normals, triangles))
     return result
 
 

@@ -1,9 +1,12 @@
-"""Which vertices bound which faces of a solid: planar faces with polygonal loops, and round bars and bores between
-them.
+"""Which vertices bound which faces of a solid: planar faces with polygonal loops, and round bars, bores and fillets
+between them.
 
 A *round* is a cylinder between two planar faces: a *shaft* with the material inside, a *bore* with the material
 outside. Its *centres* are the points of its axis in the two faces, its *rims* a point on either edge; both are vertices
 of the solid, so whatever moves vertices moves rounds too.
+
+A *fillet* is a quarter of a cylinder in the place of a sharp edge between two planar faces at right angles. It is a
+face with four corners, two sides of which are arcs; its *tips* are the ends of the edge that it replaces.
 """
 
 from __future__ import annotations
@@ -41,6 +44,10 @@ class Topology:
         `SHAFT` or `BORE`. The line of the rims is parallel to that of the centres, the axis. Where a face is not
         perpendicular to the axis, the edge is an ellipse and the rim an end of its major axis; so two oblique faces
         must lean in one plane. Centres and rims are not corners.
+    fillets (Q, 4): face, first tip, second tip, and sense: `SHAFT` where the edge is rounded off, `BORE` where the
+        material is outside the arc. The face has one loop of four corners: from the first to the second an arc at the
+        first tip, from the third to the fourth an arc at the second one, which meet the faces beside them as tangents.
+        Tips are not corners, and two oblique ends must lean in one plane.
     pieces: convex pieces or prisms, each the vertices of the solid that it has and its own topology, that together
         contain the solid; where two solids share volume is found from them. They have no bores and may overlap. Without
         any, the solid itself is convex, or a prism.
@@ -60,9 +67,10 @@ class Topology:
     face_starts: IntArray
     rounds: IntArray = field(default_factory=lambda: np.zeros((0, 7), dtype=np.int64))
     pieces: tuple[Piece, ...] = ()
+    fillets: IntArray = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
 
     def __post_init__(self) -> None:
-        for name in ("corners", "loop_starts", "face_starts", "rounds"):
+        for name in ("corners", "loop_starts", "face_starts", "rounds", "fillets"):
             object.__setattr__(self, name, integers(getattr(self, name)))
         tail, head = self.corners, self.corners[self.next_corner]
         forward = np.sort(tail * self.n_vertices + head)
@@ -77,6 +85,11 @@ class Topology:
         bare = np.setdiff1d(np.arange(self.n_faces), np.concatenate([self.polygonal, faces.ravel()]))
         if len(bare):
             raise ValueError(f"face {bare[0]} (counted from 0) has neither corners nor rounds")
+        tips, own = self.fillets[:, 1:3], self.fillets[:, 0]
+        if len(np.unique(tips)) != tips.size or np.isin(tips, self.corners).any() or np.isin(tips, ends).any():
+            raise ValueError("each fillet needs two tips of its own, none of them a corner")
+        if any([len(loop) for loop in self.loops(face)] != [4] for face in own.tolist()):
+            raise ValueError("the face of each fillet needs one loop of four corners")
 
     @property
     def n_faces(self) -> int:
@@ -112,8 +125,9 @@ class Topology:
     @cached_property
     def edges(self) -> IntArray:
         """(E, 2) vertices of each straight edge, the lower first."""
-        pairs = np.sort(np.stack([self.corners, self.corners[self.next_corner]], axis=1), axis=1)
-        return integers(np.unique(pairs, axis=0))
+        pairs = np.unique(np.sort(np.stack([self.corners, self.corners[self.next_corner]], axis=1), axis=1), axis=0)
+        arcs = np.sort(self.fillet_corners.reshape(-1, 2), axis=1) @ [self.n_vertices, 1]
+        return integers(pairs[~np.isin(pairs @ [self.n_vertices, 1], arcs)])
 
     def loops(self, face: int) -> list[IntArray]:
         """Vertices of each loop of a face, the outer one first."""
@@ -156,6 +170,31 @@ class Topology:
     def is_convex_shaft(self) -> bool:
         """Whether the solid is one round bar."""
         return len(self.corners) == 0 and len(self.rounds) == 1 and self.rounds[0, 6] == SHAFT
+
+    # --- fillets
+
+    @cached_property
+    def fillet_corners(self) -> IntArray:
+        """(Q, 4) corners of each fillet: both ends of its first arc, then of its second one."""
+        return integers(self.corners[self.loop_starts[self.face_starts[self.fillets[:, 0]]][:, None] + np.arange(4)])
+
+    @cached_property
+    def fillet_ends(self) -> IntArray:
+        """(Q, 2) the faces in which the first and the second arc of each fillet lie."""
+        ends, following = self.fillet_corners, self.corners[self.next_corner]
+        found = [
+            self.corner_face[(self.corners == b) & (following == a)]
+            for arc in (ends[:, :2], ends[:, 2:])
+            for a, b in arc.tolist()
+        ]
+        return integers(np.array(found, dtype=np.int64).reshape(2, -1).T)
+
+    @cached_property
+    def sharp(self) -> IntArray:
+        """(n,) each vertex, or the tip that it would be if fillets were sharp edges."""
+        vertices, ends = np.arange(self.n_vertices), self.fillet_corners
+        vertices[ends] = np.repeat(self.fillets[:, 1:3], 2, axis=1)
+        return integers(vertices)
 
     # --- solids made of others
 

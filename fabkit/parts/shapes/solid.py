@@ -1,4 +1,4 @@
-"""Exact solids with planar faces, round bars and bores, as arrays.
+"""Exact solids with planar faces, round bars, bores and fillets, as arrays.
 
 A *topology* says which vertices bound which faces; parts of one kind share it by reference, so that a writer keeps
 one template a topology. A *batch* is solids of one topology as one array, and all that is measured on them.
@@ -11,7 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from fabkit.parts.topology import Topology
+from fabkit.parts.shapes.fillets import Fillets
+from fabkit.parts.shapes.topology import Topology
 from geometry.arrays import BoolArray, FloatArray, IntArray, floats
 
 __all__ = ["Measures", "Solid", "SolidArray", "prism_vertices"]
@@ -131,11 +132,14 @@ class Measures:
         for k, (first, second) in enumerate(self.topology.rounds[:, 4:6].tolist()):
             sums[:, :, first] += 2 * self._end_areas[0, ..., k]
             sums[:, :, second] += 2 * self._end_areas[1, ..., k]
+        for q, (first, second) in enumerate(self.topology.fillet_ends.tolist()):
+            sums[:, :, first] += 2 * self.fillets.end_areas[0, ..., q]
+            sums[:, :, second] += 2 * self.fillets.end_areas[1, ..., q]
         return sums
 
     @cached_property
     def areas(self) -> FloatArray:
-        """(P, F) in mm2, of each planar face."""
+        """(P, F) in mm2, of each planar face; of a fillet, of the plane through its sides."""
         areas: FloatArray = np.sqrt((self._face_doubles * self._face_doubles).sum(axis=0)) / 2
         return areas
 
@@ -149,6 +153,21 @@ class Measures:
         """(P, C) six-fold volume of the cone from the middle of the solid over each of the triangles."""
         cones: FloatArray = (self._apex * self._doubles).sum(axis=0)
         return cones
+
+    @cached_property
+    def fillets(self) -> Fillets:
+        """What is measured on the fillets."""
+        return Fillets(self.topology, self.points)
+
+    @cached_property
+    def fillet_misfits(self) -> FloatArray:
+        """(P, Q) in mm, largest distance of each fillet from a quarter of a cylinder, and of its tips from the planes
+        of the faces at its ends."""
+        t = self.topology
+        faces, normals = t.fillet_ends, np.moveaxis(self.normals, 2, 0)
+        away = self.points[:, :, t.fillets[:, 1:3]] - self.points[:, :, t.face_vertex[faces]]
+        off = np.abs((away * normals[:, :, faces]).sum(axis=0))
+        return np.asarray(np.maximum(self.fillets.misfits, off.max(axis=2)))
 
     # --- rounds
 
@@ -240,6 +259,8 @@ class Measures:
         areas: FloatArray = self.areas.sum(axis=1)
         if len(self.topology.rounds):
             areas += self.round_areas.sum(axis=1)
+        if len(self.topology.fillets):
+            areas += (self.fillets.areas - self.areas[:, self.topology.fillets[:, 0]]).sum(axis=1)
         return areas
 
     # --- solids
@@ -250,6 +271,8 @@ class Measures:
         volumes: FloatArray = self._cones.sum(axis=1) / 6
         if len(self.topology.rounds):
             volumes += np.pi * (self.topology.rounds[:, 6] * self.radii**2 * self.lengths).sum(axis=1)
+        if len(self.topology.fillets):
+            volumes += self.fillets.volumes.sum(axis=1)
         return volumes
 
     @cached_property
@@ -260,6 +283,8 @@ class Measures:
         moments = np.einsum("pc,xpc->px", self._cones, corner_sums) / 24
         if len(self.topology.rounds):
             moments += self._round_moments
+        if len(self.topology.fillets):
+            moments += self.fillets.moments
         centroids: FloatArray = self.middles + moments / self.volumes[:, None]
         return centroids
 

@@ -8,8 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from fabkit.detailing.beams import dihedral_angles
-from fabkit.detailing.panel_shapes import PanelLayer, PanelShapes, steps
+from fabkit.detailing.panel_layers.panel_shapes import PanelLayer, PanelShapes, steps
 from fabkit.kinds import PANEL, PanelDetails
 from fabkit.parts import Material, Parts, Ragged, Solids
 from geometry.arrays import BoolArray, FloatArray, IntArray
@@ -25,17 +24,18 @@ def make_panels(
     materials: Sequence[Sequence[Material]],
     seats: tuple[FloatArray, FloatArray],
     resting: int | None,
+    dihedrals_deg: FloatArray,
 ) -> Parts[PanelDetails]:
     """The panes of all layers, layer by layer, pane by pane, face by face. panels (F,): which faces have them.
 
     materials: of the panes of each layer. seats (C,), (C,): least and largest seat in mm at each edge of the innermost
-    pane of the layer `resting`, if there is such a layer.
+    pane of the layer `resting`, if there is such a layer. dihedrals_deg (E,): between the faces at each edge.
     """
     faces, made, of_panes = np.flatnonzero(panels), [], []
     for number, layer in enumerate(layers):
         for place, pane in enumerate(layer.panes):
             rests = number == resting and pane is layer.resting
-            made.append(_pane(layer, (number, place), seats if rests else None, panels))
+            made.append(_pane(layer, (number, place), seats if rests else None, panels, dihedrals_deg))
             of_panes.append(materials[number][place])
     known = tuple(dict.fromkeys(of_panes))
     outlines, upper = (Ragged.joined([getattr(each, name) for each in made]) for name in ("outlines", "upper"))
@@ -66,7 +66,11 @@ class _Pane:
 
 
 def _pane(
-    layer: PanelLayer, place: tuple[int, int], seats: tuple[FloatArray, FloatArray] | None, panels: BoolArray
+    layer: PanelLayer,
+    place: tuple[int, int],
+    seats: tuple[FloatArray, FloatArray] | None,
+    panels: BoolArray,
+    dihedrals_deg: FloatArray,
 ) -> _Pane:
     """place: number of the layer, and of the pane in it. seats (C,), (C,): as of all layers, None without."""
     c, shapes, faces = layer.structure.mesh.combinatorics, layer.panes[place[1]], np.flatnonzero(panels)
@@ -93,7 +97,7 @@ def _pane(
         area_mm2=areas,
         edge_lengths_mm=around(lengths),
         corner_angles_deg=around(angles),
-        dihedrals_deg=around(np.degrees(dihedral_angles(layer.structure.mesh))[c.corner_edge[corner]]),
+        dihedrals_deg=around(dihedrals_deg[c.corner_edge[corner]]),
         least_seats_mm=around(least[corner]),
         largest_seats_mm=around(largest[corner]),
         steps_mm=around(steps(layer, shapes, panels)[corner]),

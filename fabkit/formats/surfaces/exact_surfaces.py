@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from fabkit.formats.shape_triangles import VANISHING_TANGENT, shape_triangles, tangents
+from fabkit.formats.surfaces.shape_triangles import VANISHING_TANGENT, shape_triangles, tangents
 from geometry.arrays import FloatArray, IntArray, floats
 from geometry.mesh import Combinatorics, Mesh
 from geometry.surface import Surface

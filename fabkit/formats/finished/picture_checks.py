@@ -1,0 +1,143 @@
+"""model.glb and report.html of a finished folder against each other and against the tables."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from fabkit.errors import FolderError
+from fabkit.formats.finished.contents import Contents
+
+__all__ = ["check_glb", "check_report", "same_text"]
+
+GLB_TOLERANCE_MM = 0.0011
+"""Largest difference in mm of a place in model.glb from that in the tables, whose coordinates have 3 decimals."""
+NORMAL_TOLERANCE = 1e-6
+"""Largest difference from 1 of the length of a normal in single precision."""
+ROTATION_TOLERANCE = 3e-9
+"""Largest difference of an axis in model.glb, of 12 decimals of a quaternion, from that in the tables, of 9."""
+
+_DATA = re.compile(r'<script type="application/json" id="data">(.*?)</script>', re.DOTALL)
+_ARRAYS = re.compile(r'<script type="text/plain" id="model-data">(.*?)</script>', re.DOTALL)
+
+
+def same_text(text: str, cell: str) -> bool:
+    """Whether a text of a CSV file is a text of a page, which needs no apostrophe before a formula."""
+    return text == cell or text.lstrip("'") == cell
+
+
+def check_glb(contents: Contents) -> Iterator[str]:
+    """Names and places of the parts against the tables, extents against points, normals."""
+    head, body = _glb(contents)
+    points, normals = (body[slice(*_extent(view))].view("<f4").reshape(-1, 3) for view in head["bufferViews"][:2])
+    if np.abs(np.linalg.norm(normals.astype(float), axis=1) - 1).max(initial=0.0) > NORMAL_TOLERANCE:
+        yield "model.glb has a normal that is no unit vector"
+    accessors = head["accessors"]
+    for mesh in head["meshes"]:
+        (primitive,) = mesh["primitives"]
+        accessor = accessors[primitive["attributes"]["POSITION"]]
+        own = points[accessor["byteOffset"] // 12 :][: accessor["count"]]
+        low, high = np.array(accessor["min"], "<f4"), np.array(accessor["max"], "<f4")
+        if len(own) != accessor["count"] or (own.min(axis=0) != low).any() or (own.max(axis=0) != high).any():
+            yield f"the extent of {mesh['name']} in model.glb is not that of its points"
+        indices = accessors[primitive["indices"]]
+        if indices["count"] % 3 or indices["type"] != "SCALAR" or accessor["type"] != "VEC3":
+            yield f"{mesh['name']} in model.glb has no triangles"
+    if not {"pieces.csv", "placements.csv"} <= contents.files.keys():
+        return
+    yield from _check_places(contents, [node for node in head["nodes"] if "extras" in node])
+
+
+def _check_places(contents: Contents, nodes: list[dict[str, Any]]) -> Iterator[str]:
+    pieces, placements = contents.table("pieces").rows, contents.table("placements").rows
+    if len(nodes) != len(pieces):
+        yield f"model.glb has {len(nodes)} parts, pieces.csv {len(pieces)}"
+        return
+    origin = np.array(contents.manifest["origin"]["mm"], dtype=float)
+    places = np.array([[float(row[f"Origin {axis} (mm)"]) for axis in "xyz"] for row in placements]) - origin
+    off = np.abs(1000 * np.array([node["translation"] for node in nodes]) - places).max(axis=1) > GLB_TOLERANCE_MM
+    x, y, z, w = np.array([node["rotation"] for node in nodes], dtype=float).T
+    axes = {
+        "X": [1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)],
+        "Z": [2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)],
+    }
+    for name, found in axes.items():
+        table = np.array([[float(row[f"{name} axis {axis}"]) for axis in "xyz"] for row in placements])
+        off |= np.abs(np.transpose(found) - table).max(axis=1) > ROTATION_TOLERANCE
+    for node, row, is_off in zip(nodes, pieces, off.tolist(), strict=True):
+        if is_off or (node["name"], node["extras"]["element"]) != (row["Mark"], int(row["Element"])):
+            yield f"{row['Piece']} is not where model.glb has it"
+
+
+def _glb(contents: Contents) -> tuple[dict[str, Any], npt.NDArray[np.uint8]]:
+    """What model.glb says, and its numbers. Raises FolderError."""
+    try:
+        data = (contents.folder / "model.glb").read_bytes()
+    except OSError as error:
+        raise FolderError(f"model.glb cannot be read: {error.strerror or error}") from None
+    size = int.from_bytes(data[12:16], "little")
+    rest = int.from_bytes(data[20 + size : 24 + size], "little")
+    names = (data[:4], data[16:20], data[24 + size : 28 + size])
+    if int.from_bytes(data[8:12], "little") != len(data) or len(data) != 28 + size + rest or names != _NAMES:
+        raise FolderError("model.glb is not complete")
+    try:
+        head = json.loads(data[20 : 20 + size])
+    except ValueError:
+        raise FolderError("model.glb is damaged") from None
+    return head, np.frombuffer(data[28 + size :], np.uint8)
+
+
+_NAMES = (b"glTF", b"JSON", b"BIN\0")
+
+
+def _extent(view: dict[str, int]) -> tuple[int, int]:
+    return view["byteOffset"], view["byteOffset"] + view["byteLength"]
+
+
+def check_report(contents: Contents) -> Iterator[str]:
+    """The tables of the page against the CSV files, its model against model.glb."""
+    text = contents.text("report.html")
+    data, arrays = _DATA.findall(text), _ARRAYS.findall(text)
+    if not text.rstrip().endswith("</html>") or len(data) != 1 or len(arrays) != 1:
+        yield "report.html is not complete"
+        return
+    try:
+        page, numbers = json.loads(data[0]), np.frombuffer(base64.b64decode(arrays[0], validate=True), np.uint8)
+    except (ValueError, binascii.Error):
+        yield "the model or the tables in report.html are damaged"
+        return
+    for name, table in [*page["tables"].items(), ("pieces", page["pieces"])]:
+        if f"{name}.csv" in contents.files:
+            yield from _check_cells(contents, name, table)
+    counts = [layer["count"] for layer in page["model"]["layers"]]
+    size = 36 * sum(counts) + 12 * page["model"]["points"] + 8 * page["model"]["shapes"]
+    size += sum(12 * triangles + 8 * edges for triangles, edges in page["model"]["cuts"])
+    if size != len(numbers):
+        yield "the model in report.html is not complete"
+    elif "model.glb" in contents.files:
+        first = 36 * sum(counts)
+        own = numbers[first : first + 12 * page["model"]["points"]]
+        head, body = _glb(contents)
+        if _points(own) != _points(body[slice(*_extent(head["bufferViews"][0]))]):
+            yield "the model in report.html is not that in model.glb"
+
+
+def _points(data: npt.NDArray[np.uint8]) -> set[bytes]:
+    return set(np.ascontiguousarray(data).view("V12").tolist())
+
+
+def _check_cells(contents: Contents, name: str, table: dict[str, Any]) -> Iterator[str]:
+    rows = contents.table(name)
+    for column, cells in zip(table["columns"], table["cells"], strict=True):
+        if column not in rows.columns:
+            continue
+        own = [row[column] for row in rows]
+        if len(own) != len(cells) or not all(map(same_text, own, cells)):
+            yield f"{column} in {name}.csv is not that in report.html"
