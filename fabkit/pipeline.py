@@ -12,10 +12,12 @@ from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
+from fabkit.fitness.panels import corners, panel_masses, short_edges
 from fabkit.fitness.parts import block_heights, mitres_of, sheets, slots, uncovered, underside
 from fabkit.formats import EXACT_SUFFIXES, whole_folder, write_documents, write_manifest
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
+from fabkit.layer_meshes import parallel_mesh
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
     Nest,
@@ -86,7 +88,8 @@ def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path
     if project.out is None:
         raise ProjectError("there is no output folder: give -o FOLDER, or out = 'FOLDER' in the project file")
     strokes = None if project.surface is None else project.surface.strokes
-    inputs = [path for path in (project.mesh, project.gauss_image.file, strokes) if isinstance(path, Path)]
+    files = (project.mesh, project.gauss_image.file, strokes, *(layer.parallel for layer in project.layers))
+    inputs = [path for path in files if isinstance(path, Path)]
     return whole_folder(project.out, force=force, inputs=inputs)
 
 
@@ -115,7 +118,13 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     )
     file, laid, scale = given.file, given.laid, given.scale
     with stages("Detail and check fit"):
-        detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
+        detailed = detail(
+            structure,
+            project.rules,
+            name=project.title,
+            skip_unbuildable=project.skip_unbuildable,
+            meshes=_layer_meshes(project, given, structure.mesh),
+        )
     with stages("Marks"):
         within = max(project.equal_within_mm, COPY_ROUNDING * file.rounding * scale)
         assembly = share_equal_parts(detailed.assembly, within_mm=within)
@@ -133,6 +142,16 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         fitness=found,
     )
     return Built(project, structure, assembly, nest, summary, stages.seconds, file.sha256)
+
+
+def _layer_meshes(project: Project, given: GivenInMm, mesh: Mesh) -> dict[int, Mesh]:
+    """The meshes of layers that have their own, parallel to M in mm, by the numbers of the layers."""
+    path = None if isinstance(project.mesh, Mesh) else project.mesh
+    return {
+        number: parallel_mesh(number, layer.parallel, path, given.file, mesh, given.scale)
+        for number, layer in enumerate(project.layers)
+        if layer.parallel is not None
+    }
 
 
 def _check_project(given: object) -> None:
@@ -218,6 +237,9 @@ def _unusual_parts(
         slots(nodes, rules) if project.connection.kind in ("welded", "hub") else None,
         uncovered(nodes, rules),
         underside(detailed.needed_mm, marks, height, rules) if is_raised_by_blocks else None,
+        corners(panels, rules),
+        short_edges(panels, rules),
+        panel_masses(panels, rules),
         sheets(reasons, panels, "refused" if is_refused else "note"),
     )
     return tuple(finding for finding in found if finding)

@@ -200,6 +200,8 @@ class Project(BaseModel):
                 "the Gauss image is given by gauss_image.file, so the mesh is made planar together with it and "
                 "[planarise] says nothing: take one of the two out"
             )
+        if self.surface is not None and any(layer.parallel for layer in self.layers):
+            raise ValueError("a layer with parallel needs a mesh that is given, and this one is laid on a surface")
         _rules_of(self)  # they check each other
         _ = self.document_rules
         return self

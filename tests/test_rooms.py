@@ -126,6 +126,14 @@ MAY_IMPORT: dict[str, set[str]] = {
     "fabkit.connections": {"fabkit.errors", "geometry.arrays"},
     "fabkit.lengths": set(),
     "fabkit.layer_rules": {"fabkit.lengths", "fabkit.parts", "fabkit.wording"},
+    "fabkit.layer_meshes": {
+        "fabkit.wording",
+        "fabkit.errors",
+        "geometry.files",
+        "geometry.parallel",
+        "geometry.mesh",
+        "geometry.errors",
+    },
     "fabkit.overrides": set(),
     "fabkit.fin_rules": {"fabkit.lengths"},
     "fabkit.rules": {
@@ -306,6 +314,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.errors",
     },
     "fabkit.pipeline": {
+        "fabkit.layer_meshes",
         "fabkit.built",
         "fabkit.structure",
         "fabkit.surface",

@@ -12,6 +12,7 @@ import numpy as np
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
 from fabkit.formats.step.entities import FIRST_FREE_ID
+from fabkit.parts import Ragged, blanks
 from geometry.arrays import FloatArray
 
 __all__ = ["PartFile", "check_model", "check_part", "part_file"]
@@ -36,7 +37,8 @@ _INSTANCE = re.compile(
 @dataclass(frozen=True)
 class PartFile:
     """A part file as read. block: its product with numbers counted from its first entity; around: all other entities,
-    without references, and the header; outline: points (k, 2) of its corners at z = 0, in their order."""
+    without references, and the header; outline: points (k, 2) of its corners at z = 0, in their order; upper: of a
+    plate, those of its other side."""
 
     mark: str
     block: str
@@ -44,6 +46,12 @@ class PartFile:
     header: str
     mass_kg: float
     outline: FloatArray
+    upper: FloatArray
+
+    @property
+    def blank(self) -> FloatArray:
+        """(k, 2) the outline from which a panel is cut."""
+        return blanks(*(Ragged.of([side], shape=(2,)) for side in (self.outline, self.upper))).values
 
 
 def part_file(contents: Contents, name: str) -> PartFile:
@@ -62,12 +70,12 @@ def part_file(contents: Contents, name: str) -> PartFile:
     if not first or f"PRODUCT('{mark}'," not in text or f"MANIFOLD_SOLID_BREP('{mark}'," not in text:
         raise FolderError(f"{name} does not hold the part {mark}")
     try:
-        mass, outline = _measured(name, entities)
+        mass, outline, upper = _measured(name, entities)
     except (ValueError, KeyError, IndexError):
         raise FolderError(f"{name} has an entity that cannot be read") from None
     others = frozenset(_REFERENCE.sub("#", entity) for number, entity in entities.items() if number < first)
     block = _relative("\n".join(own.values()), first, len(own))
-    return PartFile(mark, block, others, head.replace(f"'{mark}'", "''"), mass, outline)
+    return PartFile(mark, block, others, head.replace(f"'{mark}'", "''"), mass, outline, upper)
 
 
 def _relative(block: str, first: int, count: int) -> str:
@@ -80,8 +88,9 @@ def _relative(block: str, first: int, count: int) -> str:
     return _REFERENCE.sub(counted, block)
 
 
-def _measured(name: str, entities: dict[int, str]) -> tuple[float, FloatArray]:
-    """Mass in kg from the stated volume and density, and the outline; after comparing volume, area and planes."""
+def _measured(name: str, entities: dict[int, str]) -> tuple[float, FloatArray, FloatArray]:
+    """Mass in kg from the stated volume and density, and the outlines of both sides; after comparing volume, area and
+    planes."""
 
     def refs(number: int) -> list[int]:
         return [int(found) for found in _REFERENCE.findall(entities[number])]
@@ -128,7 +137,9 @@ def _measured(name: str, entities: dict[int, str]) -> tuple[float, FloatArray]:
     mass = stated["volume measure"] * stated["density measure"] * 1e-6
     vertices = [number for number, entity in entities.items() if entity.startswith("VERTEX_POINT")]
     points = np.array([numbers(refs(number)[0]) for number in vertices]).reshape(-1, 3)
-    return mass, points[points[:, 2] == 0, :2]
+    lower, upper = (points[points[:, 2] == level, :2] for level in (0.0, points[:, 2].max()))
+    is_plate = len(points) == 2 * len(lower) == 2 * len(upper)
+    return mass, lower, upper if is_plate else lower
 
 
 def check_part(contents: Contents, part: PartFile, row: dict[str, str]) -> Iterator[str]:
