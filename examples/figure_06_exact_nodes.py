@@ -22,7 +22,7 @@ from fabkit.detailing.assembling import detail
 from fabkit.formats.step.files import write_step
 from fabkit.parts import Assembly, Part, Solid
 from fabkit.production.marks import share_equal_parts
-from fabkit.rules import BeamRules, DetailingRules, NodeRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from geometry import Pair, SupportStructure
 from geometry.arrays import FloatArray
 
@@ -43,7 +43,11 @@ def support() -> SupportStructure:
 
 @cache
 def assembly() -> Assembly:
-    rules = DetailingRules(beams=BeamRules(WIDTH, HEIGHT), nodes=NodeRules(clearance_mm=1.0))
+    rules = DetailingRules(
+        beams=BeamRules(WIDTH, HEIGHT),
+        connection=ConnectionRules(kind="contact"),
+        nodes=NodeRules(clearance_mm=1.0, top="enclosing"),
+    )
     return share_equal_parts(detail(support(), rules, name="Leaning dome").assembly)
 
 

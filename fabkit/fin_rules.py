@@ -43,7 +43,7 @@ class FinRules:
     gap_mm: Positive = 10.0
     clearance_mm: NotNegative = 10.0
     least_length_mm: Positive = 20.0
-    material: str = "steel"
+    material: str = "S355"
 
     @model_validator(mode="after")
     def _has_height(self) -> FinRules:

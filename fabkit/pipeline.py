@@ -108,7 +108,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     >>> from geometry.mesh.shapes import dome
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> built.assembly["beams"].mark_names, round(built.assembly["beams"][0].details.long_point_mm)
-    (('B001', 'B002', 'B003', 'B004', 'B005'), 2332)
+    (('B001', 'B002', 'B003', 'B004', 'B005'), 2288)
     """
     _check_project(project)
     stages = stages or Stages()

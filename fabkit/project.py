@@ -29,7 +29,15 @@ from fabkit.lengths import Positive
 from fabkit.optimisation import OptimiseRules
 from fabkit.overrides import layer_tables, with_overrides
 from fabkit.production import EQUAL_WITHIN_MM
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, SecondLayerRules, SheetRules
+from fabkit.rules import (
+    BeamRules,
+    ConnectionRules,
+    Densities,
+    DetailingRules,
+    NodeRules,
+    SecondLayerRules,
+    SheetRules,
+)
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
 from fabkit.units import MM_PER_UNIT, Unit
@@ -135,7 +143,7 @@ class Project(BaseModel):
     sheets: SheetRules = Field(default_factory=SheetRules)
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
-    densities_kg_m3: dict[str, Positive] = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
+    densities_kg_m3: Densities = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
     documents: tuple[Document, ...] = DOCUMENTS
     title_block: TitleBlock = Field(default_factory=TitleBlock)
     tables: TableRules = Field(default_factory=TableRules)
@@ -202,13 +210,21 @@ class Project(BaseModel):
             )
         if self.surface is not None and any(layer.parallel for layer in self.layers):
             raise ValueError("a layer with parallel needs a mesh that is given, and this one is laid on a surface")
-        _rules_of(self)  # they check each other
-        _ = self.document_rules
+        _ = self.rules, self.document_rules  # they check each other
         return self
 
     @property
     def rules(self) -> DetailingRules:
-        return _rules_of(self)
+        return DetailingRules(
+            beams=self.beams,
+            connection=self.connection,
+            nodes=self.nodes,
+            layers=self.layers,
+            sheets=self.sheets,
+            second_layer=self.second_layer,
+            fins=self.fins,
+            densities_kg_m3=self.densities_kg_m3,
+        )
 
     @property
     def document_rules(self) -> DocumentRules:
@@ -236,19 +252,6 @@ class Project(BaseModel):
     def source(self) -> str:
         """The name of the mesh file, or that the mesh was in memory."""
         return "a mesh in memory" if isinstance(self.mesh, Mesh) else readable(self.mesh.name)
-
-
-def _rules_of(project: Project) -> DetailingRules:
-    return DetailingRules(
-        beams=project.beams,
-        connection=project.connection,
-        nodes=project.nodes,
-        layers=project.layers,
-        sheets=project.sheets,
-        second_layer=project.second_layer,
-        fins=project.fins,
-        densities_kg_m3=project.densities_kg_m3,
-    )
 
 
 def load_project(path: Path, overrides: dict[str, Any]) -> Project:

@@ -1,17 +1,18 @@
 """The parameters of the shop; all default dimensions are here.
 
+By default, hollow sections of S355 are welded to trimmed node blocks, under one pane of laminated glass 44.2.
 Values are checked when a rule is made; pydantic's ValidationError names the key and the bound.
 """
 
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Annotated, Literal, get_args
+from typing import Annotated, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, model_validator
 from pydantic.dataclasses import dataclass
 
-from fabkit.connections import LEAST_EDGE_RATIO, LEAST_PITCH_RATIO, BoltGroup
+from fabkit.connection_rules import CONNECTION_KINDS, ConnectionKind, ConnectionRules
 from fabkit.fin_rules import FinRules
 from fabkit.layer_rules import LayerRules, problem_of_layers
 from fabkit.lengths import Level, NotNegative, Positive
@@ -39,10 +40,13 @@ up."""
 HeightReference = Literal["outer", "centre", "inner", "glass"]
 Setbacks = Literal["auto", "least", "equal"]
 NodeTop = Literal["enclosing", "trimmed"]
-ConnectionKind = Literal["welded", "bolted", "hub", "contact"]
-CONNECTION_KINDS: tuple[ConnectionKind, ...] = get_args(ConnectionKind)
 SectionName = Annotated[str, AfterValidator(lambda text: Section.of(text).name)]
-BoltsName = Annotated[str, AfterValidator(lambda text: BoltGroup.of(text).name)]
+
+DENSITIES_KG_M3 = {"S355": 7850.0, "steel": 7850.0, "glass": 2500.0}
+"""Densities in kg/m3 of materials by name: steel as in EN 1991-1-1, Table A.4, glass as in Table A.5 and EN 572-1."""
+
+Densities = Annotated[dict[str, Positive], AfterValidator(lambda given: DENSITIES_KG_M3 | given)]
+"""Densities by the name of the material, beside those that are known."""
 
 _STRICT = ConfigDict(extra="forbid")
 
@@ -51,7 +55,9 @@ _STRICT = ConfigDict(extra="forbid")
 class BeamRules:
     """Bars of one section, symmetric about the central plane of their edge.
 
-    section: as the trade writes it, see `Section`. width_mm, height_mm: instead of a section, those of a solid bar.
+    section: as the trade writes it, see `Section`; by default rhs 120x60x5, a size of EN 10210-2 and EN 10219-2, and of
+    S355 (EN 10025-2, S355J2H as a hollow section). width_mm, height_mm: instead of a section, those of a solid bar,
+    where one is given the other is 50 wide, or 120 high.
     reference: the side of the bar that lies on the mesh; "glass": the outer faces of the panels lie on the mesh, and
     the outer sides of the bars on a parallel mesh below. least_length_mm: minimum length of a bar between its two cuts.
 
@@ -65,7 +71,7 @@ class BeamRules:
     section: SectionName | None = None
     reference: HeightReference = "outer"
     least_length_mm: Positive = 20.0
-    material: str = "steel"
+    material: str = "S355"
 
     @model_validator(mode="after")
     def _one_section(self) -> BeamRules:
@@ -80,127 +86,15 @@ class BeamRules:
     @property
     def profile(self) -> Section:
         """The section of all beams."""
-        if self.section is not None:
-            return Section.of(self.section)
+        if self.width_mm is None and self.height_mm is None:
+            return Section.of(self.section or "rhs 120x60x5")
         return Section("flat", (self.height_mm or 120.0, self.width_mm or 50.0))
 
 
 @dataclass(frozen=True, config=_STRICT)
-class ConnectionRules:
-    """How beams meet their nodes.
-
-    bolts: of each end of a beam, see `BoltGroup`; a single one has a dowel of dowel_mm beside it. They hold an end
-    plate of plate_mm, and are put in through hand holes of hand_hole_height_mm by hand_hole_length_mm in the sides of
-    the beam. tube_wall_mm, cap_mm: thickness of the tube of a hub, and of the caps at its ends. axial_bore_mm: diameter
-    of a bore along the axis of each node block or hub, 0 for none.
-
-    kind: "welded" to the node block, "bolted" to it, welded to a "hub", a round tube, or in "contact" with the block
-    only. slot_mm: minimum clear distance between two neighbouring beams at the node, by default 25 where they are
-    welded (room for the torch) and 10 where they are bolted (room for tolerances); beams in contact have none, but
-    `NodeRules.clearance_mm`. ledge_mm: what the facet of a block shows at least on either side of a beam that is
-    welded to it, for the seam. gap_mm: clear distance between the end of a beam and the facet: the root gap of a weld,
-    or the room to move a beam into its place. least_angle_deg: smallest angle between two beams about the node axis
-    that can be joined. longest_setback_mm: largest distance of a facet from the axis, which is also at most 35 % of the
-    edge. Beams in contact have no such limits.
-
-    >>> from fabkit.rules import ConnectionRules
-    >>> ConnectionRules(kind="welded").slot, ConnectionRules(kind="bolted", slot_mm=15).slot
-    (25.0, 15.0)
-    """
-
-    kind: ConnectionKind = "contact"
-    slot_mm: Positive | None = None
-    ledge_mm: NotNegative = 8.0
-    gap_mm: NotNegative = 0.0
-    bolts: BoltsName = "1xM20"
-    plate_mm: Positive = 15.0
-    dowel_mm: Positive = 10.0
-    hand_hole_height_mm: Positive = 70.0
-    hand_hole_length_mm: Positive = 110.0
-    tube_wall_mm: Positive = 8.0
-    cap_mm: Positive = 5.0
-    axial_bore_mm: NotNegative = 0.0
-    least_angle_deg: Annotated[float, Field(gt=0, le=90, allow_inf_nan=False)] = 30.0
-    longest_setback_mm: Positive = 150.0
-
-    @model_validator(mode="after")
-    def _slot_of_a_kind(self) -> ConnectionRules:
-        if self.kind == "contact" and self.slot_mm is not None:
-            raise ValueError(
-                "slot_mm is given, but beams in contact have no slot: take another kind of connection, or "
-                "[nodes] clearance_mm (--clearance)"
-            )
-        return self
-
-    @property
-    def slot(self) -> float:
-        """Minimum clear distance between neighbouring beams in mm, 0 for beams in contact."""
-        if self.slot_mm is not None:
-            return self.slot_mm
-        return {"welded": 25.0, "hub": 25.0, "bolted": 10.0, "contact": 0.0}[self.kind]
-
-    @property
-    def group(self) -> BoltGroup:
-        """The bolts of a beam end."""
-        return BoltGroup.of(self.bolts)
-
-    @property
-    def end_distance_mm(self) -> float:
-        """Distance of the end of a beam from its facet: the gap, and the end plate of a bolted beam."""
-        return self.gap_mm + (self.plate_mm if self.kind == "bolted" else 0.0)
-
-    @property
-    def has_dowel(self) -> bool:
-        """Whether a dowel keeps the beam from turning about a single bolt."""
-        return self.kind == "bolted" and self.group.count == 1
-
-    def dowel_offset_mm(self, height_mm: float) -> float:
-        """Level of the dowel above the middle of an end plate of this height: as far out as edges allow."""
-        return height_mm / 2 - 1.5 * self.dowel_mm
-
-    def problems_with(self, section: Section) -> str:
-        """Why beams of this section cannot be joined so, in a sentence; empty if they can."""
-        if self.kind == "hub" and section.shape not in ("flat", "tee"):
-            return f"beams on hubs are flats or tees, and the section is {section.name}: write one like tee 120x80x10x8"
-        if self.kind != "bolted":
-            return ""
-        wall = section.wall_mm
-        if section.shape != "rhs" or wall is None:
-            return (
-                f"bolts are put in from inside a rectangular hollow section, and the section is {section.name}: write "
-                "one like rhs 120x60x5, or take another kind of connection"
-            )
-        for what, found, needed in self._needs_of_bolts(section, wall):
-            if found < needed:
-                return (
-                    f"bolts {self.bolts} do not fit the section {section.name}: {needed:.1f} mm are needed from "
-                    f"{what}, and there are {found:.1f} mm; take a larger section, smaller bolts, or another "
-                    "kind of connection"
-                )
-        return ""
-
-    def _needs_of_bolts(self, section: Section, wall: float) -> list[tuple[str, float, float]]:
-        """What is measured, its size, and the least one."""
-        size, highest = self.group.size, max(self.group.offsets_mm)
-        half_height, half_width = section.height_mm / 2, section.width_mm / 2
-        edge, inside = LEAST_EDGE_RATIO * size.clearance_mm, max(wall, section.radius_mm)
-        between = "radius to radius of a side" if inside > wall else "wall to wall inside"
-        needs = [
-            ("a bolt to the edge of its end plate", min(half_width, half_height - highest), edge),
-            ("a bolt to the side inside, for the socket", half_width - wall, size.tool_radius_mm),
-            ("a bolt to the top inside, for the socket", half_height - wall - highest, size.tool_radius_mm),
-            (f"{between}, for the hand hole", section.height_mm - 2 * inside, self.hand_hole_height_mm),
-        ]
-        if self.has_dowel:
-            apart = LEAST_PITCH_RATIO * (size.clearance_mm + self.dowel_mm) / 2
-            needs.append(("the bolt to its dowel", self.dowel_offset_mm(section.height_mm), apart))
-        return needs
-
-
-@dataclass(frozen=True, config=_STRICT)
 class NodeRules:
-    """Prisms along the node axes. clearance_mm: added to the minimum distance of the facets from the axis where beams
-    are in contact with the block.
+    """Prisms along the node axes. clearance_mm: added to the minimum distance of the facets from the axis, 5 mm by
+    default; only for beams in contact with the block, since others have a slot between them.
 
     setbacks: "least" gives each beam the minimum setback; "equal" gives all beams of a node the largest of these;
     "auto" uses equal setbacks where these bring the beams' ends to one level, as in edge offset meshes, and where the
@@ -210,20 +104,29 @@ class NodeRules:
     the webs of their beams in either case.
     """
 
-    clearance_mm: Positive = 5.0
+    clearance_mm: Positive | None = None
     setbacks: Setbacks = "auto"
-    top: NodeTop = "enclosing"
-    material: str = "steel"
+    top: NodeTop = "trimmed"
+    material: str = "S355"
+
+    @property
+    def clearance(self) -> float:
+        """What is added to the minimum distance of the facets from the axis in mm, where beams are in contact."""
+        return 5.0 if self.clearance_mm is None else self.clearance_mm
 
 
 @dataclass(frozen=True, config=_STRICT)
 class SheetRules:
-    """Stock sheets: gap_mm between panels, border_mm to the sheet's edge."""
+    """Stock sheets, by default a jumbo of float glass (EN 572-2).
+
+    gap_mm: between panels, by default room to break laminated glass along each cut. border_mm: to the edge of the
+    sheet, by default what is trimmed off each edge before cutting.
+    """
 
     length_mm: Positive = 6000.0
     width_mm: Positive = 3210.0
-    gap_mm: NotNegative = 10.0
-    border_mm: NotNegative = 10.0
+    gap_mm: NotNegative = 20.0
+    border_mm: NotNegative = 25.0
 
 
 @dataclass(frozen=True, config=_STRICT)
@@ -276,7 +179,7 @@ class DetailingRules:
     sheets: SheetRules = field(default_factory=SheetRules)
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
-    densities_kg_m3: dict[str, Positive] = field(default_factory=lambda: {"steel": 7850.0, "glass": 2500.0})
+    densities_kg_m3: Densities = field(default_factory=lambda: dict(DENSITIES_KG_M3))
 
     @property
     def least_length_mm(self) -> float:
@@ -300,6 +203,11 @@ class DetailingRules:
             problem = (
                 f"connection.axial_bore_mm is {self.connection.axial_bore_mm:g} mm, and blocks whose tops are trimmed "
                 "cannot be bored along their axes: set nodes.top = 'enclosing', or leave the bore out"
+            )
+        if self.connection.kind != "contact" and self.nodes.clearance_mm is not None:
+            problem = (
+                f"nodes.clearance_mm (--clearance) is {self.nodes.clearance_mm:g} mm, which only beams in contact with "
+                f"their blocks have, and these are {self.connection.kind}: set connection.slot_mm instead"
             )
         if problem:
             raise ValueError(problem)

@@ -60,7 +60,7 @@ def test_the_project_file_that_ships_is_one() -> None:
     project = load_project(EXAMPLES / "roof.toml", {"nesting": {"mode": "off"}})
     built = design(project)
     assert built.assembly.name == "Freeform roof"
-    assert {beam.details.section.name for beam in built.assembly["beams"]} == {"flat 140x40"}
+    assert {beam.details.section.name for beam in built.assembly["beams"]} == {"rhs 140x50x5"}
 
 
 # --- what the figures say, in numbers

@@ -61,7 +61,7 @@ def test_a_folder_of_meshes_is_built_or_the_reason_is_in_the_table() -> None:
         ("small.obj", "refused"),
         ("torn.obj", "refused"),
     ]
-    assert "too short" in rows[1][2]
+    assert "35% of the edge" in rows[1][2]
     assert "vertex 9" in rows[2][2]
     assert [tuple(row.values()) for row in rows_of(Path("built/table.csv"))] == rows
     assert Path("built/dome/model.step").is_file()

@@ -135,9 +135,10 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.errors",
     },
     "fabkit.overrides": set(),
+    "fabkit.connection_rules": {"fabkit.connections", "fabkit.lengths", "fabkit.parts"},
     "fabkit.fin_rules": {"fabkit.lengths"},
     "fabkit.rules": {
-        "fabkit.connections",
+        "fabkit.connection_rules",
         "fabkit.fin_rules",
         "fabkit.layer_rules",
         "fabkit.lengths",

@@ -37,7 +37,7 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
     >>> from fabkit.checking import clashes
     >>> from geometry.mesh.shapes import dome
     >>> roof = design(Project(mesh=dome(6, 2), mean_edge_mm=1500)).assembly
-    >>> lowered = replace(roof["panels"], origins=roof["panels"].origins - np.array([0, 0, 8]))
+    >>> lowered = replace(roof["panels"], origins=roof["panels"].origins - np.array([0, 0, 30]))
     >>> len(clashes(roof)), len(clashes(roof.with_group(lowered))) > 0
     (0, True)
     """

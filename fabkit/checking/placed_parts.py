@@ -292,7 +292,8 @@ def _cure(first: Part, second: Part, vertices: ElementVertices) -> str:
 
 
 CURE_OF_NEIGHBOURS = (
-    "increase the clearance, the seat or the joint, or leave one of the parts out with --skip-unbuildable"
+    "increase the slot between beams ([connection] slot_mm, or --clearance where they are in contact), the seat or the "
+    "joint, or leave one of the parts out with --skip-unbuildable"
 )
 CURE_OF_DISTANT_PARTS = (
     "they share no vertex of the mesh, which intersects itself or folds back there: separate the mesh there, or leave "

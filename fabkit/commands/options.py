@@ -125,7 +125,9 @@ Flip = Annotated[bool, typer.Option("--flip", help="Reverse all faces, so that t
 Beam = Annotated[
     str | None,
     typer.Option(
-        metavar="WxH", help="Width and height of beams that are solid bars. Default: 50x120.", rich_help_panel=SIZES
+        metavar="WxH",
+        help="Instead of --section: width and height of beams that are solid bars.",
+        rich_help_panel=SIZES,
     ),
 ]
 SectionOfBeams = Annotated[
@@ -134,14 +136,14 @@ SectionOfBeams = Annotated[
         "--section",
         metavar="NAME",
         help="Section of the beams, height first: flat 120x12, rhs 120x60x5 (with r10 or rounded: its corners), tee "
-        "120x80x10x8, i 120x80x10x8, round 60, chs 60.3x4. Default: that of --beam.",
+        "120x80x10x8, i 120x80x10x8, round 60, chs 60.3x4. Default: rhs 120x60x5.",
         rich_help_panel=SIZES,
     ),
 ]
 Connection = Annotated[
     str | None,
     typer.Option(
-        help="How beams meet their nodes: welded, bolted, hub or contact. Default: contact.", rich_help_panel=SIZES
+        help="How beams meet their nodes: welded, bolted, hub or contact. Default: welded.", rich_help_panel=SIZES
     ),
 ]
 Reference = Annotated[
@@ -153,17 +155,20 @@ Reference = Annotated[
 ]
 Clearance = Annotated[
     float | None,
-    typer.Option(help="Added to the minimum setback of the beams at a node. Default: 5.", rich_help_panel=SIZES),
+    typer.Option(
+        help="Added to the minimum setback of beams that are in contact with their nodes. Default: 5.",
+        rich_help_panel=SIZES,
+    ),
 ]
-Thickness = Annotated[float | None, typer.Option(help="Thickness of the panels. Default: 10.", rich_help_panel=SIZES)]
+Thickness = Annotated[float | None, typer.Option(help="Thickness of the panels. Default: 8.76.", rich_help_panel=SIZES)]
 Joint = Annotated[
-    float | None, typer.Option(help="Width of the joints between panels. Default: 10.", rich_help_panel=SIZES)
+    float | None, typer.Option(help="Width of the joints between panels. Default: 20.", rich_help_panel=SIZES)
 ]
 Lift = Annotated[
     float | None,
     typer.Option(
         help="Height of the panels' lower side above the mesh. Default: the minimum that clears beams and "
-        "nodes, plus 5.",
+        "nodes, plus 12.",
         rich_help_panel=SIZES,
     ),
 ]

@@ -50,7 +50,7 @@ class Detailed:
     >>> from fabkit.detailing import detail
     >>> detailed = detail(built.structure, built.project.rules, name="roof")
     >>> round(detailed.underside_mm, 1), detailed.underside_reason.split(";")[0].split(" stands")[0]
-    (24.3, 'the node block at vertex 1')
+    (25.7, 'the beam on edge 3')
     """
 
     assembly: Assembly

@@ -86,7 +86,7 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
     >>> from fabkit.detailing import beam_ends
     >>> ends = beam_ends(built.structure, np.ones(30, dtype=bool), built.project.rules)
     >>> ends.setback[:6].round(1).tolist()
-    [32.8, 32.8, 32.8, 22.7, 40.3, 40.3]
+    [52.0, 52.0, 52.0, 64.0, 64.0, 64.0]
     """
     edges = structure.mesh.combinatorics.edges
     vertex = edges.ravel()

@@ -86,7 +86,7 @@ def _smallest_gaps(ends: Ends) -> FloatArray:
 
 def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: DetailingRules) -> str:
     edge, vertex, connection = end // 2, int(ends.vertex[end]), rules.connection
-    could = f"it could be {' or '.join(others)}" if others else "no other connection would work"
+    could = f"it could be {' or '.join(others)} (--connection)" if others else "no other connection would work"
     begin = f"the beam on edge {edge} cannot be {TO_JOIN[connection.kind]} at vertex {vertex}"
     if connection.kind == "bolted" and abs(ends.inclination[end]) > _reach(rules):
         return (
@@ -103,7 +103,8 @@ def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: Detailin
         longest = min(LONGEST_SETBACK_SHARE * mesh.edge_lengths[edge], connection.longest_setback_mm)
         why = (
             f"so its end would be {ends.setback[end]:.1f} mm from the axis, where at most {longest:.1f} mm are "
-            f"possible ({connection.longest_setback_mm:g} mm, or {LONGEST_SETBACK_SHARE:.0%} of the edge)"
+            f"possible ([connection] longest_setback_mm = {connection.longest_setback_mm:g}, or "
+            f"{LONGEST_SETBACK_SHARE:.0%} of the edge)"
         )
     return (
         f"{begin}: it is {angle:.1f} degrees from the beam on edge {neighbour // 2} about the node axis, {why}; {could}"

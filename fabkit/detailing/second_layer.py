@@ -29,8 +29,10 @@ def rules_of_second_layer(rules: DetailingRules, own: SecondLayerRules) -> Detai
         least_length_mm=rules.beams.least_length_mm,
         material=own.material or rules.beams.material,
     )
-    nodes = replace(rules.nodes, top="enclosing", material=own.material or rules.nodes.material)
     connection = own.connection or rules.connection
+    nodes = replace(rules.nodes, top="enclosing", material=own.material or rules.nodes.material)
+    if connection.kind != "contact":
+        nodes = replace(nodes, clearance_mm=None)
     return replace(rules, beams=beams, nodes=nodes, connection=connection, second_layer=None, fins=None)
 
 

@@ -53,7 +53,7 @@ def needed_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules:
         needed = np.maximum(needed, bored)
     needed = _for_both_neighbours(ring, following, needed)
     if connection.kind == "contact":
-        return needed + rules.nodes.clearance_mm
+        return needed + rules.nodes.clearance
     least = least_tube_radius(rules) if connection.kind == "hub" else width / 2
     return np.asarray(np.maximum(needed, least))
 

@@ -63,8 +63,8 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
         f"{len(high)} of {len(nodes)} node blocks are at least {rules.block_heights_noted:g} times as high as their "
         f"beams of {beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) is "
         f"{heights[order[0]]:.0f} mm high",
-        "take narrower beams (--beam) or less clearance (--clearance), so that beams end nearer to the axes, or make "
-        "narrow angles between edges wider",
+        "take narrower beams (--section, --beam) or a smaller slot between them ([connection] slot_mm), so that they "
+        "end nearer to the axes, or make narrow angles between edges wider",
         "vertex",
         tuple(nodes.elements[order].tolist()),
     )
@@ -139,8 +139,8 @@ def underside(
         f"node block {marks[worst]} (vertex {worst}, counted from 0) stands {needed.max():.1f} mm above a face and "
         f"raises all panels; {NOTED_PERCENTILE} % of the nodes need at most {percentile:.1f} mm, the median node "
         f"{median:.1f} mm",
-        "move that vertex towards its neighbours' level or make the angles at it wider, or take narrower beams "
-        "(--beam) or less clearance (--clearance)",
+        "move that vertex towards its neighbours' level or make the angles at it wider, take narrower "
+        "beams (--section, --beam), or let the blocks follow the tops of their beams ([nodes] top = 'trimmed')",
         "vertex",
         (worst,),
     )

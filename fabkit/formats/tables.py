@@ -33,7 +33,7 @@ def write_csv(target: Path | TextIO, table: Table, rules: TableRules | None = No
     >>> from fabkit.production import cut_list
     >>> write_csv(Path("beams.csv"), cut_list(built.assembly, built.nest)["beams"])
     >>> Path("beams.csv").read_text().splitlines()[1][:27]
-    'B001,6,flat 120x50,steel,23'
+    'B001,6,rhs 120x60x5,S355,22'
     """
     rules = rules or TableRules()
     rows: list[Sequence[str]] = [[spreadsheet_safe(name) for name in table.columns]]

@@ -127,7 +127,7 @@ class Surroundings:
     >>> from fabkit.kinds import NODE
     >>> from fabkit.parts import Surroundings
     >>> NODE.labels(built.assembly["nodes"], Surroundings(built.assembly))[0]
-    'steel; vertex 0, 3 beams'
+    'S355; vertex 0, 3 beams'
     """
 
     assembly: Assembly

@@ -101,7 +101,7 @@ class Measure:
     >>> beams = built.assembly["beams"]
     >>> measure = beams.kind.measures(beams)[0]
     >>> measure.title, measure.unit, round(measure.values.max())
-    ('Long-point length', 'mm', 2332)
+    ('Long-point length', 'mm', 2288)
     """
 
     group: str

@@ -32,7 +32,7 @@ class Part:
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> beam = built.assembly["beams"][0]
     >>> beam.mark, beam.element, beam.solid.topology.n_faces, round(beam.mass_kg)
-    ('B001', 0, 6, 107)
+    ('B001', 0, 10, 30)
     """
 
     kind: Kind[Any]
@@ -65,7 +65,7 @@ class Parts(Sequence[Part], Generic[D]):
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> beams = built.assembly["beams"]
     >>> len(beams), beams.mark_names, beams.counts.tolist(), round(beams.masses_kg.sum())
-    (30, ('B001', 'B002', 'B003', 'B004', 'B005'), [6, 6, 6, 6, 6], 1969)
+    (30, ('B001', 'B002', 'B003', 'B004', 'B005'), [6, 6, 6, 6, 6], 540)
     >>> beams
     Parts(30 beams, 5 marks)
     >>> beams.take(beams.details.long_point_mm > 2000).marks

@@ -103,7 +103,7 @@ def cut_list(assembly: Assembly, nest: Nest | None, *, panel_file: str = "panels
     >>> from fabkit.production import cut_list
     >>> beams = cut_list(built.assembly, built.nest)["beams"]
     >>> beams.columns[:4], beams.texts[0][:4]
-    (('Mark', 'Count', 'Section', 'Material'), ('B001', '6', 'flat 120x50', 'steel'))
+    (('Mark', 'Count', 'Section', 'Material'), ('B001', '6', 'rhs 120x60x5', 'S355'))
     """
     sheets = {PANEL.group: np.array([place.sheet + 1 for place in nest.placements], dtype=np.int64)} if nest else {}
     around = Surroundings(assembly, sheets, panel_file)

@@ -112,7 +112,7 @@ def sheet_drawings(
     >>> from fabkit.production import CUT, sheet_drawings
     >>> drawings = sheet_drawings(built.nest, built.assembly["panels"])
     >>> [(drawing.name, len(drawing.layers[CUT])) for drawing in drawings]
-    [('sheet-001', 5), ('sheet-002', 5), ('sheet-003', 2)]
+    [('sheet-001', 4), ('sheet-002', 6), ('sheet-003', 2)]
     """
     sheet, sheets = nest.sheet, np.array([place.sheet for place in nest.placements], dtype=np.int64)
     stock = np.array([[0, 0], [sheet.length_mm, 0], [sheet.length_mm, sheet.width_mm], [0, sheet.width_mm]])

@@ -226,7 +226,9 @@ def _layers(panels: Parts[PanelDetails]) -> Iterator[Fact]:
             apart = lower[number - 1] - upper[number]
             ends = (float(np.nanmin(apart)), float(np.nanmax(apart)))
             name = f"Clear between layers {number - 1} and {number}"
-            yield Fact(name, ends, ".1f", "mm", keys=(f"layers.{number}.least_clear_mm", f"layers.{number}.largest_clear_mm"))
+            yield Fact(
+                name, ends, ".1f", "mm", keys=(f"layers.{number}.least_clear_mm", f"layers.{number}.largest_clear_mm")
+            )
     if not np.isnan(own.least_seats_mm.values).all():
         ends = (float(np.nanmin(own.least_seats_mm.values)), float(np.nanmax(own.largest_seats_mm.values)))
         note = "a wedge over the width of each beam, see panel_edges"

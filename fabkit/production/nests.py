@@ -95,7 +95,7 @@ class Nest:
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> nest = built.nest
     >>> nest.n_sheets, round(nest.utilisation, 2), nest.placements[0].sheet
-    (3, 0.46, 0)
+    (3, 0.45, 0)
     """
 
     __repr__ = short_repr

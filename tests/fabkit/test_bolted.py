@@ -18,7 +18,7 @@ from fabkit.errors import DetailingError
 from fabkit.kinds import BOLT, END_PLATE
 from fabkit.parts import Part, Surroundings
 from fabkit.production import share_equal_parts
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from geometry.arrays import FloatArray
 from tests.fabkit.part21 import StepText, coordinates, written
 from tests.fabkit.test_detail import SIDE, flat_grid
@@ -29,7 +29,9 @@ FILE_MM = 1e-6
 
 def rules(**connection: Any) -> DetailingRules:
     return DetailingRules(
-        beams=BeamRules(section="rhs 120x60x5"), connection=ConnectionRules(kind="bolted", **connection)
+        beams=BeamRules(section="rhs 120x60x5"),
+        connection=ConnectionRules(kind="bolted", **connection),
+        nodes=NodeRules(top="enclosing"),
     )
 
 

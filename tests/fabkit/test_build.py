@@ -207,7 +207,7 @@ def test_the_title_block_is_in_the_step_files(tmp_path: Path) -> None:
         assert "AUTOMOTIVE_DESIGN" in file.header
         assert {each.values[0] for each in file.all("PRODUCT_DEFINITION_FORMATION")} == {"B"}
         labels = {each.values[0]: each.values[1] for each in file.all("PRODUCT")}
-        assert labels["B001"] == "B001 flat 120x50 beam"
+        assert labels["B001"] == "B001 rhs 120x60x5 beam"
         assert not any(label[-1].isdigit() for label in labels.values())
     for key, value in (("date", "1.3.2026"), ("author", "a\nb"), ("datum", "2026-03-01")):
         with pytest.raises(ProjectError, match=key):

@@ -262,7 +262,7 @@ def test_the_cure_of_a_clash_is_in_the_mesh_for_distant_parts_and_in_sizes_for_n
     assert "widen" not in clash[0].sentence
     near = violations(change(whole, "panels", 0, moved([0, 0, -LIFT - 1.0])))
     assert len(near) == 8  # four beams and four nodes
-    assert all("increase the clearance" in violation.cure for violation in near)
+    assert all("increase the slot between beams" in violation.cure for violation in near)
 
 
 def test_panel_widened_into_its_neighbours() -> None:

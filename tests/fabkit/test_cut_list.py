@@ -135,7 +135,7 @@ def test_glyphs_follow_the_solid() -> None:
     for beam in beams:
         corners = beam.solid.vertices
         outer = corners[corners[:, 2] > -1.0, 0]
-        inner = corners[corners[:, 2] < -1.0, 0]
+        inner = corners[corners[:, 2] < 1.0 - beam.details.section.height_mm, 0]
         # half of the last digit shown, over the height of the beam
         least = np.tan(np.radians(0.005)) * beam.details.section.height_mm
         leans = [inner.min() - outer.min(), inner.max() - outer.max()]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,10 +12,12 @@ from hypothesis import strategies as st
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
-from fabkit.rules import BeamRules, DetailingRules, NodeRules, PanelRules
+from fabkit.layer_rules import LayerRules
+from fabkit.rules import BeamRules, NodeRules
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
+from tests.fabkit.plain_bars import PLAIN_RULES
 
 SIDE = 1500.0
 
@@ -48,7 +52,7 @@ def fan(angle_deg: float) -> SupportStructure:
 
 
 def test_flat_grid_has_the_sizes_one_can_work_out_by_hand() -> None:
-    assembly = detail(flat_grid(), DetailingRules(), name="grid").assembly
+    assembly = detail(flat_grid(), PLAIN_RULES, name="grid").assembly
     assert (len(assembly["beams"]), len(assembly["nodes"]), len(assembly["panels"])) == (17, 12, 6)
     for beam in assembly["beams"]:  # right angles at both ends: (50 / 2) / tan(45) + 5 = 30 off each
         assert beam.details.long_point_mm == pytest.approx(SIDE - 60)
@@ -70,9 +74,7 @@ def test_flat_grid_has_the_sizes_one_can_work_out_by_hand() -> None:
 
 def test_the_outer_side_of_a_corner_piece_still_holds_the_axis() -> None:
     corner = next(
-        node
-        for node in detail(flat_grid(), DetailingRules(), name="grid").assembly["nodes"]
-        if len(node.details.beams) == 2
+        node for node in detail(flat_grid(), PLAIN_RULES, name="grid").assembly["nodes"] if len(node.details.beams) == 2
     )
     n = corner.solid.topology.n_vertices // 2
     section = corner.solid.vertices[:n, :2]
@@ -85,7 +87,7 @@ def test_the_outer_side_of_a_corner_piece_still_holds_the_axis() -> None:
 
 
 def test_cube_is_cut_at_the_angle_between_edge_and_diagonal() -> None:
-    assembly = detail(cube(), DetailingRules(), name="cube").assembly
+    assembly = detail(cube(), PLAIN_RULES, name="cube").assembly
     angle = np.degrees(np.arcsin(1 / np.sqrt(3)))
     setback = 25 / np.tan(np.radians(60)) + 5
     for beam in assembly["beams"]:
@@ -102,7 +104,7 @@ def test_cube_is_cut_at_the_angle_between_edge_and_diagonal() -> None:
 
 @pytest.mark.parametrize(("reference", "outer"), [("outer", 0.0), ("centre", 60.0), ("inner", 120.0)])
 def test_the_reference_says_what_lies_on_the_mesh(reference: str, outer: float) -> None:
-    rules = DetailingRules(beams=BeamRules(reference=reference))
+    rules = replace(PLAIN_RULES, beams=replace(PLAIN_RULES.beams, reference=reference))
     detailed = detail(flat_grid(), rules, name="grid")
     tops = [beam.placement.to_world(beam.solid.vertices)[:, 2].max() for beam in detailed.assembly["beams"]]
     assert tops == pytest.approx([outer] * len(tops))
@@ -121,8 +123,8 @@ def test_parts_do_not_depend_on_where_the_structure_stands() -> None:
         120.0,
     )
     for old, new in zip(
-        detail(here, DetailingRules(), name="a").assembly.parts(),
-        detail(moved, DetailingRules(), name="b").assembly.parts(),
+        detail(here, PLAIN_RULES, name="a").assembly.parts(),
+        detail(moved, PLAIN_RULES, name="b").assembly.parts(),
         strict=True,
     ):  # rounding of coordinates of 1e5 mm
         assert np.abs(np.sort(old.solid.vertices, axis=0) - np.sort(new.solid.vertices, axis=0)).max() < 1e-8
@@ -140,10 +142,11 @@ def test_parts_do_not_depend_on_where_the_structure_stands() -> None:
 def test_any_reasonable_sizes_fit(
     width: float, height: float, clearance: float, thickness: float, joint: float, reference: str
 ) -> None:
-    rules = DetailingRules(
+    rules = replace(
+        PLAIN_RULES,
         beams=BeamRules(width_mm=width, height_mm=height, reference=reference),
-        nodes=NodeRules(clearance_mm=clearance),
-        panels=PanelRules(thickness_mm=thickness, joint_mm=joint, least_bearing_mm=-1e3),
+        nodes=NodeRules(clearance_mm=clearance, top="enclosing"),
+        layers=(LayerRules(thickness_mm=thickness, joint_mm=joint, least_bearing_mm=-1e3),),
     )
     for structure in (flat_grid(), cube()):
         assembly = detail(structure, rules, name="sizes").assembly
@@ -153,7 +156,7 @@ def test_any_reasonable_sizes_fit(
 
 def test_beams_without_room_are_an_error_that_names_beams_nodes_and_cure() -> None:
     with pytest.raises(DetailingError) as caught:
-        detail(fan(1.5), DetailingRules(), name="fan")
+        detail(fan(1.5), PLAIN_RULES, name="fan")
     message = str(caught.value)
     for word in (
         "the beam on edge 0 from vertex 0 to vertex 1",
@@ -165,7 +168,7 @@ def test_beams_without_room_are_an_error_that_names_beams_nodes_and_cure() -> No
 
 
 def test_beams_without_room_can_be_left_out_and_the_rest_is_built() -> None:
-    assembly = detail(fan(1.5), DetailingRules(), name="fan", skip_unbuildable=True).assembly
+    assembly = detail(fan(1.5), PLAIN_RULES, name="fan", skip_unbuildable=True).assembly
     left = {(part.kind, part.element) for part in assembly.left_out}
     assert {("beam", 0), ("beam", 2)} <= left
     assert {beam.element for beam in assembly["beams"]}.isdisjoint({0, 2})
@@ -179,7 +182,7 @@ def test_a_node_may_keep_one_beam_only() -> None:
     """The short sides of a slim rectangle have no room; without them, nothing holds the long ones back."""
     mesh = Mesh.from_faces([(0, 0, 0), (SIDE, 0, 0), (SIDE, 60, 0), (0, 60, 0)], [[0, 1, 2, 3]])
     structure = SupportStructure(Pair(mesh, mesh.with_vertices(np.tile([0.0, 0.0, 1.0], (4, 1)))), 120.0)
-    assembly = detail(structure, DetailingRules(), name="slim", skip_unbuildable=True).assembly
+    assembly = detail(structure, PLAIN_RULES, name="slim", skip_unbuildable=True).assembly
     assert {(part.kind, part.element) for part in assembly.left_out} == {("beam", 1), ("beam", 3)}
     assert [beam.details.long_point_mm for beam in assembly["beams"]] == pytest.approx([SIDE - 2 * 5.0] * 2)
     for node in assembly["nodes"]:
@@ -189,15 +192,21 @@ def test_a_node_may_keep_one_beam_only() -> None:
 
 
 def test_a_panel_cut_away_by_its_joint_is_an_error() -> None:
-    rules = DetailingRules(panels=PanelRules(joint_mm=1499.5))
+    rules = replace(PLAIN_RULES, layers=(LayerRules(joint_mm=1499.5),))
     with pytest.raises(
         DetailingError, match=r"the panel on face 0 vanishes when cut back by half the joint of 1499\.5 mm"
     ):
         detail(flat_grid(), rules, name="grid")
 
 
+def test_an_underside_below_the_seat_is_kept() -> None:
+    for given_mm in (3.0, 0.0):  # flat panels over level beams, with a seat of 12 where nothing is given
+        rules = replace(PLAIN_RULES, layers=(LayerRules(z_mm=given_mm),))
+        assert detail(flat_grid(), rules, name="grid").underside_mm == given_mm
+
+
 def test_an_underside_that_is_too_low_is_an_error_that_names_the_parts() -> None:
-    rules = DetailingRules(beams=BeamRules(reference="inner"), panels=PanelRules(underside_mm=100))
+    rules = replace(PLAIN_RULES, beams=BeamRules(reference="inner"), layers=(LayerRules(z_mm=100),))
     with pytest.raises(DetailingError, match="panel"):
         detail(flat_grid(), rules, name="grid")
 
@@ -206,12 +215,12 @@ def test_a_gauss_image_that_points_inwards_is_an_error() -> None:
     grid = flat_grid()
     upside_down = SupportStructure(Pair(grid.mesh, grid.gauss_image * -1), 120.0)
     with pytest.raises(DetailingError, match="does not point to the outside of face"):
-        detail(upside_down, DetailingRules(), name="grid")
+        detail(upside_down, PLAIN_RULES, name="grid")
 
 
 def test_every_one_of_many_beams_without_room_is_named() -> None:
     with pytest.raises(DetailingError) as caught:
-        detail(flat_grid(), DetailingRules(nodes=NodeRules(clearance_mm=730.0)), name="grid")
+        detail(flat_grid(), replace(PLAIN_RULES, nodes=NodeRules(clearance_mm=730.0)), name="grid")
     message = str(caught.value)
     assert message.startswith("17 beams cannot be built: the beam on edge 0 from vertex 0 to vertex 1 is too short")
     edges = flat_grid().mesh.combinatorics.edges.tolist()

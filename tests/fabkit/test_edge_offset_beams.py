@@ -7,6 +7,7 @@ runs the other way than that of M, as in negatively curved areas.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,12 +15,12 @@ import pytest
 
 from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Part
-from fabkit.rules import BeamRules, DetailingRules, NodeRules
 from geometry.arrays import FloatArray
 from geometry.gauss import Pair, SupportStructure, edge_distances
 from geometry.mesh import Mesh, solids
 from geometry.parallel import ParallelSpace, edge_factors
 from tests.fabkit.edge_offsets import revolved_pair
+from tests.fabkit.plain_bars import PLAIN_RULES
 
 HEIGHT = 120.0
 ALIGNED = 1e-9 * HEIGHT
@@ -36,9 +37,9 @@ def irregular(solid: Mesh) -> tuple[Mesh, Mesh]:
 def detailed(pair: tuple[Mesh, Mesh], **rules: str) -> Assembly:
     mesh, image = pair
     structure = SupportStructure(Pair(mesh * (MEAN_EDGE / mesh.mean_edge_length), image), HEIGHT)
-    nodes = NodeRules(**{k: v for k, v in rules.items() if k == "setbacks"})
-    beams = BeamRules(**{k: v for k, v in rules.items() if k == "reference"})
-    return detail(structure, DetailingRules(beams=beams, nodes=nodes), name="edge offset").assembly
+    nodes = replace(PLAIN_RULES.nodes, **{k: v for k, v in rules.items() if k == "setbacks"})
+    beams = replace(PLAIN_RULES.beams, **{k: v for k, v in rules.items() if k == "reference"})
+    return detail(structure, replace(PLAIN_RULES, beams=beams, nodes=nodes), name="edge offset").assembly
 
 
 def side_edges(beam: Part, vertex: int) -> FloatArray:

@@ -113,7 +113,7 @@ def test_without_sizes_inspect_says_what_needs_them(tmp_path: Path) -> None:
     assert "give --unit or --mean-edge" in dict(unsized.facts())["not judged"]
     sized = run("inspect", file, "--unit", "m")
     assert sized.exit_code == 1
-    assert "is too short" in " ".join(sized.stdout.split())
+    assert "cannot be welded" in " ".join(sized.stdout.split())
     assert "not judged" not in sized.stdout
 
 
@@ -155,7 +155,7 @@ def test_what_runs_through_itself_is_built_without_what_shares_room(tmp_path: Pa
     accepted = run("build", file, "--unit", "m", "-o", tmp_path / "out", "--accept", "self-intersection")
     assert accepted.exit_code == 2
     assert "share no vertex of the mesh, which intersects itself" in accepted.stderr
-    assert "increase the clearance" not in accepted.stderr
+    assert "increase the slot between beams" not in accepted.stderr
     # the parts have no marks yet, so they are called by their edges and faces
     assert re.search(
         r"the (beam on edge|panel on face) \d+ and the (node at vertex|panel on face) \d+ share", accepted.stderr
@@ -346,7 +346,9 @@ def test_what_numbers_elements_says_from_where_it_counts() -> None:
 def leaning(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
     folder = tmp_path_factory.mktemp("leaning")
     file = written(folder, unfit.askew())
-    return folder / "out", run("build", file, "--unit", "m", "-o", folder / "out", "--accept", "lean")
+    return folder / "out", run(
+        "build", file, "--unit", "m", "-o", folder / "out", "--accept", "lean", "--connection", "contact"
+    )
 
 
 def test_terminal_report_workbook_and_manifest_say_the_same(leaning: tuple[Path, Result]) -> None:

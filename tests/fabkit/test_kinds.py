@@ -27,6 +27,7 @@ from geometry.mesh import shapes
 from tests.fabkit.bolts import BOLT, HEIGHT, NOSE, RADIUS, BoltDetails, bolts
 from tests.fabkit.dome import dome
 from tests.fabkit.part21 import StepText, written
+from tests.fabkit.plain_bars import PLAIN_TABLES
 
 BOLT_MM3 = (4 * RADIUS**2 + 2 * RADIUS * NOSE) * 3**0.5 / 4 * HEIGHT
 
@@ -51,7 +52,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_it_is_checked_where_it_joins_a_build(tmp_path: Path) -> None:
     write_mesh(tmp_path / "dome.obj", shapes.dome(8, 2))
-    built = design(Project(mesh=tmp_path / "dome.obj", mean_edge_mm=1500.0))
+    built = design(Project(mesh=tmp_path / "dome.obj", mean_edge_mm=1500.0, **PLAIN_TABLES))
     with pytest.raises(DetailingError, match=r"node N\d+ .* share volume, 5 mm deep"):
         built.with_parts(bolted(built.assembly, gap_mm=-5.0).of(BOLT))
     with pytest.raises(ProjectError, match="no output folder"):

@@ -11,11 +11,12 @@ from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Frame, Part, Solid, prism_topology, prism_vertices
 from fabkit.production.marks import compared_points, share_equal_parts
-from fabkit.rules import ConnectionKind, DetailingRules
+from fabkit.rules import BeamRules, ConnectionKind, ConnectionRules, DetailingRules
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
 from tests.fabkit.assemblies import altered, assembled, with_parts
+from tests.fabkit.plain_bars import PLAIN_RULES
 
 
 def barrel(n: int = 8, tilt: float = 0.0, rules: DetailingRules | None = None, upper_radius: float = 0.6) -> Assembly:
@@ -28,7 +29,7 @@ def barrel(n: int = 8, tilt: float = 0.0, rules: DetailingRules | None = None, u
     faces = [[k, (k + 1) % n, (k + 1) % n + n, k + n] for k in range(n)]
     sphere = Mesh.from_faces(np.concatenate([lower, upper]), faces)
     structure = SupportStructure(Pair(sphere * 6000.0, sphere), 120.0)
-    return detail(structure, rules or DetailingRules(), name="barrel").assembly
+    return detail(structure, rules or PLAIN_RULES, name="barrel").assembly
 
 
 def world(part: Part) -> np.ndarray:
@@ -52,10 +53,9 @@ def test_a_rotational_structure_has_one_mark_for_each_orbit() -> None:
 )
 def test_bores_do_not_tell_equal_parts_apart(kind: ConnectionKind, section: str) -> None:
     """Rims stand in any direction about their axes, those along a node axis too; what is bored stays bored in place."""
-    rules = DetailingRules()
-    beams = replace(rules.beams, section=section)
-    connection = replace(rules.connection, kind=kind, axial_bore_mm=20.0)
-    own = barrel(16, 0.1, replace(rules, beams=beams, connection=connection), upper_radius=0.9)
+    beams = BeamRules(section=section)
+    connection = ConnectionRules(kind=kind, axial_bore_mm=20.0)
+    own = barrel(16, 0.1, replace(PLAIN_RULES, beams=beams, connection=connection), upper_radius=0.9)
     shared = share_equal_parts(own)
     assert len(own["nodes"].solids.topologies[0].rounds) > 1
     assert [len(shared[group].mark_names) for group in ("beams", "nodes", "panels")] == [3, 2, 1]

@@ -74,7 +74,11 @@ def test_beams_in_line_keep_half_their_width() -> None:
             32,
             r"edge 0 cannot be welded at vertex 0: it is 32.0 degrees from the beam on edge 2 about the node axis",
         ),
-        (32, r"would be 150.0 mm from the axis, where at most 120.0 mm are possible \(120 mm, or 35% of the edge\)"),
+        (
+            32,
+            r"would be 150.0 mm from the axis, where at most 120.0 mm are possible \(\[connection\] "
+            r"longest_setback_mm = 120, or 35% of the edge\)",
+        ),
         (29, r"29.0 degrees from .* at least 30 degrees are needed; it could be in contact with its block"),
         (0.5, r"at least 30 degrees are needed; no other connection would work"),
     ],

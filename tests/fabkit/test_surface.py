@@ -23,6 +23,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import FoldedError
 from geometry.mesh import Mesh
 from geometry.remeshing import RemeshedSurface, remesh, study_networks
+from tests.fabkit.plain_bars import PLAIN_TABLES
 from tests.geometry.design_surfaces import ball, chart, disc
 from tests.geometry.topologies import together
 
@@ -66,7 +67,7 @@ def test_a_build_begins_from_a_surface(roof: Path) -> None:
 
 
 def test_a_number_of_faces_needs_no_unit(roof: Path) -> None:
-    built = design(project_from({"mesh": roof, "mean_edge_mm": 1500, "surface": {"faces": 150}}))
+    built = design(project_from({"mesh": roof, "mean_edge_mm": 1500, "surface": {"faces": 150}, **PLAIN_TABLES}))
     assert built.structure.mesh.n_faces == pytest.approx(150, rel=0.15)
     assert built.structure.mesh.mean_edge_length == pytest.approx(1500, rel=0.01)
     assert len(built.assembly.of(PANEL)) == built.structure.mesh.n_faces
@@ -261,6 +262,7 @@ def test_a_closed_mesh_names_its_few_parallel_meshes_and_a_cure(roof: Path) -> N
     write_mesh("ball.obj", ball(3, (3.0, 2.0, 1.2)).triangulated)
     Path("ball.toml").write_text(
         "mesh = 'ball.obj'\nmean_edge_mm = 1500\n[surface]\nfaces = 150\n[fitness]\nlean_refused_deg = 20\n"
+        "[connection]\nkind = 'contact'\n[nodes]\ntop = 'enclosing'\n"
     )
     for options, says in (
         ([], "hardly any parallel meshes (about 6 dimensions, 4 of which scale and move it): leave a strip"),

@@ -10,8 +10,9 @@ import shapely
 
 from fabkit.detailing.assembling import detail
 from fabkit.formats.step.files import instance_name
+from fabkit.layer_rules import LayerRules
 from fabkit.production import share_equal_parts
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from geometry.arrays import FloatArray
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
@@ -57,7 +58,7 @@ def welded() -> tuple[SupportStructure, StepText, dict[str, list[str]]]:
         beams=BeamRules(section="rhs 120x60x5"),
         connection=ConnectionRules(kind="welded"),
         nodes=NodeRules(top="trimmed", setbacks="least"),
-        panels=PanelRules(joint_mm=20, seat_mm=12),
+        layers=(LayerRules(joint_mm=20, seat_mm=12),),
     )
     made = share_equal_parts(detail(structure, rules, name="dome").assembly)
     return structure, written(made), {name: [instance_name(p) for p in made[name]] for name in ("beams", "nodes")}
