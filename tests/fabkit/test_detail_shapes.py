@@ -165,7 +165,7 @@ def test_the_underside_is_the_lowest_that_clears_what_stands_under_the_panels(me
     detailed = detail(structure, rules, name="lift")  # checks that nothing clashes
     lower = LayerRules(z_mm=detailed.underside_mm - 0.05, joint_mm=0.02)
     with pytest.raises(DetailingError, match="panel"):
-        detail(structure, replace(PLAIN_RULES, panels=lower), name="lower")
+        detail(structure, replace(PLAIN_RULES, layers=(lower,)), name="lower")
 
 
 @pytest.mark.parametrize("mesh", [shapes.dodecahedron(), shapes.cube(), shapes.dome(7, 2), saddle()])
