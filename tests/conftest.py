@@ -11,3 +11,6 @@ from hypothesis import settings
 
 settings.register_profile("fabkit", deadline=None, max_examples=50, derandomize=bool(os.environ.get("CI")))
 settings.load_profile("fabkit")
+
+for name in ("COLUMNS", "LINES"):  # workers of a run in parallel get those of the terminal; tests say their own
+    os.environ.pop(name, None)
