@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from fabkit.checking import Violation, panels_crossing_support_planes, violations, violations_sentence
-from fabkit.detailing.beam_layers import fit_beams, layer_parts
+from fabkit.detailing.beam_layers import fit_beams, layer_parts, on_parallel_mesh
 from fabkit.detailing.beams import BeamShapes, dihedral_angles
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.panel_layers import make_panels
@@ -125,6 +125,7 @@ class _Plan:
             if abs(levels.depth - self.depth) <= SAME_DEPTH_MM:
                 break
             self.depth = levels.depth
+            self.structure = on_parallel_mesh(self.given, -levels.depth)
         panels = self._panels(levels)
         first = layer_parts(self.structure, self.beams, ends, beams, levels.nodes, self.rules)
         blocks = self.structure, ends, levels.nodes

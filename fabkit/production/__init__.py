@@ -15,9 +15,8 @@ from fabkit.production.facts import (
 )
 from fabkit.production.loose_panels import panels_from_outlines
 from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
-from fabkit.production.nests import Nest, Sheet
+from fabkit.production.nesting import Nest, Sheet, nest_panels, too_large
 from fabkit.production.pieces import piece_tables
-from fabkit.production.sheet_nesting import nest_panels, too_large
 from fabkit.production.summary import (
     ExactGaussImage,
     GaussImageSource,

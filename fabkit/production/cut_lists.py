@@ -11,7 +11,7 @@ import numpy as np
 from fabkit.kinds import PANEL
 from fabkit.kinds.columns import texts
 from fabkit.parts import Assembly, Cell, Parts, Surroundings
-from fabkit.production.nests import Nest
+from fabkit.production.nesting import Nest
 
 __all__ = ["CutList", "Table", "cut_list"]
 

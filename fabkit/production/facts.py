@@ -10,7 +10,7 @@ import numpy as np
 from fabkit.fitness.finding import named
 from fabkit.kinds import PANEL, PanelDetails
 from fabkit.parts import Assembly, Parts
-from fabkit.production.nests import Nest
+from fabkit.production.nesting import Nest
 from fabkit.production.summary import GivenGaussImage, OptimisedGaussImage, Summary, SurfaceSummary
 from geometry.errors import listed
 

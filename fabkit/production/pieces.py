@@ -14,7 +14,7 @@ import numpy as np
 from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL, BeamDetails, NodeDetails, neighbour_names
 from fabkit.parts import Assembly, Cell, Column, Parts
 from fabkit.production.cut_lists import Table
-from fabkit.production.nests import Nest
+from fabkit.production.nesting import Nest
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["piece_tables"]

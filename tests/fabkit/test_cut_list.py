@@ -12,8 +12,8 @@ from fabkit import Project, design
 from fabkit.kinds.beams import ends_glyphs
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production.cut_lists import Table, cut_list
-from fabkit.production.nests import Sheet
-from fabkit.production.sheet_nesting import nest_panels
+from fabkit.production.nesting.nests import Sheet
+from fabkit.production.nesting.sheet_nesting import nest_panels
 from fabkit.project import Nesting
 from tests.fabkit.assemblies import assembled, by_name
 from tests.fabkit.gridshell import gridshell

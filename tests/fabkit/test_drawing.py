@@ -14,8 +14,8 @@ from shapely import LineString, MultiLineString, Polygon
 from fabkit.errors import DetailingError, OutputError
 from fabkit.parts import Assembly, Part
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
-from fabkit.production.nests import Sheet
-from fabkit.production.sheet_nesting import nest_panels
+from fabkit.production.nesting.nests import Sheet
+from fabkit.production.nesting.sheet_nesting import nest_panels
 from fabkit.production.strokes import ARROW, GLYPHS, text_strokes, text_widths
 from geometry.arrays import FloatArray
 from tests.fabkit.assemblies import assembled

@@ -23,8 +23,8 @@ from fabkit.formats.drawings.dxf import write_dxf
 from fabkit.kinds import PanelDetails
 from fabkit.parts import Curves, Parts
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, sheet_drawings
-from fabkit.production.nests import Sheet
-from fabkit.production.sheet_nesting import nest_panels
+from fabkit.production.nesting.nests import Sheet
+from fabkit.production.nesting.sheet_nesting import nest_panels
 from geometry.arrays import FloatArray
 from tests.fabkit.plates import outlines, plates
 

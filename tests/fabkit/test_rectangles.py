@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fabkit.parts import Ragged
-from fabkit.production.guillotine import ORIENTATIONS, RECTANGLE_ROUNDING_MM, SPLITS, _fill, smallest_rectangles
-from fabkit.production.nests import turned
-from fabkit.production.remaining_rectangles import RemainingRectangles
+from fabkit.production.nesting.guillotine import ORIENTATIONS, RECTANGLE_ROUNDING_MM, SPLITS, _fill, smallest_rectangles
+from fabkit.production.nesting.nests import turned
+from fabkit.production.nesting.remaining_rectangles import RemainingRectangles
 from geometry.arrays import BoolArray, FloatArray
 
 

@@ -25,9 +25,9 @@ from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Material, Measure
 from fabkit.production.cut_lists import cut_list
 from fabkit.production.drawing import sheet_drawings
 from fabkit.production.facts import build_facts
-from fabkit.production.nests import Sheet
+from fabkit.production.nesting.nests import Sheet
+from fabkit.production.nesting.sheet_nesting import nest_panels
 from fabkit.production.pieces import piece_tables
-from fabkit.production.sheet_nesting import nest_panels
 from geometry.mesh.shapes import dome
 from tests.fabkit.assemblies import assembled, by_name, with_parts
 from tests.fabkit.browser import Browser, pixels

@@ -14,9 +14,9 @@ import shapely
 from fabkit.errors import NestingError
 from fabkit.kinds import PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
-from fabkit.production.guillotine import RECTANGLE_ROUNDING_MM, Guillotine
-from fabkit.production.irregular import Engine, installed_engine, suits_engines
-from fabkit.production.nests import (
+from fabkit.production.nesting.guillotine import RECTANGLE_ROUNDING_MM, Guillotine
+from fabkit.production.nesting.irregular import Engine, installed_engine, suits_engines
+from fabkit.production.nesting.nests import (
     Nest,
     Placement,
     Sheet,

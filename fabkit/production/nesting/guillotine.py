@@ -17,8 +17,8 @@ import numpy as np
 import shapely
 
 from fabkit.parts import Ragged
-from fabkit.production.nests import Placement, Stock, polygons, turned
-from fabkit.production.remaining_rectangles import RemainingRectangles
+from fabkit.production.nesting.nests import Placement, Stock, polygons, turned
+from fabkit.production.nesting.remaining_rectangles import RemainingRectangles
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["Guillotine", "smallest_rectangles"]

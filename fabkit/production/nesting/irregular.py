@@ -15,8 +15,8 @@ import shapely
 
 from fabkit.errors import NestingError
 from fabkit.parts import Ragged
-from fabkit.production.guillotine import smallest_rectangles
-from fabkit.production.nests import Placement, Stock, outline_areas, polygons, turned
+from fabkit.production.nesting.guillotine import smallest_rectangles
+from fabkit.production.nesting.nests import Placement, Stock, outline_areas, polygons, turned
 from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["Engine", "PackingSolver", "Spyrrow", "installed_engine", "suits_engines"]
