@@ -1,39 +1,27 @@
-"""A roof in layers that are all parallel: steel, glass, and fins that shade it [Pottmann2007, 4.4 and Fig. 1].
+"""A roof of beams, glass, and fins that shade it [Pottmann2007, 4.4 and Fig. 1].
 
-Below the glass M lie the beams, between M - d S and M. Above it stand fins between M + d1 (S + x) and M + d2 (S + x):
-S + x is also parallel to M, and x is chosen for the most shade on a summer day. So fins lean towards the sun, while
-beams stay upright.
+Hollow sections are welded to node blocks, panels lie on them, and fins stand over the glass, between M + d1 (S + x) and
+M + d2 (S + x): S + x is also parallel to M, and x is chosen for the most shade on a summer day. So fins lean towards
+the sun, while beams stay upright. All is drawn from the STEP file of the build.
 """
 
 from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from docs.tools.drawing import (
-    CLAY,
-    GLASS,
-    GOLD,
-    LINEN,
-    STEEL,
-    Note,
-    Panel,
-    Shapes,
-    View,
-    bars,
-    draw_page,
-    faces,
-    polygons,
-)
-from geometry import SupportStructure, approximate_pair
+from docs.tools.drawing import GLASS, GOLD, LINEN, STEEL, Note, Panel, Shapes, View, draw_page, polygons
+from docs.tools.step_shapes import StepShapes
+from fabkit import Project, design
+from fabkit.pipeline import Built
 from geometry.arrays import FloatArray, IntArray
-from geometry.gauss import Pair
 from geometry.mesh import Mesh, shapes
-from geometry.shading import Fins, MostShade, Suns, most_shade
+from geometry.shading import Fins, Suns
 
-BEAM_HEIGHT, LOWER, UPPER = 0.24, 0.1, 0.36
+LOWER_MM, UPPER_MM = 150.0, 600.0
 
 
 @cache
@@ -55,63 +43,77 @@ def suns() -> Suns:
     return Suns(np.stack([*level, np.sin(height)], axis=1))
 
 
+def built_with(**fins: Any) -> Built:
+    """The roof with edges of 1.5 m on average, and with fins."""
+    return design(
+        Project(
+            mesh=roof(),
+            mean_edge_mm=1500,
+            beams={"section": "rhs 180x60x5"},
+            connection={"kind": "welded"},
+            nodes={"top": "trimmed"},
+            panels={"joint_mm": 20, "seat_mm": 12, "thickness_mm": 12},
+            fins={"from_mm": LOWER_MM, "to_mm": UPPER_MM, **fins},
+            nesting={"mode": "off"},
+        )
+    )
+
+
 @cache
-def shaded() -> MostShade:
-    return most_shade(Fins(approximate_pair(roof()), LOWER, UPPER), suns())
+def shaded() -> Built:
+    """With fins that lean for the most shade."""
+    return built_with(suns=suns().directions.tolist(), longest_direction=0.7)
 
 
 def main() -> dict[str, float]:
-    found = shaded()
+    built = shaded()
+    before, after = built.summary.fin_shade
+    upright = Fins(built.structure.pair, LOWER_MM, UPPER_MM)
     return {
-        "panels": roof().n_faces,
-        "fins": len(found.after.fins.quads),
-        "length of x": float(np.linalg.norm(found.shift)),
-        "share of the panels in the shade, fins along S": found.before.share,
-        "share of the panels in the shade, fins along S + x": found.after.share,
-        "area of the fins along S": float(found.before.fins.areas.sum()),
-        "area of the fins along S + x": float(found.after.fins.areas.sum()),
+        "panels": len(built.assembly["panels"]),
+        "fins": len(built.assembly["fins"]),
+        "length of x": float(np.linalg.norm(built.summary.fin_direction)),
+        "share of the panels in the shade, fins along S": before,
+        "share of the panels in the shade, fins along S + x": after,
+        "area of the fins along S in m2": float(upright.areas.sum()) / 1e6,
+        "area of the fins along S + x in m2": float(built.assembly["fins"].details.area_mm2.sum()) / 1e6,
+        "largest lean of a fin from its beam in degrees": float(built.assembly["fins"].details.lean_deg.max()),
+        "mass of beams and nodes in tonnes": sum(float(built.assembly[g].masses_kg.sum()) for g in STEELWORK) / 1e3,
     }
 
 
-def plates(fins: Fins, chosen: IntArray | slice, thickness: float) -> Shapes:
-    """Fins as plates."""
-    quads = fins.quads[chosen]
-    normals = np.cross(quads[:, 1] - quads[:, 0], quads[:, 3] - quads[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return bars(quads, normals * thickness / 2, GOLD, first=CLAY, third=CLAY, width=0.4)
+STEELWORK = ("beams", "nodes")
 
 
-def ground(mesh: Mesh) -> FloatArray:
-    """(1, 4, 3) a floor below a roof."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+def parts(step: StepShapes, edges: IntArray | None = None, faces: IntArray | None = None) -> Shapes:
+    """What is drawn of a roof, or the parts at some edges and faces."""
+    vertices = None if edges is None else np.unique(roof().combinatorics.edges[edges])
+    return [
+        *step.shapes("beams", STEEL, elements=edges),
+        *step.shapes("nodes", STEEL, elements=vertices),
+        *step.shapes("panels", GLASS, elements=faces, opacity=0.6),
+        *step.shapes("fins", GOLD, elements=edges),
+    ]
+
+
+def ground(mesh: FloatArray) -> Shapes:
+    """A floor below points (n, 3)."""
+    low, high = mesh.min(axis=0), mesh.max(axis=0)
     margin = 0.06 * (high - low)
     (x0, y0, _), (x1, y1, _) = low - margin, high + margin
-    return np.array([[[x0, y0, low[2]], [x1, y0, low[2]], [x1, y1, low[2]], [x0, y1, low[2]]]])
+    return [polygons(np.array([[[x0, y0, low[2]], [x1, y0, low[2]], [x1, y1, low[2]], [x0, y1, low[2]]]]), LINEN)]
 
 
 def draw(path: Path) -> None:
-    fins = shaded().after.fins
-    mesh, pair = roof(), shaded().before.fins.pair
-    structure = SupportStructure(Pair(pair.offset_mesh(-BEAM_HEIGHT), pair.gauss_image), BEAM_HEIGHT)
-    c = mesh.combinatorics
-    steel = bars(structure.quads, structure.width_directions * 0.035, STEEL, width=0.4)
-    glass = faces(mesh, GLASS, width=0.0, opacity=0.55)
-    floor = [polygons(ground(mesh), LINEN)]
-    whole = [*floor, *steel, *glass, *plates(fins, slice(None), 0.03)]
-    near = np.isin(np.arange(mesh.n_faces), corner_faces())
-    edges = np.unique(c.corner_edge[near[c.corner_face]])
-    some = c.corners[near[c.corner_face]].reshape(-1, 4)
-    detail = [
-        *bars(structure.quads[edges], structure.width_directions[edges] * 0.035, STEEL, width=0.6),
-        polygons(mesh.vertices[some], GLASS, back=GLASS, width=0.6, opacity=0.6),
-        *plates(fins, edges, 0.03),
-    ]
+    step, c = StepShapes.written(shaded().assembly), roof().combinatorics
+    faces = corner_faces()
+    edges = np.unique(c.corner_edge[np.isin(c.corner_face, faces)])
+    whole = [*ground(shaded().structure.mesh.vertices / 1000), *parts(step)]
     panels = [
         Panel(whole, View(-62, 24), (20, 20, 900, 560)),
-        Panel(detail, View(-62, 24), (960, 90, 420, 420)),
+        Panel(parts(step, edges, faces), View(-62, 24), (960, 70, 420, 440)),
     ]
-    names = [(1170, 545, "fins, glass, steel")]
-    draw_page(path, 1400, 600, panels, [Note(*name, 24) for name in names])
+    draw_page(path, 1400, 600, panels, [Note(1170, 545, "fins, glass, steel", 24)])
 
 
 def corner_faces() -> IntArray:

@@ -1,23 +1,39 @@
 """Fins as shading: how much of each panel they keep in the shade [Pottmann2007, 4.4 and Fig. 15].
 
-Fins stand over the glass of figure 1, between M + d1 (S + x) and M + d2 (S + x): (a) x = 0, (b) x with the most shade.
-Below, the panels without fins: from gold, in the sun, to blue, in the shade, on average over the suns that they face.
-Fins over S + x are larger; the shadow per area of fins shows what is due to their direction alone.
+Fins stand over the glass of figure 1, between M + d1 (S + x) and M + d2 (S + x): (a) x = 0, (b) x with the most shade;
+both are drawn from the STEP files of their builds. Below, the panels without fins: from gold, in the sun, to blue, in
+the shade, on average over the suns that they face. Fins over S + x are larger; the shadow per area of fins shows what
+is due to their direction alone.
 """
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 from matplotlib.colors import to_rgb
 
-from docs.tools.drawing import GLASS, Note, Panel, Shapes, View, draw_page, faces
-from examples.figure_01_layers_and_fins import plates, roof, shaded
+from docs.tools.drawing import GLASS, GOLD, Note, Panel, Shapes, View, draw_page, faces
+from docs.tools.step_shapes import StepShapes
+from examples.figure_01_layers_and_fins import LOWER_MM, UPPER_MM, built_with, roof, shaded, suns
+from fabkit.pipeline import Built
 from geometry.arrays import FloatArray
-from geometry.shading import Shading
+from geometry.shading import Fins, Shading, cast_shadows
 
 LIT, DARK = "#f2c14e", "#1f3f66"
+
+
+@cache
+def upright() -> Built:
+    return built_with()
+
+
+@cache
+def shade(letter: str) -> Shading:
+    """What the fins of (a) and (b) shade."""
+    pair, direction = shaded().structure.pair, (0.0, 0.0, 0.0) if letter == "a" else shaded().summary.fin_direction
+    return cast_shadows(Fins(pair.tilted(direction), LOWER_MM, UPPER_MM), suns())
 
 
 def mean_shares(shading: Shading) -> FloatArray:
@@ -27,18 +43,16 @@ def mean_shares(shading: Shading) -> FloatArray:
 
 
 def main() -> dict[str, float]:
-    found, before = shaded(), mean_shares(shaded().before)
-    after = mean_shares(found.after)
-    return {
-        "share in the shade, (a)": found.before.share,
-        "share in the shade, (b)": found.after.share,
-        "least share of a panel, (a)": float(before.min()),
-        "least share of a panel, (b)": float(after.min()),
-        "largest share of a panel, (a)": float(before.max()),
-        "largest share of a panel, (b)": float(after.max()),
-        "shadow per area of fins, (a)": found.before.shadow_per_fin_area,
-        "shadow per area of fins, (b)": found.after.shadow_per_fin_area,
-    }
+    found: dict[str, float] = {}
+    for letter in "ab":
+        shares = mean_shares(shade(letter))
+        found |= {
+            f"share in the shade, ({letter})": shade(letter).share,
+            f"least share of a panel, ({letter})": float(shares.min()),
+            f"largest share of a panel, ({letter})": float(shares.max()),
+            f"shadow per area of fins, ({letter})": shade(letter).shadow_per_fin_area,
+        }
+    return found
 
 
 def coloured(shading: Shading) -> Shapes:
@@ -48,9 +62,13 @@ def coloured(shading: Shading) -> Shapes:
 
 def draw(path: Path) -> None:
     view, panels = View(-62, 30), []
-    for left, shading in ((20, shaded().before), (720, shaded().after)):
-        fins = [*faces(roof(), GLASS, width=0.5), *plates(shading.fins, slice(None), 0.03)]
-        panels += [Panel(fins, view, (left, 10, 660, 400)), Panel(coloured(shading), view, (left, 470, 660, 370))]
+    for left, letter, built in ((20, "a", upright()), (720, "b", shaded())):
+        step = StepShapes.written(built.assembly)
+        layers = [*step.shapes("panels", GLASS), *step.shapes("fins", GOLD)]
+        panels += [
+            Panel(layers, view, (left, 10, 660, 400)),
+            Panel(coloured(shade(letter)), view, (left, 470, 660, 370)),
+        ]
     letters = [Note(350, 440, "(a)"), Note(1050, 440, "(b)")]
     draw_page(path, 1400, 860, panels, letters)
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.checking import FIT_MM, check_fit
+from fabkit.checking import check_fit
 from fabkit.detailing import Detailed
 from fabkit.parts import Assembly, Parts
-from fabkit.production import BuildFacts, Nest, Summary, SurfaceSummary, build_facts, share_equal_parts
+from fabkit.production import BuildFacts, Nest, Summary, SurfaceSummary, build_facts, element_ranks, share_equal_parts
 from fabkit.project import Project
 from fabkit.surface import LaidSurface
 from geometry.files import MeshFile
@@ -21,7 +21,13 @@ from geometry.mesh import Mesh
 
 __all__ = ["Built", "manifest_of", "summary_of"]
 
-PATHS_OF_INPUTS: Any = {"mesh": True, "out": True, "gauss_image": {"file"}, "layers": {"__all__": {"parallel"}}}
+PATHS_OF_INPUTS: Any = {
+    "mesh": True,
+    "out": True,
+    "gauss_image": {"file"},
+    "marks": {"keep"},
+    "layers": {"__all__": {"parallel"}},
+}
 """Settings that differ from machine to machine, which the manifest leaves out."""
 
 
@@ -29,9 +35,10 @@ PATHS_OF_INPUTS: Any = {"mesh": True, "out": True, "gauss_image": {"file"}, "lay
 class Built:
     """The result of `design` or `build`, in memory.
 
-    structure: the pair M and S and the beam height, in mm. assembly: the parts, near zero; add `assembly.origin_mm` to
-    get the coordinates of the mesh file. nest: None without nesting. summary: figures of the mesh. seconds: by stage.
-    sha256: of the mesh file as read, empty for a mesh in memory.
+    structure: the pair M and S and the beam height, in mm. assembly: the parts as they are made, those of a mark from
+    one solid, near zero; add `assembly.origin_mm` to get the coordinates of the mesh file. nominal: the parts before
+    they share solids; their fit was checked. nest: None without nesting. summary: figures of the mesh. seconds: by
+    stage. sha256: of the mesh file as read, empty for a mesh in memory.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -45,6 +52,7 @@ class Built:
     project: Project
     structure: SupportStructure
     assembly: Assembly
+    nominal: Assembly
     nest: Nest | None
     summary: Summary
     seconds: dict[str, float]
@@ -63,11 +71,12 @@ class Built:
 
         Raises DetailingError where they share volume with other parts, or two of them belong to one mesh element.
         """
-        within = self.summary.equal_within_mm
-        (shared,) = share_equal_parts(Assembly(self.assembly.name, (parts,)), within_mm=within).groups
-        assembly = self.assembly.with_group(shared)
-        check_fit(assembly, fit_mm=max(FIT_MM, 2 * within))
-        return replace(self, assembly=assembly)
+        nominal = self.nominal.with_group(parts)
+        check_fit(nominal)
+        within, rules = self.summary.equal_within_mm, self.project.marks
+        ranks = element_ranks(self.structure.mesh, rules.order)
+        shared = share_equal_parts(nominal, within_mm=within, rules=rules, ranks=ranks, kept=self.summary.earlier_marks)
+        return replace(self, assembly=self.assembly.with_group(shared[parts.kind.group]), nominal=nominal)
 
 
 def summary_of(
@@ -132,10 +141,7 @@ def manifest_of(built: Built) -> dict[str, Any]:
         "name": summary.name,
         "input": {"file": summary.source, "sha256": built.sha256} if built.sha256 else None,
         "gauss_image": None if summary.gauss_image is None else vars(summary.gauss_image),
-        "settings": project.model_dump(
-            mode="json",
-            exclude={"mesh": True, "out": True, "gauss_image": {"file"}, "layers": {"__all__": {"parallel"}}},
-        ),
+        "settings": project.model_dump(mode="json", exclude=PATHS_OF_INPUTS),
         "versions": {
             "fabkit": version("fabkit"),
             "python": platform.python_version(),

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from fabkit.connections import LEAST_EDGE_RATIO, LEAST_PITCH_RATIO, BoltGroup
+from fabkit.connections import LEAST_EDGE_RATIO, LEAST_PITCH_RATIO, TUBE_DIAMETERS_MM, BoltGroup, least_radius_for_end
 from fabkit.lengths import NotNegative, Positive
 from fabkit.parts import Section
 
@@ -97,6 +97,8 @@ class ConnectionRules:
         """Why beams of this section cannot be joined so, in a sentence; empty if they can."""
         if self.kind == "hub" and section.shape not in ("flat", "tee"):
             return f"beams on hubs are flats or tees, and the section is {section.name}: write one like tee 120x80x10x8"
+        if self.kind == "hub":
+            return self._problem_with_tubes(section)
         if self.kind != "bolted":
             return ""
         wall = section.wall_mm
@@ -105,28 +107,56 @@ class ConnectionRules:
                 f"bolts are put in from inside a rectangular hollow section, and the section is {section.name}: write "
                 "one like rhs 120x60x5, or take another kind of connection"
             )
-        for what, found, needed in self._needs_of_bolts(section, wall):
+        for what, found, needed, cure in self._needs_of_bolts(section, wall):
             if found < needed:
                 return (
                     f"bolts {self.bolts} do not fit the section {section.name}: {needed:.1f} mm are needed from "
-                    f"{what}, and there are {found:.1f} mm; take a larger section, smaller bolts, or another "
-                    "kind of connection"
+                    f"{what}, and there are {max(found, 0.0):.1f} mm; take {cure}, or another kind of connection"
                 )
         return ""
 
-    def _needs_of_bolts(self, section: Section, wall: float) -> list[tuple[str, float, float]]:
-        """What is measured, its size, and the least one."""
+    def _problem_with_tubes(self, section: Section) -> str:
+        """Why no tube of the table takes the ends of beams of this section, or a bore along its axis."""
+        largest = max((d / 2 for d in TUBE_DIAMETERS_MM if d / 2 <= self.longest_setback_mm), default=0.0)
+        end, axial = section.web_mm, self.axial_bore_mm
+        for needed, what, cure in (
+            (
+                least_radius_for_end(end),
+                f"a plane end {end:g} mm wide",
+                "take a thinner flat, or a tee like tee 120x80x10x8",
+            ),
+            (
+                axial / 2 + self.tube_wall_mm,
+                f"an axial bore of {axial:g} mm in a wall of {self.tube_wall_mm:g} mm",
+                "take a smaller bore or a thinner wall",
+            ),
+        ):
+            if needed > largest:
+                return (
+                    f"{what} needs a hub with a tube of at least {2 * needed:.1f} mm, and the largest one of the table "
+                    f"within longest_setback_mm = {self.longest_setback_mm:g} has {2 * largest:g} mm: {cure}"
+                )
+        return ""
+
+    def _needs_of_bolts(self, section: Section, wall: float) -> list[tuple[str, float, float, str]]:
+        """What is measured, its size, the least one, and what to take instead."""
         size, highest = self.group.size, max(self.group.offsets_mm)
         half_height, half_width = section.height_mm / 2, section.width_mm / 2
         edge, inside = LEAST_EDGE_RATIO * size.clearance_mm, max(wall, section.radius_mm)
         between = "radius to radius of a side" if inside > wall else "wall to wall inside"
+        hole = min(self.hand_hole_height_mm, self.hand_hole_length_mm)
+        bolts = "a larger section, smaller bolts"
+        lower = "a larger section, a lower hand hole (hand_hole_height_mm)"
+        larger = "smaller bolts, a larger hand hole (hand_hole_height_mm, hand_hole_length_mm)"
         needs = [
-            ("a bolt to the edge of its end plate", min(half_width, half_height - highest), edge),
-            ("a bolt to the side inside, for the socket", half_width - wall, size.tool_radius_mm),
-            ("a bolt to the top inside, for the socket", half_height - wall - highest, size.tool_radius_mm),
-            (f"{between}, for the hand hole", section.height_mm - 2 * inside, self.hand_hole_height_mm),
+            ("a bolt to the edge of its end plate", min(half_width, half_height - highest), edge, bolts),
+            ("a bolt to the side inside, for the socket", half_width - wall, size.tool_radius_mm, bolts),
+            ("a bolt to the top inside, for the socket", half_height - wall - highest, size.tool_radius_mm, bolts),
+            (f"{between}, for the hand hole", section.height_mm - 2 * inside, self.hand_hole_height_mm, lower),
+            ("side to side of the hand hole, for the socket", hole, 2 * size.tool_radius_mm, larger),
         ]
         if self.has_dowel:
             apart = LEAST_PITCH_RATIO * (size.clearance_mm + self.dowel_mm) / 2
-            needs.append(("the bolt to its dowel", self.dowel_offset_mm(section.height_mm), apart))
+            offset = self.dowel_offset_mm(section.height_mm)
+            needs.append(("the bolt to its dowel", offset, apart, f"{bolts}, a thinner dowel (dowel_mm)"))
         return needs

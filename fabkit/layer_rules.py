@@ -73,8 +73,10 @@ class LayerRules:
                 f"build_up is {echo(self.build_up)} and thickness_mm given too, which is that of a single plate: take "
                 "out one of the two"
             )
-        if self.unit is not None and self.build_up is None and self.material != "glass":
+        if self.thickness_mm is None and self.build_up is None and self.material != "glass":
             raise ValueError(f"a layer of {echo(self.material)} needs its thickness_mm, or the build_up of glass")
+        if self.thickness_mm is None and self.build_up is None:
+            object.__setattr__(self, "build_up", DEFAULT_BUILD_UP)
         if len(self.heights) > 1:
             raise ValueError(
                 f"{' and '.join(self.heights)} are given, and each says where the layer lies: take out all but one"
@@ -99,7 +101,7 @@ class LayerRules:
     @property
     def unit(self) -> BuildUp | None:
         """The build-up of the glass, None for a single plate."""
-        return None if self.thickness_mm is not None else BuildUp.of(self.build_up or DEFAULT_BUILD_UP)
+        return None if self.build_up is None else BuildUp.of(self.build_up)
 
     @property
     def total_mm(self) -> float:

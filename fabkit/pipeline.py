@@ -13,8 +13,9 @@ from fabkit.detailing import Detailed, detail
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
 from fabkit.fitness.panels import corners, panel_masses, short_edges
-from fabkit.fitness.parts import block_heights, mitres_of, sheets, slots, uncovered, underside
+from fabkit.fitness.parts import block_heights, going_in, mitres_of, sheets, slots, uncovered, underside
 from fabkit.formats import EXACT_SUFFIXES, whole_folder, write_documents, write_manifest
+from fabkit.formats.finished import kept_marks
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.layer_meshes import parallel_mesh
@@ -22,6 +23,8 @@ from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
     Nest,
     Sheet,
+    element_ranks,
+    erection_order,
     nest_panels,
     share_equal_parts,
     too_large,
@@ -112,6 +115,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     """
     _check_project(project)
     stages = stages or Stages()
+    kept = {} if project.marks.keep is None else kept_marks(project.marks.keep)
     given = _given(project, stages)
     structure, image, found = checked_structure(
         project, given.mesh, given.rounding_mm, given.pair, given.surface, stages
@@ -127,8 +131,9 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         )
     with stages("Marks"):
         within = max(project.equal_within_mm, COPY_ROUNDING * file.rounding * scale)
-        assembly = share_equal_parts(detailed.assembly, within_mm=within)
-        assembly = replace(assembly, origin_mm=file.origin * scale)
+        nominal = replace(detailed.assembly, origin_mm=file.origin * scale)
+        ranks = element_ranks(structure.mesh, project.marks.order)
+        assembly = share_equal_parts(nominal, within_mm=within, rules=project.marks, ranks=ranks, kept=kept)
     with stages("Nest"):
         reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
         found = with_checked(project, found, _unusual_parts(project, detailed, assembly, reasons))
@@ -139,9 +144,10 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         summary_of(project, file, laid, scale, structure, detailed),
         gauss_image=image,
         equal_within_mm=within,
+        earlier_marks=kept,
         fitness=found,
     )
-    return Built(project, structure, assembly, nest, summary, stages.seconds, file.sha256)
+    return Built(project, structure, assembly, nominal, nest, summary, stages.seconds, file.sha256)
 
 
 def _layer_meshes(project: Project, given: GivenInMm, mesh: Mesh) -> dict[int, Mesh]:
@@ -227,15 +233,16 @@ def _unusual_parts(
     project: Project, detailed: Detailed, assembly: Assembly, reasons: dict[int, str]
 ) -> tuple[Finding, ...]:
     rules, height = project.fitness, project.beams.profile.height_mm
-    nodes, panels = assembly.of(NODE), assembly.of(PANEL)
+    beams, nodes, panels = assembly.of(BEAM), assembly.of(NODE), assembly.of(PANEL)
     marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
     is_raised_by_blocks = project.layers[0].is_at_lift and project.nodes.top == "enclosing"
     found = (
-        mitres_of(assembly.of(BEAM), rules),
+        mitres_of(beams, rules),
         block_heights(nodes, height, rules),
         slots(nodes, rules) if project.connection.kind in ("welded", "hub") else None,
         uncovered(nodes, rules),
+        going_in(beams, erection_order(assembly).closing(beams), project.connection.gap_mm, rules),
         underside(detailed.needed_mm, marks, height, rules) if is_raised_by_blocks else None,
         corners(panels, rules),
         short_edges(panels, rules),

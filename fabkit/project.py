@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from difflib import get_close_matches
-from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, GetPydanticSchema, ValidationError, field_validator, model_validator
 from pydantic_core import core_schema
@@ -26,9 +25,11 @@ from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GaussImageRules
 from fabkit.layer_rules import LayerRules
 from fabkit.lengths import Positive
+from fabkit.mark_rules import MarkRules
 from fabkit.optimisation import OptimiseRules
 from fabkit.overrides import layer_tables, with_overrides
 from fabkit.production import EQUAL_WITHIN_MM
+from fabkit.refused_settings import problems
 from fabkit.rules import (
     BeamRules,
     ConnectionRules,
@@ -54,18 +55,6 @@ __all__ = [
 ]
 
 _STRICT = ConfigDict(extra="forbid", frozen=True)
-
-PLAIN = {
-    "path_type": "A path in quotes is needed, as in 'roof.obj'",
-    "tuple_type": "A list in brackets is needed, as in ['moves']",
-    "dict_type": "A table is needed, as in { steel = 7850 }",
-    "model_type": "A table is needed",
-    "dataclass_type": "A table is needed",
-}
-"""Sentences in place of those in which pydantic speaks of Python, by its types of errors."""
-
-MAX_PROBLEM_LETTERS = 400
-"""Largest number of letters that describe the problems of one project."""
 
 MeshSource = Annotated[
     Path | Mesh,
@@ -108,10 +97,10 @@ class Project(BaseModel):
     so the outside. name: of the structure, by default that of the mesh file. surface: the file is a design surface, and
     a mesh is laid on it; mean_edge_mm is then that of this mesh. gauss_image: weights, or a file, which may also stand
     in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
-    between coordinates of parts that share a mark; parts may be misplaced by up to this tolerance. fitness: bounds from
-    which a finding is noted or refused; accept: names of findings to accept instead of refusing them. layers: of
-    panels, from outside to inside. second_layer, fins: None for a structure without. documents: what is written;
-    title_block, tables, drawings and step: how, see `DocumentRules`.
+    between coordinates of parts that share a mark; marks: what else they have in common, and how they are numbered.
+    fitness: bounds from which a finding is noted or refused; accept: findings to accept instead of refusing them.
+    layers: of panels, from outside to inside. second_layer, fins: None for a structure without. documents: what is
+    written; title_block, tables, drawings and step: how, see `DocumentRules`.
 
     >>> from geometry.mesh.shapes import dome
     >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})
@@ -141,6 +130,7 @@ class Project(BaseModel):
     nodes: NodeRules = Field(default_factory=NodeRules)
     layers: tuple[LayerRules, ...] = Field(default_factory=lambda: (LayerRules(),))
     sheets: SheetRules = Field(default_factory=SheetRules)
+    marks: MarkRules = Field(default_factory=MarkRules)
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
     densities_kg_m3: Densities = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
@@ -156,7 +146,7 @@ class Project(BaseModel):
             try:
                 super().__init__(**settings)
             except ValidationError as error:
-                raise ProjectError(_problems(error)) from None
+                raise ProjectError(problems(error, Project)) from None
 
     @model_validator(mode="before")
     @classmethod
@@ -284,14 +274,15 @@ def surface_rules_from(settings: dict[str, Any]) -> SurfaceRules:
     try:
         return SurfaceRules.model_validate(settings)
     except ValidationError as error:
-        raise ProjectError(_problems(error)) from None
+        raise ProjectError(problems(error, Project)) from None
 
 
 def _start_paths_from(file: Path, found: dict[str, Any]) -> None:
     r"""Make the paths in a project file start from its folder. In "C:\new\table.obj", \n and \t are signs of TOML."""
-    image, surface = found.get("gauss_image"), found.get("surface")
-    paths = [(found, "mesh"), (found, "out"), (found, "gauss_image"), (image, "file"), (surface, "strokes")]
-    paths += [(layer, "parallel") for layer in layer_tables(found)]
+    image, surface, marks = (found.get(key) for key in ("gauss_image", "surface", "marks"))
+    of_tables = [(image, "file"), (surface, "strokes"), (marks, "keep")]
+    of_tables += [(layer, "parallel") for layer in layer_tables(found)]
+    paths = ((found, "mesh"), (found, "out"), (found, "gauss_image"), *of_tables)
     for table, key in paths:
         if isinstance(table, dict) and isinstance(table.get(key), str):
             if re.search(r"[\x00-\x1f]", table[key]):
@@ -299,39 +290,3 @@ def _start_paths_from(file: Path, found: dict[str, Any]) -> None:
                     f"{file.name}: {key} is {echo(table[key])}, with line breaks, tabs or the like: {BACKSLASHES}"
                 )
             table[key] = file.parent / table[key]
-
-
-def _problems(error: ValidationError) -> str:
-    """The first, and as many more as three lines of a terminal have room for; of the rest, how many there are."""
-    sentences = [_sentence(dict(problem)) for problem in error.errors()]
-    lengths = accumulate(len(sentence) + 2 for sentence in sentences)
-    count = max(1, sum(length <= MAX_PROBLEM_LETTERS for length in lengths))
-    more = len(sentences) - count
-    return "; ".join(sentences[:count]) + (f"; and {more} more things" if more else "")
-
-
-def _table(parent: str) -> Any:
-    """The class of a table, by its name with dots: a field of a project, or of one of its tables."""
-    table: Any = Project
-    for name in parent.split(".") if parent else ():
-        if not name.isdecimal():
-            found = get_type_hints(table)[name]
-            table = next(each for each in (found, *get_args(found)) if hasattr(each, "__annotations__"))
-    return table
-
-
-def _sentence(problem: dict[str, Any]) -> str:
-    where = ".".join(str(part) for part in problem["loc"])
-    if problem["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
-        parent, _, key = where.rpartition(".")
-        known = list(get_type_hints(_table(parent)))
-        close = get_close_matches(key, known, n=1, cutoff=0.5)
-        place = f"[{parent}]" if parent else "the project"
-        hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
-        return f"unknown key {echo(key)} in {place}; {hint}"
-    if problem["type"] == "missing":
-        return f"{where} is missing, and has to be given"
-    message = PLAIN.get(problem["type"], problem["msg"].removeprefix("Value error, "))
-    if not where:
-        return str(message)
-    return f"{where} is {echo(problem['input'])}: {message[0].lower()}{message[1:]}"

@@ -33,9 +33,9 @@ __all__ = [
     "SheetRules",
 ]
 
-LEAST_HAND_HOLE_LENGTH_MM = 300.0
-"""Minimum length in mm of a bolted beam between its two cuts: a hand hole, and as much again to its ends as it takes
-up."""
+BESIDE_HAND_HOLE_MM = 190.0
+"""Minimum length in mm of a bolted beam between its two cuts, without its hand hole: 300 in all with a hole of 110, so
+that it is nearly as far from the ends as it is long."""
 
 HeightReference = Literal["outer", "centre", "inner", "glass"]
 Setbacks = Literal["auto", "least", "equal"]
@@ -184,8 +184,8 @@ class DetailingRules:
     @property
     def least_length_mm(self) -> float:
         """Minimum length of a beam between its two cuts; one that is bolted has a hand hole."""
-        least = self.beams.least_length_mm
-        return max(least, LEAST_HAND_HOLE_LENGTH_MM) if self.connection.kind == "bolted" else least
+        least, hole = self.beams.least_length_mm, self.connection.hand_hole_length_mm
+        return max(least, hole + BESIDE_HAND_HOLE_MM) if self.connection.kind == "bolted" else least
 
     def material(self, name: str) -> Material:
         """The material with this name."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from fabkit.formats.triangles import facets
 
 from docs.tools.drawing import BLUE, CLAY, Panel, Shapes, View, draw_page, polygons
 from fabkit import Project, design
+from fabkit.formats.shown.triangles import facets
 from fabkit.parts import Assembly
 
 __all__ = ["draw_roof"]

@@ -1,4 +1,4 @@
-"""Round bars in bores: what is in a bore of another part shares no volume with it."""
+"""Round bars and polyhedra in bores: what is in a bore of another part shares no volume with it."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from fabkit.checking.separation import Pieces, shafts
 from fabkit.parts import BORE, Measures, SolidArray
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["Bores", "outside_bores"]
+__all__ = ["Bores", "are_in_bores", "outside_bores"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,15 +58,7 @@ def outside_bores(
     bars each of the rest is of; (m,) the bars that are in a bore somewhere. A bar is in a bore where its axis is, as a
     whole, as far from the bore's wall as its radius."""
     radii = np.linalg.norm(bars.half_axes[:, 0, 1], axis=1)  # type: ignore[index]
-    first, last = np.searchsorted(bores.parts, parts), np.searchsorted(bores.parts, parts, side="right")
-    bar = np.repeat(np.arange(len(parts)), last - first)
-    bore = np.arange(len(bar)) - np.repeat(np.cumsum(last - first) - last, last - first)
-    axis = bores.centres[bore, 1] - bores.centres[bore, 0]
-    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-    away = bars.vertices[bar] - bores.centres[bore, :1]
-    away -= np.einsum("kej,kj->ke", away, axis)[..., None] * axis[:, None]
-    inside = np.linalg.norm(away, axis=2).max(axis=1, initial=0.0) + radii[bar] <= bores.radii[bore] + touching_mm
-    bar, bore = bar[inside], bore[inside]
+    bar, bore = _inside_walls(bars, radii, parts, bores, touching_mm)
     # where the axis of the bar crosses the ends of the bore
     direction = bars.directions[bar, 0]
     along = np.einsum("kej,kj->ke", bores.normals[bore], direction)
@@ -78,6 +70,36 @@ def outside_bores(
         for each in (levels, bores.normals[bore])
     )
     return _rest(bars, radii, bar, levels, normals, touching_mm)
+
+
+def are_in_bores(pieces: Pieces, others: Pieces, bores: Bores, *, touching_mm: float) -> BoolArray:
+    """(Q,) whether each polyhedron lies as a whole in a bore of the part of the other piece in its row: all its corners
+    are within the wall of the bore, and at either end of it the polyhedron or that piece ends too."""
+    inside = np.zeros(len(pieces.parts), dtype=bool)
+    row, bore = _inside_walls(pieces, np.zeros(len(inside)), others.parts, bores, touching_mm)
+    ends_there = np.ones(len(row), dtype=bool)
+    for end, outwards in ((0, -1.0), (1, 1.0)):
+        normals, centres = outwards * bores.normals[bore, end : end + 1], bores.centres[bore, end : end + 1]
+        reach = [each.taken(row).extents(normals, centres)[1][:, 0] for each in (pieces, others)]
+        ends_there &= np.minimum(*reach) <= touching_mm
+    inside[row[ends_there]] = True
+    return inside
+
+
+def _inside_walls(
+    pieces: Pieces, radii: FloatArray, parts: IntArray, bores: Bores, touching_mm: float
+) -> tuple[IntArray, IntArray]:
+    """Rows of pieces (Q,), and bores of the part (Q,) in that row, whose axis is as far from all vertices of the piece
+    as its wall is, without the radius (Q,) of the piece, or nearer; however long the bore is."""
+    first, last = np.searchsorted(bores.parts, parts), np.searchsorted(bores.parts, parts, side="right")
+    row = np.repeat(np.arange(len(parts)), last - first)
+    bore = np.arange(len(row)) - np.repeat(np.cumsum(last - first) - last, last - first)
+    axis = bores.centres[bore, 1] - bores.centres[bore, 0]
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    away = pieces.vertices[row] - bores.centres[bore, :1]
+    away -= np.einsum("kej,kj->ke", away, axis)[..., None] * axis[:, None]
+    inside = np.linalg.norm(away, axis=2).max(axis=1, initial=0.0) + radii[row] <= bores.radii[bore] + touching_mm
+    return row[inside], bore[inside]
 
 
 def _rest(

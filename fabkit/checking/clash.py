@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from fabkit.checking.bores import Bores, outside_bores
+from fabkit.checking.bores import Bores, are_in_bores, outside_bores
 from fabkit.checking.convex import convex_pieces, is_splittable
 from fabkit.checking.positions import Positions
 from fabkit.checking.separation import Pieces, depths
@@ -27,7 +27,8 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
 
     The depth is the shortest displacement that separates the two parts; where a part is not convex, the largest such
     depth over its convex pieces; of a round bar it may be too large. A round bar in a bore, such as a bolt, shares no
-    volume with the part that is bored. The solids must be valid (`violations` reports those that are not). Pairs are in
+    volume with the part that is bored, nor does a part with planar faces that is in a bore as a whole, such as a plate
+    inside a tube. The solids must be valid (`violations` reports those that are not). Pairs are in
     the order of `assembly.parts()`. Raises DetailingError where a solid has no convex pieces and is neither convex nor
     a prism over a simple polygon.
 
@@ -57,8 +58,8 @@ def clashes(assembly: Assembly, *, depth_mm: float = TOUCHING_MM) -> list[tuple[
 
 def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_MM) -> tuple[IntArray, FloatArray]:
     """(K, 2) positions of all pairs of parts that overlap by more than `depth_mm`, sorted, the lower position first;
-    (K,) depths of the overlaps in mm. All solids must have convex pieces or be convex or prisms, see `is_splittable`. A
-    round bar in a bore, such as a bolt, shares no volume with the part that is bored.
+    (K,) depths of the overlaps in mm. All solids must have convex pieces or be convex or prisms, see `is_splittable`.
+    What is in a bore shares no volume with the part that is bored, see `clashes`.
 
     >>> import numpy as np
     >>> from fabkit.checking import clashing_pairs
@@ -83,21 +84,23 @@ def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_
         first, second = divmod(number, len(shapes))
         pairs = row[candidates[members]]
         found[members] = depths(shapes[first], shapes[second], pairs, touching_mm=depth_mm)
-        for bars, others, order in ((first, second, [0, 1]), (second, first, [1, 0])):
-            if shapes[bars].half_axes is not None:
-                deep: IntArray = members[found[members] > depth_mm]
-                rows = row[candidates[deep]][:, order]
-                found[deep] = _outside_bores(shapes[bars], shapes[others], rows, found[deep], bores, depth_mm)
+        for one, other, order in ((first, second, [0, 1]), (second, first, [1, 0])):
+            deep: IntArray = members[found[members] > depth_mm]
+            rows = row[candidates[deep]][:, order]
+            found[deep] = _outside_bores(shapes[one], shapes[other], rows, found[deep], bores, depth_mm)
     clashing = found > depth_mm
     parts = np.concatenate([pieces.parts for pieces in shapes])
     return _deepest(np.sort(parts[candidates[clashing]], axis=1), found[clashing])
 
 
 def _outside_bores(
-    bars: Pieces, others: Pieces, pairs: IntArray, found: FloatArray, bores: Bores, depth_mm: float
+    pieces: Pieces, others: Pieces, pairs: IntArray, found: FloatArray, bores: Bores, depth_mm: float
 ) -> FloatArray:
-    """(K,) depths found of pairs (K, 2) of a round bar and a piece of a part, without what is in bores of that part."""
-    one = bars.taken(pairs[:, 0])
+    """(K,) depths found of pairs (K, 2) of a piece and a piece of another part, without what is in bores of that part:
+    of round bars whatever is, of polyhedra those that are as a whole."""
+    one = pieces.taken(pairs[:, 0])
+    if one.half_axes is None:
+        return np.where(are_in_bores(one, others.taken(pairs[:, 1]), bores, touching_mm=depth_mm), 0.0, found)
     rest, of, concerned = outside_bores(one, others.parts[pairs[:, 1]], bores, touching_mm=depth_mm)
     left = found.copy()
     left[concerned] = 0.0

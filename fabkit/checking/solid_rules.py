@@ -49,7 +49,7 @@ def solid_rules(axes: FloatArray, batch: SolidArray, fit_mm: float, shortest_edg
         ),
         Rule(
             volume,
-            volume > 0,
+            (volume > 0) | (clearance < 0),  # a bore that is larger than the solid is told below
             "has a volume of {:.6g} mm3, which must be positive",
             "it is inside out or empty: make the edges of the mesh longer, or section, setbacks and joints smaller, or "
             "leave it out",

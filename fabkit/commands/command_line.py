@@ -26,6 +26,7 @@ from fabkit.commands.options import (
     Flip,
     GaussImage,
     Joint,
+    KeepMarks,
     Lift,
     Lines,
     MeanEdge,
@@ -92,6 +93,7 @@ def build_command(
     nest: NestMode = None,
     nest_seconds: NestSeconds = None,
     equal_within: EqualWithin = None,
+    keep_marks: KeepMarks = None,
     separator: Separator = None,
     decimal: DecimalSign = None,
     bom: ByteOrderMark = False,
@@ -141,6 +143,7 @@ def build_command(
             separator=separator,
             decimal=decimal,
             bom=bom,
+            keep_marks=keep_marks,
         )
         build_and_print(mesh, settings, force=force)
 

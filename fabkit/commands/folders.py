@@ -48,7 +48,10 @@ def diff_command(
     out: Annotated[
         Path | None, typer.Option("-o", "--out", metavar="CSV", help="File to write the whole table to.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
+    report: Annotated[
+        Path | None, typer.Option("--report", metavar="HTML", help="Page to write that shows the pieces in colours.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
 ) -> None:
     """List the pieces that are new, gone or changed from one build to another.
 
@@ -57,7 +60,7 @@ def diff_command(
     """
     with exit_on_error():
         from fabkit.formats import whole_file, write_csv
-        from fabkit.formats.finished import folder_differences
+        from fabkit.formats.finished import differences_page, folder_differences
 
         table = folder_differences(old, new)
         for row in [table.columns, *table.texts[:MAX_LINES]] if table.rows else []:
@@ -70,5 +73,8 @@ def diff_command(
         if out is not None:
             with whole_file(out, force=force) as draft:
                 write_csv(draft, table)
+        if report is not None:
+            with whole_file(report, force=force) as draft:
+                draft.write_text(differences_page(old, new, table), encoding="utf-8", newline="\n")
     if changes:
         raise typer.Exit(1)

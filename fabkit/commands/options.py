@@ -27,6 +27,7 @@ __all__ = [
     "Flip",
     "GaussImage",
     "Joint",
+    "KeepMarks",
     "Lift",
     "Lines",
     "MeanEdge",
@@ -197,9 +198,16 @@ ByteOrderMark = Annotated[
 EqualWithin = Annotated[
     float | None,
     typer.Option(
-        help="Parts whose corners differ by at most this many mm share a mark, and may be misplaced by as much; "
-        "at most 1. "
-        "Default: 1e-7.",
+        help="Parts whose corners differ by at most this many mm in each coordinate share a mark, and are made alike; "
+        "at most 1. Default: 0.5.",
+        rich_help_panel=SHOP,
+    ),
+]
+KeepMarks = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FOLDER",
+        help="Folder of an earlier build, whose marks equal parts keep; others get numbers that it never had.",
         rich_help_panel=SHOP,
     ),
 ]
@@ -245,6 +253,7 @@ def settings_of(
     separator: str | None = None,
     decimal: str | None = None,
     bom: bool = False,
+    keep_marks: Path | None = None,
     **whole: Any,
 ) -> dict[str, Any]:
     """The options that were given, nested as in a project file; whole: keys of the file's first level."""
@@ -259,6 +268,7 @@ def settings_of(
             "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
             "nesting": {"mode": nest, "seconds": nest_seconds},
             "optimise": {"targets": optimise},
+            "marks": {"keep": keep_marks},
             "tables": {"separator": separator, "decimal": decimal, "bom": bom or None},
             "surface": {
                 "faces": faces,

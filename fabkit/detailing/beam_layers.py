@@ -10,11 +10,12 @@ import numpy as np
 
 from fabkit.detailing.beams import BeamShapes, beam_shapes, height_range, make_beams
 from fabkit.detailing.bolted import bolted_nodes, fasteners
-from fabkit.detailing.drilling import bored_along_axis
 from fabkit.detailing.ends import Ends, beam_ends
+from fabkit.detailing.going_in import going_in_gaps
 from fabkit.detailing.hubs import caps, on_tubes
 from fabkit.detailing.joining import not_joinable
 from fabkit.detailing.nodes import NodeShapes, make_nodes
+from fabkit.detailing.shapes.drilling import bored_along_axis
 from fabkit.parts import Parts, in_layer
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray
@@ -58,10 +59,18 @@ def _too_short(structure: SupportStructure, edge: int, ends: Ends, shapes: BeamS
     return (
         f"the beam on edge {edge} from vertex {i} to vertex {j} is too short: the edge is "
         f"{structure.mesh.edge_lengths[edge]:.1f} mm long and the setbacks are {setbacks[0]:.1f} and "
-        f"{setbacks[1]:.1f} mm, which leaves {shapes.short_point[edge]:.1f} mm between the cuts; at least "
-        f"{rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
+        f"{setbacks[1]:.1f} mm{_behind_facets(rules)}, which leaves {shapes.short_point[edge]:.1f} mm between the "
+        f"cuts; at least {rules.least_length_mm:g} mm are needed (beams at vertex {ends.vertex[worst]} are "
         f"{angle:.1f} degrees apart; counted from 0)"
     )
+
+
+def _behind_facets(rules: DetailingRules) -> str:
+    """What there is between a facet and the end of its beam, in words."""
+    connection = rules.connection
+    plate = [f"an end plate of {connection.plate_mm:g} mm"] if connection.kind == "bolted" else []
+    gap = [f"a gap of {connection.gap_mm:g} mm"] if connection.gap_mm else []
+    return f", each with {' and '.join(plate + gap)}" if plate or gap else ""
 
 
 def layer_parts(
@@ -77,7 +86,8 @@ def layer_parts(
     for it, as in `Kind`."""
     edges, vertices = np.flatnonzero(made), np.flatnonzero(np.diff(ends.ring_starts) > 0)
     steel = rules.material(rules.nodes.material)
-    beams = make_beams(structure, ends, shapes, edges, rules, rules.material(rules.beams.material))
+    gaps = going_in_gaps(ends, nodes, rules.beams)
+    beams = make_beams(structure, ends, shapes, edges, gaps, rules, rules.material(rules.beams.material))
     blocks = make_nodes(structure, ends, nodes, vertices, rules.beams, steel)
     kind, axial = rules.connection.kind, rules.connection.axial_bore_mm
     if axial > 0 and kind != "hub":

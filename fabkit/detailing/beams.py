@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabkit.detailing.bars import bar_solids, cut_planes, stepped_tees, with_hand_holes
 from fabkit.detailing.ends import Ends
+from fabkit.detailing.shapes.bars import bar_solids, cut_planes, stepped_tees, with_hand_holes
 from fabkit.kinds import BEAM, BeamDetails
 from fabkit.parts import Material, Parts, Solids
 from fabkit.rules import BeamRules, DetailingRules
@@ -82,10 +82,11 @@ def make_beams(
     ends: Ends,
     shapes: BeamShapes,
     edges: IntArray,
+    gaps: FloatArray,
     rules: DetailingRules,
     material: Material,
 ) -> Parts[BeamDetails]:
-    """Beams on these edges, in their order."""
+    """Beams on these edges, in their order. gaps (E, 2): see `going_in_gaps`."""
     back = ((ends.flange_cut - ends.cut) / np.cos(ends.inclination)).reshape(-1, 2)[edges]
     start = shapes.corners[edges, 1] + back[:, :1] * np.array([1.0, 0.0])
     t, u = structure.mesh.edge_directions[edges], structure.height_directions[edges]
@@ -109,6 +110,7 @@ def make_beams(
             dihedral_deg=np.degrees(dihedral_angles(structure.mesh)[edges]),
             height_deviation_mm=(structure.heights[edges] - 1) * structure.distance,
             twist_deg=np.degrees(structure.twists[edges]),
+            going_in_gaps_mm=gaps[edges],
         ),
     )
 

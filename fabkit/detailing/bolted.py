@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from fabkit.detailing.beams import end_levels
-from fabkit.detailing.drilling import BLIND, Bores, drilled
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import facet_sides
+from fabkit.detailing.shapes.drilling import BLIND, Bores, drilled
 from fabkit.kinds import BOLT, DOWEL, END_PLATE, BoltDetails, DowelDetails, EndPlateDetails, NodeDetails
 from fabkit.parts import (
     SHAFT,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabkit.connections import largest_inclination
+from fabkit.connections import LEAST_WALL_MM, largest_inclination
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.setbacks import LONGEST_SETBACK_SHARE, longest_setbacks, needed_setbacks
 from fabkit.rules import CONNECTION_KINDS, ConnectionKind, ConnectionRules, DetailingRules
@@ -14,6 +14,9 @@ from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
 
 __all__ = ["not_joinable"]
+
+LEAST_ANGLE_ROUNDING = 1e-9
+"""Difference in radians up to which an angle between beams is the least one: rounding in regular patterns."""
 
 TO_JOIN = {
     "welded": "welded",
@@ -50,7 +53,7 @@ def _failing(mesh: Mesh, ends: Ends, rules: DetailingRules) -> IntArray:
     needed[ends.ring] = needed_setbacks(ends.ring, ends.following, ends.gap, rules)
     failing = needed > np.minimum(longest_setbacks(mesh.edge_lengths, rules), np.repeat(mesh.edge_lengths / 2, 2))
     if rules.connection.kind in ("welded", "hub"):
-        failing |= _smallest_gaps(ends) < np.radians(rules.connection.least_angle_deg)
+        failing |= _smallest_gaps(ends) < np.radians(rules.connection.least_angle_deg) - LEAST_ANGLE_ROUNDING
     if rules.connection.kind == "hub":
         failing |= _on_too_large_tubes(mesh, ends, failing, rules)
     if rules.connection.kind == "bolted":
@@ -84,6 +87,19 @@ def _smallest_gaps(ends: Ends) -> FloatArray:
     return smallest
 
 
+def _what_sets_back(rules: DetailingRules) -> str:
+    """What keeps ends from the axis besides the angle, in words."""
+    connection = rules.connection
+    by_kind = {
+        "welded": f"ledges of {connection.ledge_mm:g} mm",
+        "hub": "the next tube of the table",
+        "bolted": f"walls of {LEAST_WALL_MM:g} mm between bores",
+    }
+    axial = [f"a bore of {connection.axial_bore_mm:g} mm along the axis"] if connection.axial_bore_mm else []
+    *others, last = [f"a slot of {connection.slot:g} mm", by_kind[connection.kind], *axial]
+    return f"with {', '.join(others)} and {last}"
+
+
 def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: DetailingRules) -> str:
     edge, vertex, connection = end // 2, int(ends.vertex[end]), rules.connection
     could = f"it could be {' or '.join(others)} (--connection)" if others else "no other connection would work"
@@ -97,13 +113,13 @@ def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: Detailin
     neighbour = int(ends.following[end]) if ends.gap[end] <= ends.gap[preceding] else preceding
     angle = np.degrees(min(ends.gap[end], ends.gap[preceding]))
     joined = connection.kind in ("welded", "hub")
-    if joined and angle < connection.least_angle_deg:
+    if joined and angle < connection.least_angle_deg - np.degrees(LEAST_ANGLE_ROUNDING):
         why = f"at least {connection.least_angle_deg:g} degrees are needed"
     else:
         longest = min(LONGEST_SETBACK_SHARE * mesh.edge_lengths[edge], connection.longest_setback_mm)
         why = (
-            f"so its end would be {ends.setback[end]:.1f} mm from the axis, where at most {longest:.1f} mm are "
-            f"possible ([connection] longest_setback_mm = {connection.longest_setback_mm:g}, or "
+            f"so {_what_sets_back(rules)} its end would be {ends.setback[end]:.1f} mm from the axis, where at most "
+            f"{longest:.1f} mm are possible ([connection] longest_setback_mm = {connection.longest_setback_mm:g}, or "
             f"{LONGEST_SETBACK_SHARE:.0%} of the edge)"
         )
     return (

@@ -15,6 +15,7 @@ from fabkit.detailing.panel_layers import PanelLayer, bearings, seats
 from fabkit.detailing.panel_underside import heights_of_beams, heights_of_blocks, trimmed
 from fabkit.errors import DetailingError
 from fabkit.layer_rules import LayerRules
+from fabkit.parts import Section
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray
 from geometry.gauss import Pair, SupportStructure
@@ -25,6 +26,10 @@ __all__ = ["PanelLevels", "on_mesh", "panel_levels", "seats_of", "underside_reas
 LAYERS_APART_MM = 1e-6
 """Depth in mm by which two layers of panels may overlap, or a layer lie below the mesh and still count as lying on the
 beams: that of parts which touch."""
+
+BEARING_ROUNDING_MM = 1e-6
+"""Difference in mm up to which a panel bears on as much of a beam as it must: above rounding where joint and section
+make it exact, far below what anybody can lay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,13 +219,28 @@ def _not_mitred(layer: PanelLayer, which: str, panels: BoolArray) -> dict[int, s
 def _bare(layer: PanelLayer, beams: BoolArray, panels: BoolArray, rules: DetailingRules) -> dict[int, str]:
     c, own, profile = layer.structure.mesh.combinatorics, layer.rules, rules.beams.profile
     bearing = bearings(layer, profile.width_mm)
-    bare = np.flatnonzero(panels[c.corner_face] & beams[c.corner_edge] & ~(bearing >= own.least_bearing_mm))
+    lacking = own.least_bearing_mm - bearing
+    bare = np.flatnonzero(panels[c.corner_face] & beams[c.corner_edge] & ~(lacking <= BEARING_ROUNDING_MM))
+    if not len(bare):
+        return {}
+    cure = _for_bearing(layer, float(lacking[bare].max()), profile)
     return {
         int(c.corner_face[corner]): f"the panel on face {c.corner_face[corner]} lies {bearing[corner]:.1f} mm deep on "
         f"the beam on edge {c.corner_edge[corner]}, and at least {own.least_bearing_mm:g} mm are needed (counted from "
-        f"0): take a section wider than {profile.name}, or a joint narrower than {own.joint_mm:g} mm"
+        f"0): take {cure}"
         for corner in bare[np.argsort(-bearing[bare], kind="stable")].tolist()
     }
+
+
+def _for_bearing(layer: PanelLayer, lacking: float, profile: Section) -> str:
+    """How wide sections, or how narrow joints, are with which no panel lacks this many mm on its beams any longer, in
+    words; in whole mm. A wider section lifts the panels by half as much times the sine of their tilt, and this lift
+    moves their rims by the sine again."""
+    cosine = layer.across.min()
+    width = np.ceil(profile.width_mm + 2 * lacking / cosine**2 - BEARING_ROUNDING_MM)
+    joint = np.floor(layer.rules.joint_mm - 2 * lacking / cosine + BEARING_ROUNDING_MM)
+    narrower = f", or a joint of at most {joint:g} mm" if joint >= 0 else ""
+    return f"a section at least {width:g} mm wide in place of {profile.name}{narrower}"
 
 
 def underside_reason(structure: SupportStructure, levels: PanelLevels, rules: DetailingRules) -> str:

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabkit.connections import TUBE_DIAMETERS_MM, bored_setbacks, least_radius_for_end, next_tube, slot_setbacks
+from fabkit.connections import (
+    LEAST_EDGE_RATIO,
+    TUBE_DIAMETERS_MM,
+    bored_setbacks,
+    least_radius_for_end,
+    next_tube,
+    slot_setbacks,
+)
 from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
 
@@ -53,9 +60,8 @@ def needed_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules:
         needed = np.maximum(needed, bored)
     needed = _for_both_neighbours(ring, following, needed)
     if connection.kind == "contact":
-        return needed + rules.nodes.clearance
-    least = least_tube_radius(rules) if connection.kind == "hub" else width / 2
-    return np.asarray(np.maximum(needed, least))
+        needed = needed + rules.nodes.clearance
+    return np.asarray(np.maximum(needed, _least_setback(rules)))
 
 
 def _for_both_neighbours(ring: IntArray, following: IntArray, needed: FloatArray) -> FloatArray:
@@ -66,10 +72,15 @@ def _for_both_neighbours(ring: IntArray, following: IntArray, needed: FloatArray
     return setback[ring]
 
 
-def least_tube_radius(rules: DetailingRules) -> float:
-    """Least outer radius in mm of the tube of a hub, for the ends of the beams and for a bore along the axis."""
-    connection = rules.connection
-    return max(least_radius_for_end(rules.beams.profile.web_mm), connection.axial_bore_mm / 2 + connection.tube_wall_mm)
+def _least_setback(rules: DetailingRules) -> float:
+    """Least setback in mm whatever the angles: the radius of a tube for the ends of the beams and for a bore along the
+    axis; where beams are joined to a block, half of their width; the distance of that bore from an edge of the block.
+    """
+    connection, profile = rules.connection, rules.beams.profile
+    if connection.kind == "hub":
+        return max(least_radius_for_end(profile.web_mm), connection.axial_bore_mm / 2 + connection.tube_wall_mm)
+    half = 0.0 if connection.kind == "contact" else profile.width_mm / 2
+    return max(half, LEAST_EDGE_RATIO * connection.axial_bore_mm)
 
 
 def flange_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.detailing.bars import bar_solids
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes
+from fabkit.detailing.shapes.bars import bar_solids
 from fabkit.kinds import STRUT, StrutDetails
 from fabkit.parts import Material, Parts, Section
 from geometry.arrays import FloatArray, IntArray

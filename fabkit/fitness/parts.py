@@ -11,9 +11,9 @@ from fabkit.fitness.rules import FitnessRules
 from fabkit.fitness.shape import NOTED_PERCENTILE
 from fabkit.kinds import BeamDetails, NodeDetails, PanelDetails, smallest_gaps
 from fabkit.parts import Parts
-from geometry.arrays import FloatArray
+from geometry.arrays import BoolArray, FloatArray
 
-__all__ = ["block_heights", "mitres", "mitres_of", "sheets", "slots", "uncovered", "underside"]
+__all__ = ["block_heights", "going_in", "mitres", "mitres_of", "sheets", "slots", "uncovered", "underside"]
 
 
 def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rules: FitnessRules) -> Finding | None:
@@ -43,6 +43,30 @@ def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rul
 
 def mitres_of(beams: Parts[BeamDetails], rules: FitnessRules) -> Finding | None:
     return mitres(beams.details.cut_angles_deg, beams.marks, beams.elements.tolist(), rules)
+
+
+def going_in(beams: Parts[BeamDetails], is_closing: BoolArray, gap_mm: float, rules: FitnessRules) -> Finding | None:
+    """Beams that come last between two nodes that stand, and go straight in from outside only with a larger gap than
+    gap_mm and the one that is noted. is_closing (n,): which come last."""
+    gaps, bound = beams.details.going_in_gaps_mm[:, 0], max(gap_mm, rules.going_in_noted_mm)
+    tight = np.flatnonzero(is_closing & (gaps > bound))
+    if not len(tight):
+        return None
+    order = tight[np.argsort(-gaps[tight], kind="stable")]
+    of_beams = beams.marks
+    names = list(dict.fromkeys(f"{of_beams[k]} ({gaps[k]:.1f})" for k in order.tolist()))
+    return Finding(
+        "going-in",
+        "note",
+        float(gaps[order[0]]),
+        bound,
+        "mm",
+        f"{len(tight)} of {int(is_closing.sum())} beams that come last between two nodes that stand go straight in "
+        f"from inside only, or from outside with a gap of more than {bound:g} mm at each end: {named(names)}",
+        f"put these beams in from inside, or set [connection] gap_mm = {np.ceil(10 * gaps[order[0]]) / 10:.1f}",
+        "edge",
+        tuple(beams.elements[order].tolist()),
+    )
 
 
 def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: FitnessRules) -> Finding | None:

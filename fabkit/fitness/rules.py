@@ -37,6 +37,8 @@ class FitnessRules:
     below 45 degrees, and those below 30 break off, so that they are listed by mark. short_edges_noted_mm: edges of
     panels; what is shorter is too small for most machines that grind edges or make insulating glass.
     panel_masses_noted_kg: mass of a panel with all its panes; common vacuum lifters carry as much.
+    going_in_noted_mm: gap at either end of a beam without which it does not go in from outside between two nodes that
+    stand; 2 mm are ground off, or bridged by a weld.
 
     >>> from fabkit import Project
     >>> from fabkit.fitness import FitnessRules
@@ -62,6 +64,7 @@ class FitnessRules:
     corners_listed_deg: Angle = 30.0
     short_edges_noted_mm: Bound = 150.0
     panel_masses_noted_kg: Bound = 500.0
+    going_in_noted_mm: Bound = 2.0
 
     @model_validator(mode="after")
     def _noted_before_refused(self) -> FitnessRules:

@@ -22,6 +22,7 @@ from fabkit.production import (
     Summary,
     build_facts,
     cut_list,
+    mark_table,
     panel_drawings,
     piece_tables,
     sheet_drawings,
@@ -34,8 +35,9 @@ from geometry.mesh import Mesh
 
 __all__ = ["write_documents"]
 
-ONLY_FOR_PROGRAMS = ("placements",)
-"""Tables that are not in the workbook."""
+IN_FILES_ONLY = ("pieces", "placements", "node_facets", "panel_edges", "mark_points")
+"""Tables that are CSV files, but not sheets of the workbook: with a row for each piece, facet, edge or corner they
+would print on a hundred pages."""
 
 
 def write_documents(
@@ -60,7 +62,7 @@ def write_documents(
     >>> from fabkit.stages import Stages
     >>> write_documents(Path(), built.structure.pair, built.assembly, built.nest, built.summary, Stages())
     >>> sorted(path.name for path in Path().glob("*.csv"))[:4], len(list(Path("sheets").iterdir()))
-    (['beams.csv', 'legend.csv', 'node_facets.csv', 'nodes.csv'], 3)
+    (['beams.csv', 'legend.csv', 'mark_points.csv', 'node_facets.csv'], 3)
     """
     rules = rules or DocumentRules()
     chosen, issued = set(rules.documents), rules.title_block
@@ -92,6 +94,7 @@ def write_documents(
     lists = cut_list(assembly, nest, panel_file=panel_file)
     pieces = piece_tables(assembly, nest, panel_file=panel_file)
     tables = [*(table.of_single_values() for table in lists.tables), *pieces]
+    tables.append(mark_table(assembly, summary.earlier_marks))
     facts = build_facts(summary, assembly, nest)
     if "tables" in chosen:
         with stages("Tables"):
@@ -99,8 +102,7 @@ def write_documents(
                 write_csv(folder / f"{table.title}.csv", table, rules.tables)
     if "workbook" in chosen:
         with stages("Workbook"):
-            printed = [table for table in tables if table.title not in ONLY_FOR_PROGRAMS]
-            write_xlsx(folder / "cutlist.xlsx", printed, summary, facts, issued)
+            write_xlsx(folder / "cutlist.xlsx", tables, summary, facts, issued, apart=IN_FILES_ONLY)
     missing = _left_out_lines(pair.mesh, assembly)
     if "glb" in chosen:
         with stages("GLB"):

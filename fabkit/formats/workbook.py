@@ -50,10 +50,17 @@ _WIDE = re.compile(r"[^0-9a-z .,:;/-]")
 
 
 def write_xlsx(
-    path: Path, tables: Sequence[Table], summary: Summary, facts: BuildFacts, title_block: TitleBlock | None = None
+    path: Path,
+    tables: Sequence[Table],
+    summary: Summary,
+    facts: BuildFacts,
+    title_block: TitleBlock | None = None,
+    *,
+    apart: Sequence[str] = (),
 ) -> None:
-    """The sheets Legend and Summary, and one for each table: header frozen and filtered, numbers as numbers, the totals
-    below, then in red what was left out.
+    """The sheets Legend and Summary, and one for each table that is not apart: header frozen and filtered, numbers as
+    numbers, the totals below, then in red what was left out. apart: titles of tables that are CSV files only; the
+    summary lists them too.
 
     Each sheet prints as wide as its paper, at 8 points or more, with the heading on each page, and above and below it
     the project, revision and date, the units, and the page.
@@ -74,10 +81,19 @@ def write_xlsx(
         )
         workbook.formats[0].set_font_name(FONT)
         workbook.formats[0].set_font_size(FONT_POINTS)
+        contents: list[tuple[str, Cell, str]] = [
+            (f"{each.title}.csv", len(each.rows), "rows; not in this workbook" if each.title in apart else "rows")
+            for each in tables
+        ]
         _write_table(workbook, legend(), summary.name, issued)
-        _write_summary(workbook, tables, summary, facts, issued)
+        _write_summary(workbook, tables, contents, summary, facts, issued)
         for table in tables:
-            _write_table(workbook, table, summary.name, issued)
+            if table.title not in apart:
+                _write_table(workbook, table, summary.name, issued)
+
+
+def _sheet_name(table: Table) -> str:
+    return table.title.capitalize().replace("_", " ")
 
 
 def _format(workbook: Any, **properties: Any) -> Any:
@@ -104,7 +120,7 @@ def _in_header(text: str) -> str:
 
 
 def _write_table(workbook: Any, table: Table, project: str, issued: TitleBlock) -> None:
-    title = table.title.capitalize().replace("_", " ")
+    title = _sheet_name(table)
     sheet, widths = workbook.add_worksheet(title), _widths(table)
     sheet.set_default_row(LINE_POINTS)
     patterns = [_pattern(decimals) for decimals in table.decimals]
@@ -217,7 +233,12 @@ SUMMARY_PIXELS = (300, 170, 320)
 
 
 def _write_summary(
-    workbook: Any, tables: Sequence[Table], summary: Summary, facts: BuildFacts, issued: TitleBlock
+    workbook: Any,
+    tables: Sequence[Table],
+    contents: Sequence[tuple[str, Cell, str]],
+    summary: Summary,
+    facts: BuildFacts,
+    issued: TitleBlock,
 ) -> None:
     """Headings, below them facts in two columns, notes in a third one, and sentences."""
     sheet = workbook.add_worksheet("Summary")
@@ -232,6 +253,7 @@ def _write_summary(
         (summary.name, [*_issue(issued), *_shown(facts.mesh)], wrapped),
         ("Parts", _shown(facts.parts), wrapped),
         ("Sheets", _shown(facts.sheets), wrapped),
+        ("Lists", contents, wrapped),
         ("Findings, noted or accepted", _findings(summary), wrapped),
         ("Mended in the mesh file", [(text, None, "") for text in summary.mended or ["nothing"]], wrapped),
         ("Left out", [(text, None, "") for text in left_out or ["nothing"]], red if left_out else wrapped),

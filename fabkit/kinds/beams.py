@@ -27,6 +27,8 @@ __all__ = ["BEAM", "BeamDetails", "ends_glyphs"]
 
 ANGLE_DECIMALS = 2
 """Decimals of cut angles in the list; an end whose angle rounds to zero is cut square."""
+EITHER_SIDE_MM = 0.01
+"""Gap in mm up to which a beam goes in from both sides: no saw is more accurate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +44,8 @@ class BeamDetails(Details):
     short_point_mm (n,): longest and shortest extent along the axis. dihedral_deg (n,): angle between the
     normals of the two faces, positive where the mesh is convex, NaN at the boundary. height_deviation_mm (n,): distance
     of the two parallel meshes at this edge minus the height of the section. twist_deg (n,): angle between the central
-    planes at its two ends.
+    planes at its two ends. going_in_gaps_mm (n, 2): gaps that it needs at either end to go straight in from outside
+    and from inside, between two nodes that are fixed; one of the two is 0.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -61,6 +64,14 @@ class BeamDetails(Details):
     dihedral_deg: FloatArray
     height_deviation_mm: FloatArray
     twist_deg: FloatArray
+    going_in_gaps_mm: FloatArray
+
+    @property
+    def goes_in_from(self) -> list[str]:
+        """The side from which each beam goes straight in between two nodes that are fixed: "outside", "inside", or
+        "both"."""
+        free = self.going_in_gaps_mm <= EITHER_SIDE_MM
+        return [("outside", "inside", "both")[k] for k in np.where(free.all(axis=1), 2, ~free[:, 0]).tolist()]
 
 
 def ends_glyphs(cut_angles_deg: FloatArray) -> list[str]:
@@ -95,6 +106,8 @@ def _columns(beams: Parts[BeamDetails], around: Surroundings) -> list[Column]:
         counted("Nodes A B", beams, [f"{a} {b}" for a, b in zip(ends[::2], ends[1::2], strict=True)]),
         *over_all("Dihedral (deg)", 2, beams, own.dihedral_deg),
         *over_all("Height deviation (mm)", 3, beams, own.height_deviation_mm),
+        Column("Goes in from", None, own[beams.firsts].goes_in_from),
+        over_all("Gap from outside (mm)", 1, beams, own.going_in_gaps_mm[:, 0])[1],
         *masses(beams),
         files(beams, "parts/{}.step"),
     ]
@@ -107,6 +120,7 @@ def _measures(beams: Parts[BeamDetails]) -> list[Measure]:
         measure("Height deviation", "mm", 2, own.height_deviation_mm, signed=True),
         measure("Dihedral angle", "°", 2, own.dihedral_deg, signed=True),
         measure("Larger cut angle of the two ends", "°", 2, np.abs(own.cut_angles_deg).max(axis=1)),
+        measure("Gap to go in from outside", "mm", 1, own.going_in_gaps_mm[:, 0]),
         measure("Mass of a beam", "kg", 2, beams.masses_kg),
     ]
 
@@ -144,6 +158,7 @@ BEAM = Kind(
         dihedral_deg=np.zeros(0),
         height_deviation_mm=np.zeros(0),
         twist_deg=np.zeros(0),
+        going_in_gaps_mm=np.zeros((0, 2)),
     ),
     symmetry=Symmetry(("nodes", "cut_angles_deg", "end_gaps_mm"), (), _turns),
     columns=_columns,

@@ -108,6 +108,13 @@ def _renumbered(topology: Topology, of_prism: Corners, n_beams: int) -> Corners:
     return corners
 
 
+def _directions(nodes: Parts[NodeDetails]) -> Ragged:
+    """Normals of the facets, which are parallel to the node axis: inclinations are in the cuts of the beams."""
+    azimuths = np.radians(nodes.details.azimuths_deg.values)
+    units = [np.cos(azimuths), np.sin(azimuths), np.zeros(len(azimuths))]
+    return nodes.details.azimuths_deg.with_values(np.stack(units, axis=1))
+
+
 def _nearest(points: FloatArray, targets: FloatArray) -> IntArray:
     """(m, t) number of the nearest of its own points (m, n, 2) to each of its targets (m, t, 2), for m nodes."""
     spacing = 4 * np.abs(targets).max(initial=0.0) + 4 * np.abs(points).max(initial=0.0)
@@ -197,4 +204,5 @@ NODE = Kind(
     columns=_columns,
     measures=_measures,
     labels=_labels,
+    directions=_directions,
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Generic, TypeVar, overload
 
@@ -57,8 +57,10 @@ class Parts(Sequence[Part], Generic[D]):
 
     elements (n,): the mesh edge, vertex or face of each part. solids: the different solids, in the parts' own frames;
     shape (n,): index into them, as equal parts share a solid. origins (n, 3) in mm, axes (n, 3, 3): placements, as in
-    `Frame`. materials: the different materials; material (n,): index into them. mark_names: the different marks, in the
-    order of the parts; mark (n,): index into them.
+    `Frame`. materials: the different materials; material (n,): index into them. mark_names: the different marks; mark
+    (n,): index into them. models (m,): the part of each mark whose solid and sizes the mark has; by default the first.
+    hidden_mm (n, 2): how far the corners of each part lie from those of the solid that it shares, and so the far ends
+    of the beams at its facets, at most, in each coordinate; by default not at all.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -83,6 +85,8 @@ class Parts(Sequence[Part], Generic[D]):
     mark_names: tuple[str, ...]
     mark: IntArray
     details: D
+    models: IntArray | None = None
+    hidden_mm: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __repr__(self) -> str:
         return f"Parts({len(self)} {self.kind.group}, {len(self.mark_names)} marks)"
@@ -90,7 +94,9 @@ class Parts(Sequence[Part], Generic[D]):
     def __post_init__(self) -> None:
         for name in ("elements", "shape", "material", "mark"):
             object.__setattr__(self, name, integers(getattr(self, name)))
-        for name in ("origins", "axes"):
+        if not len(self.hidden_mm):
+            object.__setattr__(self, "hidden_mm", np.zeros((len(self), 2)))
+        for name in ("origins", "axes", "hidden_mm"):
             object.__setattr__(self, name, floats(getattr(self, name)))
 
     @classmethod
@@ -169,10 +175,10 @@ class Parts(Sequence[Part], Generic[D]):
     def take(self, chosen: BoolArray | IntArray) -> Parts[D]:
         """The parts chosen by a mask or by indices, with the solids and marks that they need."""
         shapes, shape = np.unique(self.shape[chosen], return_inverse=True)
-        _, first, mark = np.unique(self.mark[chosen], return_index=True, return_inverse=True)
-        order = np.argsort(first)
-        place = np.empty(len(order), dtype=np.int64)
-        place[order] = np.arange(len(order))
+        marks, first, mark = np.unique(self.mark[chosen], return_index=True, return_inverse=True)
+        place = np.full(len(self), -1, dtype=np.int64)
+        place[chosen] = np.arange(len(mark))
+        models = place[self.firsts[marks]]
         return replace(
             self,
             elements=self.elements[chosen],
@@ -181,9 +187,11 @@ class Parts(Sequence[Part], Generic[D]):
             origins=self.origins[chosen],
             axes=self.axes[chosen],
             material=self.material[chosen],
-            mark_names=tuple(self.mark_names[k] for k in self.mark[chosen][first[order]].tolist()),
-            mark=place[mark],
+            mark_names=tuple(self.mark_names[k] for k in marks.tolist()),
+            mark=mark,
             details=self.details[chosen],
+            models=np.where(models < 0, first, models),
+            hidden_mm=self.hidden_mm[chosen],
         )
 
     def find(self, elements: IntArray) -> IntArray:
@@ -225,8 +233,8 @@ class Parts(Sequence[Part], Generic[D]):
 
     @cached_property
     def firsts(self) -> IntArray:
-        """(m,) the first part of each mark."""
-        return integers(np.unique(self.mark, return_index=True)[1])
+        """(m,) the part of each mark whose solid and sizes the mark has: its model, or its first part."""
+        return integers(np.unique(self.mark, return_index=True)[1] if self.models is None else self.models)
 
     @cached_property
     def counts(self) -> IntArray:

@@ -9,7 +9,7 @@ from geometry.arrays import FloatArray
 
 __all__ = ["blanks"]
 
-STRAIGHT_CORNER_SINE = 1e-3
+NEARLY_PARALLEL_SIDES_SINE = 1e-3
 """Sine of the angle between two edges of an outline below which their corner is moved across them, since the
 intersection of their lines is ill-conditioned."""
 
@@ -34,7 +34,7 @@ def blanks(lower: Ragged, upper: Ragged) -> Ragged:
     reach = np.maximum(_dot(upper.values - lower.values, outwards), 0.0)
     reach_before = lower.with_values(reach).rolled(back).values
     turn = before[:, 0] * outwards[:, 1] - before[:, 1] * outwards[:, 0]
-    straight = np.abs(turn) < STRAIGHT_CORNER_SINE
+    straight = np.abs(turn) < NEARLY_PARALLEL_SIDES_SINE
     safe = np.where(straight, 1.0, turn)[:, None]
     across = np.stack([-outwards[:, 1], outwards[:, 0]], axis=1)
     across_before = np.stack([-before[:, 1], before[:, 0]], axis=1)

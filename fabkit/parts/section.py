@@ -58,8 +58,14 @@ class Section:
     def __post_init__(self) -> None:
         object.__setattr__(self, "sizes", tuple(float(size) for size in self.sizes))
         object.__setattr__(self, "radius_mm", float(self.radius_mm))
-        if self.shape not in _SIZES or len(self.sizes) != len(_SIZES[self.shape]):
+        if self.shape not in _SIZES:
             raise ProjectError(f"{self.name!r} is no section: write one like {_EXAMPLES}, in mm, height first")
+        if len(self.sizes) != len(_SIZES[self.shape]):
+            needed = _SIZES[self.shape]
+            raise ProjectError(
+                f"the section {self.name} has {len(self.sizes)} sizes in place of {len(needed)}: after {self.shape} "
+                f"write {' x '.join(needed)} in mm, as in {_EXAMPLES}"
+            )
         for what, size in zip(_SIZES[self.shape], self.sizes, strict=True):
             if not 0 < size < math.inf:
                 raise ProjectError(f"the {what} of the section {self.name} is {size:g} mm: it must be above 0")
@@ -99,7 +105,7 @@ class Section:
         >>> Section.of("RHS 120x60x8 rounded").radius_mm, Section.of("rhs 120x60x5 R7.5").corner_radii
         (20.0, (7.5, 2.5))
         """
-        number = r"\d{1,12}(?:\.\d{1,12})?"
+        number = r"-?\d{1,12}(?:\.\d{1,12})?"
         found = re.fullmatch(
             rf"\s*([a-z]{{1,10}})\s*({number}(?:\s*[x*]\s*{number}){{0,3}}){_WORDS}\s*", text.lower()[:200]
         )

@@ -2,6 +2,7 @@
 
 from fabkit.production.cut_lists import CutList, Table, cut_list
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
+from fabkit.production.erection import Erection, erection_order
 from fabkit.production.facts import (
     ANY_LINES,
     LEAST_UNDIRECTED_SHARE,
@@ -13,10 +14,16 @@ from fabkit.production.facts import (
     Fact,
     build_facts,
 )
-from fabkit.production.loose_panels import panels_from_outlines
-from fabkit.production.marks import EQUAL_WITHIN_MM, share_equal_parts
-from fabkit.production.nesting import Nest, Sheet, nest_panels, too_large
-from fabkit.production.pieces import piece_tables
+from fabkit.production.marks import (
+    EQUAL_WITHIN_MM,
+    KeptMarks,
+    MarkPoints,
+    element_ranks,
+    mark_points,
+    share_equal_parts,
+)
+from fabkit.production.nesting import Nest, Sheet, nest_panels, panels_from_outlines, too_large
+from fabkit.production.pieces import mark_table, piece_tables
 from fabkit.production.summary import (
     ExactGaussImage,
     GaussImageSource,
@@ -41,10 +48,13 @@ __all__ = [
     "BuildFacts",
     "CutList",
     "Drawing",
+    "Erection",
     "ExactGaussImage",
     "Fact",
     "GaussImageSource",
     "GivenGaussImage",
+    "KeptMarks",
+    "MarkPoints",
     "Nest",
     "OptimisedGaussImage",
     "Sheet",
@@ -53,7 +63,11 @@ __all__ = [
     "Table",
     "build_facts",
     "cut_list",
+    "element_ranks",
+    "erection_order",
     "irregular_vertices",
+    "mark_points",
+    "mark_table",
     "nest_panels",
     "panel_drawings",
     "panels_from_outlines",

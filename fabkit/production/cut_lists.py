@@ -10,8 +10,8 @@ import numpy as np
 
 from fabkit.kinds import PANEL
 from fabkit.kinds.columns import texts
-from fabkit.parts import Assembly, Cell, Parts, Surroundings
-from fabkit.production.nesting import Nest
+from fabkit.parts import Assembly, Cell, Column, Parts, Surroundings
+from fabkit.production.nesting.nests import Nest
 
 __all__ = ["CutList", "Table", "cut_list"]
 
@@ -111,7 +111,7 @@ def cut_list(assembly: Assembly, nest: Nest | None, *, panel_file: str = "panels
 
 
 def _table(parts: Parts[Any], around: Surroundings) -> Table:
-    columns = parts.kind.columns(parts, around)
+    columns = [*parts.kind.columns(parts, around), *_hidden(parts)]
     return Table(
         parts.kind.group,
         tuple(column.title for column in columns),
@@ -121,3 +121,11 @@ def _table(parts: Parts[Any], around: Surroundings) -> Table:
         tuple(f"left out: {left.reason}" for left in around.assembly.left_out if left.kind == parts.kind.name),
         frozenset(column.title for column in columns if column.several),
     )
+
+
+def _hidden(parts: Parts[Any]) -> list[Column]:
+    """For each mark, how far at most its pieces differ: in their corners, and at the far ends of the beams on them."""
+    largest = np.zeros((len(parts.mark_names), 2))
+    np.maximum.at(largest, parts.mark, parts.hidden_mm)
+    titles = ["Hidden difference (mm)", "Hidden at far ends (mm)"][: 1 if parts.kind.directions is None else 2]
+    return [Column(title, 3, largest[:, k].tolist()) for k, title in enumerate(titles)]

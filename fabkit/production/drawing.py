@@ -17,7 +17,7 @@ import shapely
 from fabkit.errors import DetailingError
 from fabkit.kinds import LEFT_OUT, NO_NEIGHBOUR, PANEL, PanelDetails, neighbour_names, panel_outlines
 from fabkit.parts import Assembly, Curves, Parts, Ragged
-from fabkit.production.nesting import Nest, moved, polygons
+from fabkit.production.nesting.nests import Nest, moved, polygons
 from fabkit.production.strokes import ARROW, text_strokes, text_widths
 from geometry.arrays import FloatArray, IntArray, floats, integers
 

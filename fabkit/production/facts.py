@@ -10,7 +10,7 @@ import numpy as np
 from fabkit.fitness.finding import named
 from fabkit.kinds import PANEL, PanelDetails
 from fabkit.parts import Assembly, Parts
-from fabkit.production.nesting import Nest
+from fabkit.production.nesting.nests import Nest
 from fabkit.production.summary import GivenGaussImage, OptimisedGaussImage, Summary, SurfaceSummary
 from geometry.errors import listed
 
@@ -147,7 +147,7 @@ def _mesh(summary: Summary) -> Iterator[Fact]:
     yield Fact("Panel underside above the mesh", (summary.underside_mm,), ".1f", "mm", keys=("panel_underside.mm",))
     yield Fact("Panel underside set by", (summary.underside_reason,), keys=("panel_underside.reason",))
     within, key = (summary.equal_within_mm,), ("equal_within_mm",)
-    yield Fact("Parts with one mark differ by less than", within, ".2g", "mm", keys=key, shown=on_paper)
+    yield Fact("Tolerance of parts with one mark", within, ".2g", "mm", keys=key, shown=on_paper)
 
 
 def _surface(laid: SurfaceSummary) -> Iterator[Fact]:
@@ -202,6 +202,11 @@ def _parts(assembly: Assembly) -> Iterator[Fact]:
         yield Fact(f"{name}, mass", (mass,), ",.1f", "kg", shown=in_cells)
         total_mass += mass
     yield Fact("Mass", (total_mass,), ",.0f", "kg")
+    corners, far_ends = np.concatenate([np.zeros((1, 2)), *(parts.hidden_mm for parts in assembly.groups)]).max(axis=0)
+    hidden = "Largest difference hidden in a mark"
+    yield Fact(f"{hidden}, of corners", (float(corners),), ".2f", "mm", "in a coordinate", ("hidden_mm.corners",))
+    note = "of beams, from the directions of the facets of a node"
+    yield Fact(f"{hidden}, at far ends", (float(far_ends),), ".2f", "mm", note, ("hidden_mm.far_ends",))
     panels = assembly.of(PANEL)
     if len(panels):
         yield Fact("Area of the panels", (float(panels.details.area_mm2.sum()) * 1e-6,), ".2f", "m²")

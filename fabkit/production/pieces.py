@@ -6,7 +6,7 @@ A piece has the name that its instance has in model.step: its mark and its mesh 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,10 +14,12 @@ import numpy as np
 from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL, BeamDetails, NodeDetails, neighbour_names
 from fabkit.parts import Assembly, Cell, Column, Parts
 from fabkit.production.cut_lists import Table
-from fabkit.production.nesting import Nest
+from fabkit.production.erection import Erection, erection_order
+from fabkit.production.marks import KeptMarks, mark_points
+from fabkit.production.nesting.nests import Nest
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["piece_tables"]
+__all__ = ["mark_table", "piece_tables"]
 
 COORDINATE_DECIMALS, TURN_DECIMALS, DIRECTION_DECIMALS = 3, 6, 9
 """Decimals in tables of coordinates in mm, turns in degrees and unit vectors: together they place a piece of 10 m to
@@ -37,8 +39,9 @@ def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "pa
     >>> tables[0].rows[7][:6]
     ('B001 e7', 'B001', 'beam', 7, 'N001 v3', 'N001 v6')
     """
+    erection = erection_order(assembly)
     return (
-        _stacked("pieces", [_pieces(parts, assembly, nest, panel_file) for parts in assembly.groups]),
+        _stacked("pieces", [_pieces(parts, assembly, nest, erection, panel_file) for parts in assembly.groups]),
         _stacked("placements", [_placements(parts, assembly.origin_mm) for parts in assembly.groups]),
         _stacked("survey", [_survey(nodes, assembly.origin_mm) for nodes in assembly.of_layers(NODE)]),
         _stacked("node_facets", [_node_facets(nodes, assembly) for nodes in assembly.of_layers(NODE)]),
@@ -46,8 +49,35 @@ def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "pa
     )
 
 
-def _pieces(parts: Parts[Any], assembly: Assembly, nest: Nest | None, panel_file: str) -> list[Column]:
-    """What each part is, the nodes at its ends, its mass, its file and its place on a sheet."""
+def mark_table(assembly: Assembly, earlier: Mapping[str, KeptMarks]) -> Table:
+    """By what marks are recognised in a later build that keeps them: one row for each corner of each, and for each
+    direction of a beam on it. earlier: by groups, the marks that were kept, of which those that no piece has any more
+    are listed too, so that their numbers are not used again.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production import mark_table
+    >>> table = mark_table(built.assembly, {})
+    >>> table.columns, len({row[1] for row in table.rows})
+    (('Group', 'Mark', 'Material', 'Point', 'x', 'y', 'z'), 10)
+    """
+    rows: list[tuple[Cell, ...]] = []
+    known = {parts.kind.group: mark_points(parts) for parts in assembly.groups}
+    for group in dict.fromkeys([*earlier, *known]):
+        marks = {**earlier.get(group, KeptMarks()).points, **known.get(group, KeptMarks()).points}
+        for name, each in marks.items():
+            for what, points in (("corner", each.corners), ("direction", each.directions)):
+                rows += [(group, name, each.material, what, *point) for point in points.tolist()]
+    decimals = (None, None, None, None, *[DIRECTION_DECIMALS] * 3)
+    return Table("mark_points", ("Group", "Mark", "Material", "Point", "x", "y", "z"), decimals, tuple(rows))
+
+
+def _pieces(
+    parts: Parts[Any], assembly: Assembly, nest: Nest | None, erection: Erection, panel_file: str
+) -> list[Column]:
+    """What each part is, the nodes at its ends, its mass, when and from where it goes in, its file and its place on a
+    sheet."""
     n, pattern = len(parts), panel_file if parts.kind is PANEL else "parts/{}.step"
     ends = np.full((n, 2), -1)
     if isinstance(parts.details, BeamDetails):
@@ -66,11 +96,29 @@ def _pieces(parts: Parts[Any], assembly: Assembly, nest: Nest | None, panel_file
         Column("Node A", None, _named(assembly.beside(parts, NODE), ends[:, 0])),
         Column("Node B", None, _named(assembly.beside(parts, NODE), ends[:, 1])),
         Column("Mass (kg)", 3, parts.masses_kg.tolist()),
+        Column("Order", 0, [number or None for number in erection.of(parts).tolist()]),
+        *_going_in(parts, erection),
         Column("File", None, [pattern.format(mark) for mark in parts.marks]),
         Column("Sheet", 0, sheet[0]),
         Column("Sheet x (mm)", COORDINATE_DECIMALS, sheet[1]),
         Column("Sheet y (mm)", COORDINATE_DECIMALS, sheet[2]),
         Column("Sheet turn (deg)", TURN_DECIMALS, sheet[3]),
+    ]
+
+
+def _going_in(parts: Parts[Any], erection: Erection) -> list[Column]:
+    """Of each beam the side from which it goes in, whether it comes last between two nodes that stand, and the gap that
+    it then needs at either end to go in from outside; empty cells for other parts."""
+    sides: Sequence[Cell] = [""] * len(parts)
+    closing: Sequence[Cell] = sides
+    gaps: Sequence[Cell] = [None] * len(parts)
+    if isinstance(parts.details, BeamDetails):
+        sides, gaps = parts.details.goes_in_from, parts.details.going_in_gaps_mm[:, 0].tolist()
+        closing = ["yes" if each else "no" for each in erection.closing(parts).tolist()]
+    return [
+        Column("Goes in from", None, sides),
+        Column("Closing", None, closing),
+        Column("Gap from outside (mm)", 1, gaps),
     ]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fabkit.fitness import Finding
-from fabkit.production.marks import EQUAL_WITHIN_MM
+from fabkit.production.marks import EQUAL_WITHIN_MM, KeptMarks
 from geometry.arrays import FloatArray, short_repr
 
 __all__ = ["ExactGaussImage", "GaussImageSource", "GivenGaussImage", "OptimisedGaussImage", "Summary", "SurfaceSummary"]
@@ -158,7 +158,8 @@ class Summary:
     name: of the structure; source: name of the mesh file; scale_mm: millimetres in a unit of the file. origin (3,):
         subtracted from its coordinates, in its unit.
     equal_within_mm: largest difference of each coordinate of parts that share a mark: the requested tolerance, or the
-        rounding error of coordinates far from zero if that is larger.
+        rounding error of coordinates far from zero if that is larger. earlier_marks: by groups, those of the folder
+        whose marks are kept.
     mended: sentences on what the reader mended in the file.
     planarity_before, planarity_after: largest distance of a corner from its face's best plane over the face's
         mean edge length. largest_move_mm, mean_move_mm: displacement of the vertices by planarising;
@@ -206,6 +207,7 @@ class Summary:
     gauss_image: GaussImageSource | None = None
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))
     equal_within_mm: float = EQUAL_WITHIN_MM
+    earlier_marks: dict[str, KeptMarks] = field(default_factory=dict)
     surface: SurfaceSummary | None = None
     fin_direction: tuple[float, ...] = ()
     fin_shade: tuple[float, float] = (0.0, 0.0)

@@ -64,6 +64,7 @@ def copy_of(
 
 def made_of(mesh: Mesh, folder: Path, **settings: Any) -> Built:
     write_mesh(folder / "copy.obj", mesh)
+    settings = {"equal_within_mm": 1e-7, **settings}  # with more it hangs on the order of parts which share a mark
     project = Project(mesh=folder / "copy.obj", mean_edge_mm=MEAN_EDGE_MM, nesting={"mode": "off"}, **settings)
     return design(project)
 

@@ -70,6 +70,7 @@ def make_beam(edge: int, ends: IntArray, points: FloatArray, axes: FloatArray) -
             section=Section("flat", (HEIGHT, WIDTH)),
             cut_angles_deg=(0.0, 0.0),
             end_gaps_mm=(0.0, 0.0),
+            going_in_gaps_mm=(0.0, 0.0),
             long_point_mm=float(np.ptp(x)),
             short_point_mm=float(np.ptp(x)),
             dihedral_deg=0.0,

@@ -95,6 +95,7 @@ def beam(vertices: FloatArray, normals: FloatArray, marks: Marks, edge: int, end
             section=SECTION,
             cut_angles_deg=(float(cuts[0]), float(cuts[1])),
             end_gaps_mm=(0.0, 0.0),
+            going_in_gaps_mm=(0.0, 0.0),
             long_point_mm=max(top, low),
             short_point_mm=min(top, low),
             dihedral_deg=float(np.degrees(np.arccos(np.clip(axes[0] @ axes[1], -1, 1)))),

@@ -103,6 +103,7 @@ def bar(mark: str, element: int, nodes: tuple[int, int], **changes: object) -> P
             section=Section("flat", (120.0, 50.0)),
             cut_angles_deg=(0.0, 0.0),
             end_gaps_mm=(0.0, 0.0),
+            going_in_gaps_mm=(0.0, 0.0),
             long_point_mm=1000.0,
             short_point_mm=1000.0,
             dihedral_deg=5.0,

@@ -30,7 +30,7 @@ N_BEAMS, N_NODES, N_PANELS = 612, 325, 288
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Built]:
     out = tmp_path_factory.mktemp("build") / "roof"
-    return out, build(Project(mesh=ROOF, unit="m", out=out))
+    return out, build(Project(mesh=ROOF, unit="m", out=out, equal_within_mm=1e-7))
 
 
 def rows(path: Path) -> list[dict[str, str]]:
@@ -57,6 +57,7 @@ def test_every_document_is_there(made: tuple[Path, Built]) -> None:
         "node_facets.csv",
         "panel_edges.csv",
         "legend.csv",
+        "mark_points.csv",
         "cutlist.xlsx",
         "model.glb",
         "report.html",
@@ -132,7 +133,8 @@ def test_the_manifest_tells_what_was_done(made: tuple[Path, Built]) -> None:
 def test_the_same_input_gives_the_same_bytes(made: tuple[Path, Built], tmp_path: Path) -> None:
     """In another process, where hashes of strings are others."""
     again = tmp_path / "again"
-    script = f"from fabkit import Project, build; build(Project(mesh={str(ROOF)!r}, unit='m', out={str(again)!r}))"
+    settings = f"mesh={str(ROOF)!r}, unit='m', out={str(again)!r}, equal_within_mm=1e-7"
+    script = f"from fabkit import Project, build; build(Project({settings}))"
     subprocess.run([sys.executable, "-c", script], check=True)
     first = {p.relative_to(made[0]): p for p in made[0].rglob("*") if p.is_file()}
     second = {p.relative_to(again): p for p in again.rglob("*") if p.is_file()}

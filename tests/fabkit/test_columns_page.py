@@ -8,19 +8,20 @@ from pathlib import Path
 import pytest
 
 from fabkit import Project, design
-from fabkit.production import cut_list, piece_tables
+from fabkit.production import cut_list, mark_table, piece_tables
 from geometry.mesh.shapes import dome
 
 PAGE = Path(__file__).parents[2] / "docs" / "columns.md"
 
 
-TITLES = ["beams", "nodes", "panels", "pieces", "placements", "survey", "node_facets", "panel_edges"]
+TITLES = ["beams", "nodes", "panels", "pieces", "placements", "survey", "node_facets", "panel_edges", "mark_points"]
 
 
 @pytest.mark.parametrize("title", TITLES)
 def test_the_page_explains_the_columns_of_the_tables(title: str) -> None:
     built = design(Project(mesh=dome(4, 1), mean_edge_mm=1500))
     tables = [*cut_list(built.assembly, built.nest).tables, *piece_tables(built.assembly, built.nest)]
+    tables.append(mark_table(built.assembly, {}))
     assert [table.title for table in tables] == TITLES
     (table,) = (table for table in tables if table.title == title)
     heading = title.capitalize().replace("_", " ")

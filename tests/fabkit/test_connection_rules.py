@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from fabkit import Project
-from fabkit.errors import ProjectError
+from fabkit import Project, design
+from fabkit.detailing import detail
+from fabkit.errors import DetailingError, ProjectError
+from fabkit.kinds import NODE
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules
 from geometry.mesh.shapes import dome
+from tests.fabkit.test_detail import flat_grid
 
 
 def project(section: str, **connection: Any) -> Project:
@@ -54,3 +60,58 @@ def test_hubs_take_flats_and_tees_only(section: str) -> None:
 def test_tees_on_a_hub_and_flats_are_accepted() -> None:
     for section in ("tee 120x80x10x8", "flat 120x12"):
         assert project(section, kind="hub").rules.beams.profile.name == section
+
+
+@pytest.mark.parametrize(
+    ("section", "connection", "said", "cure"),
+    [
+        ("rhs 120x60x5", {"dowel_mm": 30}, "a thinner dowel", {"dowel_mm": 10}),
+        ("rhs 120x60x5", {"hand_hole_height_mm": 115}, "a lower hand hole", {"hand_hole_height_mm": 110}),
+        ("rhs 120x60x5", {"hand_hole_length_mm": 40}, "46.0 .* 40.0 mm; .* larger hand", {"hand_hole_length_mm": 46}),
+        ("flat 120x60", {"kind": "hub"}, "452.0 mm, .* has 273 mm: take a thinner", {"kind": "hub"}),
+        ("tee 120x80x10x8", {"kind": "hub", "axial_bore_mm": 300}, "316.0 mm, .* smaller bore", {"kind": "hub"}),
+    ],
+)
+def test_cures_that_are_named_work(section: str, connection: Any, said: str, cure: Any) -> None:
+    with pytest.raises(ProjectError, match=said):
+        project(section, **{"kind": "bolted", **connection})
+    project(section.replace("flat 120x60", "flat 120x46"), **{"kind": "bolted", **cure})
+
+
+def test_tables_are_named_without_their_contents() -> None:
+    with pytest.raises(ProjectError, match=r"^\[beams\] section is 'rhs 120x60x5' and width_mm given too"):
+        Project(mesh=dome(6, 2), mean_edge_mm=1500, beams={"section": "rhs 120x60x5", "width_mm": 3})
+
+
+def roof(section: str, joint: float) -> Project:
+    return project(section, kind="welded").model_copy(update={"panels": PanelRules(joint_mm=joint)})
+
+
+@pytest.mark.parametrize(("section", "joint"), [("rhs 120x60x5", 55.0), ("flat 120x12", 20.0)])
+def test_a_section_that_cannot_carry_the_joint_is_told_with_sizes_that_can(section: str, joint: float) -> None:
+    with pytest.raises(DetailingError, match=r"panel on face 0 lies .* at least 10 mm are needed") as refused:
+        design(roof(section, joint))
+    width = re.search(r"a section at least (\d+) mm wide", str(refused.value))
+    narrower = re.search(r"a joint of at most (\d+) mm", str(refused.value))
+    assert width
+    assert bool(narrower) == (joint == 55.0)  # no joint is narrow enough for a flat of 12
+    design(roof(f"flat 120x{width[1]}", joint))
+    if narrower:
+        design(roof(section, float(narrower[1])))
+
+
+@pytest.mark.parametrize("kind", ["welded", "contact"])
+def test_blocks_have_room_for_a_bore_along_their_axes(kind: str) -> None:
+    rules = DetailingRules(
+        BeamRules(width_mm=50), ConnectionRules(kind=kind, axial_bore_mm=15), NodeRules(top="enclosing")
+    )
+    made = detail(flat_grid(), rules, name="grid").assembly
+    assert made.of(NODE).details.setbacks_mm.values.min() >= 18 - 1e-9
+    with pytest.raises(DetailingError, match=r"(a bore of 200 mm along the axis its end|has a bore)"):
+        detail(flat_grid(), replace(rules, connection=ConnectionRules(kind=kind, axial_bore_mm=200)), name="grid")
+
+
+def test_what_lies_between_facet_and_beam_is_said_of_a_beam_that_is_too_short() -> None:
+    connection = ConnectionRules(kind="bolted", plate_mm=900, gap_mm=3)
+    with pytest.raises(DetailingError, match="each with an end plate of 900 mm and a gap of 3 mm, which leaves"):
+        detail(flat_grid(), DetailingRules(BeamRules(section="rhs 120x60x5"), connection), name="grid")

@@ -13,9 +13,10 @@ import pytest
 
 from fabkit import Project, build
 from fabkit.errors import FolderError
-from fabkit.formats.finished import check_folder, folder_differences
+from fabkit.formats.finished import check_folder, differences_page, folder_differences
 from geometry.mesh import Mesh
 from geometry.mesh.shapes import dome
+from tests.fabkit.browser import Browser
 from tests.fabkit.corruption import corrupt
 
 N_CORRUPTIONS = 200
@@ -93,6 +94,27 @@ def test_a_build_differs_from_itself_in_nothing_and_from_a_moved_vertex_around_i
     (top,) = (value for name, value in moved.items() if re.fullmatch(r"N\d+ v0", str(name)))
     assert isinstance(top, float)
     assert 5 < top < 40  # 15 mm, less what planarising takes back
+    page = tmp_path / "diff.html"
+    page.write_text(differences_page(made, tmp_path / "b", folder_differences(made, tmp_path / "b")), encoding="utf-8")
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("chromium is not installed")
+    with Browser(chromium, tmp_path / "profile") as browser:
+        browser.size(500, 400)
+        browser.open(page.as_uri())
+        assert (browser.evaluate("document.documentElement.dataset.ready"), browser.problems) == ("yes", [])
+        shown = dict(browser.evaluate("viewer.shapes.map(({ layer }) => [layer.name, layer.names])"))
+        assert shown.keys() <= {"same", "changed", "new"}
+        assert sum(map(len, shown.values())) == 60
+        assert browser.evaluate(f"pick({shown['changed'][0]!r})") == 1
+        assert "Moved (mm)" in browser.evaluate("document.querySelector('#part').innerText")
+
+
+def test_a_page_of_differences_needs_both_reports(made: Path, tmp_path: Path) -> None:
+    shutil.copytree(made, tmp_path / "old")
+    (tmp_path / "old" / "report.html").write_text("<html></html>")
+    with pytest.raises(FolderError, match=r"report\.html in .*old has no model that can be read"):
+        differences_page(tmp_path / "old", made, folder_differences(made, made))
 
 
 def test_pieces_are_found_again_by_their_place(tmp_path: Path) -> None:

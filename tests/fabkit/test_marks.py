@@ -10,7 +10,8 @@ import pytest
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Frame, Part, Solid, prism_topology, prism_vertices
-from fabkit.production.marks import compared_points, share_equal_parts
+from fabkit.production.marks import share_equal_parts
+from fabkit.production.marks.kept import compared_points
 from fabkit.rules import BeamRules, ConnectionKind, ConnectionRules, DetailingRules
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
@@ -56,7 +57,7 @@ def test_bores_do_not_tell_equal_parts_apart(kind: ConnectionKind, section: str)
     beams = BeamRules(section=section)
     connection = ConnectionRules(kind=kind, axial_bore_mm=20.0)
     own = barrel(16, 0.1, replace(PLAIN_RULES, beams=beams, connection=connection), upper_radius=0.9)
-    shared = share_equal_parts(own)
+    shared = share_equal_parts(own, within_mm=1e-7)
     assert len(own["nodes"].solids.topologies[0].rounds) > 1
     assert [len(shared[group].mark_names) for group in ("beams", "nodes", "panels")] == [3, 2, 1]
     if kind == "bolted":
@@ -79,7 +80,7 @@ def test_sharing_moves_nothing(n: int) -> None:
     shared = share_equal_parts(own)
     for before, after in zip(own.parts(), shared.parts(), strict=True):
         assert before.element == after.element
-        # a shared solid may differ by EQUAL_WITHIN_MM in each coordinate
+        # rounding of coordinates of a few metres in millimetres
         assert np.abs(world(before) - world(after)).max() < 2e-7
         assert np.linalg.det(after.placement.axes) == pytest.approx(1.0)
     assert not violations(shared)
@@ -181,7 +182,7 @@ def test_parts_are_as_equal_as_is_asked() -> None:
         return replace(part, solid=Solid(prism_vertices(outline, 0.0, 10.0), part.solid.topology))
 
     rough = with_parts(own, panels=tuple(worn(panel) for panel in own["panels"]))
-    assert len({panel.mark for panel in share_equal_parts(rough)["panels"]}) == 12
+    assert len({panel.mark for panel in share_equal_parts(rough, within_mm=1e-7)["panels"]}) == 12
     shared = share_equal_parts(rough, within_mm=0.1)
     assert len({panel.mark for panel in shared["panels"]}) == 1
     for before, after in zip(rough["panels"], shared["panels"], strict=True):

@@ -134,3 +134,21 @@ def test_what_is_hollow() -> None:
     assert depth(pipe, moved(rod, np.array([0, 0, 18.1]))) > 0.05
     assert depth(hollow, box([100, -20, -50], [200, 20, 50])) == 0
     assert depth(hollow, box([100, -20, -50], [200, 26, 50])) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_plates_inside_a_tube(seed: int) -> None:
+    """Inside its inner radius of 26 they are free, also where they stand out of an end."""
+    pipe = tube(30.0, 26.0, FLAT, np.array([800.0, 0, 0.2]))
+    assert depth(pipe, box([100, -10, -24], [200, 10, 24]), seed) == 0
+    assert depth(pipe, box([-50, -10, -24], [900, 10, 24]), seed) == 0
+    assert depth(pipe, box([100, -10, -24.1], [200, 10, 24.1]), seed) > 1e-3
+    assert depth(pipe, profile("rhs 40x30x3", length=300.0), seed) == 0
+
+
+def test_a_square_pin_in_a_blind_bore_ends_above_its_bottom() -> None:
+    node, along = block(), np.array([np.cos(0.2 * np.pi), np.sin(0.2 * np.pi), 0])  # 30 deep
+    pin = moved(box([-29.99, -5, -5], [10, 5, 5]), FLAT, Rotation.from_euler("z", 0.2 * np.pi))
+    facet = 80 * np.cos(0.2 * np.pi) * along + [0, 0, 45.0]
+    assert depth(node, moved(pin, facet)) == 0
+    assert depth(node, moved(pin, facet - 0.02 * along)) > 1e-3

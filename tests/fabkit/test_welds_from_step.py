@@ -60,7 +60,7 @@ def welded() -> tuple[SupportStructure, StepText, dict[str, list[str]]]:
         nodes=NodeRules(top="trimmed", setbacks="least"),
         layers=(LayerRules(joint_mm=20, seat_mm=12),),
     )
-    made = share_equal_parts(detail(structure, rules, name="dome").assembly)
+    made = share_equal_parts(detail(structure, rules, name="dome").assembly, within_mm=1e-7)
     return structure, written(made), {name: [instance_name(p) for p in made[name]] for name in ("beams", "nodes")}
 
 

@@ -83,6 +83,17 @@ def test_xlsx_reads_back(parts: Assembly, lists: list[Table], nest: Nest, tmp_pa
     assert reds == list(lists[0].left_out)
 
 
+def test_long_tables_are_files_and_the_summary_says_where(lists: list[Table], tmp_path: Path) -> None:
+    write_xlsx(tmp_path / "list.xlsx", lists, gridshell_summary(3, 2), NO_FACTS, apart=("pieces", "placements"))
+    book = openpyxl.load_workbook(tmp_path / "list.xlsx")
+    assert {"Pieces", "Placements"}.isdisjoint(book.sheetnames)
+    assert {"Beams", "Survey"} <= {*book.sheetnames}
+    rows = {row[0]: row[1:3] for row in book["Summary"].iter_rows(values_only=True)}
+    for table in lists:
+        where = "rows; not in this workbook" if table.title in ("pieces", "placements") else "rows"
+        assert rows[f"{table.title}.csv"] == (len(table.rows), where)
+
+
 def test_xlsx_without_nest_says_so(parts: Assembly, lists: list[Table], tmp_path: Path) -> None:
     write_xlsx(
         tmp_path / "list.xlsx", lists, gridshell_summary(3, 2), build_facts(gridshell_summary(3, 2), parts, None)

@@ -93,6 +93,11 @@ class PanelLayer:
         return np.stack([np.einsum("ck,ck->c", cuts.b, cuts.n), along])
 
     @cached_property
+    def across(self) -> FloatArray:
+        """(C,) cosine of the angle between each face and the width direction of the beam at each of its edges."""
+        return np.asarray(np.einsum("ck,ck->c", self._cuts.b, self._cuts.q))
+
+    @cached_property
     def _cuts(self) -> _Cuts:
         return _cuts(self.structure)
 

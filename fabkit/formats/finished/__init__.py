@@ -1,6 +1,7 @@
-"""Finished folders: whether one is still as it was written, and how two differ; from their files alone."""
+"""Finished folders, from their files alone: whether one is as it was written, how two differ, the marks of one."""
 
-from fabkit.formats.finished.differences import folder_differences
+from fabkit.formats.finished.differences import differences_page, folder_differences
+from fabkit.formats.finished.earlier_marks import kept_marks
 from fabkit.formats.finished.folder_checks import check_folder
 
-__all__ = ["check_folder", "folder_differences"]
+__all__ = ["check_folder", "differences_page", "folder_differences", "kept_marks"]

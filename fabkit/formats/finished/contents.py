@@ -7,6 +7,7 @@ import io
 import json
 import re
 import zipfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,6 +23,7 @@ __all__ = ["Contents", "FolderTable", "workbook_tables"]
 
 _NEEDED = ("files", "folders", "settings", "counts", "origin", "versions")
 """Keys of a manifest that the checks read."""
+_COMMA_NUMBER = re.compile(r"-?\d+,\d+")
 _SHEET = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
 
@@ -63,6 +65,7 @@ class Contents:
                 "folder again"
             )
         self.manifest: dict[str, Any] = manifest
+        self._tables: dict[str, FolderTable] = {}
 
     @property
     def files(self) -> dict[str, str]:
@@ -83,7 +86,12 @@ class Contents:
             raise FolderError(f"{name} cannot be read: {error.strerror or error}") from None
 
     def table(self, name: str) -> FolderTable:
-        """A table by its name, such as `pieces`. Raises FolderError where it is missing or damaged."""
+        """A table by its name, such as `pieces`, read once. Raises FolderError where it is missing or damaged."""
+        if name not in self._tables:
+            self._tables[name] = self._table(name)
+        return self._tables[name]
+
+    def _table(self, name: str) -> FolderTable:
         text = self.text(f"{name}.csv")
         if not text.endswith("\n"):
             raise FolderError(f"{name}.csv is cut off: its last line has no end")
@@ -95,17 +103,11 @@ class Contents:
         for number, row in enumerate(rows, start=2):
             if len(row) != len(head):
                 raise FolderError(f"row {number} of {name}.csv has {len(row)} cells, its heading {len(head)}")
-        decimal = self.rules.decimal
-        cells = [
-            [
-                cell.replace(decimal, ".") if re.fullmatch(rf"-?\d+{re.escape(decimal)}\d+", cell) else cell
-                for cell in row
-            ]
-            for row in rows
-        ]
+        if self.rules.decimal == ",":
+            rows = [[cell.replace(",", ".") if _COMMA_NUMBER.fullmatch(cell) else cell for cell in row] for row in rows]
         if len(set(head)) != len(head):
             raise FolderError(f"two columns of {name}.csv have the same name")
-        own = [dict(zip(head, row, strict=True)) for row in cells]
+        own = [dict(zip(head, row, strict=True)) for row in rows]
         first = head[0]
         totals = next((row for row in own if row[first] == "Total"), {})
         kept = [row for row in own if row[first] != "Total" and not row[first].startswith("left out:")]
@@ -130,7 +132,16 @@ def workbook_tables(path: Path) -> dict[str, list[list[str]]]:
                 name: _rows(files.read(f"xl/worksheets/sheet{number}.xml"), shared)
                 for number, name in enumerate(names, start=1)
             }
-    except (zipfile.BadZipFile, KeyError, ElementTree.ParseError, OSError, ValueError, IndexError, EOFError):
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        ElementTree.ParseError,
+        KeyError,
+        OSError,
+        ValueError,
+        IndexError,
+        EOFError,
+    ):
         raise FolderError(f"{path.name} is damaged or missing: it cannot be read as a workbook") from None
 
 

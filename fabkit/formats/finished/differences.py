@@ -11,12 +11,14 @@ from scipy.spatial import cKDTree
 
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
+from fabkit.formats.finished.picture_checks import report_data
 from fabkit.formats.finished.step_checks import COORDINATE_TOLERANCE_MM
+from fabkit.formats.report import ShownModel, differences_html
 from fabkit.parts import Cell
 from fabkit.production import Table
 from geometry.arrays import FloatArray
 
-__all__ = ["folder_differences"]
+__all__ = ["differences_page", "folder_differences"]
 
 SAME_SIZE = 0.011
 """Largest difference in mm or degrees of sizes that are put down to their two decimals."""
@@ -72,6 +74,37 @@ def folder_differences(old: Path, new: Path) -> Table:
         changes = (_changed(one[k], other[n]) for k, n in pairs.items())
         rows += [row for row in changes if row]
     return Table("differences", COLUMNS, DECIMALS, tuple(rows))
+
+
+def differences_page(old: Path, new: Path, table: Table) -> str:
+    """The text of a page that shows the table of differences in colours, with the models of both reports.
+
+    >>> from fabkit import Project, build
+    >>> from geometry.mesh.shapes import dome
+    >>> from fabkit.formats.finished import differences_page, folder_differences
+    >>> for name, thickness in (("a", 10), ("b", 12)):
+    ...     _ = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out=name, panels={"thickness_mm": thickness}))
+    >>> page = differences_page(Path("a"), Path("b"), folder_differences(Path("a"), Path("b")))
+    >>> "<dt>Changed</dt><dd>4</dd>" in page
+    True
+    """
+    earlier, later = (_shown(Contents(folder)) for folder in (old, new))
+    names = (folder.resolve().name or str(folder) for folder in (old, new))
+    return differences_html(" and ".join(names), table, earlier, later)
+
+
+def _shown(contents: Contents) -> ShownModel:
+    if "report.html" not in contents.files:
+        raise FolderError(f"{contents.folder} lacks report.html: build it with 'report' among its documents")
+    try:
+        page, arrays = report_data(contents)
+        middle = np.array(contents.manifest["origin"]["mm"]) + page["model"]["middle_mm"]
+        return ShownModel(page["pieces"]["cells"][0], page["model"], arrays, middle.tolist())
+    except (FolderError, KeyError, IndexError, TypeError, ValueError):
+        raise FolderError(
+            f"report.html in {contents.folder} has no model that can be read: it is damaged, or of another version of "
+            "fabkit; build the folder again"
+        ) from None
 
 
 def _pieces(contents: Contents) -> list[_Piece]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Iterator
 
@@ -17,12 +18,15 @@ OUTLINE_TOLERANCE_MM = 0.0025
 """Largest distance in mm of a corner of a contour from where solid and tables have it: places of panels have 3
 decimals, their turns 6, on sheets of 10 m."""
 
+_DECIMALS, _NEXT_HANDLE = re.compile(r"^.*\..*\d$", re.MULTILINE), re.compile(r"\$HANDSEED\n.*\n.*")
+"""A line with a number that has decimals; the variable with the next free handle."""
+
 Curve = tuple[bool, FloatArray]
 """Whether it is closed, and its points (k, 2)."""
 
 
-def dxf_curves(contents: Contents, name: str) -> tuple[dict[str, list[Curve]], list[str]]:
-    """The polylines of each layer, and the lines of the file before and after its entities. Raises FolderError."""
+def dxf_curves(contents: Contents, name: str) -> tuple[dict[str, list[Curve]], str]:
+    """The polylines of each layer, and the text of the file before and after its entities. Raises FolderError."""
     text = contents.text(name)
     head, _, rest = text.partition("  2\nENTITIES\n")
     body, _, tail = rest.partition("  0\nENDSEC\n")
@@ -46,17 +50,14 @@ def dxf_curves(contents: Contents, name: str) -> tuple[dict[str, list[Curve]], l
             curves[known["8"]].append((bool(int(known["70"])), np.array([x, y]).T))
     except (ValueError, KeyError):
         raise FolderError(f"{name} has a polyline that cannot be read") from None
-    return curves, [*head.splitlines(), *tail.splitlines()]
+    return curves, head + tail
 
 
-def check_heads(heads: dict[str, list[str]]) -> Iterator[str]:
+def check_heads(heads: dict[str, str]) -> Iterator[str]:
     """What is around the entities is the same in all files, but for numbers with decimals and the next free handle."""
-    texts: dict[tuple[str, ...], list[str]] = defaultdict(list)
-    for name, lines in heads.items():
-        seed = lines.index("$HANDSEED") + 2 if "$HANDSEED" in lines else -1
-        texts[
-            tuple("" if ("." in line and line[-1:].isdigit()) or k == seed else line for k, line in enumerate(lines))
-        ].append(name)
+    texts: dict[str, list[str]] = defaultdict(list)
+    for name, text in heads.items():
+        texts[_DECIMALS.sub("", _NEXT_HANDLE.sub("", text))].append(name)
     usual = max(texts.values(), key=len, default=[])
     for names in texts.values():
         if names is not usual:

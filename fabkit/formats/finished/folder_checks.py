@@ -171,7 +171,7 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
 
 
 def _of_drawings(contents: Contents, outlines: dict[str, FloatArray]) -> Iterator[str]:
-    heads: dict[str, dict[str, list[str]]] = {"sheets": {}, "panels": {}}
+    heads: dict[str, dict[str, str]] = {"sheets": {}, "panels": {}}
     if contents.manifest["settings"]["drawings"]["version"] == "R12":
         return
     pieces = contents.table("pieces") if "pieces.csv" in contents.files else ()

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
 
-__all__ = ["check_glb", "check_report", "same_text"]
+__all__ = ["check_glb", "check_report", "report_data", "same_text"]
 
 GLB_TOLERANCE_MM = 0.0011
 """Largest difference in mm of a place in model.glb from that in the tables, whose coordinates have 3 decimals."""
@@ -101,17 +101,25 @@ def _extent(view: dict[str, int]) -> tuple[int, int]:
     return view["byteOffset"], view["byteOffset"] + view["byteLength"]
 
 
-def check_report(contents: Contents) -> Iterator[str]:
-    """The tables of the page against the CSV files, its model against model.glb."""
+def report_data(contents: Contents) -> tuple[dict[str, Any], str]:
+    """What the scripts of report.html read: its data, and the arrays of its model. Raises FolderError."""
     text = contents.text("report.html")
     data, arrays = _DATA.findall(text), _ARRAYS.findall(text)
     if not text.rstrip().endswith("</html>") or len(data) != 1 or len(arrays) != 1:
-        yield "report.html is not complete"
-        return
+        raise FolderError("report.html is not complete")
     try:
-        page, numbers = json.loads(data[0]), np.frombuffer(base64.b64decode(arrays[0], validate=True), np.uint8)
-    except (ValueError, binascii.Error):
-        yield "the model or the tables in report.html are damaged"
+        return json.loads(data[0]), arrays[0].strip()
+    except ValueError:
+        raise FolderError("the tables in report.html are damaged") from None
+
+
+def check_report(contents: Contents) -> Iterator[str]:
+    """The tables of the page against the CSV files, its model against model.glb."""
+    page, arrays = report_data(contents)
+    try:
+        numbers = np.frombuffer(base64.b64decode(arrays, validate=True), np.uint8)
+    except binascii.Error:
+        yield "the model in report.html is damaged"
         return
     for name, table in [*page["tables"].items(), ("pieces", page["pieces"])]:
         if f"{name}.csv" in contents.files:

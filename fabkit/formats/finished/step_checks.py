@@ -11,37 +11,35 @@ import numpy as np
 
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
+from fabkit.formats.finished.part_geometry import REFERENCE, measured
 from fabkit.formats.step.entities import FIRST_FREE_ID
 from fabkit.parts import Ragged, blanks
 from geometry.arrays import FloatArray
 
 __all__ = ["PartFile", "check_model", "check_part", "part_file"]
 
-VOLUME_TOLERANCE, FACE_TOLERANCE_MM = 1e-9, 1e-6
-"""Largest relative difference of a stated volume or area, and largest distance in mm of a corner from its face, that
-is put down to rounding."""
 COORDINATE_TOLERANCE_MM, DIRECTION_TOLERANCE = 0.0011, 2e-9
 """Largest difference of what is written in tables with 3 decimals, in mm, and of unit vectors with 9 decimals."""
 MASS_TOLERANCE_KG = 0.00051
 """Largest difference in kg of a mass with 3 decimals."""
-_ENTITY = re.compile(r"^#(\d+)=(.*);$", re.MULTILINE)
-_REFERENCE = re.compile(r"#(\d+)")
-_NUMBERS = re.compile(r"-?\d+\.\d*(?:E-?\d+)?")
 _INSTANCE = re.compile(
     r"^#\d+=CARTESIAN_POINT\('',\(([^)]*)\)\);\n#\d+=DIRECTION\('',\(([^)]*)\)\);\n#\d+=DIRECTION\('',\(([^)]*)\)\);\n"
     r"#\d+=AXIS2[^\n]*\n#\d+=ITEM[^\n]*\n[^\n]*\n#\d+=NEXT_ASSEMBLY_USAGE_OCCURRENCE\('([^']*)','([^']*)','',#\d+,#(\d+),\$\);$",
     re.MULTILINE,
 )
+_END = "\nENDSEC;\nEND-ISO-10303-21;\n"
+
+Block = tuple[str, bytes]
+"""Entities without their references, and those, counted from the first entity."""
 
 
 @dataclass(frozen=True)
 class PartFile:
-    """A part file as read. block: its product with numbers counted from its first entity; around: all other entities,
-    without references, and the header; outline: points (k, 2) of its corners at z = 0, in their order; upper: of a
-    plate, those of its other side."""
+    """A part file as read. block: its product; around: all other entities, without references; header; outline: points
+    (k, 2) of its corners at z = 0, in their order; upper: of a plate, those of its other side."""
 
     mark: str
-    block: str
+    block: Block
     around: frozenset[str]
     header: str
     mass_kg: float
@@ -58,88 +56,29 @@ def part_file(contents: Contents, name: str) -> PartFile:
     """Read a part file; its figures are checked against its own faces. Raises FolderError with what is wrong."""
     text, mark = contents.text(name), name.removeprefix("parts/").removesuffix(".step")
     head, found, data = text.partition("DATA;\n")
-    entities = {int(number): entity for number, entity in _ENTITY.findall(data)}
-    lines = data.splitlines()
-    if not found or len(entities) != len(lines) - 2 or lines[-2:] != ["ENDSEC;", "END-ISO-10303-21;"]:
+    if not found or not data.endswith(_END):
         raise FolderError(f"{name} is no complete STEP file")
-    referred = {int(number) for entity in entities.values() for number in _REFERENCE.findall(entity)}
-    if not referred <= entities.keys():
-        raise FolderError(f"{name} refers to #{min(referred - entities.keys())}, which it does not have")
-    first = next((number for number, entity in entities.items() if entity.startswith("PRODUCT_DEFINITION('design'")), 0)
-    own = {number: entity for number, entity in entities.items() if number >= first}
+    before, first, block = data.partition("=PRODUCT_DEFINITION('design'")
     if not first or f"PRODUCT('{mark}'," not in text or f"MANIFOLD_SOLID_BREP('{mark}'," not in text:
         raise FolderError(f"{name} does not hold the part {mark}")
     try:
-        mass, outline, upper = _measured(name, entities)
+        mass, outline, upper = measured(name, data.removesuffix(_END).replace(f"'{mark}", "'"))
     except (ValueError, KeyError, IndexError):
         raise FolderError(f"{name} has an entity that cannot be read") from None
-    others = frozenset(_REFERENCE.sub("#", entity) for number, entity in entities.items() if number < first)
-    block = _relative("\n".join(own.values()), first, len(own))
-    return PartFile(mark, block, others, head.replace(f"'{mark}'", "''"), mass, outline, upper)
+    around, _, number = before.rpartition("\n#")
+    own = _relative(f"#{number}{first}{block.removesuffix(_END)}", int(number))
+    others = frozenset(REFERENCE.sub("#", around).splitlines())
+    return PartFile(mark, own, others, head.replace(f"'{mark}'", "''"), mass, outline, upper)
 
 
-def _relative(block: str, first: int, count: int) -> str:
+def _relative(block: str, first: int) -> Block:
     """References counted from the first entity of the block; those to what files number differently are alike."""
-
-    def counted(found: re.Match[str]) -> str:
-        number = int(found[1])
-        return f"#+{number - first}" if first <= number < first + count else found[0] if number < FIRST_FREE_ID else "#"
-
-    return _REFERENCE.sub(counted, block)
-
-
-def _measured(name: str, entities: dict[int, str]) -> tuple[float, FloatArray, FloatArray]:
-    """Mass in kg from the stated volume and density, and the outlines of both sides; after comparing volume, area and
-    planes."""
-
-    def refs(number: int) -> list[int]:
-        return [int(found) for found in _REFERENCE.findall(entities[number])]
-
-    def numbers(number: int) -> FloatArray:
-        return np.array([float(found) for found in _NUMBERS.findall(entities[number])])
-
-    stated: dict[str, float] = {}
-    for entity in entities.values():
-        if entity.startswith("MEASURE_REPRESENTATION_ITEM"):
-            stated[entity.split("'")[1]] = float(_NUMBERS.findall(entity)[0])
-    volume = area = 0.0
-    is_plane = not any(entity.startswith("CYLINDRICAL_SURFACE") for entity in entities.values())
-    for entity in list(entities.values()) if is_plane else []:
-        if not entity.startswith("ADVANCED_FACE"):
-            continue
-        *bounds, plane = [int(found) for found in _REFERENCE.findall(entity)]
-        normal = numbers(refs(refs(plane)[0])[1])
-        vector = np.zeros(3)
-        for bound in bounds:
-            ring = []
-            for oriented in refs(refs(bound)[0]):
-                (edge,) = refs(oriented)
-                start, end, line = refs(edge)
-                tail = start if entities[oriented].endswith(".T.)") else end
-                ring.append(numbers(refs(tail)[0]))
-                through, pointing = refs(line)
-                along = numbers(refs(end)[0]) - numbers(refs(start)[0])
-                unit = numbers(refs(pointing)[0])
-                if through != refs(start)[0] or np.abs(np.cross(along, unit)).max() > FACE_TOLERANCE_MM:
-                    raise FolderError(f"{name}: an edge is off its line")
-                if float(_NUMBERS.findall(entities[pointing])[0]) != 1.0 or abs(unit @ unit - 1) > VOLUME_TOLERANCE:
-                    raise FolderError(f"{name}: the direction of an edge is no unit vector")
-            points = np.array(ring)
-            vector += np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0) / 2
-            off = np.abs((points - numbers(refs(refs(plane)[0])[0])) @ normal).max()
-            if off > FACE_TOLERANCE_MM or abs(normal @ normal - 1) > VOLUME_TOLERANCE:
-                raise FolderError(f"{name}: a face is {off:.3g} mm off its plane")
-        area += float(vector @ normal)
-        volume += float(points[0] @ normal) * float(vector @ normal) / 3
-    for key, found in (("volume measure", volume), ("surface area measure", area)):
-        if is_plane and abs(found - stated[key]) > VOLUME_TOLERANCE * abs(stated[key]):
-            raise FolderError(f"{name} states a {key} of {stated[key]:.6g}, its faces have {found:.6g}")
-    mass = stated["volume measure"] * stated["density measure"] * 1e-6
-    vertices = [number for number, entity in entities.items() if entity.startswith("VERTEX_POINT")]
-    points = np.array([numbers(refs(number)[0]) for number in vertices]).reshape(-1, 3)
-    lower, upper = (points[points[:, 2] == level, :2] for level in (0.0, points[:, 2].max()))
-    is_plate = len(points) == 2 * len(lower) == 2 * len(upper)
-    return mass, lower, upper if is_plate else lower
+    texts = REFERENCE.split(block)
+    numbers = np.array(texts[1::2], dtype=np.int64)
+    last = first + block.count("\n")
+    inside = (numbers >= first) & (numbers <= last)
+    counted = np.where(inside, numbers - first, np.where(numbers < FIRST_FREE_ID, -2 - numbers, -1))
+    return "#".join(texts[::2]), counted.tobytes()
 
 
 def check_part(contents: Contents, part: PartFile, row: dict[str, str]) -> Iterator[str]:
@@ -154,14 +93,14 @@ def check_model(contents: Contents, parts: dict[str, PartFile]) -> Iterator[str]
     if not text.endswith("ENDSEC;\nEND-ISO-10303-21;\n"):
         yield "model.step is no complete STEP file"
         return
-    defined = [int(number) for number in re.findall(r"^#(\d+)=", text, re.MULTILINE)]
+    defined = re.findall(r"^#(\d+)=", text, re.MULTILINE)
     if len(set(defined)) != len(defined):
         yield "model.step has a number twice"
-    missing = {int(number) for number in _REFERENCE.findall(text)} - set(defined)
+    missing = set(REFERENCE.findall(text)) - set(defined)
     if missing:
-        yield f"model.step refers to #{min(missing)}, which it does not have"
+        yield f"model.step refers to #{min(map(int, missing))}, which it does not have"
     lines = text.splitlines()
-    bare = {_REFERENCE.sub("#", line.partition("=")[2][:-1]) for line in lines}
+    bare = set(REFERENCE.sub("#", text).splitlines())
     marks: dict[int, str] = {}
     for number, line in enumerate(lines):
         if "=PRODUCT_DEFINITION('design'" not in line:
@@ -170,9 +109,8 @@ def check_model(contents: Contents, parts: dict[str, PartFile]) -> Iterator[str]
         first, mark = int(line[1:].partition("=")[0]), named[1] if named else ""
         marks[first] = mark
         if mark in parts:
-            count = parts[mark].block.count("\n") + 1
-            block = "\n".join(line.partition("=")[2][:-1] for line in lines[number : number + count])
-            if _relative(block, first, count) != parts[mark].block:
+            count = parts[mark].block[0].count("\n") + 1
+            if _relative("\n".join(lines[number : number + count]), first) != parts[mark].block:
                 yield f"the part {mark} in model.step is not that of parts/{mark}.step"
             if not parts[mark].around <= bare:
                 yield f"material, units or colour of parts/{mark}.step are not those of model.step"

@@ -1,5 +1,6 @@
-"""The page that shows a build: model, tables, figures, sheets."""
+"""The pages that show a build, and how two builds differ."""
 
+from fabkit.formats.report.differences import ShownModel, differences_html
 from fabkit.formats.report.page import report_html
 
-__all__ = ["report_html"]
+__all__ = ["ShownModel", "differences_html", "report_html"]

@@ -29,6 +29,7 @@ TITLES = {
     "corners": "Sharp corners of panels",
     "short-edges": "Short edges of panels",
     "panel-masses": "Heavy panels",
+    "going-in": "Beams that do not go in from outside",
     "sheets": "Panels larger than the sheets",
 }
 

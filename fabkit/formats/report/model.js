@@ -11,9 +11,14 @@ function bytesOfBase64(text) {
   return bytes;
 }
 
-/** {layers, points, firsts, cuts, radius}; a layer has a name, and for its parts their origins, turns, shapes, own
+/** {layers, points, shapes, cuts, radius}; a layer has a name, and for its parts their origins, turns, shapes, own
     colours, middles (x, y, z and radius) and box corners; a cut has the triangles and edges of shapes. */
 function readModel(head, bytes) {
+  return withBoxes(readArrays(head, bytes));
+}
+
+/** The same without middles, boxes and radius. */
+function readArrays(head, bytes) {
   let at = 0;
   const next = (Type, count) => new Type(bytes.buffer, (at += 4 * count) - 4 * count, count);
   const layers = head.layers.map(({ name, count, colours }) => {
@@ -30,6 +35,11 @@ function readModel(head, bytes) {
     triangles: next(Uint32Array, 3 * triangles),
     edges: next(Uint32Array, 2 * edges),
   }));
+  return { layers, points, shapes, cuts };
+}
+
+/** The model with the boxes of its parts, and its radius about the origin. */
+function withBoxes({ layers, points, shapes, cuts }) {
   for (const layer of layers) placeBoxes(layer, shapes);
   let radius = 0;
   for (const { corners } of layers) {

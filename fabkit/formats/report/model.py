@@ -28,7 +28,7 @@ drawn: strips of a round have one normal there."""
 
 
 def model_data(layers: Sequence[tuple[str, Placed]]) -> tuple[dict[str, Any], str]:
-    """What the layers hold, for JSON, and their arrays in base64; about the middle of the whole.
+    """What the layers hold, for JSON, and their arrays in base64; about the middle of the whole, middle_mm.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -60,6 +60,7 @@ def model_data(layers: Sequence[tuple[str, Placed]]) -> tuple[dict[str, Any], st
     arrays += [_whole(each) for cut in shapes.found for each in cut]
     head = {
         "layers": heads,
+        "middle_mm": middle.tolist(),
         "points": int(sum(map(len, shapes.points))),
         "shapes": len(shapes.cuts),
         "cuts": [[len(triangles), len(edges)] for triangles, edges in shapes.found],

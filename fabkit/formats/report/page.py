@@ -6,7 +6,6 @@ written, so the same input gives the same bytes.
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 from html import escape
@@ -20,6 +19,7 @@ from fabkit.formats.report.figures import histogram, sheet_picture
 from fabkit.formats.report.fitness import fitness_html
 from fabkit.formats.report.model import model_data
 from fabkit.formats.report.tables import cells_data, table_html
+from fabkit.formats.report.text import json_text
 from fabkit.formats.shown import left_out_bars, placed_parts
 from fabkit.kinds import BEAM, NODE
 from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Measure, Parts, Surroundings
@@ -91,7 +91,7 @@ def report_html(
         sheets_link='<a href="#sheets">Sheets</a>' if sheets else "",
         sheets=_sheets(sheets),
         tables="\n".join(table_html(table) for table in tables),
-        data=_json(
+        data=json_text(
             {
                 "forms": {group.kind.group: group.kind.form for group in assembly.groups},
                 "labels": _labels(assembly),
@@ -118,11 +118,6 @@ def _colours(assembly: Assembly) -> str:
 
 def _css_name(group: str) -> str:
     return group.replace(" ", "-")
-
-
-def _json(value: object) -> str:
-    """JSON for a script element: nothing in it can end the element or open a comment."""
-    return json.dumps(value, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
 def _key_facts(facts: Sequence[Fact]) -> str:

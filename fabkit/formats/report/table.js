@@ -81,7 +81,7 @@ class LongTable {
   }
 }
 
-const NAMING = new Set(["Mark", "Piece", "Node", "Node A", "Node B", "Beam", "Panel", "Neighbour"]); // columns of names
+const NAMING = new Set(["Mark", "Piece", "Node", "Node A", "Node B", "Beam", "Panel", "Neighbour", "Piece before", "Piece now"]); // columns of names
 
 /** A cell's text; a button that shows a mark or piece, a link to a file. */
 function contentOf(column, text) {

@@ -25,9 +25,10 @@ def table_html(table: Table) -> str:
         for name, kind in zip(table.columns, classes, strict=True)
     )
     widths = "".join(f'<col style="width: {width:.1f}ch">' for width in _widths(table))
-    foot = _row([escape(text) for text in table.total_texts], classes)
+    foot = _row([escape(text) for text in table.total_texts], classes) if table.totals else ""
     missing = "".join(f"<li>{escape(sentence)}</li>" for sentence in table.left_out)
-    count = f"{len(table.rows)} mark{'' if len(table.rows) == 1 else 's'}"
+    noun = "mark" if table.columns[0] == "Mark" else "row"
+    count = f"{len(table.rows)} {noun}{'' if len(table.rows) == 1 else 's'}"
     return (
         f'<div class="table-head"><h3>{title} <span class="unit">{count}</span></h3>'
         f'<input type="search" data-table="{identifier}" placeholder="Filter" aria-label="Filter {title}"></div>\n'
@@ -54,7 +55,8 @@ def _classes(table: Table) -> list[str]:
 
 def _widths(table: Table) -> list[float]:
     """Width of each column in digits: its longest text, up to a limit; headings may run over two or three lines."""
-    longest = [max(map(len, column)) for column in zip(*table.texts, table.total_texts, strict=True)]
+    totals = table.total_texts or ("",) * len(table.columns)
+    longest = [max(map(len, column)) for column in zip(*table.texts, totals, strict=True)]
     words = [max(map(len, name.split())) for name in table.columns]
     return [max(min(text, _MAX_COLUMN_LETTERS), 1.2 * word) + 2.5 for text, word in zip(longest, words, strict=True)]
 

@@ -132,8 +132,7 @@ class StepWriter:
         self._check_marks(parts)
         for start in range(0, len(parts), PARTS_PER_BATCH):
             rows = np.arange(start, min(start + PARTS_PER_BATCH, len(parts)))
-            first = parts.firsts[slice(*np.searchsorted(parts.firsts, [rows[0], rows[-1] + 1]))]
-            self.write_shapes(parts, first)
+            self.write_shapes(parts, parts.firsts[np.unique(parts.mark[rows])])
             self._write_instances(parts, rows)
 
     def write_shapes(self, parts: Parts[Any], rows: IntArray) -> None:

@@ -1,6 +1,7 @@
-"""Panels on stock sheets: rectangles cut from edge to edge, outlines placed close together, and the check of both."""
+"""Where each panel lies on which stock sheet."""
 
-from fabkit.production.nesting.nests import Nest, Sheet, moved, outline_areas, polygons
+from fabkit.production.nesting.loose_panels import panels_from_outlines
+from fabkit.production.nesting.nests import Nest, Sheet
 from fabkit.production.nesting.sheet_nesting import nest_panels, too_large
 
-__all__ = ["Nest", "Sheet", "moved", "nest_panels", "outline_areas", "polygons", "too_large"]
+__all__ = ["Nest", "Sheet", "nest_panels", "panels_from_outlines", "too_large"]

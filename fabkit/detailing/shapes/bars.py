@@ -31,9 +31,9 @@ HAND_HOLE_CHAMFER_MM = 15.0
 HAND_HOLE_START_MM = 30.0
 """Clear distance in mm of a hand hole from the end of its bar, for the weld of the end plate."""
 
-LEAST_LENGTH_FOR_TWO_MM = 400.0
-"""Least length in mm between the cuts of a bar with two hand holes; in shorter ones a hand reaches both ends from the
-middle."""
+BESIDE_TWO_HAND_HOLES_MM = 180.0
+"""Least length in mm between the cuts of a bar with two hand holes, without these: 400 in all with holes of 110; in
+shorter ones a hand reaches both ends from the middle."""
 
 HOLE_CORNERS = 8
 """Number of corners of a hand hole, a rectangle whose own corners are cut off."""
@@ -112,7 +112,7 @@ def with_hand_holes(section: Section, planes: tuple[FloatArray, FloatArray], hei
     end, seen from which it is in the left side; bars that are too short for two have one in the middle."""
     reach = section.height_mm / 2 * np.abs(np.stack(planes)[..., 2])
     first, last = planes[0][:, 0] + reach[0], planes[1][:, 0] - reach[1]
-    is_long = last - first >= LEAST_LENGTH_FOR_TWO_MM
+    is_long = last - first >= 2 * length + BESIDE_TWO_HAND_HOLES_MM
     near, far = first + HAND_HOLE_START_MM + length / 2, last - HAND_HOLE_START_MM - length / 2
     batches = []
     for chosen, middles in ((is_long, (near, far)), (~is_long, ((first + last) / 2,))):

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from fabkit.errors import NestingError
 from fabkit.kinds import PANEL, PanelDetails
 from fabkit.parts import Material, Parts, Ragged, Solids
-from fabkit.production.nesting import outline_areas
+from fabkit.production.nesting.nests import outline_areas
 from geometry.errors import described, finite_number
 
 __all__ = ["panels_from_outlines"]

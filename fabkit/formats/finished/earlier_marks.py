@@ -1,0 +1,51 @@
+"""The marks of a finished folder, for a build that keeps them."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from fabkit.errors import FolderError
+from fabkit.formats.finished.contents import Contents
+from fabkit.production import KeptMarks, MarkPoints
+
+__all__ = ["kept_marks"]
+
+
+def kept_marks(folder: Path) -> dict[str, KeptMarks]:
+    """By groups, by what the marks of a folder that `fabkit build` wrote are recognised.
+
+    Raises FolderError where it is no such folder, one of another version or without tables, or where it is damaged.
+
+    >>> from fabkit import Project, build
+    >>> from geometry.mesh.shapes import dome
+    >>> from fabkit.formats.finished import kept_marks
+    >>> _ = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out="roof"))
+    >>> list(kept_marks(Path("roof"))["nodes"].points)
+    ['N001', 'N002']
+    """
+    contents = Contents(folder)
+    if "mark_points.csv" not in contents.files:
+        raise FolderError(
+            f"{folder} has no mark_points.csv, so its marks cannot be kept: it is of another version of fabkit, or was "
+            "built without 'tables' among its documents"
+        )
+    points: dict[tuple[str, str], dict[str, list[list[float]]]] = defaultdict(lambda: {"corner": [], "direction": []})
+    materials: dict[tuple[str, str], str] = {}
+    try:
+        for row in contents.table("mark_points"):
+            mark = row["Group"], row["Mark"]
+            materials[mark] = row["Material"].removeprefix("'")
+            points[mark][row["Point"]].append([float(row[axis]) for axis in "xyz"])
+    except (KeyError, ValueError) as error:
+        raise FolderError(
+            f"mark_points.csv of {folder} is damaged, so its marks cannot be kept: there is no {error} where one is "
+            "needed"
+        ) from None
+    found: dict[str, dict[str, MarkPoints]] = defaultdict(dict)
+    for (group, name), each in points.items():
+        corners, directions = (np.array(each[what]).reshape(-1, 3) for what in ("corner", "direction"))
+        found[group][name] = MarkPoints(materials[group, name], corners, directions)
+    return {group: KeptMarks(marks) for group, marks in found.items()}

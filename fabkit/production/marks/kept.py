@@ -1,0 +1,91 @@
+"""Marks of an earlier build: by what they are recognised, and which numbers were taken."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from fabkit.parts import Measures, Parts, Ragged, SolidArray
+from geometry.arrays import FloatArray
+
+__all__ = ["KeptMarks", "MarkPoints", "compared_points", "mark_points"]
+
+
+@dataclass(frozen=True, eq=False)
+class MarkPoints:
+    """By what a mark is recognised.
+
+    material: its name. corners (c, 3): of its solid in mm, in its own frame, as `compared_points` gives them.
+    directions (t, 3): unit vectors along the beams that stand on it.
+
+    >>> from fabkit.production.marks import MarkPoints
+    >>> MarkPoints("steel", np.zeros((8, 3)), np.eye(3)).shape
+    ('steel', 8, 3)
+    """
+
+    material: str
+    corners: FloatArray
+    directions: FloatArray
+
+    @property
+    def shape(self) -> tuple[str, int, int]:
+        """Material, and numbers of corners and directions."""
+        return self.material, len(self.corners), len(self.directions)
+
+
+@dataclass(frozen=True)
+class KeptMarks:
+    """The marks that a kind had in an earlier build, by their names.
+
+    >>> from fabkit.production.marks import KeptMarks
+    >>> KeptMarks({"NO1-B009": None, "B011": None}).next_number, KeptMarks().next_number
+    (12, 1)
+    """
+
+    points: dict[str, MarkPoints] = field(default_factory=dict)
+
+    @property
+    def next_number(self) -> int:
+        """The first number that none of them has, nor any larger one."""
+        ends = (re.search(r"\d+$", name) for name in self.points)
+        return 1 + max((int(end.group()) for end in ends if end), default=0)
+
+
+def compared_points(solids: SolidArray) -> FloatArray:
+    """(P, n, 3) the vertices in mm, in which equal solids agree. A rim may be anywhere on its circle; it is replaced by
+    the point over its centre, outwards, at right angles to the plane of the circle, and as far as the radius."""
+    rounds = solids.topology.rounds
+    if not len(rounds):
+        return solids.vertices
+    of, points = Measures(solids.topology, solids.vertices), solids.vertices.copy()
+    for end, side in ((0, -1.0), (1, 1.0)):
+        rims, squares = of.rims[end], (of.rims[end] * of.rims[end]).sum(axis=0)
+        outwards = side * (of.round_axes * squares - rims * of.leans[end]) / np.sqrt(squares)  # as long as the radius
+        points[:, rounds[:, 2 * end + 1]] = points[:, rounds[:, 2 * end]] + np.moveaxis(outwards, 0, 2)
+    return points
+
+
+def mark_points(parts: Parts[Any]) -> KeptMarks:
+    """By what the marks of these parts are recognised in a later build.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.production.marks import mark_points
+    >>> points = mark_points(built.assembly["nodes"]).points["N001"]
+    >>> points.material, points.corners.shape[1], points.directions.shape
+    ('steel', 3, (3, 3))
+    """
+    models = parts.firsts
+    directions = Ragged.of([[]] * len(models), shape=(3,))
+    if parts.kind.directions is not None:
+        directions = parts.kind.directions(parts)[models]
+    found: dict[int, MarkPoints] = {}
+    for batch in parts.solids.by_topology(parts.shape[models]):
+        for mark, corners in zip(batch.parts.tolist(), compared_points(batch), strict=True):
+            material = parts.materials[parts.material[models[mark]]].name
+            found[mark] = MarkPoints(material, corners, directions[mark])
+    return KeptMarks({parts.mark_names[mark]: found[mark] for mark in sorted(found)})
