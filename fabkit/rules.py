@@ -17,6 +17,7 @@ from fabkit.fin_rules import FinRules
 from fabkit.layer_rules import LayerRules, problem_of_layers
 from fabkit.lengths import Level, NotNegative, Positive
 from fabkit.parts import Material, Section
+from fabkit.support_rules import SupportRules
 from fabkit.wording import echo
 
 __all__ = [
@@ -170,7 +171,7 @@ class SecondLayerRules:
 @dataclass(frozen=True, config=_STRICT)
 class DetailingRules:
     """All parameters of the shop. layers: of panels, from outside to inside. densities_kg_m3: by the name of the
-    material. second_layer, fins: None where there are none."""
+    material. second_layer, fins, supports: None where there are none."""
 
     beams: BeamRules = field(default_factory=BeamRules)
     connection: ConnectionRules = field(default_factory=ConnectionRules)
@@ -179,6 +180,7 @@ class DetailingRules:
     sheets: SheetRules = field(default_factory=SheetRules)
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
+    supports: SupportRules | None = None
     densities_kg_m3: Densities = field(default_factory=lambda: dict(DENSITIES_KG_M3))
 
     @property
