@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -62,8 +63,9 @@ class PanelDetails(Details):
     neighbours: Ragged
 
 
-def panel_outlines(panels: Parts[PanelDetails]) -> Ragged:
-    """Corners (k, 2) in mm of each panel in its own frame, counter-clockwise: the lower side of its solid.
+def panel_outlines(panels: Parts[Any]) -> Ragged:
+    """Corners (k, 2) in mm of each panel, or other plate, in its own frame, counter-clockwise: the lower side of its
+    solid.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -174,6 +176,7 @@ PANEL = Kind(
     letter="P",
     colour=(0.55, 0.75, 0.85),
     form="plate",
+    first_edge="the longest",
     one_per_element=False,
     apart_by=("layer", "pane"),
     empty_details=PanelDetails(

@@ -78,7 +78,7 @@ def _pieces(
 ) -> list[Column]:
     """What each part is, the nodes at its ends, its mass, when and from where it goes in, its file and its place on a
     sheet."""
-    n, pattern = len(parts), panel_file if parts.kind is PANEL else "parts/{}.step"
+    n, pattern = len(parts), panel_file if parts.kind.first_edge else "parts/{}.step"
     ends = np.full((n, 2), -1)
     if isinstance(parts.details, BeamDetails):
         ends = parts.details.nodes
