@@ -13,10 +13,12 @@ from fabkit.wording import echo
 
 __all__ = ["DOCUMENTS", "Document", "DocumentRules", "DrawingRules", "StepRules", "TableRules", "TitleBlock"]
 
-Document = Literal["meshes", "step", "parts", "sheets", "panels", "tables", "workbook", "glb", "report"]
+Document = Literal[
+    "meshes", "step", "parts", "sheets", "panels", "plates", "drawings", "tables", "workbook", "glb", "report"
+]
 DOCUMENTS: tuple[Document, ...] = get_args(Document)
-"""All documents: M.obj and S.obj, model.step, parts/, sheets/, panels/, the CSV files, cutlist.xlsx, model.glb,
-report.html."""
+"""All documents: M.obj and S.obj, model.step, parts/, sheets/, panels/, plates/, drawings/, the CSV files,
+cutlist.xlsx, model.glb, report.html."""
 
 _STRICT = ConfigDict(extra="forbid")
 

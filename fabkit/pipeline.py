@@ -10,6 +10,7 @@ import numpy as np
 
 from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
+from fabkit.detailing.shapes.dots import stamped
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
 from fabkit.fitness.parts import block_heights, going_in, mitres_of, sheets, slots, uncovered, underside
@@ -28,10 +29,12 @@ from fabkit.production import (
     too_large,
 )
 from fabkit.project import Project
+from fabkit.rules import DetailingRules
 from fabkit.stages import Listener, Stages
 from fabkit.structure import checked_structure, with_checked
 from fabkit.surface import LaidSurface, lay_on_surface, read_exact_file
 from fabkit.units import MM_PER_UNIT
+from geometry.arrays import FloatArray
 from geometry.errors import described
 from geometry.files import MeshFile, check_faces, read_mesh
 from geometry.mesh import Mesh
@@ -119,12 +122,13 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     )
     file, laid, scale = given.file, given.laid, given.scale
     with stages("Detail and check fit"):
-        detailed = detail(structure, project.rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
+        rules = _rules_near_zero(project, file.origin * scale)
+        detailed = detail(structure, rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
     with stages("Marks"):
         within = max(project.equal_within_mm, COPY_ROUNDING * file.rounding * scale)
         nominal = replace(detailed.assembly, origin_mm=file.origin * scale)
         ranks = element_ranks(structure.mesh, project.marks.order)
-        assembly = share_equal_parts(nominal, within_mm=within, rules=project.marks, ranks=ranks, kept=kept)
+        assembly = stamped(share_equal_parts(nominal, within_mm=within, rules=project.marks, ranks=ranks, kept=kept))
     with stages("Nest"):
         reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
         found = with_checked(project, found, _unusual_parts(project, detailed, assembly, reasons))
@@ -228,6 +232,14 @@ def _unusual_parts(
         sheets(reasons, panels, "refused" if is_refused else "note"),
     )
     return tuple(finding for finding in found if finding)
+
+
+def _rules_near_zero(project: Project, origin_mm: FloatArray) -> DetailingRules:
+    """The rules of a project with heights above the origin that is taken out."""
+    rules = project.rules
+    if rules.supports is None or rules.supports.below_mm is None:
+        return rules
+    return replace(rules, supports=replace(rules.supports, below_mm=rules.supports.below_mm - float(origin_mm[2])))
 
 
 def _scale(project: Project, mesh: Mesh) -> float:

@@ -38,6 +38,7 @@ from fabkit.rules import (
     SecondLayerRules,
     SheetRules,
 )
+from fabkit.support_rules import SupportRules
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
 from fabkit.units import MM_PER_UNIT, Unit
@@ -98,7 +99,7 @@ class Project(BaseModel):
     in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
     between coordinates of parts that share a mark; marks: what else they have in common, and how they are numbered.
     fitness: bounds from which a finding is noted or refused; accept: findings to accept instead of refusing them.
-    second_layer, fins: None for a structure without.
+    second_layer, fins, supports: None for a structure without.
     documents: what is written; title_block, tables, drawings and step: how, see `DocumentRules`.
 
     >>> from geometry.mesh.shapes import dome
@@ -132,6 +133,7 @@ class Project(BaseModel):
     marks: MarkRules = Field(default_factory=MarkRules)
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
+    supports: SupportRules | None = None
     densities_kg_m3: Densities = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
     documents: tuple[Document, ...] = DOCUMENTS
     title_block: TitleBlock = Field(default_factory=TitleBlock)
@@ -200,6 +202,7 @@ class Project(BaseModel):
             sheets=self.sheets,
             second_layer=self.second_layer,
             fins=self.fins,
+            supports=self.supports,
             densities_kg_m3=self.densities_kg_m3,
         )
 

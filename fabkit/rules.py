@@ -16,6 +16,7 @@ from fabkit.connection_rules import CONNECTION_KINDS, ConnectionKind, Connection
 from fabkit.fin_rules import FinRules
 from fabkit.lengths import Level, NotNegative, Positive
 from fabkit.parts import Material, Section
+from fabkit.support_rules import SupportRules
 from fabkit.wording import echo
 
 __all__ = [
@@ -191,8 +192,8 @@ class SecondLayerRules:
 
 @dataclass(frozen=True, config=_STRICT)
 class DetailingRules:
-    """All parameters of the shop. densities_kg_m3: by the name of the material. second_layer, fins: None where there
-    are none."""
+    """All parameters of the shop. densities_kg_m3: by the name of the material. second_layer, fins,
+    supports: None where there are none."""
 
     beams: BeamRules = field(default_factory=BeamRules)
     connection: ConnectionRules = field(default_factory=ConnectionRules)
@@ -201,6 +202,7 @@ class DetailingRules:
     sheets: SheetRules = field(default_factory=SheetRules)
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
+    supports: SupportRules | None = None
     densities_kg_m3: Densities = field(default_factory=lambda: dict(DENSITIES_KG_M3))
 
     @property

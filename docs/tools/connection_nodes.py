@@ -17,8 +17,26 @@ from geometry.mesh.shapes import dome
 __all__ = ["draw_connections"]
 
 PICTURE = Path(__file__).parents[1] / "howto" / "bolts-and-hubs.png"
-COLOURS = {"beam": STEEL, "node": CLAY, "end plate": BLUE, "bolt": GOLD, "dowel": SAGE, "cap": GOLD}
-MOVES = {"node": 0.0, "dowel": 55.0, "end plate": 95.0, "beam": 230.0, "bolt": 170.0, "cap": 70.0}
+COLOURS = {
+    "beam": STEEL,
+    "node": CLAY,
+    "end plate": BLUE,
+    "bolt": GOLD,
+    "dowel": SAGE,
+    "cap": GOLD,
+    "stub": GOLD,
+    "base plate": BLUE,
+}
+MOVES = {
+    "node": 0.0,
+    "dowel": 55.0,
+    "end plate": 95.0,
+    "beam": 230.0,
+    "bolt": 170.0,
+    "cap": 70.0,
+    "stub": 60.0,
+    "base plate": 120.0,
+}
 """How far parts of each kind are moved from the node when it is taken apart, in mm."""
 
 SHOWN_MM = 340.0

@@ -18,7 +18,7 @@ from fabkit.detailing.secondary import Secondary
 from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
 from fabkit.fitness.shape import tilt
-from fabkit.kinds import PANEL, STRUT
+from fabkit.kinds import BASE_PLATE, PANEL, STRUT, STUB
 from fabkit.parts import Assembly, LeftOut
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray
@@ -178,7 +178,7 @@ class _Plan:
         for violation in found:
             if kind := self.secondary.concerned(violation):
                 own = [element for name, element in violation.parts if name == kind]
-                place = f"{kind} {'at' if kind == STRUT.name else 'on'} {element_of[kind]}"
+                place = f"{kind} {'at' if element_of[kind] == 'vertex' else 'on'} {element_of[kind]}"
                 others.setdefault(kind, {}).update({e: _because(place, e, violation) for e in own})
                 continue
             at = {what: [e for k, e in violation.parts if element_of[k] == what] for what in ("face", "edge", "vertex")}
@@ -225,7 +225,7 @@ class _Plan:
     def _place(self, kind: str, element: int) -> str:
         if kind == "panel":
             return f"face {element}"
-        if kind == STRUT.name:
+        if kind in (STRUT.name, STUB.name, BASE_PLATE.name):
             return f"vertex {element}"
         i, j = self.structure.mesh.combinatorics.edges[element].tolist()
         return f"edge {element} (vertices {i} and {j})"

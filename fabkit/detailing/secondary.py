@@ -1,4 +1,4 @@
-"""What is made besides beams, nodes and panels: a second layer of beams, struts and fins."""
+"""What is made besides beams, nodes and panels: a second layer of beams, struts, fins and supports."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from fabkit.detailing.ends import Ends
 from fabkit.detailing.fins import FinPlan
 from fabkit.detailing.nodes import NodeShapes
 from fabkit.detailing.second_layer import SecondLayer
-from fabkit.kinds import BEAM, FIN, STRUT, PanelDetails
+from fabkit.detailing.supports import make_supports, supported_vertices
+from fabkit.kinds import BASE_PLATE, BEAM, FIN, STRUT, STUB, PanelDetails
 from fabkit.parts import Parts
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray
@@ -42,6 +43,8 @@ class Secondary:
         if second is not None:
             made[STRUT.name] = np.ones(n_vertices, dtype=bool)
             made[f"{second.own.name} {BEAM.name}"] = np.ones(n_edges, dtype=bool)
+        if rules.supports is not None:
+            made[STUB.name] = made[BASE_PLATE.name] = supported_vertices(structure.mesh, rules.supports)
         return cls(second, fins, made)
 
     def parts(
@@ -56,7 +59,7 @@ class Secondary:
         leave_out: takes a kind, which parts of it are made, and reasons."""
         groups: tuple[Parts[Any], ...] = ()
         for name, own in self.made.items():
-            if name != STRUT.name:
+            if name not in (STRUT.name, STUB.name, BASE_PLATE.name):
                 own &= beams
         if self.second is not None:
             name = f"{self.second.own.name} {BEAM.name}"
@@ -70,6 +73,9 @@ class Secondary:
                 leave_out(FIN.name, own, reasons)
                 ends, shapes, reasons = self.fins.shapes(own)
             groups = (*groups, self.fins.parts(own, ends, shapes, rules.material(self.fins.rules.material)))
+        if rules.supports is not None:
+            steel = rules.material(rules.supports.material)
+            groups = (*groups, *make_supports(*first, self.made[STUB.name], rules.supports, steel))
         return groups
 
     def concerned(self, violation: Violation) -> str:

@@ -24,7 +24,9 @@ from fabkit.production import (
     cut_list,
     mark_table,
     panel_drawings,
+    part_drawings,
     piece_tables,
+    plate_drawings,
     sheet_drawings,
 )
 from fabkit.stages import Stages
@@ -49,8 +51,8 @@ def write_documents(
     stages: Stages,
     rules: DocumentRules | None = None,
 ) -> None:
-    """Write M.obj, S.obj, model.step, parts/, sheets/, panels/, the tables, cutlist.xlsx, model.glb and report.html, or
-    those of them that the rules choose, into an empty folder.
+    """Write M.obj, S.obj, model.step, parts/, sheets/, panels/, plates/ where there are other plates, drawings/, the
+    tables, cutlist.xlsx, model.glb and report.html, or those of them that the rules choose, into an empty folder.
 
     pair: in millimetres near zero; the parts' elements are edges, vertices and faces of its mesh. M.obj is in the unit
     and at the place of the mesh file, S.obj near the unit sphere about zero.
@@ -90,10 +92,20 @@ def write_documents(
             (folder / "panels").mkdir()
             for drawing in panel_drawings(assembly, **kept):
                 write_dxf(folder / "panels" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
+    if "plates" in chosen and (plates := plate_drawings(assembly, labels=drawn.labels != "none", title=title)):
+        with stages("DXF of plates"):
+            (folder / "plates").mkdir()
+            for drawing in plates:
+                write_dxf(folder / "plates" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
     panel_file = f"panels/{{}}{drawn.suffix}"
     lists = cut_list(assembly, nest, panel_file=panel_file)
     pieces = piece_tables(assembly, nest, panel_file=panel_file)
     tables = [*(table.of_single_values() for table in lists.tables), *pieces]
+    if "drawings" in chosen:
+        with stages("DXF of beams and nodes"):
+            (folder / "drawings").mkdir()
+            for drawing in part_drawings(assembly, lists, title=title):
+                write_dxf(folder / "drawings" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
     tables.append(mark_table(assembly, summary.earlier_marks))
     facts = build_facts(summary, assembly, nest)
     if "tables" in chosen:

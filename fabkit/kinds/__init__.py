@@ -10,8 +10,10 @@ from fabkit.kinds.nodes import NODE, NodeDetails, smallest_gaps
 from fabkit.kinds.panels import PANEL, PanelDetails, neighbour_names, panel_outlines
 from fabkit.kinds.plain import plain_kind
 from fabkit.kinds.struts import STRUT, StrutDetails
+from fabkit.kinds.supports import BASE_PLATE, STUB, BasePlateDetails, StubDetails
 
 __all__ = [
+    "BASE_PLATE",
     "BEAM",
     "BOLT",
     "CAP",
@@ -23,6 +25,8 @@ __all__ = [
     "NO_NEIGHBOUR",
     "PANEL",
     "STRUT",
+    "STUB",
+    "BasePlateDetails",
     "BeamDetails",
     "BoltDetails",
     "CapDetails",
@@ -32,6 +36,7 @@ __all__ = [
     "NodeDetails",
     "PanelDetails",
     "StrutDetails",
+    "StubDetails",
     "marks_at",
     "neighbour_names",
     "panel_outlines",

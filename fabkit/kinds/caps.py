@@ -46,7 +46,7 @@ CAP = Kind(
     element="vertex",
     letter="C",
     colour=(0.85, 0.55, 0.25),
-    form="block",
+    form="plate",
     empty_details=CapDetails(diameter_mm=np.zeros(0), thickness_mm=np.zeros(0)),
     one_per_element=False,
     columns=_columns,

@@ -124,7 +124,7 @@ END_PLATE = Kind(
     element="edge",
     letter="E",
     colour=(0.30, 0.50, 0.62),
-    form="block",
+    form="plate",
     empty_details=EndPlateDetails(
         nodes=np.zeros(0, dtype=np.int64),
         height_mm=np.zeros(0),
@@ -144,7 +144,7 @@ BOLT = Kind(
     element="edge",
     letter="S",
     colour=(0.75, 0.68, 0.25),
-    form="block",
+    form="pin",
     empty_details=BoltDetails(
         nodes=np.zeros(0, dtype=np.int64),
         size=np.zeros(0, dtype=object),
@@ -163,7 +163,7 @@ DOWEL = Kind(
     element="edge",
     letter="D",
     colour=(0.55, 0.30, 0.55),
-    form="block",
+    form="pin",
     empty_details=DowelDetails(
         nodes=np.zeros(0, dtype=np.int64),
         diameter_mm=np.zeros(0),

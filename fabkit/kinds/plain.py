@@ -16,7 +16,7 @@ def plain_kind(
     *,
     letter: str,
     element: Literal["vertex", "edge", "face"] = "vertex",
-    form: Literal["bar", "block", "plate"] = "block",
+    form: Literal["bar", "block", "plate", "pin"] = "block",
     colour: tuple[float, float, float] = (0.85, 0.55, 0.15),
 ) -> Kind[Parts[Details]]:
     """A kind whose group has the name and an s; its cut list gives marks, counts, materials and masses.

@@ -111,15 +111,16 @@ class Kind(Generic[P]):
     """A kind of part; P is the type of its parts.
 
     name: of one part; group: name of all parts of the kind; element: the mesh element of a part. letter: first letter
-    of the marks. colour: sRGB red, green and blue, 0 to 1. form: how a viewer draws the part: plates hide what lies
-    below them, blocks are small. empty_details: the record for zero parts. symmetry: None for parts without symmetry.
-    one_per_element: whether a mesh element has at most one part. apart_by: where it may have several, the fields of the
-    details that tell them apart, whole numbers from 0, if there are such fields. layer: word for the layer of beams and
-    nodes that the parts belong to, with which their names begin; empty for the first layer, and for parts that belong
-    to none. cure: what to do where a part of this kind shares volume with another one, as far as the kind knows it.
-    first_edge: of plates that are cut out of sheets, prisms from z = 0 upwards, which edge of their outlines is the
-    first, in words; empty for other kinds. directions: normals of the faces on which beams stand, one for each place of
-    the ring, unit vectors in the parts' own frames; None where no beam does.
+    of the marks. colour: sRGB red, green and blue, 0 to 1. form: what the workshop does with it: bars are cut to
+    length, blocks are machined, plates are cut from sheets, pins are bought. empty_details: the record for zero parts.
+    symmetry: None for parts without symmetry. one_per_element: whether a mesh element has at most one part. apart_by:
+    where it may have several, the fields of the details that tell them apart, whole numbers from 0, if there are such
+    fields. layer: word for the layer of beams and nodes that the parts belong to, with which their names begin; empty
+    for the first layer, and for parts that belong to none. cure: what to do where a part of this kind shares volume
+    with another one, as far as the kind knows it. first_edge: of plates that are cut out of sheets, prisms from z = 0
+    upwards, which edge of their outlines is the first, in words; empty for other kinds. directions: normals of the
+    faces on which beams stand, one for each place of the ring, unit vectors in the parts' own frames; None where no
+    beam does.
 
     columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words.
     measures: numbers for colours and histograms. labels: one line about each part. The functions for columns and labels
@@ -135,7 +136,7 @@ class Kind(Generic[P]):
     element: Literal["vertex", "edge", "face"]
     letter: str
     colour: tuple[float, float, float]
-    form: Literal["bar", "block", "plate"]
+    form: Literal["bar", "block", "plate", "pin"]
     empty_details: Details
     symmetry: Symmetry[P] | None = None
     one_per_element: bool = True

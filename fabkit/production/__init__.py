@@ -23,7 +23,9 @@ from fabkit.production.marks import (
     share_equal_parts,
 )
 from fabkit.production.nesting import Nest, Sheet, nest_panels, panels_from_outlines, too_large
+from fabkit.production.part_drawing import HIDDEN, LABEL, VISIBLE, part_drawings
 from fabkit.production.pieces import mark_table, piece_tables
+from fabkit.production.plate_drawing import plate_drawings
 from fabkit.production.summary import (
     ExactGaussImage,
     GaussImageSource,
@@ -38,12 +40,15 @@ __all__ = [
     "ANY_LINES",
     "CUT",
     "EQUAL_WITHIN_MM",
+    "HIDDEN",
+    "LABEL",
     "LEAST_UNDIRECTED_SHARE",
     "MARK",
     "REPORT",
     "SHEET",
     "SURFACE_DISTANCE",
     "TERMINAL",
+    "VISIBLE",
     "WORKBOOK",
     "BuildFacts",
     "CutList",
@@ -71,7 +76,9 @@ __all__ = [
     "nest_panels",
     "panel_drawings",
     "panels_from_outlines",
+    "part_drawings",
     "piece_tables",
+    "plate_drawings",
     "share_equal_parts",
     "sheet_drawings",
     "too_large",

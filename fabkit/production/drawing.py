@@ -8,7 +8,7 @@ SHEET, the outline of the stock sheet. No line is drawn twice. The title stands 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -51,7 +51,7 @@ class Drawing:
     """Curves by layer.
 
     name: of the file. layers: the curves of each layer in mm. notes: sentences for the head of the file. title: lines
-    below the drawing.
+    below the drawing. circles: of some layers (k, 3), centre and radius in mm.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -66,6 +66,7 @@ class Drawing:
     layers: Mapping[str, Curves]
     notes: tuple[str, ...] = ()
     title: tuple[str, ...] = ()
+    circles: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,14 +218,15 @@ def _marks(
         return _corner_labels(marks, outlines, shapes, corner_mm).strokes()
     circles = shapely.get_coordinates(shapely.maximum_inscribed_circle(shapes)).reshape(-1, 2, 2)
     radii = np.linalg.norm(circles[:, 1] - circles[:, 0], axis=1)
-    middle, of_middle = _middle_labels(marks, circles[:, 0], radii).strokes()
+    middle, of_middle = middle_labels(marks, circles[:, 0], radii).strokes()
     edges, of_edges = _edge_labels(marks, outlines, edge_texts, shapes, radii).strokes()
     panel = np.concatenate([of_middle, of_edges])
     order = np.argsort(panel, kind="stable")
     return Curves.joined([middle, edges])[order], panel[order]
 
 
-def _middle_labels(texts: Sequence[str], centres: FloatArray, radii: FloatArray) -> _Labels:
+def middle_labels(texts: Sequence[str], centres: FloatArray, radii: FloatArray) -> _Labels:
+    """Texts in the middles of circles, with these centres (m, 2) and radii (m,), in which there is nothing else."""
     widths = text_widths(texts)
     height = np.minimum(MAX_MARK_HEIGHT_MM, 2 * MARK_SHARE * radii / np.hypot(widths, 1.0))
     foot = centres - np.stack([np.zeros(len(texts)), height / 2], axis=1)

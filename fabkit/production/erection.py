@@ -14,7 +14,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 
-from fabkit.kinds import BEAM, NODE, PANEL, BeamDetails
+from fabkit.kinds import BASE_PLATE, BEAM, NODE, PANEL, BeamDetails
 from fabkit.parts import Assembly, Parts
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh.spanning_forests import spanning_forest
@@ -71,8 +71,9 @@ class Erection:
 def erection_order(assembly: Assembly, supports: IntArray | None = None) -> Erection:
     """The order in which the parts go up, as early as their nodes stand.
 
-    supports: mesh vertices of nodes that stand from the beginning. A part of the structure without any begins with the
-    lowest node of its lowest boundary, and with this boundary as first ring; where it has none, with its lowest node.
+    supports: mesh vertices of nodes that stand from the beginning, by default those with base plates. A part of the
+    structure without any begins with the lowest node of its lowest boundary, and with this boundary as first ring;
+    where it has none, with its lowest node.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -115,7 +116,7 @@ def _beginning(
     n, nodes = len(vertices), assembly.of(NODE)
     of_node = nodes.find(vertices)
     level = np.where(of_node >= 0, np.append(nodes.origins[:, 2], 0.0)[of_node], np.inf)
-    fixed = np.isin(vertices, np.zeros(0) if supports is None else supports)
+    fixed = np.isin(vertices, assembly.of(BASE_PLATE).elements if supports is None else supports)
     first = fixed.copy()
     component = _components(n, ends)
     without = ~np.isin(component, component[fixed])

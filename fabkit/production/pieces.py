@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.kinds import BEAM, LEFT_OUT, NODE, PANEL, BeamDetails, NodeDetails, neighbour_names
+from fabkit.kinds import BASE_PLATE, BEAM, LEFT_OUT, NODE, PANEL, STUB, BeamDetails, NodeDetails, neighbour_names
 from fabkit.parts import Assembly, Cell, Column, Parts
 from fabkit.production.cut_lists import Table
 from fabkit.production.erection import Erection, erection_order
@@ -46,6 +46,7 @@ def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "pa
         _stacked("survey", [_survey(nodes, assembly.origin_mm) for nodes in assembly.of_layers(NODE)]),
         _stacked("node_facets", [_node_facets(nodes, assembly) for nodes in assembly.of_layers(NODE)]),
         _panel_edges(assembly),
+        *([_supports(assembly)] if len(assembly.of(BASE_PLATE)) else []),
     )
 
 
@@ -170,6 +171,24 @@ def _node_facets(nodes: Parts[NodeDetails], assembly: Assembly) -> list[Column]:
         Column("Setback (mm)", 3, own.setbacks_mm.values.tolist()),
         Column("Inclination (deg)", 3, own.inclinations_deg.values.tolist()),
     ]
+
+
+def _supports(assembly: Assembly) -> Table:
+    """Of each base plate the middle of its underside, at the coordinates of the mesh file, its normal upwards, and the
+    direction of two of its edges."""
+    plates = assembly.of(BASE_PLATE)
+    return _table(
+        "supports",
+        [
+            Column("Support", None, plates.piece_names),
+            Column("Mark", None, plates.marks),
+            Column("Node", None, _named(assembly.of(NODE), plates.elements)),
+            *_points("Point", plates.origins + assembly.origin_mm),
+            *_directions("Axis", plates.axes[:, 2]),
+            *_directions("Edge", plates.axes[:, 0]),
+            Column("Stub", None, _named(assembly.of(STUB), plates.elements)),
+        ],
+    )
 
 
 def _panel_edges(assembly: Assembly) -> Table:

@@ -48,6 +48,7 @@ def test_every_document_is_there(made: tuple[Path, Built]) -> None:
         "parts",
         "sheets",
         "panels",
+        "drawings",
         "beams.csv",
         "nodes.csv",
         "panels.csv",
@@ -65,6 +66,8 @@ def test_every_document_is_there(made: tuple[Path, Built]) -> None:
     }
     marks = {part.mark for part in built.assembly.parts()}
     assert {path.stem for path in (out / "parts").iterdir()} == marks
+    bars = {part.mark for group in ("beams", "nodes") for part in built.assembly[group]}
+    assert {path.stem for path in (out / "drawings").iterdir()} == bars
     assert {path.stem for path in (out / "panels").iterdir()} == {panel.mark for panel in built.assembly["panels"]}
     assert built.nest is not None
     assert len(list((out / "sheets").iterdir())) == built.nest.n_sheets
@@ -183,6 +186,8 @@ def test_a_project_chooses_its_documents(tmp_path: Path) -> None:
         "parts": {"parts"},
         "sheets": {"sheets"},
         "panels": {"panels"},
+        "plates": set(),  # there are none but panels
+        "drawings": {"drawings"},
         "workbook": {"cutlist.xlsx"},
         "glb": {"model.glb"},
         "report": {"report.html"},

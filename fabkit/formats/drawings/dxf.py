@@ -14,12 +14,13 @@ from io import StringIO
 from pathlib import Path
 from typing import Literal, TextIO
 
+import numpy as np
 from ezdxf import new, options  # type: ignore[attr-defined]
 from ezdxf.document import Drawing as Document
 from pydantic_core import to_json
 
 from fabkit.parts import Curves
-from fabkit.production import CUT, MARK, SHEET, Drawing
+from fabkit.production import CUT, HIDDEN, LABEL, MARK, SHEET, VISIBLE, Drawing
 from geometry.arrays import FloatArray
 
 __all__ = ["write_dxf"]
@@ -27,8 +28,10 @@ __all__ = ["write_dxf"]
 Version = Literal["R2018", "R2010", "R12"]
 
 TITLE = "TITLE"
-COLOURS = {CUT: 1, MARK: 5, SHEET: 8, TITLE: 8}
-"""AutoCAD colour numbers of the layers: red, blue, grey, grey."""
+COLOURS = {CUT: 1, MARK: 5, SHEET: 8, TITLE: 8, VISIBLE: 7, HIDDEN: 8, LABEL: 5}
+"""AutoCAD colour numbers of the layers: red, blue, black and grey."""
+DASHES = (4.5, 3.0, -1.5)
+"""Length of the pattern of hidden edges, of its dash and of its gap, in mm."""
 TITLE_SHARE = 0.015
 """Height of the letters of a title over the larger side of the drawing."""
 
@@ -57,7 +60,7 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
     >>> drawing.name, Path("panel.dxf").read_text().count("LWPOLYLINE") > 10
     ('P001', True)
     """
-    template = _template(version, drawing.notes)
+    template = _template(version, drawing.notes, tuple(drawing.layers))
     handles = iter(range(template.first_handle, 2**62))
     write = _polyline if version == "R12" else _lwpolyline
     curves = Curves.joined(drawing.layers.values())
@@ -67,7 +70,11 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
         write(layer, points, closed, template.owner, handles)
         for layer, (points, closed) in zip(layers, _texts(curves), strict=True)
     ]
-    low, high = curves.values.min(axis=0), curves.values.max(axis=0)
+    circles = [(layer, each) for layer, own in drawing.circles.items() for each in own.round(DXF_DECIMALS) + 0.0]
+    entities += [_circle(version, layer, each, template.owner, handles) for layer, each in circles]
+    reach = [each[:2] + side * each[2] for _, each in circles for side in (-1, 1)]
+    points = np.concatenate([curves.values, *(each[None] for each in reach)])
+    low, high = points.min(axis=0), points.max(axis=0)
     letters = TITLE_SHARE * float((high - low).max())
     for line in drawing.title:
         low = low - [0.0, 1.6 * letters]
@@ -98,12 +105,12 @@ class _Template:
 
 
 @lru_cache(maxsize=16)
-def _template(version: Version, notes: tuple[str, ...]) -> _Template:
-    """Written once for all drawings with the same notes, without the time of writing."""
+def _template(version: Version, notes: tuple[str, ...], layers: tuple[str, ...]) -> _Template:
+    """Written once for all drawings with the same notes and layers, without the time of writing."""
     fixed = options.write_fixed_meta_data_for_testing
     options.write_fixed_meta_data_for_testing = True
     try:
-        document = _document(version, notes)
+        document = _document(version, notes, layers)
         stream = StringIO()
         document.write(stream)
     finally:
@@ -116,7 +123,7 @@ def _template(version: Version, notes: tuple[str, ...]) -> _Template:
     return _Template(tuple(pieces[::2]), slots, document.modelspace().layout_key, int(first_handle, 16))
 
 
-def _document(version: Version, notes: tuple[str, ...]) -> Document:
+def _document(version: Version, notes: tuple[str, ...], layers: tuple[str, ...]) -> Document:
     document = new(version)
     for kind in sorted(document.entitydb.dxf_types_in_use()):
         document.classes.add_class(kind)  # else ezdxf adds them in the order of a set, another one in each process
@@ -125,8 +132,10 @@ def _document(version: Version, notes: tuple[str, ...]) -> Document:
         document.header["$INSUNITS"] = 4
         for number, note in enumerate(notes, start=1):
             document.header.custom_vars.append(f"Note {number}", note)
-    for layer, colour in COLOURS.items():
-        document.layers.add(layer, color=colour)
+    if HIDDEN in layers:
+        document.linetypes.add(HIDDEN, DASHES, description="hidden edges")
+    for layer in (*layers, TITLE):
+        document.layers.add(layer, color=COLOURS[layer], linetype=HIDDEN if layer == HIDDEN else "Continuous")
     model = document.modelspace()
     low_x, low_y, high_x, high_y, middle_x, middle_y, height = SLOTS
     model.dxf.extmin, model.dxf.extmax = (low_x, low_y, 0.0), (high_x, high_y, 0.0)
@@ -155,6 +164,15 @@ def _text(version: Version, line: str, at: FloatArray, height: float, owner: str
         return f"  0\nTEXT\n  5\n{next(handles):X}\n  8\n{TITLE}\n{place}"
     head = f"  0\nTEXT\n  5\n{next(handles):X}\n330\n{owner}\n100\nAcDbEntity\n  8\n{TITLE}\n100\nAcDbText\n"
     return f"{head}{place}100\nAcDbText\n"
+
+
+def _circle(version: Version, layer: str, circle: FloatArray, owner: str, handles: Iterator[int]) -> str:
+    x, y, radius = circle.tolist()
+    place = f" 10\n{x!r}\n 20\n{y!r}\n 30\n0.0\n 40\n{radius!r}\n"
+    head = f"  0\nCIRCLE\n  5\n{next(handles):X}\n"
+    if version == "R12":
+        return f"{head}  8\n{layer}\n{place}"
+    return f"{head}330\n{owner}\n100\nAcDbEntity\n  8\n{layer}\n100\nAcDbCircle\n{place}"
 
 
 def _lwpolyline(layer: str, points: list[str], closed: int, owner: str, handles: Iterator[int]) -> str:

@@ -171,11 +171,11 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
 
 
 def _of_drawings(contents: Contents, outlines: dict[str, FloatArray]) -> Iterator[str]:
-    heads: dict[str, dict[str, str]] = {"sheets": {}, "panels": {}}
+    heads: dict[str, dict[str, str]] = {name: {} for name in ("sheets", "panels", "plates", "drawings")}
     if contents.manifest["settings"]["drawings"]["version"] == "R12":
         return
     pieces = contents.table("pieces") if "pieces.csv" in contents.files else ()
-    for name in [name for name in contents.files if name.startswith(("sheets/", "panels/"))]:
+    for name in [name for name in contents.files if name.endswith(".dxf") and name.partition("/")[0] in heads]:
         folder, _, stem = name.removesuffix(".dxf").partition("/")
         try:
             curves, heads[folder][name] = dxf_curves(contents, name)
