@@ -153,7 +153,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.gauss",
         "geometry.arrays",
     },
-    "fabkit.detailing.shapes": {"fabkit.parts", "geometry.arrays"},
+    "fabkit.detailing.shapes": {"fabkit.checking", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
     "fabkit.detailing": {
         "fabkit.detailing.shapes",
         "fabkit.checking",
@@ -171,7 +171,14 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.mark_rules": set(),
-    "fabkit.production.marks": {"fabkit.mark_rules", "fabkit.parts", "geometry.mesh", "geometry.arrays"},
+    "fabkit.site_rules": {"fabkit.parts"},
+    "fabkit.production.marks": {
+        "fabkit.mark_rules",
+        "fabkit.kinds",
+        "fabkit.parts",
+        "geometry.mesh",
+        "geometry.arrays",
+    },
     "fabkit.production.nesting": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", *GROUND},
     "fabkit.production": {
         "fabkit.production.marks",
@@ -184,6 +191,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.formats.finished": {
+        "fabkit.site_rules",
         "fabkit.document_rules",
         "fabkit.formats",
         "fabkit.formats.report",
@@ -247,6 +255,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "fabkit.refused_settings": {"fabkit.wording"},
     "fabkit.project": {
+        "fabkit.site_rules",
         "fabkit.refused_settings",
         "fabkit.mark_rules",
         "fabkit.document_rules",
@@ -321,6 +330,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.formats",
         "fabkit.production",
         "fabkit.detailing",
+        "fabkit.detailing.shapes",
         "fabkit.fitness",
         "fabkit.kinds",
         "fabkit.parts",
@@ -497,9 +507,9 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.kinds": ("columns", "beams caps fasteners fins nodes panels plain supports", "struts"),
+    "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production": (
-        "erection part_views strokes",
+        "erection node_tables part_views strokes",
         "cut_lists drawing",
         "part_drawing plate_drawing",
         "pieces summary",
