@@ -20,19 +20,20 @@ P_CURVE_DEGREE, P_CURVE_SPANS = 9, 4
 """Degree and number of spans of the spline in place of a cosine: it is off by 3e-11 of the amplitude, so that a bar
 that leans by a metre is true to a tenth of STEP_ACCURACY_MM."""
 
-_N_POLES = P_CURVE_DEGREE * P_CURVE_SPANS + 1
+N_POLES = P_CURVE_DEGREE * P_CURVE_SPANS + 1
+"""Number of poles of that spline: those at the ends of spans are shared."""
 
 
 def p_curve_entities(first: int, ellipse: str, cylinder: str) -> list[str]:
     """The entities of an edge on an ellipse, numbered from `first`; the last one is the curve of that edge. They are
     filled in with a row of `p_curve_numbers`."""
-    poles = [f"#<{first + k}>" for k in range(_N_POLES)]
+    poles = [f"#<{first + k}>" for k in range(N_POLES)]
     knots = ",".join(repr(2 * np.pi * k / P_CURVE_SPANS) for k in range(P_CURVE_SPANS + 1))
     ends = P_CURVE_DEGREE + 1
     counts = ",".join(map(str, (ends, *[P_CURVE_DEGREE] * (P_CURVE_SPANS - 1), ends)))
-    spline, context, flat, p_curve = (f"#<{first + _N_POLES + k}>" for k in range(4))
+    spline, context, flat, p_curve = (f"#<{first + N_POLES + k}>" for k in range(4))
     return [
-        *["CARTESIAN_POINT('',(%s,%s))"] * _N_POLES,
+        *["CARTESIAN_POINT('',(%s,%s))"] * N_POLES,
         f"B_SPLINE_CURVE_WITH_KNOTS('',{P_CURVE_DEGREE},({','.join(poles)}),.UNSPECIFIED.,.F.,.F.,({counts}),({knots}),"
         ".UNSPECIFIED.)",
         "(GEOMETRIC_REPRESENTATION_CONTEXT(2)PARAMETRIC_REPRESENTATION_CONTEXT()REPRESENTATION_CONTEXT('',''))",
