@@ -44,7 +44,8 @@ class BeamDetails(Details):
     nodes (n, 2): mesh vertices at ends A and B. section (n,): of each, a `Section`. cut_angles_deg (n, 2): angle
     between each end's cut and a square cut, positive where the outer side is the longer one. end_gaps_mm (n, 2):
     distance of each end from the facet of its node. long_point_mm and
-    short_point_mm (n,): longest and shortest extent along the axis. dihedral_deg (n,): angle between the
+    short_point_mm (n,): longest and shortest extent along the axis; flange_points_mm (n, 2): those of the flange of a
+    tee that is cut back further than its web, NaN of other beams. dihedral_deg (n,): angle between the
     normals of the two faces, positive where the mesh is convex, NaN at the boundary. height_deviation_mm (n,): distance
     of the two parallel meshes at this edge minus the height of the section. twist_deg (n,): angle between the central
     planes at its two ends. going_in_gaps_mm (n, 2): gaps that it needs at either end to go straight in from outside
@@ -64,6 +65,7 @@ class BeamDetails(Details):
     end_gaps_mm: FloatArray
     long_point_mm: FloatArray
     short_point_mm: FloatArray
+    flange_points_mm: FloatArray
     dihedral_deg: FloatArray
     height_deviation_mm: FloatArray
     twist_deg: FloatArray
@@ -103,6 +105,8 @@ def _columns(beams: Parts[BeamDetails], around: Surroundings) -> list[Column]:
         materials(beams),
         of_first("Long point (mm)", 3, beams, own.long_point_mm),
         of_first("Short point (mm)", 3, beams, own.short_point_mm),
+        of_first("Flange long point (mm)", 3, beams, own.flange_points_mm[:, 0]),
+        of_first("Flange short point (mm)", 3, beams, own.flange_points_mm[:, 1]),
         of_first("End A (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 0]),
         of_first("End B (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 1]),
         Column("Ends", None, ends_glyphs(own.cut_angles_deg[beams.firsts])),
@@ -158,6 +162,7 @@ BEAM = Kind(
         end_gaps_mm=np.zeros((0, 2)),
         long_point_mm=np.zeros(0),
         short_point_mm=np.zeros(0),
+        flange_points_mm=np.zeros((0, 2)),
         dihedral_deg=np.zeros(0),
         height_deviation_mm=np.zeros(0),
         twist_deg=np.zeros(0),
