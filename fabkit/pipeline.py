@@ -10,6 +10,7 @@ import numpy as np
 
 from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
+from fabkit.detailing.shapes.dots import stamped
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
 from fabkit.fitness.parts import block_heights, going_in, mitres_of, sheets, slots, uncovered, underside
@@ -127,7 +128,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         within = max(project.equal_within_mm, COPY_ROUNDING * file.rounding * scale)
         nominal = replace(detailed.assembly, origin_mm=file.origin * scale)
         ranks = element_ranks(structure.mesh, project.marks.order)
-        assembly = share_equal_parts(nominal, within_mm=within, rules=project.marks, ranks=ranks, kept=kept)
+        assembly = stamped(share_equal_parts(nominal, within_mm=within, rules=project.marks, ranks=ranks, kept=kept))
     with stages("Nest"):
         reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
         found = with_checked(project, found, _unusual_parts(project, detailed, assembly, reasons))

@@ -153,7 +153,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.gauss",
         "geometry.arrays",
     },
-    "fabkit.detailing.shapes": {"fabkit.parts", "geometry.arrays"},
+    "fabkit.detailing.shapes": {"fabkit.checking", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
     "fabkit.detailing": {
         "fabkit.detailing.shapes",
         "fabkit.checking",
@@ -171,7 +171,13 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.mark_rules": set(),
-    "fabkit.production.marks": {"fabkit.mark_rules", "fabkit.parts", "geometry.mesh", "geometry.arrays"},
+    "fabkit.production.marks": {
+        "fabkit.mark_rules",
+        "fabkit.kinds",
+        "fabkit.parts",
+        "geometry.mesh",
+        "geometry.arrays",
+    },
     "fabkit.production.nesting": {"fabkit.kinds", "fabkit.parts", "fabkit.errors", *GROUND},
     "fabkit.production": {
         "fabkit.production.marks",
@@ -321,6 +327,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.formats",
         "fabkit.production",
         "fabkit.detailing",
+        "fabkit.detailing.shapes",
         "fabkit.fitness",
         "fabkit.kinds",
         "fabkit.parts",
@@ -497,7 +504,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.kinds": ("columns", "beams caps fasteners fins nodes panels plain supports", "struts"),
+    "fabkit.kinds": ("columns look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production": (
         "erection part_views strokes",
         "cut_lists drawing",

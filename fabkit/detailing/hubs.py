@@ -9,6 +9,7 @@ import numpy as np
 
 from fabkit.detailing.beams import end_levels
 from fabkit.detailing.ends import Ends
+from fabkit.detailing.shapes.dots import DOT_INSET_MM, drilled_dots
 from fabkit.kinds import CAP, CapDetails, NodeDetails
 from fabkit.parts import Material, Parts, Ragged, Solids, Topology, bore_vertices, shaft_topology
 from fabkit.rules import ConnectionRules, DetailingRules
@@ -77,7 +78,8 @@ def _tube_topology(n_beams: int) -> Topology:
 
 
 def caps(nodes: Parts[NodeDetails], connection: ConnectionRules, material: Material) -> Parts[CapDetails]:
-    """The caps on the tubes of these nodes: all lower ones, then all upper ones."""
+    """The caps on the tubes of these nodes: all lower ones, then all upper ones, with a dot where the hub could be
+    mounted turned or upside down."""
     n, thickness = len(nodes), connection.cap_mm
     firsts = nodes.solids.vertices.starts[:-1]
     corners = nodes.solids.vertices.values
@@ -88,10 +90,12 @@ def caps(nodes: Parts[NodeDetails], connection: ConnectionRules, material: Mater
     if bored:
         bore = bore_vertices(0.0 * Z, thickness * Z, connection.axial_bore_mm / 2, X)
         vertices = np.concatenate([vertices, np.broadcast_to(bore, (2 * n, 4, 3))], axis=1)
+    upper = n + np.flatnonzero(np.logical_or(*nodes.details.look_alikes))
+    solids = drilled_dots(Solids.alike(vertices, shaft_topology(hollow=bored)), upper, radii[upper] - DOT_INSET_MM)
     return Parts.each_its_own(
         CAP,
         np.tile(nodes.elements, 2),
-        Solids.alike(vertices, shaft_topology(hollow=bored)),
+        solids,
         origins=np.tile(nodes.origins, (2, 1)) + levels[:, None] * np.tile(nodes.axes[:, 2], (2, 1)),
         axes=np.tile(nodes.axes, (2, 1, 1)),
         material=material,

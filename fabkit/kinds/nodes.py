@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -20,9 +20,10 @@ from fabkit.kinds.columns import (
     of_first,
     over_all,
 )
+from fabkit.kinds.look_alikes import look_alikes
 from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Topology, Turns, shifted
 from fabkit.parts.symmetry import Corners
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["NODE", "NodeDetails", "smallest_gaps"]
 
@@ -59,6 +60,12 @@ class NodeDetails(Details):
     top_step_mm: FloatArray
     axis_misalignment_mm: FloatArray
 
+    @cached_property
+    def look_alikes(self) -> tuple[BoolArray, BoolArray]:
+        """(n,) whether each node could be mounted turned, and (n,) upside down: it looks as if it was in place then,
+        but its beams would not fit."""
+        return look_alikes(self.azimuths_deg, self.inclinations_deg, self.setbacks_mm)
+
     def uncovered_at(self, edges: IntArray, nodes: IntArray) -> FloatArray:
         """(K,) how much of the end of the beam on each edge (K,) stands above each node (K,), in per cent; 0 for a beam
         that is not at that node."""
@@ -87,9 +94,9 @@ def _turns(nodes: Parts[NodeDetails], corners: FloatArray) -> Turns:
 
 def _renumbered(topology: Topology, of_prism: Corners, n_beams: int) -> Corners:
     """The renumbering of the vertices of a block or hub. Those of the prism turn with it, and those in the middle of
-    the node stay; the others belong to its beams, equally many to each, beam after beam: bores in facets, or points at
-    which beams are welded to a tube."""
-    in_middle = topology.rounds[(topology.rounds[:, 4:6] < 2).all(axis=1), :4].ravel()
+    the node, and the dot that says which facet is the first, stay; the others belong to its beams, equally many to
+    each, beam after beam: bores in facets, or points at which beams are welded to a tube."""
+    in_middle = topology.rounds[topology.rounds[:, 4] < 2, :4].ravel()
     n_prism = len(np.unique(topology.corners))
     own = np.setdiff1d(np.arange(n_prism, topology.n_vertices), in_middle)
     place = np.full(topology.n_vertices, -1, dtype=np.int64)
@@ -141,11 +148,19 @@ def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
         each_value("Setbacks (mm)", 2, nodes, own.setbacks_mm),
         each_value("Uncovered (%)", 1, nodes, own.uncovered_percent),
         of_first("Height (mm)", 2, nodes, own.height_mm),
+        _could_be_mounted(nodes),
         *over_all("Step between tops (mm)", 2, nodes, own.top_step_mm),
         *over_all("Axis misalignment (mm)", 2, nodes, own.axis_misalignment_mm),
         *masses(nodes),
         files(nodes, "parts/{}.step"),
     ]
+
+
+def _could_be_mounted(nodes: Parts[NodeDetails]) -> Column:
+    turned, upside_down = (each[nodes.firsts].tolist() for each in nodes.details.look_alikes)
+    words = {True: "turned", False: ""}, {True: "upside down", False: ""}
+    cells = [" or ".join(filter(None, (words[0][a], words[1][b]))) for a, b in zip(turned, upside_down, strict=True)]
+    return Column("Could be mounted", None, cells)
 
 
 def _measures(nodes: Parts[NodeDetails]) -> list[Measure]:

@@ -1,3 +1,3 @@
-"""Solids of bars, and bores in solids that are made already."""
+"""Solids of bars, and bores and dots in solids that are made already."""
 
 __all__: list[str] = []

@@ -19,7 +19,13 @@ BLIND = -1
 class Bores:
     """K bores with square ends. solids (K,): position of the solid; faces (K, 2): those where each begins and ends,
     the second one BLIND inside; starts, stops (K, 3): ends of the axes in mm, in the frames of the solids; radii (K,)
-    in mm; across (K, 3): directions not along the axes, towards which the rims lie."""
+    in mm; across (K, 3): directions not along the axes, towards which the rims lie.
+
+    >>> from fabkit.detailing.shapes.drilling import BLIND, Bores
+    >>> x, z = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    >>> Bores(np.array([0]), np.array([[1, BLIND]]), 20 * z, 8 * z, np.array([4.0]), across=x).radii.tolist()
+    [4.0]
+    """
 
     solids: IntArray
     faces: IntArray
@@ -30,7 +36,17 @@ class Bores:
 
 
 def drilled(solids: Solids, bores: Bores) -> Solids:
-    """The solids with these bores, in their order. Solids of one topology with bores in the same faces share one."""
+    """The solids with these bores, in their order. Solids of one topology with bores in the same faces share one.
+
+    >>> from fabkit.detailing.shapes.drilling import BLIND, Bores, drilled
+    >>> from fabkit.parts import Ragged, Solids
+    >>> square = Ragged.of([[[-30, -30], [30, -30], [30, 30], [-30, 30]]], shape=(2,))
+    >>> block = Solids.prisms(square, np.zeros(1), np.full(1, 20.0))
+    >>> x, z = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    >>> bored = drilled(block, Bores(np.array([0]), np.array([[1, BLIND]]), 20 * z, 8 * z, np.array([4.0]), across=x))
+    >>> (block.volumes - bored.volumes).round(3).tolist(), round(np.pi * 4**2 * 12, 3)
+    ([603.186], 603.186)
+    """
     order = np.argsort(bores.solids, kind="stable")
     counts = np.bincount(bores.solids, minlength=len(solids))
     of_solid = Ragged(order, np.concatenate([[0], np.cumsum(counts)]))
@@ -55,7 +71,15 @@ def drilled(solids: Solids, bores: Bores) -> Solids:
 
 
 def bored_along_axis(prisms: Solids, diameter: float) -> Solids:
-    """Upright prisms with square ends, as of `Solids.prisms`, with a bore of this diameter about their z axes."""
+    """Upright prisms with square ends, as of `Solids.prisms`, with a bore of this diameter about their z axes.
+
+    >>> from fabkit.detailing.shapes.drilling import bored_along_axis
+    >>> from fabkit.parts import Ragged, Solids
+    >>> square = Ragged.of([[[-30, -30], [30, -30], [30, 30], [-30, 30]]], shape=(2,))
+    >>> block = Solids.prisms(square, np.zeros(1), np.full(1, 20.0))
+    >>> len(bored_along_axis(block, 22.0).topologies[0].rounds)
+    1
+    """
     n, levels = len(prisms), prisms.vertices.values[:, 2]
     ends = np.zeros((2, n, 3))
     ends[:, :, 2] = levels[prisms.vertices.starts[:-1]], levels[prisms.vertices.starts[1:] - 1]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fabkit.kinds.look_alikes import dot_vertices
 from fabkit.parts import Measures, Parts, Ragged, SolidArray
 from geometry.arrays import FloatArray
 
@@ -77,7 +78,7 @@ def mark_points(parts: Parts[Any]) -> KeptMarks:
     >>> from fabkit.production.marks import mark_points
     >>> points = mark_points(built.assembly["nodes"]).points["N001"]
     >>> points.material, points.corners.shape[1], points.directions.shape
-    ('steel', 3, (3, 3))
+    ('S355', 3, (3, 3))
     """
     models = parts.firsts
     directions = Ragged.of([[]] * len(models), shape=(3,))
@@ -85,7 +86,10 @@ def mark_points(parts: Parts[Any]) -> KeptMarks:
         directions = parts.kind.directions(parts)[models]
     found: dict[int, MarkPoints] = {}
     for batch in parts.solids.by_topology(parts.shape[models]):
-        for mark, corners in zip(batch.parts.tolist(), compared_points(batch), strict=True):
+        points = compared_points(batch)
+        if parts.kind.directions is not None:  # dots are drilled when marks are known
+            points = np.delete(points, dot_vertices(batch.topology), axis=1)
+        for mark, corners in zip(batch.parts.tolist(), points, strict=True):
             material = parts.materials[parts.material[models[mark]]].name
             found[mark] = MarkPoints(material, corners, directions[mark])
     return KeptMarks({parts.mark_names[mark]: found[mark] for mark in sorted(found)})
