@@ -493,6 +493,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "panel_bounds",
     ),
     "fabkit.detailing": (
+        "bar_sections",
         "setbacks",
         "ends",
         "beams joining",

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fabkit.detailing.bar_sections import BarSections
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes, node_shapes
 from fabkit.detailing.panel_underside import heights_of_beams, heights_of_blocks, trimmed
@@ -50,7 +51,7 @@ def panel_levels(
     c = structure.mesh.combinatorics
     has_panel = panels[c.corner_face]
     nodes = node_shapes(structure, ends, rules)
-    of_beams = np.where(has_panel, heights_of_beams(structure, beams, rules.beams), 0.0)
+    of_beams = np.where(has_panel, heights_of_beams(structure, beams, ends.bars), 0.0)
     if _are_trimmed(rules):
         lowest = _undersides(structure, _by_face(structure, of_beams), panels, rules)[0]
         nodes = trimmed(structure, ends, beams, nodes, panels, lowest - rules.panels.seat_mm)
@@ -100,7 +101,7 @@ def unfit_panels(
             f"least {own.least_edge_mm:g} mm are needed (faces counted from 0)"
             for face in vanishing.tolist()
         }
-    bearing = bearings(structure, shapes, rules.beams.profile.width_mm)
+    bearing = bearings(structure, shapes, BarSections.of(structure.mesh, rules.beams).widths)
     lacking = own.least_bearing_mm - bearing
     bare = np.flatnonzero(panels[c.corner_face] & beams[c.corner_edge] & ~(lacking <= BEARING_ROUNDING_MM))
     if not len(bare):
@@ -118,8 +119,8 @@ def _for_bearing(structure: SupportStructure, shapes: PanelShapes, lacking: floa
     """How wide sections, or how narrow joints, are with which no panel lacks this many mm on its beams any longer, in
     words; in whole mm. A wider section lifts the panels by half as much times the sine of their tilt, and this lift
     moves their rims by the sine again."""
-    wider = replace(shapes, insets=shapes.insets + 1.0)
-    cosine = (bearings(structure, shapes, 0.0) - bearings(structure, wider, 0.0)).min()
+    wider, none = replace(shapes, insets=shapes.insets + 1.0), np.zeros(structure.mesh.n_edges)
+    cosine = (bearings(structure, shapes, none) - bearings(structure, wider, none)).min()
     width = np.ceil(rules.beams.profile.width_mm + 2 * lacking / cosine**2 - BEARING_ROUNDING_MM)
     joint = np.floor(rules.panels.joint_mm - 2 * lacking / cosine + BEARING_ROUNDING_MM)
     narrower = f", or a joint of at most {joint:g} mm" if joint >= 0 else ""

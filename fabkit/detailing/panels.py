@@ -85,13 +85,14 @@ def panel_shapes(structure: SupportStructure, rules: PanelRules, underside: Floa
     return PanelShapes(corners, underside, lengths, inwards)
 
 
-def bearings(structure: SupportStructure, shapes: PanelShapes, width_mm: float) -> FloatArray:
+def bearings(structure: SupportStructure, shapes: PanelShapes, widths: FloatArray) -> FloatArray:
     """(C,) width in mm over which a panel lies above the outer side of the beam at each of its edges, measured across
-    the beam. width_mm: of the beams."""
+    the beam. widths (E,): of
+    the beams."""
     cuts, c = _cuts(structure), structure.mesh.combinatorics
     across, leaning = (np.einsum("ck,ck->c", cuts.b, direction) for direction in (cuts.q, cuts.n))
     rim = shapes.insets * across + shapes.underside[c.corner_face] * leaning
-    return np.asarray(width_mm / 2 - rim)
+    return np.asarray(widths[c.corner_edge] / 2 - rim)
 
 
 def make_panels(
