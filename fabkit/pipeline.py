@@ -140,6 +140,7 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         gauss_image=image,
         equal_within_mm=within,
         earlier_marks=kept,
+        site=None if project.site is None else project.site.frame,
         fitness=found,
     )
     return Built(project, structure, assembly, nominal, nest, summary, stages.seconds, file.sha256)

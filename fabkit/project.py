@@ -38,6 +38,7 @@ from fabkit.rules import (
     SecondLayerRules,
     SheetRules,
 )
+from fabkit.site_rules import SiteRules
 from fabkit.support_rules import SupportRules
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
@@ -100,7 +101,8 @@ class Project(BaseModel):
     between coordinates of parts that share a mark; marks: what else they have in common, and how they are numbered.
     fitness: bounds from which a finding is noted or refused; accept: findings to accept instead of refusing them.
     second_layer, fins, supports: None for a structure without.
-    documents: what is written; title_block, tables, drawings and step: how, see `DocumentRules`.
+    site: in whose coordinates nodes are set out. documents: what is written; title_block, tables, drawings and step:
+    how, see `DocumentRules`.
 
     >>> from geometry.mesh.shapes import dome
     >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})
@@ -135,6 +137,7 @@ class Project(BaseModel):
     fins: FinRules | None = None
     supports: SupportRules | None = None
     densities_kg_m3: Densities = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
+    site: SiteRules | None = None
     documents: tuple[Document, ...] = DOCUMENTS
     title_block: TitleBlock = Field(default_factory=TitleBlock)
     tables: TableRules = Field(default_factory=TableRules)

@@ -171,6 +171,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.mark_rules": set(),
+    "fabkit.site_rules": {"fabkit.parts"},
     "fabkit.production.marks": {
         "fabkit.mark_rules",
         "fabkit.kinds",
@@ -190,6 +191,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.formats.finished": {
+        "fabkit.site_rules",
         "fabkit.document_rules",
         "fabkit.formats",
         "fabkit.formats.report",
@@ -253,6 +255,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "fabkit.refused_settings": {"fabkit.wording"},
     "fabkit.project": {
+        "fabkit.site_rules",
         "fabkit.refused_settings",
         "fabkit.mark_rules",
         "fabkit.document_rules",
@@ -505,9 +508,9 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.kinds": ("columns look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
+    "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production": (
-        "erection part_views strokes",
+        "erection node_tables part_views strokes",
         "cut_lists drawing",
         "part_drawing plate_drawing",
         "pieces summary",

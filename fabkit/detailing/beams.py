@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabkit.detailing.ends import Ends
-from fabkit.detailing.shapes.bars import bar_solids, cut_planes, stepped_tees, with_hand_holes
+from fabkit.detailing.shapes.bars import bar_solids, cut_planes, flange_points, stepped_tees, with_hand_holes
 from fabkit.kinds import BEAM, BeamDetails
 from fabkit.parts import Material, Parts, Section, Solids
 from fabkit.rules import DetailingRules
@@ -85,13 +85,17 @@ def make_beams(
     start = shapes.corners[edges, 1] + back[:, :1] * np.array([1.0, 0.0])
     t, u = structure.mesh.edge_directions[edges], structure.height_directions[edges]
     nodes = structure.mesh.combinatorics.edges[edges]
-    section = np.empty(len(edges), dtype=object)
-    for number, own in enumerate(ends.bars.sections):
-        section[ends.bars.of_edge[edges] == number] = own
+    sections, which = ends.bars.sections, ends.bars.of_edge[edges]
+    section, flanges = np.empty(len(edges), dtype=object), np.empty((len(edges), 2))
+    for number, each in enumerate(sections):
+        own = which == number
+        section[own] = each
+        stepped = back[own] if _is_stepped(each, rules) else None
+        flanges[own] = flange_points(each, shapes.corners[edges[own]], stepped)
     return Parts.each_its_own(
         BEAM,
         edges,
-        _solids(shapes.corners[edges] - start[:, None], back, ends.bars.sections, ends.bars.of_edge[edges], rules),
+        _solids(shapes.corners[edges] - start[:, None], back, sections, which, rules),
         origins=structure.mesh.vertices[nodes[:, 0]] + start[:, :1] * t + start[:, 1:] * u,
         axes=np.stack([t, np.cross(u, t), u], axis=1),
         material=material,
@@ -102,6 +106,7 @@ def make_beams(
             end_gaps_mm=(ends.cut - ends.setback).reshape(-1, 2)[edges],
             long_point_mm=shapes.long_point[edges],
             short_point_mm=shapes.short_point[edges],
+            flange_points_mm=flanges,
             dihedral_deg=np.degrees(dihedral_angles(structure.mesh)[edges]),
             height_deviation_mm=structure.heights[edges] * structure.distance - np.ptp(ends.bars.levels[edges], axis=1),
             twist_deg=np.degrees(structure.twists[edges]),
@@ -128,8 +133,8 @@ def _alike(side_views: FloatArray, back: FloatArray, section: Section, rules: De
     planes = cut_planes(side_views)
     if connection.kind == "bolted":
         return with_hand_holes(section, planes, connection.hand_hole_height_mm, connection.hand_hole_length_mm)
-    if connection.kind == "hub" and section.shape == "tee":
-        along = np.array([1.0, 0.0, 0.0])
-        flange = planes[0] + back[:, :1] * along, planes[1] - back[:, 1:] * along
-        return stepped_tees(section, planes, flange)
-    return bar_solids(section, *planes)
+    return stepped_tees(section, planes, back) if _is_stepped(section, rules) else bar_solids(section, *planes)
+
+
+def _is_stepped(section: Section, rules: DetailingRules) -> bool:
+    return rules.connection.kind == "hub" and section.shape == "tee"

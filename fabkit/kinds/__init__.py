@@ -4,6 +4,7 @@ its measures and labels, and its symmetry."""
 from fabkit.kinds.beams import BEAM, BeamDetails
 from fabkit.kinds.caps import CAP, CapDetails
 from fabkit.kinds.columns import LEFT_OUT, NO_NEIGHBOUR, marks_at
+from fabkit.kinds.faces import beam_faces, node_faces, panel_faces
 from fabkit.kinds.fasteners import BOLT, DOWEL, END_PLATE, BoltDetails, DowelDetails, EndPlateDetails
 from fabkit.kinds.fins import FIN, FinDetails
 from fabkit.kinds.nodes import NODE, NodeDetails, smallest_gaps
@@ -37,8 +38,11 @@ __all__ = [
     "PanelDetails",
     "StrutDetails",
     "StubDetails",
+    "beam_faces",
     "marks_at",
     "neighbour_names",
+    "node_faces",
+    "panel_faces",
     "panel_outlines",
     "plain_kind",
     "smallest_gaps",

@@ -23,6 +23,7 @@ from fabkit.kinds.columns import (
     ranges,
     texts,
 )
+from fabkit.kinds.faces import panel_faces
 from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Turns, shifted
 from geometry.arrays import FloatArray, IntArray
 
@@ -192,5 +193,6 @@ PANEL = Kind(
     columns=_columns,
     measures=_measures,
     labels=_labels,
+    faces=panel_faces,
     stock=_stock,
 )

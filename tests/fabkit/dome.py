@@ -73,6 +73,7 @@ def make_beam(edge: int, ends: IntArray, points: FloatArray, axes: FloatArray) -
             going_in_gaps_mm=(0.0, 0.0),
             long_point_mm=float(np.ptp(x)),
             short_point_mm=float(np.ptp(x)),
+            flange_points_mm=(np.nan, np.nan),
             dihedral_deg=0.0,
             height_deviation_mm=0.0,
             twist_deg=0.0,
