@@ -116,7 +116,7 @@ def _end_plates(places: _Places, ends: Ends, rules: DetailingRules, material: Ma
             bolt_bore_mm=np.full(n, group.size.clearance_mm),
             bolt_pitch_mm=np.full(n, group.size.spacing_mm if group.count > 1 else np.nan),
             dowel_bore_mm=np.full(n, dowel * connection.dowel_mm),
-            dowel_depth_mm=np.full(n, dowel * connection.dowel_offset_mm(section.height_mm)),
+            dowel_depth_mm=np.full(n, dowel * _dowel_offset(connection, ends.bars.sections)),
         ),
     )
 

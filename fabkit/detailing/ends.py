@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabkit.detailing.bar_sections import BarSections
-from fabkit.detailing.setbacks import flange_setbacks, longest_setbacks, needed_setbacks, setbacks
+from fabkit.detailing.shapes.bar_sections import BarSections
+from fabkit.detailing.shapes.setbacks import flange_setbacks, longest_setbacks, needed_setbacks, setbacks
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure

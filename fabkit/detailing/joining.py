@@ -8,7 +8,7 @@ import numpy as np
 
 from fabkit.connections import LEAST_WALL_MM, largest_inclination
 from fabkit.detailing.ends import Ends
-from fabkit.detailing.setbacks import LONGEST_SETBACK_SHARE, longest_setbacks, needed_setbacks
+from fabkit.detailing.shapes.setbacks import LONGEST_SETBACK_SHARE, longest_setbacks, needed_setbacks
 from fabkit.rules import CONNECTION_KINDS, ConnectionKind, ConnectionRules, DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh

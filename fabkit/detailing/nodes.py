@@ -8,7 +8,7 @@ import numpy as np
 
 from fabkit.detailing.ends import HALF_TURN_TOLERANCE, Ends
 from fabkit.detailing.hubs import circumscribed_sections
-from fabkit.detailing.setbacks import facet_half_widths
+from fabkit.detailing.shapes.setbacks import facet_half_widths
 from fabkit.kinds import NODE, NodeDetails
 from fabkit.parts import Material, Parts, Ragged, Solids
 from fabkit.rules import DetailingRules

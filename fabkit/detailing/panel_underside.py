@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabkit.detailing.bar_sections import BarSections
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes
+from fabkit.detailing.shapes.bar_sections import BarSections
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
 from geometry.mesh.ragged_arrays import row_of_entry
@@ -29,9 +29,8 @@ def heights_of_beams(structure: SupportStructure, made: BoolArray, bars: BarSect
     rise = np.einsum("ck,ck->c", inwards, normals)
     upright = np.einsum("ck,ck->c", structure.height_directions[edge], normals)
     outer, half = bars.levels[edge, 1], bars.widths[edge] / 2
-    is_round = np.array([section.is_round for section in bars.sections])[bars.of_edge[edge]]
     of_round = np.where(rise > 0, (outer - half) * upright + half, outer * upright)
-    heights = np.where(is_round, of_round, outer * upright + half * np.maximum(rise, 0.0))
+    heights = np.where(bars.are_round[edge], of_round, outer * upright + half * np.maximum(rise, 0.0))
     return np.where(made[edge], heights, 0.0)
 
 

@@ -8,7 +8,7 @@ from fabkit.kinds.faces import beam_faces, node_faces, panel_faces
 from fabkit.kinds.fasteners import BOLT, DOWEL, END_PLATE, BoltDetails, DowelDetails, EndPlateDetails
 from fabkit.kinds.fins import FIN, FinDetails
 from fabkit.kinds.nodes import NODE, NodeDetails, smallest_gaps
-from fabkit.kinds.panels import PANEL, PanelDetails, neighbour_names, panel_outlines
+from fabkit.kinds.panels import PANEL, PanelDetails, neighbour_names, panel_outlines, panel_sides
 from fabkit.kinds.plain import plain_kind
 from fabkit.kinds.struts import STRUT, StrutDetails
 from fabkit.kinds.supports import BASE_PLATE, STUB, BasePlateDetails, StubDetails
@@ -44,6 +44,7 @@ __all__ = [
     "node_faces",
     "panel_faces",
     "panel_outlines",
+    "panel_sides",
     "plain_kind",
     "smallest_gaps",
 ]

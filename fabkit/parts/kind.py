@@ -48,6 +48,15 @@ class Details:
                 value.flags.writeable = False
                 object.__setattr__(self, each.name, value)
 
+    @classmethod
+    def joined(cls, several: Sequence[Self]) -> Self:
+        """The records of all these parts, of at least one record."""
+        both: dict[str, Any] = {}
+        for each in fields(several[0]):
+            values = [getattr(record, each.name) for record in several]
+            both[each.name] = Ragged.joined(values) if isinstance(values[0], Ragged) else np.concatenate(values)
+        return replace(several[0], **both)
+
     def __getitem__(self, chosen: Any) -> Self:
         return replace(self, **{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
 

@@ -165,20 +165,29 @@ def _panel_edges(assembly: Assembly) -> Table:
     own, made = panels.details, panels.details[panels.firsts[panels.mark]]
     row = own.edge_lengths_mm.row
     names, marks = panels.piece_names, panels.marks
-    dihedrals: list[Cell] = [None if value != value else value for value in own.dihedrals_deg.values.tolist()]
     return _table(
         "panel_edges",
         [
             Column("Panel", None, [names[k] for k in row.tolist()]),
             Column("Mark", None, [marks[k] for k in row.tolist()]),
+            Column("Layer", 0, own.layer[row].tolist()),
+            Column("Pane", 0, own.pane[row].tolist()),
             Column("Edge", 0, (own.edge_lengths_mm.place + 1).tolist()),
             Column("Length (mm)", 3, made.edge_lengths_mm.values.tolist()),
             Column("Corner (deg)", 3, made.corner_angles_deg.values.tolist()),
-            Column("Dihedral (deg)", 3, dihedrals),
+            Column("Dihedral (deg)", 3, _cells(own.dihedrals_deg.values)),
+            Column("Least seat (mm)", 3, _cells(own.least_seats_mm.values)),
+            Column("Largest seat (mm)", 3, _cells(own.largest_seats_mm.values)),
+            Column("Step (mm)", 3, _cells(own.steps_mm.values)),
             Column("Beam", None, named(assembly.of(BEAM), own.beams.values)),
             Column("Neighbour", None, neighbour_names(panels, names, LEFT_OUT, "")),
         ],
     )
+
+
+def _cells(values: FloatArray) -> list[Cell]:
+    """Numbers, and nothing for what is none."""
+    return [None if value != value else value for value in values.tolist()]
 
 
 def _stacked(title: str, groups: Sequence[Sequence[Column]]) -> Table:

@@ -27,7 +27,7 @@ def built(section: str, boundary: str, kind: str, **settings: Any) -> Assembly:
             beams=beams,
             connection={"kind": kind},
             nesting={"mode": "off"},
-            panels={"thickness_mm": 8.76, "joint_mm": 20, "least_bearing_mm": -50},
+            layers=[{"thickness_mm": 8.76, "joint_mm": 20, "least_bearing_mm": -50}],
             **settings,
         )
     ).assembly
@@ -106,7 +106,7 @@ def test_panels_lie_on_the_width_of_their_own_beam() -> None:
                 mesh=MESH,
                 mean_edge_mm=2000,
                 beams={"section": "rhs 120x60x5", "boundary_section": "rhs 120x30x4"},
-                panels={"joint_mm": 20, "least_bearing_mm": 10},
+                layers=[{"joint_mm": 20, "least_bearing_mm": 10}],
             )
         )
     edge = int(str(error.value).split("beam on edge ")[1].split(",")[0])

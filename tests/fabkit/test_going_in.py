@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from fabkit import Project, design
 from fabkit.checking import clashing_pairs
-from fabkit.detailing.bar_sections import BarSections
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.going_in import going_in_gaps
 from fabkit.detailing.nodes import NodeShapes
+from fabkit.detailing.shapes.bar_sections import BarSections
 from fabkit.kinds import BEAM, NODE, BeamDetails
 from fabkit.parts import Assembly, Parts, Section, SolidArray
 from fabkit.production import erection_order
@@ -101,9 +101,9 @@ def between(first: Parts[BeamDetails], second: SolidArray, moves: FloatArray) ->
 def roof() -> Assembly:
     """A dome of bars in contact with blocks that enclose them."""
     rules = {"beams": {"width_mm": 50, "height_mm": 120}, "connection": {"kind": "contact"}}
-    panels = {"thickness_mm": 10, "joint_mm": 10}
+    layers = [{"thickness_mm": 10, "joint_mm": 10}]
     return design(
-        Project(mesh=dome(6, 3), mean_edge_mm=1500, nodes={"top": "enclosing"}, panels=panels, **rules)
+        Project(mesh=dome(6, 3), mean_edge_mm=1500, nodes={"top": "enclosing"}, layers=layers, **rules)
     ).assembly
 
 

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules
+from fabkit.layer_rules import LayerRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
@@ -37,7 +38,7 @@ def rules(top: str, reference: str = "outer", **panels: float) -> DetailingRules
         beams=BeamRules(section="flat 120x60", reference=reference),
         connection=ConnectionRules(kind="welded"),
         nodes=NodeRules(top=top),
-        panels=PanelRules(**{"seat_mm": 12, **panels}),
+        layers=(LayerRules(**{"seat_mm": 12, **panels}),),
     )
 
 

@@ -168,7 +168,7 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
             yield from check_part(contents, part, rows[mark])
     if "model.step" in contents.files and parts and "placements.csv" in contents.files:
         yield from _caught(lambda known: check_model(known, parts), contents)
-    yield from _of_drawings(contents, {mark: part.outline for mark, part in parts.items()})
+    yield from _of_drawings(contents, {mark: part.blank for mark, part in parts.items()})
 
 
 def _of_drawings(contents: Contents, outlines: dict[str, FloatArray]) -> Iterator[str]:

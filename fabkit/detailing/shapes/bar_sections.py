@@ -8,7 +8,7 @@ import numpy as np
 
 from fabkit.parts import Section
 from fabkit.rules import BeamRules
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
 
 __all__ = ["BarSections"]
@@ -48,8 +48,13 @@ class BarSections:
         return np.array([section.flange_mm for section in self.sections])[self.of_edge]
 
     @property
-    def are_tees(self) -> FloatArray:
-        """(E,) 1 for tees, 0 for others."""
+    def are_round(self) -> BoolArray:
+        """(E,)"""
+        return np.array([section.is_round for section in self.sections])[self.of_edge]
+
+    @property
+    def are_tees(self) -> BoolArray:
+        """(E,)"""
         return np.array([section.shape == "tee" for section in self.sections])[self.of_edge]
 
     @property

@@ -12,7 +12,7 @@ from fabkit.connections import (
     next_tube,
     slot_setbacks,
 )
-from fabkit.detailing.bar_sections import BarSections
+from fabkit.detailing.shapes.bar_sections import BarSections
 from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
 
