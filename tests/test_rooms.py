@@ -552,7 +552,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "dxf_checks earlier_marks picture_checks step_checks",
         "differences folder_checks",
     ),
-    "fabkit.formats.step": ("text solid", "entities", "writer", "files"),
+    "fabkit.formats.step": ("text p_curves", "solid", "entities", "writer", "files"),
     "fabkit.formats": (
         "legend_table occt_solids",
         "manifest polylines renaming tables single_files workbook",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -69,9 +70,9 @@ class PanelDetails(Details):
     neighbours: Ragged
 
 
-def panel_outlines(panels: Parts[PanelDetails]) -> Ragged:
-    """Corners (k, 2) in mm of the outline from which each panel is cut, in its own frame, counter-clockwise: its lower
-    side, or what encloses both sides if its edges are mitred.
+def panel_outlines(panels: Parts[Any]) -> Ragged:
+    """Corners (k, 2) in mm of the outline from which each panel, or other plate, is cut, in its own frame,
+    counter-clockwise: its lower side, or what encloses both sides if its edges are mitred.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -197,6 +198,7 @@ PANEL = Kind(
     letter="P",
     colour=(0.55, 0.75, 0.85),
     form="plate",
+    first_edge="the longest",
     one_per_element=False,
     apart_by=("layer", "pane"),
     empty_details=PanelDetails(
