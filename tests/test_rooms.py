@@ -540,6 +540,12 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembling",
     ),
     "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
+    "fabkit.production.nesting": (
+        "nests remaining_rectangles",
+        "guillotine",
+        "irregular loose_panels",
+        "sheet_nesting",
+    ),
     "fabkit.production": (
         "erection node_tables part_views strokes",
         "cut_lists drawing",
