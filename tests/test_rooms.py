@@ -165,6 +165,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.arrays",
     },
     "fabkit.detailing.panel_layers": {
+        "fabkit.detailing.shapes",
         "fabkit.kinds",
         "fabkit.layer_rules",
         "fabkit.parts",
@@ -172,7 +173,15 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh",
         "geometry.arrays",
     },
-    "fabkit.detailing.shapes": {"fabkit.checking", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
+    "fabkit.detailing.shapes": {
+        "fabkit.checking",
+        "fabkit.connections",
+        "fabkit.kinds",
+        "fabkit.parts",
+        "fabkit.rules",
+        "geometry.mesh",
+        "geometry.arrays",
+    },
     "fabkit.detailing": {
         "fabkit.detailing.panel_layers",
         "fabkit.detailing.shapes",
@@ -520,7 +529,6 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "panel_bounds",
     ),
     "fabkit.detailing": (
-        "setbacks",
         "ends",
         "beams joining",
         "hubs fins",
