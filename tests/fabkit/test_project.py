@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fabkit import build, design
+from fabkit import Project, build, design
 from fabkit.errors import ProjectError
 from fabkit.production.marks import EQUAL_WITHIN_MM
 from fabkit.project import load_project, project_from
