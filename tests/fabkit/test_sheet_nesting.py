@@ -17,7 +17,7 @@ from shapely import Polygon, affinity
 from fabkit.errors import NestingError
 from fabkit.kinds import PANEL, PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
-from fabkit.production import irregular, sheet_nesting
+from fabkit.production.nesting import irregular, sheet_nesting
 from fabkit.production.nesting.guillotine import smallest_rectangles
 from fabkit.production.nesting.nests import NEST_TOLERANCE_MM, Nest, Placement, Sheet, Stock, check_nest
 from fabkit.production.nesting.sheet_nesting import nest_panels
