@@ -88,7 +88,8 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
         f"beams of {beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) is "
         f"{heights[order[0]]:.0f} mm high",
         "take narrower beams (--section, --beam) or a smaller slot between them ([connection] slot_mm), so that they "
-        "end nearer to the axes, or make narrow angles between edges wider",
+        "end nearer to the axes, let the blocks follow their beams ([nodes] top and bottom = 'trimmed'), or make "
+        "narrow angles between edges wider",
         "vertex",
         tuple(nodes.elements[order].tolist()),
     )
