@@ -52,7 +52,7 @@ def built_with(**fins: Any) -> Built:
             beams={"section": "rhs 180x60x5"},
             connection={"kind": "welded"},
             nodes={"top": "trimmed"},
-            panels={"joint_mm": 20, "seat_mm": 12, "thickness_mm": 12},
+            layers=[{"joint_mm": 20, "seat_mm": 12, "thickness_mm": 12}],
             fins={"from_mm": LOWER_MM, "to_mm": UPPER_MM, **fins},
             nesting={"mode": "off"},
         )

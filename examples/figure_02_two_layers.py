@@ -42,7 +42,7 @@ def built() -> Built:
             beams={"section": "rhs 140x60x5"},
             connection={"kind": "welded"},
             nodes={"top": "trimmed"},
-            panels={"joint_mm": 20, "seat_mm": 12, "thickness_mm": 12},
+            layers=[{"joint_mm": 20, "seat_mm": 12, "thickness_mm": 12}],
             second_layer={"distance_mm": DISTANCE_MM, "section": "rhs 100x60x5", "strut": "chs 60.3x4"},
             nesting={"mode": "off"},
         )

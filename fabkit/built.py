@@ -21,6 +21,15 @@ from geometry.mesh import Mesh
 
 __all__ = ["Built", "manifest_of", "summary_of"]
 
+PATHS_OF_INPUTS: Any = {
+    "mesh": True,
+    "out": True,
+    "gauss_image": {"file"},
+    "marks": {"keep"},
+    "layers": {"__all__": {"parallel"}},
+}
+"""Settings that differ from machine to machine, which the manifest leaves out."""
+
 
 @dataclass(frozen=True, eq=False)
 class Built:
@@ -132,9 +141,7 @@ def manifest_of(built: Built) -> dict[str, Any]:
         "name": summary.name,
         "input": {"file": summary.source, "sha256": built.sha256} if built.sha256 else None,
         "gauss_image": None if summary.gauss_image is None else vars(summary.gauss_image),
-        "settings": project.model_dump(
-            mode="json", exclude={"mesh": True, "out": True, "gauss_image": {"file"}, "marks": {"keep"}}
-        ),
+        "settings": project.model_dump(mode="json", exclude=PATHS_OF_INPUTS),
         "versions": {
             "fabkit": version("fabkit"),
             "python": platform.python_version(),

@@ -13,11 +13,13 @@ from fabkit.detailing import Detailed, detail
 from fabkit.detailing.shapes.dots import stamped
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
+from fabkit.fitness.panels import corners, panel_masses, short_edges
 from fabkit.fitness.parts import block_heights, going_in, mitres_of, sheets, slots, uncovered, underside
 from fabkit.formats import EXACT_SUFFIXES, whole_folder, write_documents, write_manifest
 from fabkit.formats.finished import kept_marks
 from fabkit.gauss_image import GivenPair, read_given_pair
 from fabkit.kinds import BEAM, NODE, PANEL
+from fabkit.layer_meshes import parallel_mesh
 from fabkit.parts import Assembly, LeftOut
 from fabkit.production import (
     Nest,
@@ -92,7 +94,8 @@ def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path
     if project.out is None:
         raise ProjectError("there is no output folder: give -o FOLDER, or out = 'FOLDER' in the project file")
     strokes = None if project.surface is None else project.surface.strokes
-    inputs = [path for path in (project.mesh, project.gauss_image.file, strokes) if isinstance(path, Path)]
+    files = (project.mesh, project.gauss_image.file, strokes, *(layer.parallel for layer in project.layers))
+    inputs = [path for path in files if isinstance(path, Path)]
     return whole_folder(project.out, force=force, inputs=inputs)
 
 
@@ -122,8 +125,13 @@ def design(project: Project, stages: Stages | None = None) -> Built:
     )
     file, laid, scale = given.file, given.laid, given.scale
     with stages("Detail and check fit"):
-        rules = _rules_near_zero(project, file.origin * scale)
-        detailed = detail(structure, rules, name=project.title, skip_unbuildable=project.skip_unbuildable)
+        detailed = detail(
+            structure,
+            _rules_near_zero(project, file.origin * scale),
+            name=project.title,
+            skip_unbuildable=project.skip_unbuildable,
+            meshes=_layer_meshes(project, given, structure.mesh),
+        )
     with stages("Marks"):
         within = max(project.equal_within_mm, COPY_ROUNDING * file.rounding * scale)
         nominal = replace(detailed.assembly, origin_mm=file.origin * scale)
@@ -140,9 +148,20 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         gauss_image=image,
         equal_within_mm=within,
         earlier_marks=kept,
+        site=None if project.site is None else project.site.frame,
         fitness=found,
     )
     return Built(project, structure, assembly, nominal, nest, summary, stages.seconds, file.sha256)
+
+
+def _layer_meshes(project: Project, given: GivenInMm, mesh: Mesh) -> dict[int, Mesh]:
+    """The meshes of layers that have their own, parallel to M in mm, by the numbers of the layers."""
+    path = None if isinstance(project.mesh, Mesh) else project.mesh
+    return {
+        number: parallel_mesh(number, layer.parallel, path, given.file, mesh, given.scale)
+        for number, layer in enumerate(project.layers)
+        if layer.parallel is not None
+    }
 
 
 def _check_project(given: object) -> None:
@@ -221,7 +240,7 @@ def _unusual_parts(
     beams, nodes, panels = assembly.of(BEAM), assembly.of(NODE), assembly.of(PANEL)
     marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
-    is_raised_by_blocks = project.panels.underside_mm is None and project.nodes.top == "enclosing"
+    is_raised_by_blocks = project.layers[0].is_at_lift and project.nodes.top == "enclosing"
     found = (
         mitres_of(beams, rules),
         block_heights(nodes, height, rules),
@@ -229,6 +248,9 @@ def _unusual_parts(
         uncovered(nodes, rules),
         going_in(beams, erection_order(assembly).closing(beams), project.connection.gap_mm, rules),
         underside(detailed.needed_mm, marks, height, rules) if is_raised_by_blocks else None,
+        corners(panels, rules),
+        short_edges(panels, rules),
+        panel_masses(panels, rules),
         sheets(reasons, panels, "refused" if is_refused else "note"),
     )
     return tuple(finding for finding in found if finding)

@@ -23,9 +23,11 @@ from fabkit.errors import ProjectError
 from fabkit.fin_rules import FinRules
 from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GaussImageRules
+from fabkit.layer_rules import LayerRules
 from fabkit.lengths import Positive
 from fabkit.mark_rules import MarkRules
 from fabkit.optimisation import OptimiseRules
+from fabkit.overrides import layer_tables, with_overrides
 from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.refused_settings import problems
 from fabkit.rules import (
@@ -34,10 +36,10 @@ from fabkit.rules import (
     Densities,
     DetailingRules,
     NodeRules,
-    PanelRules,
     SecondLayerRules,
     SheetRules,
 )
+from fabkit.site_rules import SiteRules
 from fabkit.support_rules import SupportRules
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
@@ -99,8 +101,9 @@ class Project(BaseModel):
     in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
     between coordinates of parts that share a mark; marks: what else they have in common, and how they are numbered.
     fitness: bounds from which a finding is noted or refused; accept: findings to accept instead of refusing them.
-    second_layer, fins, supports: None for a structure without.
-    documents: what is written; title_block, tables, drawings and step: how, see `DocumentRules`.
+    layers: of panels, from outside to inside. second_layer, fins, supports: None for a structure without. site: in
+    whose coordinates nodes are set out. documents: what is written; title_block, tables, drawings and step: how, see
+    `DocumentRules`.
 
     >>> from geometry.mesh.shapes import dome
     >>> project = Project(mesh=dome(6, 2), unit="m", beams={"width_mm": 60, "height_mm": 150})
@@ -128,13 +131,14 @@ class Project(BaseModel):
     beams: BeamRules = Field(default_factory=BeamRules)
     connection: ConnectionRules = Field(default_factory=ConnectionRules)
     nodes: NodeRules = Field(default_factory=NodeRules)
-    panels: PanelRules = Field(default_factory=PanelRules)
+    layers: tuple[LayerRules, ...] = Field(default_factory=lambda: (LayerRules(),))
     sheets: SheetRules = Field(default_factory=SheetRules)
     marks: MarkRules = Field(default_factory=MarkRules)
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
     supports: SupportRules | None = None
     densities_kg_m3: Densities = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
+    site: SiteRules | None = None
     documents: tuple[Document, ...] = DOCUMENTS
     title_block: TitleBlock = Field(default_factory=TitleBlock)
     tables: TableRules = Field(default_factory=TableRules)
@@ -148,6 +152,16 @@ class Project(BaseModel):
                 super().__init__(**settings)
             except ValidationError as error:
                 raise ProjectError(problems(error, Project)) from None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _panels_are_layers(cls, given: Any) -> Any:
+        if isinstance(given, dict) and "panels" in given:
+            raise ValueError(
+                "[panels] is now [[layers]], a list of layers from outside to inside: write [[layers]] in its place; "
+                "thickness_mm and joint_mm keep their names, underside_mm is z_mm"
+            )
+        return given
 
     @field_validator("gauss_image", mode="before")
     @classmethod
@@ -189,6 +203,8 @@ class Project(BaseModel):
                 "the Gauss image is given by gauss_image.file, so the mesh is made planar together with it and "
                 "[planarise] says nothing: take one of the two out"
             )
+        if self.surface is not None and any(layer.parallel for layer in self.layers):
+            raise ValueError("a layer with parallel needs a mesh that is given, and this one is laid on a surface")
         _ = self.rules, self.document_rules  # they check each other
         return self
 
@@ -198,7 +214,7 @@ class Project(BaseModel):
             beams=self.beams,
             connection=self.connection,
             nodes=self.nodes,
-            panels=self.panels,
+            layers=self.layers,
             sheets=self.sheets,
             second_layer=self.second_layer,
             fins=self.fins,
@@ -239,32 +255,16 @@ def load_project(path: Path, overrides: dict[str, Any]) -> Project:
 
     Raises ProjectError with one sentence that names the key, what was found and what would do.
 
-    >>> _ = Path("roof.toml").write_text('mesh = "roof.obj"\\nunit = "m"\\n[panels]\\nthickness_mm = 12')
-    >>> project = load_project(Path("roof.toml"), {"panels": {"joint_mm": 8}})
-    >>> project.panels.thickness_mm, project.panels.joint_mm
+    >>> _ = Path("roof.toml").write_text('mesh = "roof.obj"\\nunit = "m"\\n[[layers]]\\nthickness_mm = 12')
+    >>> project = load_project(Path("roof.toml"), {"layers": [{"joint_mm": 8}]})
+    >>> project.layers[0].thickness_mm, project.layers[0].joint_mm
     (12.0, 8.0)
     """
     found = read_tables(path)
     _start_paths_from(path, found)
     if "mesh" not in found:
         raise ProjectError(f"{path.name} names no mesh: add a line like mesh = 'roof.obj'")
-    if "unit" in overrides or "mean_edge_mm" in overrides:
-        found.pop("unit", None)
-        found.pop("mean_edge_mm", None)
-    if isinstance(found.get("beams"), dict):
-        for key in _keys_instead(overrides.get("beams", {})):
-            found["beams"].pop(key, None)
-    wanted = overrides.get("gauss_image")
-    if isinstance(wanted, dict) and "file" in wanted:
-        found.pop("gauss_image", None)
-    return project_from(_merged(found, overrides), source=path.name)
-
-
-def _keys_instead(beams: dict[str, Any]) -> tuple[str, ...]:
-    """The keys of [beams] in a file that these settings replace."""
-    if "section" in beams:
-        return ("width_mm", "height_mm")
-    return ("section",) if beams.keys() & {"width_mm", "height_mm"} else ()
+    return project_from(with_overrides(found, overrides), source=path.name)
 
 
 def project_from(settings: dict[str, Any], *, source: str = "") -> Project:
@@ -286,7 +286,8 @@ def surface_rules_from(settings: dict[str, Any]) -> SurfaceRules:
 def _start_paths_from(file: Path, found: dict[str, Any]) -> None:
     r"""Make the paths in a project file start from its folder. In "C:\new\table.obj", \n and \t are signs of TOML."""
     image, surface, marks = (found.get(key) for key in ("gauss_image", "surface", "marks"))
-    of_tables = (image, "file"), (surface, "strokes"), (marks, "keep")
+    of_tables = [(image, "file"), (surface, "strokes"), (marks, "keep")]
+    of_tables += [(layer, "parallel") for layer in layer_tables(found)]
     paths = ((found, "mesh"), (found, "out"), (found, "gauss_image"), *of_tables)
     for table, key in paths:
         if isinstance(table, dict) and isinstance(table.get(key), str):
@@ -295,11 +296,3 @@ def _start_paths_from(file: Path, found: dict[str, Any]) -> None:
                     f"{file.name}: {key} is {echo(table[key])}, with line breaks, tabs or the like: {BACKSLASHES}"
                 )
             table[key] = file.parent / table[key]
-
-
-def _merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
-    both = dict(under)
-    for key, value in over.items():
-        inner = both.get(key)
-        both[key] = _merged(inner, value) if isinstance(inner, dict) and isinstance(value, dict) else value
-    return both

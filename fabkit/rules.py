@@ -14,6 +14,7 @@ from pydantic.dataclasses import dataclass
 
 from fabkit.connection_rules import CONNECTION_KINDS, ConnectionKind, ConnectionRules
 from fabkit.fin_rules import FinRules
+from fabkit.layer_rules import LayerRules, problem_of_layers
 from fabkit.lengths import Level, NotNegative, Positive
 from fabkit.parts import Material, Section
 from fabkit.support_rules import SupportRules
@@ -28,7 +29,6 @@ __all__ = [
     "HeightReference",
     "NodeEnd",
     "NodeRules",
-    "PanelRules",
     "SecondLayerRules",
     "Setbacks",
     "SheetRules",
@@ -119,28 +119,6 @@ class NodeRules:
 
 
 @dataclass(frozen=True, config=_STRICT)
-class PanelRules:
-    """One layer of plates with square edges.
-
-    thickness_mm: by default laminated glass 44.2, two panes of 4 mm and two films of 0.38 mm (EN ISO 12543).
-    joint_mm: gap between two panels, by default a clearance of 5 mm to a clamping strip on either side of its web of
-    10 mm. seat_mm: free height between the panels and the highest beam or node block under them, by default that of an
-    inner gasket.
-    underside_mm: height of the panels' lower side above the mesh; by default the minimum that clears beams and nodes,
-    plus the seat. least_edge_mm: minimum length of an edge of a panel. least_bearing_mm: minimum width over which a
-    panel lies above the beam at each of its edges; negative for panels that are held otherwise, and may end beside it.
-    """
-
-    thickness_mm: Positive = 8.76
-    joint_mm: NotNegative = 20.0
-    seat_mm: NotNegative = 12.0
-    underside_mm: Level | None = None
-    least_edge_mm: Positive = 1.0
-    least_bearing_mm: Level = 10.0
-    material: str = "glass"
-
-
-@dataclass(frozen=True, config=_STRICT)
 class SheetRules:
     """Stock sheets, by default a jumbo of float glass (EN 572-2).
 
@@ -194,13 +172,13 @@ class SecondLayerRules:
 
 @dataclass(frozen=True, config=_STRICT)
 class DetailingRules:
-    """All parameters of the shop. densities_kg_m3: by the name of the material. second_layer, fins,
-    supports: None where there are none."""
+    """All parameters of the shop. layers: of panels, from outside to inside. densities_kg_m3: by the name of the
+    material. second_layer, fins, supports: None where there are none."""
 
     beams: BeamRules = field(default_factory=BeamRules)
     connection: ConnectionRules = field(default_factory=ConnectionRules)
     nodes: NodeRules = field(default_factory=NodeRules)
-    panels: PanelRules = field(default_factory=PanelRules)
+    layers: tuple[LayerRules, ...] = field(default_factory=lambda: (LayerRules(),))
     sheets: SheetRules = field(default_factory=SheetRules)
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
@@ -224,15 +202,9 @@ class DetailingRules:
             section = self.beams.profile if own.section is None else Section.of(own.section)
             problem = (own.connection or self.connection).problems_with(section)
             problem = problem and f"in the second layer, {problem}"
-        if (
-            self.connection.axial_bore_mm > 0
-            and self.connection.kind != "hub"
-            and "trimmed"
-            in (
-                self.nodes.top,
-                self.nodes.bottom,
-            )
-        ):
+        problem = problem or problem_of_layers(self.layers, is_below_glass=self.beams.reference == "glass")
+        is_trimmed = "trimmed" in (self.nodes.top, self.nodes.bottom)
+        if self.connection.axial_bore_mm > 0 and self.connection.kind != "hub" and is_trimmed:
             problem = (
                 f"connection.axial_bore_mm is {self.connection.axial_bore_mm:g} mm, and blocks that are trimmed cannot "
                 "be bored along their axes: set nodes.top and nodes.bottom to 'enclosing', or leave the bore out"
@@ -253,7 +225,8 @@ class DetailingRules:
 
     @model_validator(mode="after")
     def _densities_known(self) -> DetailingRules:
-        for kind, rules in vars(self).items():
+        layers = {f"layers.{number}": layer for number, layer in enumerate(self.layers)}
+        for kind, rules in (vars(self) | layers).items():
             material = getattr(rules, "material", None)
             if material is not None and material not in self.densities_kg_m3:
                 known = ", ".join(echo(name) for name in sorted(self.densities_kg_m3))

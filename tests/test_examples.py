@@ -342,5 +342,5 @@ def test_the_gallery_has_a_picture_and_an_entry_for_each_figure() -> None:
     assert number.sub("", text) == number.sub("", expected)
     stated, found = ([float(value) for value in number.findall(page)] for page in (text, expected))
     assert stated == pytest.approx(found, rel=1e-2)  # three digits are printed, and the last may differ by rounding
-    assert sorted(path.stem for path in GALLERY.glob("*.png")) == [name[:9] for name in FIGURES]
+    assert sorted(path.stem for path in GALLERY.glob("*.png")) == ["connections", *(name[:9] for name in FIGURES)]
     assert max(path.stat().st_size for path in GALLERY.glob("*.png")) < LARGEST_PICTURE

@@ -16,7 +16,7 @@ from geometry.mesh.shapes import dome
 
 __all__ = ["draw_connections"]
 
-PICTURE = Path(__file__).parents[1] / "howto" / "bolts-and-hubs.png"
+PICTURE = Path(__file__).parents[1] / "gallery" / "connections.png"
 COLOURS = {
     "beam": STEEL,
     "node": CLAY,
@@ -43,8 +43,13 @@ SHOWN_MM = 340.0
 """Length of the beams in the picture, in mm."""
 
 VIEW = View(28.0, 38.0)
-KINDS = {"bolted": "rhs 120x60x5", "hub": "tee 120x80x10x8"}
-NOTES = {"bolted": "bolted: rhs 120x60x5, 1xM20 and a dowel", "hub": "hub: tee 120x80x10x8 on a tube, two caps"}
+KINDS = {
+    "welded": ("rhs 120x60x5 rounded", "welded: rhs 120x60x5, with a slot for the torch and a ledge for the seam"),
+    "bolted": ("rhs 120x60x5 rounded", "bolted: rhs 120x60x5, an end plate, one M20 and a dowel"),
+    "hub": ("tee 120x80x10x8", "hub: tee 120x80x10x8 on a tube, two caps"),
+    "contact": ("flat 120x50", "contact: solid bars that end on the block"),
+}
+"""Section of the beams of each kind of connection, and what is written above its pictures."""
 
 
 def parts_at(assembly: Assembly, vertex: int) -> Iterator[tuple[Part, FloatArray]]:
@@ -83,14 +88,14 @@ def shapes(assembly: Assembly, vertex: int, share: float) -> Shapes:
 
 def draw_connections(path: Path = PICTURE) -> None:
     panels, notes = [], []
-    for row, (kind, section) in enumerate(KINDS.items()):
+    for row, (kind, (section, note)) in enumerate(KINDS.items()):
         settings = {"beams": {"section": section}, "connection": {"kind": kind}}
         made = design(Project(mesh=dome(12, 4), mean_edge_mm=3000, **settings)).assembly
         vertex = int(made["nodes"].elements[made["nodes"].details.beams.sizes.argmax()])
         for column, share in enumerate((0.0, 1.0)):
             panels.append(Panel(shapes(made, vertex, share), VIEW, (750 * column + 10, 560 * row + 40, 730, 510)))
-        notes.append(Note(750, 560 * row + 24, NOTES[kind]))
-    draw_page(path, 1500, 1130, panels, notes)
+        notes.append(Note(750, 560 * row + 24, note))
+    draw_page(path, 1500, 10 + 560 * len(KINDS), panels, notes)
 
 
 if __name__ == "__main__":

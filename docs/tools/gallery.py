@@ -7,6 +7,8 @@ import re
 from pathlib import Path
 from types import ModuleType
 
+from docs.tools.connection_nodes import draw_connections
+
 __all__ = ["page", "rows"]
 
 ROOT = Path(__file__).parents[2]
@@ -23,6 +25,19 @@ Lengths without unit are in units of the example; d is the nominal distance betw
 An interactive page, [parameters.html](parameters.html), shows the free parameters of edge offset meshes: open it in a
 browser, move a slider, and see M and S change. How far vertices of real meshes move for beams of nearly constant
 height is drawn in [constant-heights.md](../howto/constant-heights.md).
+"""
+
+CONNECTIONS = """
+## Connections
+
+**One node of each connection, assembled and taken apart.**
+
+Parts as fabkit makes them, of a dome of 12 by 4 quads: beams with corner radii welded to a block or bolted to it
+through end plates and hand holes, tees on a round tube with caps, and solid bars that only touch a block. The dots on
+blocks and caps say which side is up and which facet is the first. [How to ask for them](../howto/connections.md),
+`python -m docs.tools.connection_nodes` draws them.
+
+![One node of each connection, assembled and taken apart](connections.png)
 """
 
 ROUNDING = 1e-9
@@ -54,10 +69,11 @@ def page(numbers: dict[str, dict[str, float]]) -> str:
         parts.append(f"![{CITATION.sub('', ' '.join(title.split()))}]({name}.png)\n")
         parts.append(f"\n[{script}](../../examples/{script}) finds:\n")
         parts.append("\n".join(["", "| number | value |", "|---|---|", *rows(numbers[name]), ""]))
-    return "".join(parts)
+    return "".join([*parts, CONNECTIONS])
 
 
 if __name__ == "__main__":
     for name, module in figures().items():
         module.draw(GALLERY / f"{name}.png")
+    draw_connections(GALLERY / "connections.png")
     (GALLERY / "README.md").write_text(page({name: module.main() for name, module in figures().items()}), "utf-8")

@@ -11,11 +11,11 @@ from fabkit.checking.separation import Pieces, shafts
 from fabkit.parts import BORE, Measures, SolidArray
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["Bores", "are_in_bores", "outside_bores"]
+__all__ = ["PlacedBores", "are_in_bores", "outside_bores"]
 
 
 @dataclass(frozen=True, eq=False)
-class Bores:
+class PlacedBores:
     """All bores, in the order of their parts (B,). centres (B, 2, 3); normals (B, 2, 3): unit normals of the planes at
     their ends, along the axes; radii (B,) in mm."""
 
@@ -25,7 +25,7 @@ class Bores:
     radii: FloatArray
 
     @classmethod
-    def of(cls, batches: Sequence[SolidArray]) -> Bores:
+    def of(cls, batches: Sequence[SolidArray]) -> PlacedBores:
         found = [cls(np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3)), np.zeros((0, 2, 3)), np.zeros(0))]
         for batch in batches:
             rounds = batch.topology.rounds
@@ -52,7 +52,7 @@ class Bores:
 
 
 def outside_bores(
-    bars: Pieces, parts: IntArray, bores: Bores, *, touching_mm: float
+    bars: Pieces, parts: IntArray, bores: PlacedBores, *, touching_mm: float
 ) -> tuple[Pieces, IntArray, IntArray]:
     """Round bars, each (Q,) compared with another part (Q,), without what is in bores of that part; (R,) which of the
     bars each of the rest is of; (m,) the bars that are in a bore somewhere. A bar is in a bore where its axis is, as a
@@ -72,7 +72,7 @@ def outside_bores(
     return _rest(bars, radii, bar, levels, normals, touching_mm)
 
 
-def are_in_bores(pieces: Pieces, others: Pieces, bores: Bores, *, touching_mm: float) -> BoolArray:
+def are_in_bores(pieces: Pieces, others: Pieces, bores: PlacedBores, *, touching_mm: float) -> BoolArray:
     """(Q,) whether each polyhedron lies as a whole in a bore of the part of the other piece in its row: all its corners
     are within the wall of the bore, and at either end of it the polyhedron or that piece ends too."""
     inside = np.zeros(len(pieces.parts), dtype=bool)
@@ -87,7 +87,7 @@ def are_in_bores(pieces: Pieces, others: Pieces, bores: Bores, *, touching_mm: f
 
 
 def _inside_walls(
-    pieces: Pieces, radii: FloatArray, parts: IntArray, bores: Bores, touching_mm: float
+    pieces: Pieces, radii: FloatArray, parts: IntArray, bores: PlacedBores, touching_mm: float
 ) -> tuple[IntArray, IntArray]:
     """Rows of pieces (Q,), and bores of the part (Q,) in that row, whose axis is as far from all vertices of the piece
     as its wall is, without the radius (Q,) of the piece, or nearer; however long the bore is."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from fabkit.checking.bores import Bores, are_in_bores, outside_bores
+from fabkit.checking.bores import PlacedBores, are_in_bores, outside_bores
 from fabkit.checking.convex import convex_pieces, is_splittable
 from fabkit.checking.positions import Positions
 from fabkit.checking.separation import Pieces, depths
@@ -73,7 +73,7 @@ def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_
     shapes = [pieces for batch in batches for pieces in convex_pieces(batch)]
     if not shapes:
         return np.empty((0, 2), dtype=np.int64), np.empty(0)
-    candidates, bores = _candidates(shapes), Bores.of(batches)
+    candidates, bores = _candidates(shapes), PlacedBores.of(batches)
     counts = [len(pieces.parts) for pieces in shapes]
     shape = np.repeat(np.arange(len(shapes)), counts)
     row = np.concatenate([np.arange(count) for count in counts])
@@ -94,7 +94,7 @@ def clashing_pairs(batches: Sequence[SolidArray], *, depth_mm: float = TOUCHING_
 
 
 def _outside_bores(
-    pieces: Pieces, others: Pieces, pairs: IntArray, found: FloatArray, bores: Bores, depth_mm: float
+    pieces: Pieces, others: Pieces, pairs: IntArray, found: FloatArray, bores: PlacedBores, depth_mm: float
 ) -> FloatArray:
     """(K,) depths found of pairs (K, 2) of a piece and a piece of another part, without what is in bores of that part:
     of round bars whatever is, of polyhedra those that are as a whole."""

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import shapely
 
 from fabkit.checking.placed_parts import FIT_MM
-from fabkit.kinds import PanelDetails, panel_outlines
+from fabkit.kinds import PanelDetails, panel_sides
 from fabkit.parts import Parts
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
@@ -30,17 +30,16 @@ def panels_crossing_support_planes(structure: SupportStructure, panels: Parts[Pa
     outside = np.zeros(len(panels), dtype=bool)
     if not len(panels):
         return np.flatnonzero(outside)
-    shapes = panel_outlines(panels)
-    outlines = _polygons(shapes.values, shapes.row)
+    sides = panel_sides(panels)
     corners, panel = structure.mesh.combinatorics.corners_of(panels.elements)
     vertices = structure.mesh.combinatorics.corners[corners]
     to_own = panels.axes[panel]
     points = np.einsum("ckj,cj->ck", to_own, structure.mesh.vertices[vertices] - panels.origins[panel])
     axes = np.einsum("ckj,cj->ck", to_own, structure.axes[vertices])
-    for level in (np.zeros(len(panels)), panels.details.thickness_mm):
+    for side, level in zip(sides, (np.zeros(len(panels)), panels.details.thickness_mm), strict=True):
         rise = (level[panel] - points[:, 2]) / axes[:, 2]
         cells = shapely.buffer(_polygons((points + rise[:, None] * axes)[:, :2], panel), FIT_MM, join_style="mitre")
-        outside |= ~shapely.covers(cells, outlines)
+        outside |= ~shapely.covers(cells, _polygons(side.values, side.row))
     return np.flatnonzero(outside)
 
 

@@ -28,6 +28,7 @@ __all__ = [
     "GaussImage",
     "Joint",
     "KeepMarks",
+    "Lift",
     "Lines",
     "MeanEdge",
     "MeshPath",
@@ -43,7 +44,6 @@ __all__ = [
     "Smooth",
     "Strokes",
     "Thickness",
-    "Underside",
     "Unit",
     "project_of",
     "refuse_beside",
@@ -173,7 +173,7 @@ Thickness = Annotated[float | None, typer.Option(help="Thickness of the panels. 
 Joint = Annotated[
     float | None, typer.Option(help="Width of the joints between panels. Default: 20.", rich_help_panel=SIZES)
 ]
-Underside = Annotated[
+Lift = Annotated[
     float | None,
     typer.Option(
         help="Height of the panels' lower side above the mesh. Default: the minimum that clears beams and "
@@ -247,7 +247,7 @@ def settings_of(
     node_top: str | None = None,
     thickness: float | None = None,
     joint: float | None = None,
-    underside: float | None = None,
+    lift: float | None = None,
     sheet: str | None = None,
     nest: str | None = None,
     nest_seconds: float | None = None,
@@ -266,13 +266,14 @@ def settings_of(
     **whole: Any,
 ) -> dict[str, Any]:
     """The options that were given, nested as in a project file; whole: keys of the file's first level."""
+    outermost = {"thickness_mm": thickness, "joint_mm": joint, "z_mm": lift}
     return _drop_unset(
         {
             **whole,
             "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "section": section, "reference": reference},
             "connection": {"kind": connection},
             "nodes": {"clearance_mm": clearance, "top": node_top},
-            "panels": {"thickness_mm": thickness, "joint_mm": joint, "underside_mm": underside},
+            "layers": [layer] if (layer := _drop_unset(outermost)) else [],
             "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
             "nesting": {"mode": nest, "seconds": nest_seconds},
             "optimise": {"targets": optimise},

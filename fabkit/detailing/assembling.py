@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -10,19 +10,20 @@ import numpy as np
 
 from fabkit.checking import Violation, panels_crossing_support_planes, violations, violations_sentence
 from fabkit.detailing.beam_layers import fit_beams, layer_parts, on_parallel_mesh
-from fabkit.detailing.beams import BeamShapes
+from fabkit.detailing.beams import BeamShapes, dihedral_angles
 from fabkit.detailing.ends import Ends
-from fabkit.detailing.panel_levels import PanelLevels, panel_levels, underside_reason, unfit_panels
-from fabkit.detailing.panels import make_panels
+from fabkit.detailing.panel_layers import make_panels
+from fabkit.detailing.panel_levels import PanelLevels, on_mesh, panel_levels, seats_of, underside_reason, unfit_panels
 from fabkit.detailing.secondary import Secondary
 from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
 from fabkit.fitness.shape import tilt
-from fabkit.kinds import BASE_PLATE, PANEL, STRUT, STUB
-from fabkit.parts import Assembly, LeftOut
+from fabkit.kinds import BASE_PLATE, PANEL, STRUT, STUB, PanelDetails
+from fabkit.parts import Assembly, LeftOut, Parts
 from fabkit.rules import DetailingRules
-from geometry.arrays import BoolArray, FloatArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
+from geometry.mesh import Mesh
 from geometry.shading import MostShade
 
 __all__ = ["Detailed", "detail"]
@@ -60,12 +61,19 @@ class Detailed:
 
 
 def detail(
-    structure: SupportStructure, rules: DetailingRules, *, name: str, skip_unbuildable: bool = False
+    structure: SupportStructure,
+    rules: DetailingRules,
+    *,
+    name: str,
+    skip_unbuildable: bool = False,
+    meshes: Mapping[int, Mesh] | None = None,
 ) -> Detailed:
     """Make the parts and check that they fit.
 
     structure: in millimetres. Raises DetailingError naming all parts that cannot be built or do not fit. With
-    skip_unbuildable they are left out instead, and the assembly lists them in `left_out`.
+    skip_unbuildable they are left out instead, and the assembly lists them in `left_out`; the panels of a face are then
+    left out in all layers. meshes: in mm, parallel to that of the structure, of layers that have their own, by the
+    numbers of these layers.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -75,7 +83,7 @@ def detail(
     >>> {parts.kind.group: len(parts) for parts in detailed.assembly.groups}
     {'beams': 30, 'nodes': 18, 'panels': 12}
     """
-    plan = _Plan(structure, rules, skip_unbuildable)
+    plan = _Plan(structure, rules, skip_unbuildable, meshes or {})
     while True:
         detailed = plan.make(name)
         plan.check_something_left()
@@ -95,6 +103,7 @@ class _Plan:
     given: SupportStructure
     rules: DetailingRules
     skip_unbuildable: bool
+    meshes: Mapping[int, Mesh]
     structure: SupportStructure = field(init=False)
     depth: float = field(init=False, default=0.0)
     beams: BoolArray = field(init=False)
@@ -117,21 +126,22 @@ class _Plan:
                 break
             self.depth = levels.depth
             self.structure = on_parallel_mesh(self.given, -levels.depth)
-        panels = make_panels(
-            self.structure,
-            levels.shapes,
-            np.flatnonzero(self.panels),
-            self.rules.panels,
-            self.rules.material(self.rules.panels.material),
-        )
+        panels = self._panels(levels)
         first = layer_parts(self.structure, self.beams, ends, beams, levels.nodes, self.rules)
         blocks = self.structure, ends, levels.nodes
         others = self.secondary.parts(blocks, self.beams, panels, self.rules, self._leave_out)
         groups = (*first[:2], panels, *first[2:], *others)
         assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
-        underside = float(levels.shapes.underside[self.panels].min(initial=np.inf))
+        underside = float(levels.underside[self.panels].min(initial=np.inf))
         reason, fins = underside_reason(self.structure, levels, self.rules), self.secondary.fins
         return Detailed(assembly, underside, levels.needed, reason, None if fins is None else fins.shade)
+
+    def _panels(self, levels: PanelLevels) -> Parts[PanelDetails]:
+        densities = self.rules.densities_kg_m3
+        materials = [layer.pane_materials(densities[layer.material]) for layer in self.rules.layers]
+        seats = seats_of(self.structure, levels, self.beams, self.rules)
+        dihedrals = np.degrees(dihedral_angles(self.structure.mesh))
+        return make_panels(levels.layers, self.panels, materials, seats, levels.resting, dihedrals)
 
     # --- beams and nodes
 
@@ -147,8 +157,8 @@ class _Plan:
 
     def _fit_panels(self, ends: Ends) -> PanelLevels:
         while True:
-            levels = panel_levels(self.structure, ends, self.beams, self.panels, self.rules)
-            unfit = unfit_panels(self.structure, levels.shapes, self.beams, self.panels, self.rules)
+            levels = panel_levels(self.structure, ends, self.beams, self.panels, self.rules, self.meshes)
+            unfit = unfit_panels(levels, self.beams, self.panels, self.rules)
             if not unfit:
                 return levels
             self._leave_out("panel", self.panels, unfit)
@@ -157,7 +167,11 @@ class _Plan:
 
     def panels_crossing_support_planes(self, assembly: Assembly) -> tuple[Violation, ...]:
         panels = assembly.of(PANEL)
-        faces = panels.elements[panels_crossing_support_planes(self.structure, panels)]
+        crossing = [
+            panels.elements[own][panels_crossing_support_planes(layer, panels.take(own))]
+            for own, layer in self._by_structure(panels)
+        ]
+        faces = np.unique(np.concatenate(crossing))
         cure = "change the mesh there, or lower the panels"
         return tuple(
             Violation(
@@ -167,6 +181,13 @@ class _Plan:
             )
             for face in faces.tolist()
         )
+
+    def _by_structure(self, panels: Parts[PanelDetails]) -> list[tuple[IntArray, SupportStructure]]:
+        """The panels by the structure whose support planes bound them."""
+        of_layer = {number: on_mesh(self.structure, mesh) for number, mesh in self.meshes.items()}
+        layer = panels.details.layer
+        rest = np.flatnonzero(~np.isin(layer, list(of_layer)))
+        return [(rest, self.structure), *((np.flatnonzero(layer == n), each) for n, each in of_layer.items())]
 
     def leave_out_violating(self, found: tuple[Violation, ...], assembly: Assembly) -> None:
         """Leave out the secondary parts of each violation; if it concerns none its panels, or else its beams. Raises

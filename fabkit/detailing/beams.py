@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabkit.detailing.ends import Ends
-from fabkit.detailing.shapes.bars import bar_solids, cut_planes, stepped_tees, with_hand_holes
+from fabkit.detailing.shapes.bars import bar_solids, cut_planes, flange_points, stepped_tees, with_hand_holes
 from fabkit.kinds import BEAM, BeamDetails
 from fabkit.parts import Material, Parts, Solids
 from fabkit.rules import BeamRules, DetailingRules
@@ -91,8 +91,7 @@ def make_beams(
     start = shapes.corners[edges, 1] + back[:, :1] * np.array([1.0, 0.0])
     t, u = structure.mesh.edge_directions[edges], structure.height_directions[edges]
     nodes = structure.mesh.combinatorics.edges[edges]
-    section = np.empty(len(edges), dtype=object)
-    section[:] = rules.beams.profile
+    section = rules.beams.profile
     return Parts.each_its_own(
         BEAM,
         edges,
@@ -102,11 +101,12 @@ def make_beams(
         material=material,
         details=BeamDetails(
             nodes=nodes,
-            section=section,
+            section=np.full(len(edges), section, dtype=object),
             cut_angles_deg=-np.degrees(ends.inclination.reshape(-1, 2)[edges]),
             end_gaps_mm=(ends.cut - ends.setback).reshape(-1, 2)[edges],
             long_point_mm=shapes.long_point[edges],
             short_point_mm=shapes.short_point[edges],
+            flange_points_mm=flange_points(section, shapes.corners[edges], back if _is_stepped(rules) else None),
             dihedral_deg=np.degrees(dihedral_angles(structure.mesh)[edges]),
             height_deviation_mm=(structure.heights[edges] - 1) * structure.distance,
             twist_deg=np.degrees(structure.twists[edges]),
@@ -118,12 +118,11 @@ def make_beams(
 def _solids(side_views: FloatArray, back: FloatArray, rules: DetailingRules) -> Solids:
     """The solids of n beams in their own frames. side_views (n, 4, 2): their corners, as in `BeamShapes`; back (n, 2):
     how much of the flange is cut off at either end, in mm."""
-    section, connection = rules.beams.profile, rules.connection
-    planes = cut_planes(side_views)
+    section, connection, planes = rules.beams.profile, rules.connection, cut_planes(side_views)
     if connection.kind == "bolted":
         return with_hand_holes(section, planes, connection.hand_hole_height_mm, connection.hand_hole_length_mm)
-    if connection.kind == "hub" and section.shape == "tee":
-        along = np.array([1.0, 0.0, 0.0])
-        flange = planes[0] + back[:, :1] * along, planes[1] - back[:, 1:] * along
-        return stepped_tees(section, planes, flange)
-    return bar_solids(section, *planes)
+    return stepped_tees(section, planes, back) if _is_stepped(rules) else bar_solids(section, *planes)
+
+
+def _is_stepped(rules: DetailingRules) -> bool:
+    return rules.connection.kind == "hub" and rules.beams.profile.shape == "tee"

@@ -92,7 +92,7 @@ def _end_plates(places: _Places, ends: Ends, rules: DetailingRules, material: Ma
     bores = _bores(connection, section.height_mm)
     holes = [bore_vertices(z * Z, z * Z + thickness * X, diameter / 2, Z) for z, diameter, _, _ in bores]
     vertices = np.concatenate([boxes, np.broadcast_to(np.concatenate(holes), (n, 4 * len(holes), 3))], axis=1)
-    words = np.full(n, " / ".join(f"{diameter:g} at {z:+g}" for z, diameter, _, _ in bores), dtype=object)
+    group, dowel = connection.group, 1.0 if connection.has_dowel else np.nan
     return Parts.each_its_own(
         END_PLATE,
         places.ends // 2,
@@ -105,7 +105,11 @@ def _end_plates(places: _Places, ends: Ends, rules: DetailingRules, material: Ma
             height_mm=heights,
             width_mm=np.full(n, width),
             thickness_mm=np.full(n, thickness),
-            bores=words,
+            n_bolts=np.full(n, group.count),
+            bolt_bore_mm=np.full(n, group.size.clearance_mm),
+            bolt_pitch_mm=np.full(n, group.size.spacing_mm if group.count > 1 else np.nan),
+            dowel_bore_mm=np.full(n, dowel * connection.dowel_mm),
+            dowel_depth_mm=np.full(n, dowel * connection.dowel_offset_mm(section.height_mm)),
         ),
     )
 

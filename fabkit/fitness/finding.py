@@ -34,6 +34,9 @@ CRITERIA: dict[str, str] = {
     "slots": "it is only noted; [connection] least_angle_deg says what cannot be welded",
     "uncovered": "it is only noted and stops no build",
     "underside": "it is only noted and stops no build",
+    "corners": "it is only noted and stops no build",
+    "short-edges": "it is only noted and stops no build",
+    "panel-masses": "it is only noted and stops no build",
     "going-in": "it is only noted; these beams go in from inside, or with a larger [connection] gap_mm",
     "sheets": "a panel that does not fit on a sheet cannot be cut; leave it out with --skip-unbuildable",
 }

@@ -88,8 +88,7 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
         f"beams of {beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) is "
         f"{heights[order[0]]:.0f} mm high",
         "take narrower beams (--section, --beam) or a smaller slot between them ([connection] slot_mm), so that they "
-        "end nearer to the axes, let the blocks follow their beams ([nodes] top and bottom = 'trimmed'), or make "
-        "narrow angles between edges wider",
+        "end nearer to the axes, or make narrow angles between edges wider",
         "vertex",
         tuple(nodes.elements[order].tolist()),
     )
@@ -165,7 +164,7 @@ def underside(
         f"raises all panels; {NOTED_PERCENTILE} % of the nodes need at most {percentile:.1f} mm, the median node "
         f"{median:.1f} mm",
         "move that vertex towards its neighbours' level or make the angles at it wider, take narrower "
-        "beams (--section, --beam), or let the blocks follow the tops of their beams ([nodes] top = 'trimmed')",
+        "beams (--section, --beam), or let the blocks follow the tops of their beams (--node-top trimmed)",
         "vertex",
         (worst,),
     )

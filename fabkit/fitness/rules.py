@@ -33,6 +33,10 @@ class FitnessRules:
     a torch held at 45 degrees between beam and facet. uncovered_noted_percent: how much of the end of a beam stands
     above its facet; a tenth is the outer wall of a hollow section and some more.
     underside_noted: by how many beam heights the highest node raises all panels above what 95 % of the nodes need.
+    corners_noted_deg, corners_listed_deg: angles at the corners of panels; makers of glass cut back the tips of those
+    below 45 degrees, and those below 30 break off, so that they are listed by mark. short_edges_noted_mm: edges of
+    panels; what is shorter is too small for most machines that grind edges or make insulating glass.
+    panel_masses_noted_kg: mass of a panel with all its panes; common vacuum lifters carry as much.
     going_in_noted_mm: gap at either end of a beam without which it does not go in from outside between two nodes that
     stand; 2 mm are ground off, or bridged by a weld.
 
@@ -56,6 +60,10 @@ class FitnessRules:
     slots_noted_deg: Angle = 60.0
     uncovered_noted_percent: Bound = 10.0
     underside_noted: Bound = 0.25
+    corners_noted_deg: Angle = 45.0
+    corners_listed_deg: Angle = 30.0
+    short_edges_noted_mm: Bound = 150.0
+    panel_masses_noted_kg: Bound = 500.0
     going_in_noted_mm: Bound = 2.0
 
     @model_validator(mode="after")

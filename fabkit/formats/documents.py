@@ -99,7 +99,7 @@ def write_documents(
                 write_dxf(folder / "plates" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
     panel_file = f"panels/{{}}{drawn.suffix}"
     lists = cut_list(assembly, nest, panel_file=panel_file)
-    pieces = piece_tables(assembly, nest, panel_file=panel_file)
+    pieces = piece_tables(assembly, nest, panel_file=panel_file, site=summary.site)
     tables = [*(table.of_single_values() for table in lists.tables), *pieces]
     if "drawings" in chosen:
         with stages("DXF of beams and nodes"):
@@ -110,7 +110,7 @@ def write_documents(
     facts = build_facts(summary, assembly, nest)
     if "tables" in chosen:
         with stages("Tables"):
-            for table in [legend(), *tables]:
+            for table in [legend(summary.site), *tables]:
                 write_csv(folder / f"{table.title}.csv", table, rules.tables)
     if "workbook" in chosen:
         with stages("Workbook"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fabkit.parts import Frame
 from fabkit.production import Table
 
 __all__ = ["legend"]
@@ -38,18 +39,36 @@ _ROWS = (
     ("Azimuth", "Direction of a beam about the node axis, from facet 1, counter-clockwise seen from outside."),
     ("Inclination", "Angle of a beam's axis above the plane perpendicular to the node axis."),
     ("Setback", "Distance of a facet from the node axis."),
+    ("Facet top, facet bottom", "Levels of the middles of its upper and lower side, from the point on the mesh."),
     ("Top, bottom", "Heights of the ends of a node block along its axis, from the point on the mesh."),
     ("Sheet x, y, turn", "Place of a panel on its sheet: its own frame is turned counter-clockwise, then moved."),
+    (
+        "Hidden",
+        "Largest difference of a piece from the shape of its mark: of its corners in each coordinate, and of the far "
+        "ends of the beams on it by the directions of its facets. All pieces of a mark are made alike.",
+    ),
     ("least, largest", "Of all pieces of a mark, where a value depends on the place of a piece."),
 )
 
 
-def legend() -> Table:
-    """What signs, ends, frames and units in the tables mean.
+def legend(site: Frame | None = None) -> Table:
+    """What signs, ends, frames and units in the tables mean. site: the frame of the mesh file on the site.
 
     >>> from fabkit.formats import legend
     >>> table = legend()
     >>> table.columns, table.rows[0][0]
     (('Sign', 'Meaning'), 'Units')
     """
-    return Table("legend", ("Sign", "Meaning"), (None, None), _ROWS)
+    return Table("legend", ("Sign", "Meaning"), (None, None), (*_ROWS, ("Site", _of_site(site))))
+
+
+def _of_site(site: Frame | None) -> str:
+    if site is None:
+        return "Points to set out (survey) have the coordinates of the mesh file, in mm, as all others have."
+    vectors = [", ".join(f"{number + 0.0:.9f}" for number in axis) for axis in site.axes]
+    origin = ", ".join(f"{number + 0.0:.3f}" for number in site.origin)
+    return (
+        "Points to set out (survey), their axes and facets are in the coordinates of the site, all others in those of "
+        f"the mesh file, in mm. Zero of the mesh file is at ({origin}) on the site, and its x, y and z axes run along "
+        f"({vectors[0]}), ({vectors[1]}) and ({vectors[2]})."
+    )

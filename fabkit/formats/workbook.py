@@ -85,7 +85,7 @@ def write_xlsx(
             (f"{each.title}.csv", len(each.rows), "rows; not in this workbook" if each.title in apart else "rows")
             for each in tables
         ]
-        _write_table(workbook, legend(), summary.name, issued)
+        _write_table(workbook, legend(summary.site), summary.name, issued)
         _write_summary(workbook, tables, contents, summary, facts, issued)
         for table in tables:
             if table.title not in apart:

@@ -4,10 +4,11 @@ its measures and labels, and its symmetry."""
 from fabkit.kinds.beams import BEAM, BeamDetails
 from fabkit.kinds.caps import CAP, CapDetails
 from fabkit.kinds.columns import LEFT_OUT, NO_NEIGHBOUR, marks_at
+from fabkit.kinds.faces import beam_faces, node_faces, panel_faces
 from fabkit.kinds.fasteners import BOLT, DOWEL, END_PLATE, BoltDetails, DowelDetails, EndPlateDetails
 from fabkit.kinds.fins import FIN, FinDetails
 from fabkit.kinds.nodes import NODE, NodeDetails, smallest_gaps
-from fabkit.kinds.panels import PANEL, PanelDetails, neighbour_names, panel_outlines
+from fabkit.kinds.panels import PANEL, PanelDetails, neighbour_names, panel_outlines, panel_sides
 from fabkit.kinds.plain import plain_kind
 from fabkit.kinds.struts import STRUT, StrutDetails
 from fabkit.kinds.supports import BASE_PLATE, STUB, BasePlateDetails, StubDetails
@@ -37,9 +38,13 @@ __all__ = [
     "PanelDetails",
     "StrutDetails",
     "StubDetails",
+    "beam_faces",
     "marks_at",
     "neighbour_names",
+    "node_faces",
+    "panel_faces",
     "panel_outlines",
+    "panel_sides",
     "plain_kind",
     "smallest_gaps",
 ]

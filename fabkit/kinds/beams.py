@@ -20,13 +20,16 @@ from fabkit.kinds.columns import (
     of_first,
     over_all,
 )
+from fabkit.kinds.faces import beam_faces
 from fabkit.parts import Column, Details, Kind, Measure, Parts, Surroundings, Symmetry, Turns, other_end
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["BEAM", "BeamDetails", "ends_glyphs"]
 
-ANGLE_DECIMALS = 2
-"""Decimals of cut angles in the list; an end whose angle rounds to zero is cut square."""
+ANGLE_DECIMALS = 3
+"""Decimals of cut angles in the list: over a height of 500 mm half of the last one is 0.004 mm."""
+SQUARE_DEG = 0.005
+"""Cut angle in degrees below which an end is drawn as cut square: no saw is more accurate."""
 EITHER_SIDE_MM = 0.01
 """Gap in mm up to which a beam goes in from both sides: no saw is more accurate."""
 
@@ -41,7 +44,8 @@ class BeamDetails(Details):
     nodes (n, 2): mesh vertices at ends A and B. section (n,): of each, a `Section`. cut_angles_deg (n, 2): angle
     between each end's cut and a square cut, positive where the outer side is the longer one. end_gaps_mm (n, 2):
     distance of each end from the facet of its node. long_point_mm and
-    short_point_mm (n,): longest and shortest extent along the axis. dihedral_deg (n,): angle between the
+    short_point_mm (n,): longest and shortest extent along the axis; flange_points_mm (n, 2): those of the flange of a
+    tee that is cut back further than its web, NaN of other beams. dihedral_deg (n,): angle between the
     normals of the two faces, positive where the mesh is convex, NaN at the boundary. height_deviation_mm (n,): distance
     of the two parallel meshes at this edge minus the height of the section. twist_deg (n,): angle between the central
     planes at its two ends. going_in_gaps_mm (n, 2): gaps that it needs at either end to go straight in from outside
@@ -61,6 +65,7 @@ class BeamDetails(Details):
     end_gaps_mm: FloatArray
     long_point_mm: FloatArray
     short_point_mm: FloatArray
+    flange_points_mm: FloatArray
     dihedral_deg: FloatArray
     height_deviation_mm: FloatArray
     twist_deg: FloatArray
@@ -77,7 +82,7 @@ class BeamDetails(Details):
 def ends_glyphs(cut_angles_deg: FloatArray) -> list[str]:
     r"""Beams with cut angles (n, 2) in degrees seen from the side, as text: outer side up, end A on the left. In \_/
     the outer side is the longest, |_| is cut square."""
-    signs = np.sign(np.where(np.abs(cut_angles_deg) < 0.5 * 10**-ANGLE_DECIMALS, 0.0, cut_angles_deg)).astype(int)
+    signs = np.sign(np.where(np.abs(cut_angles_deg) < SQUARE_DEG, 0.0, cut_angles_deg)).astype(int)
     return ["/|\\"[first + 1] + "_" + "\\|/"[second + 1] for first, second in signs.tolist()]
 
 
@@ -98,8 +103,10 @@ def _columns(beams: Parts[BeamDetails], around: Surroundings) -> list[Column]:
         *marks_and_counts(beams),
         Column("Section", None, [section.name for section in own.section[beams.firsts]]),
         materials(beams),
-        of_first("Long point (mm)", 2, beams, own.long_point_mm),
-        of_first("Short point (mm)", 2, beams, own.short_point_mm),
+        of_first("Long point (mm)", 3, beams, own.long_point_mm),
+        of_first("Short point (mm)", 3, beams, own.short_point_mm),
+        of_first("Flange long point (mm)", 3, beams, own.flange_points_mm[:, 0]),
+        of_first("Flange short point (mm)", 3, beams, own.flange_points_mm[:, 1]),
         of_first("End A (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 0]),
         of_first("End B (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 1]),
         Column("Ends", None, ends_glyphs(own.cut_angles_deg[beams.firsts])),
@@ -155,6 +162,7 @@ BEAM = Kind(
         end_gaps_mm=np.zeros((0, 2)),
         long_point_mm=np.zeros(0),
         short_point_mm=np.zeros(0),
+        flange_points_mm=np.zeros((0, 2)),
         dihedral_deg=np.zeros(0),
         height_deviation_mm=np.zeros(0),
         twist_deg=np.zeros(0),
@@ -164,5 +172,6 @@ BEAM = Kind(
     columns=_columns,
     measures=_measures,
     labels=_labels,
+    faces=beam_faces,
     stock=_stock,
 )

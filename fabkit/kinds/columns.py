@@ -59,8 +59,8 @@ def files(parts: Parts[Any], pattern: str) -> Column:
 
 
 def of_first(title: str, decimals: int, parts: Parts[Any], values: FloatArray | IntArray) -> Column:
-    """The value of the first part of each mark; values (n,) are the same for equal parts."""
-    return Column(title, decimals, values[parts.firsts].tolist())
+    """The value of the first part of each mark, empty where it is NaN; values (n,) are the same for equal parts."""
+    return Column(title, decimals, [None if value != value else value for value in values[parts.firsts].tolist()])
 
 
 def over_all(title: str, decimals: int, parts: Parts[Any], values: FloatArray) -> list[Column]:

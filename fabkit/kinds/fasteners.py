@@ -20,8 +20,10 @@ class EndPlateDetails(Details):
     """Data of n end plates, two on each beam.
 
     Own frame of a plate: x along the normal of the facet, away from the node; z along the node axis; the face to the
-    node at x = 0. nodes (n,): mesh vertex of each. height_mm, width_mm, thickness_mm (n,). bores (n,): its bores in
-    words.
+    node at x = 0. nodes (n,): mesh vertex of each. height_mm, width_mm, thickness_mm (n,). n_bolts (n,): number of
+    bores for bolts; bolt_bore_mm (n,): their diameter; bolt_pitch_mm (n,): distance of two, which are as far above the
+    middle of the plate as below, NaN for one in the middle. dowel_bore_mm, dowel_depth_mm (n,): diameter of the bore
+    for a dowel, and how far it is below the middle; NaN without a dowel.
 
     >>> from fabkit.kinds import END_PLATE
     >>> END_PLATE.letter, END_PLATE.element
@@ -32,7 +34,11 @@ class EndPlateDetails(Details):
     height_mm: FloatArray
     width_mm: FloatArray
     thickness_mm: FloatArray
-    bores: npt.NDArray[Any]
+    n_bolts: IntArray
+    bolt_bore_mm: FloatArray
+    bolt_pitch_mm: FloatArray
+    dowel_bore_mm: FloatArray
+    dowel_depth_mm: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +89,11 @@ def _plate_columns(plates: Parts[EndPlateDetails], around: Surroundings) -> list
         of_first("Height (mm)", 2, plates, own.height_mm),
         of_first("Width (mm)", 2, plates, own.width_mm),
         of_first("Thickness (mm)", 2, plates, own.thickness_mm),
-        Column("Bores", None, own.bores[plates.firsts].tolist()),
+        of_first("Bolt bores", 0, plates, own.n_bolts),
+        of_first("Bolt bore (mm)", 2, plates, own.bolt_bore_mm),
+        of_first("Bolt pitch (mm)", 2, plates, own.bolt_pitch_mm),
+        of_first("Dowel bore (mm)", 2, plates, own.dowel_bore_mm),
+        of_first("Dowel below middle (mm)", 2, plates, own.dowel_depth_mm),
         *_links(plates, around),
         *masses(plates),
         files(plates, "parts/{}.step"),
@@ -130,7 +140,11 @@ END_PLATE = Kind(
         height_mm=np.zeros(0),
         width_mm=np.zeros(0),
         thickness_mm=np.zeros(0),
-        bores=np.zeros(0, dtype=object),
+        n_bolts=np.zeros(0, dtype=np.int64),
+        bolt_bore_mm=np.zeros(0),
+        bolt_pitch_mm=np.zeros(0),
+        dowel_bore_mm=np.zeros(0),
+        dowel_depth_mm=np.zeros(0),
     ),
     one_per_element=False,
     columns=_plate_columns,

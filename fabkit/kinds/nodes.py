@@ -20,6 +20,7 @@ from fabkit.kinds.columns import (
     of_first,
     over_all,
 )
+from fabkit.kinds.faces import node_faces
 from fabkit.kinds.look_alikes import look_alikes
 from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Topology, Turns, shifted
 from fabkit.parts.symmetry import Corners
@@ -219,5 +220,6 @@ NODE = Kind(
     columns=_columns,
     measures=_measures,
     labels=_labels,
+    faces=node_faces,
     directions=_directions,
 )

@@ -23,10 +23,11 @@ from fabkit.kinds.columns import (
     ranges,
     texts,
 )
-from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Turns, shifted
+from fabkit.kinds.faces import panel_faces
+from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Turns, blanks, shifted
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["PANEL", "PanelDetails", "neighbour_names", "panel_outlines"]
+__all__ = ["PANEL", "PanelDetails", "neighbour_names", "panel_outlines", "panel_sides"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +39,12 @@ class PanelDetails(Details):
     edge k from corner k to corner k+1.
 
     layer (n,): counted from the outermost one, 0. pane (n,): which one of its layer, counted from the outermost one, 0;
-    a layer with gaps has several. thickness_mm, area_mm2 (n,). underside_mm (n,): height of the lower side above the
-    mesh face. edge_lengths_mm. corner_angles_deg: inner angle at each corner. dihedrals_deg: as for beams. beams: the
-    mesh edges. neighbours: the faces across, -1 where none.
+    a layer with gaps has several. thickness_mm, area_mm2 (n,): area of the lower side. underside_mm (n,): height of the
+    lower side above the mesh face. edge_lengths_mm: of the lower side. corner_angles_deg: inner angle at each corner.
+    dihedrals_deg: as for beams. least_seats_mm, largest_seats_mm: free height between the panel and what stands highest
+    under it along the edge: a wedge over the width of the beam; NaN where it lies on none. steps_mm: how far the upper
+    side of the panel across stands above that of this one, NaN where there is none. beams: the mesh edges. neighbours:
+    the faces across, -1 where none.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -58,12 +62,16 @@ class PanelDetails(Details):
     edge_lengths_mm: Ragged
     corner_angles_deg: Ragged
     dihedrals_deg: Ragged
+    least_seats_mm: Ragged
+    largest_seats_mm: Ragged
+    steps_mm: Ragged
     beams: Ragged
     neighbours: Ragged
 
 
 def panel_outlines(panels: Parts[PanelDetails]) -> Ragged:
-    """Corners (k, 2) in mm of each panel in its own frame, counter-clockwise: the lower side of its solid.
+    """Corners (k, 2) in mm of the outline from which each panel is cut, in its own frame, counter-clockwise: its lower
+    side, or what encloses both sides if its edges are mitred.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -72,10 +80,25 @@ def panel_outlines(panels: Parts[PanelDetails]) -> Ragged:
     >>> (panel_outlines(built.assembly["panels"])[0].round() + 0.0).tolist()
     [[0.0, 0.0], [2409.0, 0.0], [2071.0, 1423.0], [338.0, 1423.0]]
     """
+    return blanks(*panel_sides(panels))
+
+
+def panel_sides(panels: Parts[PanelDetails]) -> tuple[Ragged, Ragged]:
+    """Corners (k, 2) in mm of the lower and of the upper side of each panel, in its own frame, counter-clockwise.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.kinds import panel_sides
+    >>> lower, upper = panel_sides(built.assembly["panels"])  # with square edges
+    >>> np.array_equal(lower.values, upper.values)
+    True
+    """
     vertices = panels.solids.vertices
     starts = np.concatenate([[0], np.cumsum(vertices.sizes // 2)])
     below = vertices.place < vertices.sizes[vertices.row] // 2
-    return Ragged(vertices.values[below, :2], starts)[panels.shape]
+    lower, upper = (Ragged(vertices.values[side, :2], starts)[panels.shape] for side in (below, ~below))
+    return lower, upper
 
 
 def neighbour_names(panels: Parts[PanelDetails], names: Sequence[str], left_out: str, none: str) -> list[str]:
@@ -185,12 +208,29 @@ PANEL = Kind(
         edge_lengths_mm=Ragged.of([]),
         corner_angles_deg=Ragged.of([]),
         dihedrals_deg=Ragged.of([]),
+        least_seats_mm=Ragged.of([]),
+        largest_seats_mm=Ragged.of([]),
+        steps_mm=Ragged.of([]),
         beams=Ragged.of([], dtype=np.int64),
         neighbours=Ragged.of([], dtype=np.int64),
     ),
-    symmetry=Symmetry(("edge_lengths_mm", "corner_angles_deg", "dihedrals_deg", "beams", "neighbours"), (), _turns),
+    symmetry=Symmetry(
+        (
+            "edge_lengths_mm",
+            "corner_angles_deg",
+            "dihedrals_deg",
+            "least_seats_mm",
+            "largest_seats_mm",
+            "steps_mm",
+            "beams",
+            "neighbours",
+        ),
+        (),
+        _turns,
+    ),
     columns=_columns,
     measures=_measures,
     labels=_labels,
+    faces=panel_faces,
     stock=_stock,
 )

@@ -8,6 +8,7 @@ from fabkit.parts.frame import Frame
 from fabkit.parts.kind import Cell, Column, Details, Kind, Measure, in_layer
 from fabkit.parts.material import Material
 from fabkit.parts.parts import Part, Parts
+from fabkit.parts.plates import blanks
 from fabkit.parts.ragged import Ragged
 from fabkit.parts.section import Section
 from fabkit.parts.shapes import (
@@ -56,6 +57,7 @@ __all__ = [
     "Symmetry",
     "Topology",
     "Turns",
+    "blanks",
     "bore_vertices",
     "in_layer",
     "moved",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -25,12 +24,6 @@ class Curves(Ragged):
     """
 
     SHAPE = (2,)
-
-    @classmethod
-    def joined(cls, several: Iterable[Curves]) -> Curves:
-        """The curves of several objects in one."""
-        points, sizes = zip(*((each.values, each.sizes) for each in several), strict=True)
-        return cls(np.concatenate(points), np.concatenate([[0], np.cumsum(np.concatenate(sizes))]))
 
     @cached_property
     def is_closed(self) -> BoolArray:

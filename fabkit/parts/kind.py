@@ -48,6 +48,15 @@ class Details:
                 value.flags.writeable = False
                 object.__setattr__(self, each.name, value)
 
+    @classmethod
+    def joined(cls, several: Sequence[Self]) -> Self:
+        """The records of all these parts, of at least one record."""
+        both: dict[str, Any] = {}
+        for each in fields(several[0]):
+            values = [getattr(record, each.name) for record in several]
+            both[each.name] = Ragged.joined(values) if isinstance(values[0], Ragged) else np.concatenate(values)
+        return replace(several[0], **both)
+
     def __getitem__(self, chosen: Any) -> Self:
         return replace(self, **{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
 
@@ -120,7 +129,8 @@ class Kind(Generic[P]):
     with another one, as far as the kind knows it. directions: normals of the faces on which beams stand, one for each
     place of the ring, unit vectors in the parts' own frames; None where no beam does.
 
-    columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words.
+    columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words. faces:
+    names (k, F) of the faces of the solids, all of one topology, of k parts, for STEP files.
     measures: numbers for colours and histograms. labels: one line about each part. The functions for columns and labels
     also take the `Surroundings` of the parts.
 
@@ -145,6 +155,7 @@ class Kind(Generic[P]):
     measures: Callable[[P], Sequence[Measure]]
     labels: Callable[[P, Any], Sequence[str]]
     stock: Callable[[P], Sequence[str]] | None = None
+    faces: Callable[[P, Any], Any] | None = None
     directions: Callable[[P], Ragged] | None = None
 
     def named(self, name: str) -> str:

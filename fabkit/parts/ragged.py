@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, Self, overload
@@ -46,6 +46,12 @@ class Ragged:
         arrays = [np.asarray(row, dtype=dtype).reshape(-1, *shape) for row in rows]
         starts = np.cumsum([0, *map(len, arrays)])
         return cls(np.concatenate([np.zeros((0, *shape), dtype=dtype), *arrays]), starts)
+
+    @classmethod
+    def joined(cls, several: Iterable[Self]) -> Self:
+        """The rows of several objects, at least one, in one."""
+        values, sizes = zip(*((each.values, each.sizes) for each in several), strict=True)
+        return cls(np.concatenate(values), np.concatenate([[0], np.cumsum(np.concatenate(sizes))]))
 
     def __len__(self) -> int:
         return len(self.starts) - 1

@@ -54,13 +54,15 @@ class Solids:
         return cls((topology,), np.zeros(count, dtype=np.int64), Ragged(vertices.reshape(-1, 3), starts))
 
     @classmethod
-    def prisms(cls, outlines: Ragged, bottoms: FloatArray, tops: FloatArray) -> Solids:
+    def prisms(cls, outlines: Ragged, bottoms: FloatArray, tops: FloatArray, upper: FloatArray | None = None) -> Solids:
         """Prisms over polygons, rows of (k, 2) in the xy-plane, from z = bottoms (S,) to z = tops (S,); their corners
-        are numbered as those of `prism_topology`."""
+        are numbered as those of `prism_topology`. upper (K, 2): the corners at the tops, if they are others."""
         vertices = np.empty((2 * len(outlines.values), 3))
         below = outlines.starts[outlines.row] + np.arange(len(outlines.values))
-        for places, levels in ((below, bottoms), (below + outlines.sizes[outlines.row], tops)):
-            vertices[places, :2] = outlines.values
+        above = below + outlines.sizes[outlines.row]
+        corners = outlines.values if upper is None else upper
+        for places, points, levels in ((below, outlines.values, bottoms), (above, corners, tops)):
+            vertices[places, :2] = points
             vertices[places, 2] = levels[outlines.row]
         sizes, topology = np.unique(outlines.sizes, return_inverse=True)
         topologies = tuple(prism_topology(size) for size in sizes.tolist())

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabkit.fitness.finding import named
-from fabkit.kinds import PANEL
-from fabkit.parts import Assembly
+from fabkit.kinds import PANEL, PanelDetails
+from fabkit.parts import Assembly, Parts
 from fabkit.production.nesting.nests import Nest
 from fabkit.production.summary import GivenGaussImage, OptimisedGaussImage, Summary, SurfaceSummary
 from geometry.errors import listed
@@ -32,6 +32,9 @@ NOWHERE: frozenset[str] = frozenset()
 
 LEAST_UNDIRECTED_SHARE = 0.01
 """Share of the area of a surface that is flat or spherical, above which it is reported."""
+
+LEAST_STEP_MM = 0.05
+"""Least step in mm between the outer sides of two panels that is reported: less is not seen."""
 
 SURFACE_DISTANCE = "Distance of the vertices from the surface"
 
@@ -207,7 +210,39 @@ def _parts(assembly: Assembly) -> Iterator[Fact]:
     panels = assembly.of(PANEL)
     if len(panels):
         yield Fact("Area of the panels", (float(panels.details.area_mm2.sum()) * 1e-6,), ".2f", "m²")
+        yield from _layers(panels)
     yield Fact("Left out", (len(assembly.left_out),), keys=("counts.left_out",), shown=NOWHERE)
+
+
+def _layers(panels: Parts[PanelDetails]) -> Iterator[Fact]:
+    """Where the layers of panels lie, how far apart they are, and their seats and steps."""
+    own, on_paper = panels.details, frozenset({REPORT, WORKBOOK})
+    n_layers = int(own.layer.max()) + 1
+    lower, upper = np.full((2, n_layers, int(panels.elements.max()) + 1), np.nan)
+    np.fmin.at(lower, (own.layer, panels.elements), own.underside_mm)
+    np.fmax.at(upper, (own.layer, panels.elements), own.underside_mm + own.thickness_mm)
+    stocks = panels.kind.stock(panels) if panels.kind.stock else [""] * len(panels)
+    for number in range(n_layers if n_layers > 1 else 0):
+        low, high = float(np.nanmin(lower[number])), float(np.nanmax(lower[number]))
+        made_of = " / ".join(dict.fromkeys(stocks[k] for k in np.flatnonzero(own.layer == number).tolist()))
+        keys = tuple(f"layers.{number}.{end}_mm" for end in ("lowest", "highest"))
+        yield Fact(f"Layer {number}, lower side above the mesh", (low, high), ".1f", "mm", made_of, keys)
+        if number:
+            apart = lower[number - 1] - upper[number]
+            ends = (float(np.nanmin(apart)), float(np.nanmax(apart)))
+            name = f"Clear between layers {number - 1} and {number}"
+            yield Fact(
+                name, ends, ".1f", "mm", keys=(f"layers.{number}.least_clear_mm", f"layers.{number}.largest_clear_mm")
+            )
+    if not np.isnan(own.least_seats_mm.values).all():
+        ends = (float(np.nanmin(own.least_seats_mm.values)), float(np.nanmax(own.largest_seats_mm.values)))
+        note = "a wedge over the width of each beam, see panel_edges"
+        yield Fact("Seats of the panels", ends, ".1f", "mm", note, ("seats_mm.least", "seats_mm.largest"), on_paper)
+    steps = np.abs(own.steps_mm.values)
+    if np.nan_to_num(steps).max(initial=0.0) >= LEAST_STEP_MM:
+        found = (float(np.nanmedian(steps)), float(np.nanmax(steps)))
+        keys = ("steps_mm.median", "steps_mm.largest")
+        yield Fact("Steps between panels", found, ".1f", "mm", "median, largest; at the joints", keys)
 
 
 def _sheets(nest: Nest | None) -> Iterator[Fact]:

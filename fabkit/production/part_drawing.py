@@ -49,7 +49,7 @@ def part_drawings(assembly: Assembly, lists: CutList, *, title: str = "") -> Ite
     >>> from fabkit.production import cut_list, part_drawings
     >>> drawings = list(part_drawings(built.assembly, cut_list(built.assembly, built.nest)))
     >>> drawings[0].name, len(drawings), drawings[0].title[2]
-    ('B001', 8, 'Section: flat 120x50')
+    ('B001', 8, 'Section: rhs 120x60x5')
     """
     for group in assembly.groups:
         if group.kind.form in ("bar", "block"):

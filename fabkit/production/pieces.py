@@ -9,25 +9,34 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from fabkit.kinds import BASE_PLATE, BEAM, LEFT_OUT, NODE, PANEL, STUB, BeamDetails, NodeDetails, neighbour_names
-from fabkit.parts import Assembly, Cell, Column, Parts
+from fabkit.kinds import BASE_PLATE, BEAM, LEFT_OUT, NODE, PANEL, STUB, BeamDetails, neighbour_names
+from fabkit.parts import Assembly, Cell, Column, Frame, Parts
 from fabkit.production.cut_lists import Table
 from fabkit.production.erection import Erection, erection_order
 from fabkit.production.marks import KeptMarks, mark_points
 from fabkit.production.nesting.nests import Nest
-from geometry.arrays import FloatArray, IntArray
+from fabkit.production.node_tables import (
+    COORDINATE_DECIMALS,
+    DIRECTION_DECIMALS,
+    TURN_DECIMALS,
+    at_ends,
+    coordinates,
+    directions,
+    named,
+    node_facets,
+    survey,
+)
+from geometry.arrays import FloatArray
 
 __all__ = ["mark_table", "piece_tables"]
 
-COORDINATE_DECIMALS, TURN_DECIMALS, DIRECTION_DECIMALS = 3, 6, 9
-"""Decimals in tables of coordinates in mm, turns in degrees and unit vectors: together they place a piece of 10 m to
-0.001 mm."""
 
-
-def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "panels/{}.dxf") -> tuple[Table, ...]:
+def piece_tables(
+    assembly: Assembly, nest: Nest | None, *, panel_file: str = "panels/{}.dxf", site: Frame | None = None
+) -> tuple[Table, ...]:
     """Tables of all pieces, of their placements, of the nodes to set out, of the facets of nodes and edges of panels.
+
+    site: the frame of the mesh file on the site, in whose coordinates nodes are set out; by default it is the same.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -37,16 +46,16 @@ def piece_tables(assembly: Assembly, nest: Nest | None, *, panel_file: str = "pa
     >>> [(table.title, len(table.rows)) for table in tables]
     [('pieces', 60), ('placements', 60), ('survey', 18), ('node_facets', 60), ('panel_edges', 48)]
     >>> tables[0].rows[7][:6]
-    ('B001 e7', 'B001', 'beam', 7, 'N001 v3', 'N001 v6')
+    ('B001 e7', 'B001', 'beam', 7, 'N001 v3', 1)
     """
-    erection = erection_order(assembly)
+    erection, on_site = erection_order(assembly), site or Frame.world()
     return (
         _stacked("pieces", [_pieces(parts, assembly, nest, erection, panel_file) for parts in assembly.groups]),
         _stacked("placements", [_placements(parts, assembly.origin_mm) for parts in assembly.groups]),
-        _stacked("survey", [_survey(nodes, assembly.origin_mm) for nodes in assembly.of_layers(NODE)]),
-        _stacked("node_facets", [_node_facets(nodes, assembly) for nodes in assembly.of_layers(NODE)]),
+        _stacked("survey", [survey(nodes, assembly.origin_mm, on_site) for nodes in assembly.of_layers(NODE)]),
+        _stacked("node_facets", [node_facets(nodes, assembly) for nodes in assembly.of_layers(NODE)]),
         _panel_edges(assembly),
-        *([_supports(assembly)] if len(assembly.of(BASE_PLATE)) else []),
+        *([_supports(assembly, on_site)] if len(assembly.of(BASE_PLATE)) else []),
     )
 
 
@@ -80,11 +89,6 @@ def _pieces(
     """What each part is, the nodes at its ends, its mass, when and from where it goes in, its file and its place on a
     sheet."""
     n, pattern = len(parts), panel_file if parts.kind is PANEL else "parts/{}.step"
-    ends = np.full((n, 2), -1)
-    if isinstance(parts.details, BeamDetails):
-        ends = parts.details.nodes
-    elif parts.kind.element == "vertex":
-        ends[:, 0] = parts.elements
     placed = nest.placements if nest is not None and parts.kind is PANEL else ()
     places: list[tuple[Cell, ...]] = [(p.sheet + 1, *p.offset_mm, p.angle_deg) for p in placed]
     places = places or [(None,) * 4] * n
@@ -94,8 +98,7 @@ def _pieces(
         Column("Mark", None, parts.marks),
         Column("Kind", None, [parts.kind.name] * n),
         Column("Element", 0, parts.elements.tolist()),
-        Column("Node A", None, _named(assembly.beside(parts, NODE), ends[:, 0])),
-        Column("Node B", None, _named(assembly.beside(parts, NODE), ends[:, 1])),
+        *at_ends(parts, assembly.beside(parts, NODE)),
         Column("Mass (kg)", 3, parts.masses_kg.tolist()),
         Column("Order", 0, [number or None for number in erection.of(parts).tolist()]),
         *_going_in(parts, erection),
@@ -130,103 +133,61 @@ def _placements(parts: Parts[Any], origin_mm: FloatArray) -> list[Column]:
     return [
         Column("Piece", None, parts.piece_names),
         Column("Mark", None, parts.marks),
-        *_points("Origin", parts.origins + origin_mm),
-        *_directions("X axis", parts.axes[:, 0]),
-        *_directions("Z axis", parts.axes[:, 2]),
-        *_points("Centre", centres + origin_mm),
+        *coordinates("Origin", parts.origins + origin_mm),
+        *directions("X axis", parts.axes[:, 0]),
+        *directions("Z axis", parts.axes[:, 2]),
+        *coordinates("Centre", centres + origin_mm),
     ]
 
 
-def _survey(nodes: Parts[NodeDetails], origin_mm: FloatArray) -> list[Column]:
-    """Of each node its point on the mesh of its layer, at the coordinates of the mesh file, its axis outwards, and the
-    heights of the block's top and bottom along it from that point."""
-    heights = nodes.solids.vertices.with_values(nodes.solids.vertices.values[:, 2])[nodes.shape]
-    return [
-        Column("Node", None, nodes.piece_names),
-        Column("Mark", None, nodes.marks),
-        *_points("Point", nodes.origins + origin_mm),
-        *_directions("Axis", nodes.axes[:, 2]),
-        Column("Top (mm)", COORDINATE_DECIMALS, heights.reduced(np.maximum).tolist()),
-        Column("Bottom (mm)", COORDINATE_DECIMALS, heights.reduced(np.minimum).tolist()),
-    ]
-
-
-def _node_facets(nodes: Parts[NodeDetails], assembly: Assembly) -> list[Column]:
-    """Of each facet of each node, counted from 1 counter-clockwise seen from outside, the beam there and the end of the
-    beam that meets it."""
-    beams = assembly.beside(nodes, BEAM)
-    own = nodes.details
-    around, row = own.beams, own.beams.row
-    met = beams.find(around.values)
-    heads = np.append(beams.details.nodes[:, 0], -1)[met] == nodes.elements[row]
-    ends = ["" if k < 0 else "A" if head else "B" for k, head in zip(met.tolist(), heads, strict=True)]
-    names, marks = nodes.piece_names, nodes.marks
-    return [
-        Column("Node", None, [names[k] for k in row.tolist()]),
-        Column("Mark", None, [marks[k] for k in row.tolist()]),
-        Column("Facet", 0, (around.place + 1).tolist()),
-        Column("Beam", None, _named(beams, around.values)),
-        Column("End", None, ends),
-        Column("Azimuth (deg)", 3, own.azimuths_deg.values.tolist()),
-        Column("Setback (mm)", 3, own.setbacks_mm.values.tolist()),
-        Column("Inclination (deg)", 3, own.inclinations_deg.values.tolist()),
-    ]
-
-
-def _supports(assembly: Assembly) -> Table:
-    """Of each base plate the middle of its underside, at the coordinates of the mesh file, its normal upwards, and the
-    direction of two of its edges."""
+def _supports(assembly: Assembly, site: Frame) -> Table:
+    """Of each base plate the middle of its underside, its normal upwards, and the direction of two of its edges, in the
+    coordinates of the site."""
     plates = assembly.of(BASE_PLATE)
     return _table(
         "supports",
         [
             Column("Support", None, plates.piece_names),
             Column("Mark", None, plates.marks),
-            Column("Node", None, _named(assembly.of(NODE), plates.elements)),
-            *_points("Point", plates.origins + assembly.origin_mm),
-            *_directions("Axis", plates.axes[:, 2]),
-            *_directions("Edge", plates.axes[:, 0]),
-            Column("Stub", None, _named(assembly.of(STUB), plates.elements)),
+            Column("Node", None, named(assembly.of(NODE), plates.elements)),
+            *coordinates("Point", site.to_world(plates.origins + assembly.origin_mm)),
+            *directions("Axis", plates.axes[:, 2] @ site.axes),
+            *directions("Edge", plates.axes[:, 0] @ site.axes),
+            Column("Stub", None, named(assembly.of(STUB), plates.elements)),
         ],
     )
 
 
 def _panel_edges(assembly: Assembly) -> Table:
-    """One row for each edge of each panel, counted from 1, the longest, counter-clockwise seen from outside; the corner
-    is that at its start."""
+    """One row for each edge of each panel, counted from 1, the longest, counter-clockwise seen from outside; length and
+    corner, that at its start, are those of the panel as it is made."""
     panels = assembly.of(PANEL)
-    own = panels.details
+    own, made = panels.details, panels.details[panels.firsts[panels.mark]]
     row = own.edge_lengths_mm.row
     names, marks = panels.piece_names, panels.marks
-    dihedrals: list[Cell] = [None if value != value else value for value in own.dihedrals_deg.values.tolist()]
     return _table(
         "panel_edges",
         [
             Column("Panel", None, [names[k] for k in row.tolist()]),
             Column("Mark", None, [marks[k] for k in row.tolist()]),
+            Column("Layer", 0, own.layer[row].tolist()),
+            Column("Pane", 0, own.pane[row].tolist()),
             Column("Edge", 0, (own.edge_lengths_mm.place + 1).tolist()),
-            Column("Length (mm)", 3, own.edge_lengths_mm.values.tolist()),
-            Column("Corner (deg)", 3, own.corner_angles_deg.values.tolist()),
-            Column("Dihedral (deg)", 3, dihedrals),
-            Column("Beam", None, _named(assembly.of(BEAM), own.beams.values)),
+            Column("Length (mm)", 3, made.edge_lengths_mm.values.tolist()),
+            Column("Corner (deg)", 3, made.corner_angles_deg.values.tolist()),
+            Column("Dihedral (deg)", 3, _cells(own.dihedrals_deg.values)),
+            Column("Least seat (mm)", 3, _cells(own.least_seats_mm.values)),
+            Column("Largest seat (mm)", 3, _cells(own.largest_seats_mm.values)),
+            Column("Step (mm)", 3, _cells(own.steps_mm.values)),
+            Column("Beam", None, named(assembly.of(BEAM), own.beams.values)),
             Column("Neighbour", None, neighbour_names(panels, names, LEFT_OUT, "")),
         ],
     )
 
 
-def _named(parts: Parts[Any], elements: IntArray) -> list[str]:
-    """The piece on each of these mesh elements: nothing for a negative one, LEFT_OUT without a part."""
-    names = [*parts.piece_names, LEFT_OUT, ""]
-    found = np.where(elements < 0, len(parts) + 1, parts.find(elements))
-    return [names[k if k >= 0 else -2] for k in found.tolist()]
-
-
-def _points(name: str, points: FloatArray) -> list[Column]:
-    return [Column(f"{name} {axis} (mm)", COORDINATE_DECIMALS, points[:, k].tolist()) for k, axis in enumerate("xyz")]
-
-
-def _directions(name: str, units: FloatArray) -> list[Column]:
-    return [Column(f"{name} {axis}", DIRECTION_DECIMALS, units[:, k].tolist()) for k, axis in enumerate("xyz")]
+def _cells(values: FloatArray) -> list[Cell]:
+    """Numbers, and nothing for what is none."""
+    return [None if value != value else value for value in values.tolist()]
 
 
 def _stacked(title: str, groups: Sequence[Sequence[Column]]) -> Table:

@@ -42,7 +42,7 @@ def plate_drawings(assembly: Assembly, *, labels: bool = True, title: str = "") 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
     >>> bolted = {"section": "rhs 120x60x5"}, {"kind": "bolted"}
-    >>> project = Project(mesh=dome(12, 2), mean_edge_mm=3000, beams=bolted[0], connection=bolted[1])
+    >>> project = Project(mesh=dome(12, 3), mean_edge_mm=2000, beams=bolted[0], connection=bolted[1])
     >>> from fabkit.production import CUT, plate_drawings
     >>> drawing = plate_drawings(design(project).assembly)[0]
     >>> drawing.name, len(drawing.layers[CUT]), drawing.circles[CUT][:, 2].tolist()

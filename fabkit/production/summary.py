@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fabkit.fitness import Finding
+from fabkit.parts import Frame
 from fabkit.production.marks import EQUAL_WITHIN_MM, KeptMarks
 from geometry.arrays import FloatArray, short_repr
 
@@ -159,7 +160,7 @@ class Summary:
         subtracted from its coordinates, in its unit.
     equal_within_mm: largest difference of each coordinate of parts that share a mark: the requested tolerance, or the
         rounding error of coordinates far from zero if that is larger. earlier_marks: by groups, those of the folder
-        whose marks are kept.
+        whose marks are kept. site: the frame of the mesh file in the coordinates of the site; None for the same.
     mended: sentences on what the reader mended in the file.
     planarity_before, planarity_after: largest distance of a corner from its face's best plane over the face's
         mean edge length. largest_move_mm, mean_move_mm: displacement of the vertices by planarising;
@@ -208,6 +209,7 @@ class Summary:
     origin: FloatArray = field(default_factory=lambda: np.zeros(3))
     equal_within_mm: float = EQUAL_WITHIN_MM
     earlier_marks: dict[str, KeptMarks] = field(default_factory=dict)
+    site: Frame | None = None
     surface: SurfaceSummary | None = None
     fin_direction: tuple[float, ...] = ()
     fin_shade: tuple[float, float] = (0.0, 0.0)

@@ -41,7 +41,8 @@ def _panel(mark: str, outline: np.ndarray) -> Part:
         pane=0,
         thickness_mm=8.0, underside_mm=0.0, area_mm2=solid.volume_mm3 / 8.0,
         edge_lengths_mm=tuple(np.linalg.norm(edges, axis=1)), corner_angles_deg=(0.0,) * n,
-        dihedrals_deg=(0.0,) * n, beams=(0,) * n, neighbours=(-1,) * n,
+        dihedrals_deg=(0.0,) * n, least_seats_mm=(0.0,) * n, largest_seats_mm=(0.0,) * n, steps_mm=(0.0,) * n,
+        beams=(0,) * n, neighbours=(-1,) * n,
     )  # fmt: skip
     return Part(kind=PANEL, mark=mark, solid=solid, placement=Frame.world(), material=GLASS, element=0, details=details)
 

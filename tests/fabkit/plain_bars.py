@@ -15,7 +15,7 @@ PLAIN_TABLES: dict[str, Any] = {
     "beams": {"width_mm": 50, "height_mm": 120, "material": "steel"},
     "connection": {"kind": "contact"},
     "nodes": {"top": "enclosing", "material": "steel"},
-    "panels": {"thickness_mm": 10, "joint_mm": 10, "seat_mm": 5},
+    "layers": [{"thickness_mm": 10, "joint_mm": 10, "seat_mm": 5}],
     "sheets": {"gap_mm": 10, "border_mm": 10},
 }
 """The tables of a project file that say so."""

@@ -12,7 +12,8 @@ from fabkit import Project, design
 from fabkit.detailing import detail
 from fabkit.errors import DetailingError, ProjectError
 from fabkit.kinds import NODE
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules
+from fabkit.layer_rules import LayerRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from geometry.mesh.shapes import dome
 from tests.fabkit.test_detail import flat_grid
 
@@ -84,7 +85,7 @@ def test_tables_are_named_without_their_contents() -> None:
 
 
 def roof(section: str, joint: float) -> Project:
-    return project(section, kind="welded").model_copy(update={"panels": PanelRules(joint_mm=joint)})
+    return project(section, kind="welded").model_copy(update={"layers": (LayerRules(joint_mm=joint),)})
 
 
 @pytest.mark.parametrize(("section", "joint"), [("rhs 120x60x5", 55.0), ("flat 120x12", 20.0)])

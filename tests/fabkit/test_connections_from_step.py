@@ -12,9 +12,10 @@ import pytest
 import shapely
 
 from fabkit.detailing.assembling import detail
+from fabkit.layer_rules import LayerRules
 from fabkit.parts import Assembly, Surroundings
 from fabkit.production import share_equal_parts
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from geometry.arrays import FloatArray
 from geometry.gauss.support_structure import SupportStructure
 from tests.fabkit.part21 import written
@@ -62,7 +63,7 @@ def made(kind: Any) -> Written:
         BeamRules(section=SECTIONS[kind]),
         ConnectionRules(kind=kind),
         NodeRules(top="trimmed", setbacks="least"),
-        PanelRules(joint_mm=20, seat_mm=12),
+        (LayerRules(joint_mm=20, seat_mm=12),),
     )
     assembly = share_equal_parts(detail(structure, rules, name="grid").assembly, within_mm=1e-7)
     parts = placed_parts(written(assembly))

@@ -130,13 +130,13 @@ def test_ends_seen_from_the_side(angles: tuple[float, float], glyph: str) -> Non
 
 def test_glyphs_follow_the_solid() -> None:
     """The outer side is the longer one at an end that leans outwards, as the glyph shows it."""
-    beams = design(Project(mesh=ROOF, unit="m", nesting=Nesting(mode="off"))).assembly["beams"]
+    beams = design(Project(mesh=ROOF, unit="m", nesting=Nesting(mode="off"))).nominal["beams"]
     row = {-1: "/", 0: "|", 1: "\\"}
     for beam in beams:
         corners = beam.solid.vertices
         outer = corners[corners[:, 2] > -1.0, 0]
         inner = corners[corners[:, 2] < 1.0 - beam.details.section.height_mm, 0]
-        # half of the last digit shown, over the height of the beam
+        # what is drawn as square, over the height of the beam
         least = np.tan(np.radians(0.005)) * beam.details.section.height_mm
         leans = [inner.min() - outer.min(), inner.max() - outer.max()]
         signs = [0 if abs(lean) < least else int(np.sign(lean)) for lean in leans]

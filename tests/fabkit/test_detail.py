@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
-from fabkit.rules import BeamRules, NodeRules, PanelRules
+from fabkit.layer_rules import LayerRules
+from fabkit.rules import BeamRules, NodeRules
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
@@ -145,7 +146,7 @@ def test_any_reasonable_sizes_fit(
         PLAIN_RULES,
         beams=BeamRules(width_mm=width, height_mm=height, reference=reference),
         nodes=NodeRules(clearance_mm=clearance, top="enclosing"),
-        panels=PanelRules(thickness_mm=thickness, joint_mm=joint, least_bearing_mm=-1e3),
+        layers=(LayerRules(thickness_mm=thickness, joint_mm=joint, least_bearing_mm=-1e3),),
     )
     for structure in (flat_grid(), cube()):
         assembly = detail(structure, rules, name="sizes").assembly
@@ -191,7 +192,7 @@ def test_a_node_may_keep_one_beam_only() -> None:
 
 
 def test_a_panel_cut_away_by_its_joint_is_an_error() -> None:
-    rules = replace(PLAIN_RULES, panels=PanelRules(joint_mm=1499.5))
+    rules = replace(PLAIN_RULES, layers=(LayerRules(joint_mm=1499.5),))
     with pytest.raises(
         DetailingError, match=r"the panel on face 0 vanishes when cut back by half the joint of 1499\.5 mm"
     ):
@@ -200,12 +201,12 @@ def test_a_panel_cut_away_by_its_joint_is_an_error() -> None:
 
 def test_an_underside_below_the_seat_is_kept() -> None:
     for given_mm in (3.0, 0.0):  # flat panels over level beams, with a seat of 12 where nothing is given
-        rules = replace(PLAIN_RULES, panels=PanelRules(underside_mm=given_mm))
+        rules = replace(PLAIN_RULES, layers=(LayerRules(z_mm=given_mm),))
         assert detail(flat_grid(), rules, name="grid").underside_mm == given_mm
 
 
 def test_an_underside_that_is_too_low_is_an_error_that_names_the_parts() -> None:
-    rules = replace(PLAIN_RULES, beams=BeamRules(reference="inner"), panels=PanelRules(underside_mm=100))
+    rules = replace(PLAIN_RULES, beams=BeamRules(reference="inner"), layers=(LayerRules(z_mm=100),))
     with pytest.raises(DetailingError, match="panel"):
         detail(flat_grid(), rules, name="grid")
 

@@ -10,9 +10,9 @@ import pytest
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
+from fabkit.layer_rules import LayerRules
 from fabkit.parts import Assembly
 from fabkit.production.marks import share_equal_parts
-from fabkit.rules import PanelRules
 from geometry.gauss import SupportStructure, approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise
@@ -126,7 +126,7 @@ def test_panels_keep_half_a_joint_from_the_support_planes_through_their_thicknes
             normal = structure.width_directions[beam]
             start = structure.mesh.vertices[structure.mesh.combinatorics.edges[beam, 0]]
             distances = (corners - start) @ normal * np.sign((centre - start) @ normal)
-            assert distances.min() == pytest.approx(rules.panels.joint_mm / 2, abs=1e-8)  # rounding at 10 m
+            assert distances.min() == pytest.approx(rules.layers[0].joint_mm / 2, abs=1e-8)  # rounding at 10 m
 
 
 def test_the_spread_of_tops_is_what_the_beams_show() -> None:
@@ -161,11 +161,11 @@ def test_the_spread_of_tops_is_what_the_beams_show() -> None:
 )
 def test_the_underside_is_the_lowest_that_clears_what_stands_under_the_panels(mesh: Mesh) -> None:
     structure = supported(mesh)
-    rules = replace(PLAIN_RULES, panels=PanelRules(seat_mm=0.0, joint_mm=0.02))
+    rules = replace(PLAIN_RULES, layers=(LayerRules(seat_mm=0.0, joint_mm=0.02),))
     detailed = detail(structure, rules, name="lift")  # checks that nothing clashes
-    lower = PanelRules(underside_mm=detailed.underside_mm - 0.05, joint_mm=0.02)
+    lower = LayerRules(z_mm=detailed.underside_mm - 0.05, joint_mm=0.02)
     with pytest.raises(DetailingError, match="panel"):
-        detail(structure, replace(PLAIN_RULES, panels=lower), name="lower")
+        detail(structure, replace(PLAIN_RULES, layers=(lower,)), name="lower")
 
 
 @pytest.mark.parametrize("mesh", [shapes.dodecahedron(), shapes.cube(), shapes.dome(7, 2), saddle()])

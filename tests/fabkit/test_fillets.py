@@ -15,6 +15,7 @@ from fabkit.checking import violations
 from fabkit.checking.solid_rules import solid_rules
 from fabkit.detailing import detail
 from fabkit.errors import ProjectError
+from fabkit.layer_rules import LayerRules
 from fabkit.parts import (
     Measures,
     Section,
@@ -26,7 +27,7 @@ from fabkit.parts import (
     profile_vertices,
 )
 from fabkit.production import share_equal_parts
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from geometry.arrays import FloatArray
 from tests.fabkit.round_solids import SOLIDS, profile
 from tests.fabkit.solids import frame
@@ -146,7 +147,7 @@ def rules(section: str, kind: Any = "welded", **nodes: Any) -> DetailingRules:
         beams=BeamRules(section=section),
         connection=ConnectionRules(kind=kind),
         nodes=NodeRules(**nodes),
-        panels=PanelRules(joint_mm=20.0),
+        layers=(LayerRules(joint_mm=20.0),),
     )
 
 

@@ -99,9 +99,9 @@ def between(first: Parts[BeamDetails], second: SolidArray, moves: FloatArray) ->
 def roof() -> Assembly:
     """A dome of bars in contact with blocks that enclose them."""
     rules = {"beams": {"width_mm": 50, "height_mm": 120}, "connection": {"kind": "contact"}}
-    panels = {"thickness_mm": 10, "joint_mm": 10}
+    layers = [{"thickness_mm": 10, "joint_mm": 10}]
     return design(
-        Project(mesh=dome(6, 3), mean_edge_mm=1500, nodes={"top": "enclosing"}, panels=panels, **rules)
+        Project(mesh=dome(6, 3), mean_edge_mm=1500, nodes={"top": "enclosing"}, layers=layers, **rules)
     ).assembly
 
 

@@ -87,7 +87,12 @@ def test_a_tee_weighs_what_its_two_plates_weigh(grid: Any) -> None:
 def test_hubs_whose_tubes_are_equal_differ_where_their_beams_are_welded() -> None:
     built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500, beams={"section": TEE}, connection={"kind": "hub"}))
     assert built.assembly["caps"].counts.tolist() == [18, 18]  # the upper ones have a dot
+    for beam in built.assembly["beams"]:
+        own = beam.solid.vertices[np.abs(beam.solid.vertices[:, 1]) > 30]
+        reaches = [np.ptp(own[np.isclose(own[:, 2], level)][:, 0]) for level in (0.0, -10.0)]
+        assert sorted(beam.details.flange_points_mm) == pytest.approx(sorted(reaches))
     contact = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    assert np.isnan(contact.assembly["beams"].details.flange_points_mm).all()
     assert len(built.assembly["nodes"].mark_names) == len(contact.assembly["nodes"].mark_names)
     assert built.assembly["beams"].counts.tolist() == contact.assembly["beams"].counts.tolist()
 

@@ -14,7 +14,7 @@ from fabkit.parts import Assembly, Frame, Parts
 from fabkit.production import panel_drawings, piece_tables, share_equal_parts
 from geometry.mesh.shapes import dome
 
-SIZES = {"panels": {"thickness_mm": 10, "joint_mm": 10}}
+SIZES = {"layers": [{"thickness_mm": 10, "joint_mm": 10}]}
 
 
 @pytest.fixture(scope="module")

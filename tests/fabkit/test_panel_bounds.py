@@ -8,7 +8,8 @@ import pytest
 
 from fabkit.checking.panel_bounds import panels_crossing_support_planes
 from fabkit.detailing.assembling import detail
-from fabkit.rules import DetailingRules, PanelRules
+from fabkit.layer_rules import LayerRules
+from fabkit.rules import DetailingRules
 from geometry.gauss import Pair, SupportStructure, approximate_pair
 from geometry.mesh import shapes
 
@@ -22,7 +23,7 @@ def structure() -> SupportStructure:
 
 @pytest.mark.parametrize("joint_mm", [0.0, 10.0])
 def test_panels_of_a_dome_fill_their_cells_and_no_more(structure: SupportStructure, joint_mm: float) -> None:
-    rules = DetailingRules(panels=PanelRules(joint_mm=joint_mm))
+    rules = DetailingRules(layers=(LayerRules(joint_mm=joint_mm),))
     panels = detail(structure, rules, name="dome").assembly["panels"]
     assert len(panels_crossing_support_planes(structure, panels)) == 0
     # half a joint to the side, and a little more since support planes are not quite upright, and a panel is outside

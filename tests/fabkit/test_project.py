@@ -72,7 +72,10 @@ def test_a_mean_edge_on_the_command_line_replaces_the_unit_of_the_file(tmp_path:
         ({"unit": "m", "beams": {"section": "rhs 120x60x5", "height_mm": 9}}, "height_mm given too"),
         ({"unit": "m", "connection": {"kind": "glued"}}, "connection.kind is 'glued'"),
         ({"unit": "m", "equal_within_mm": 3}, "equal_within_mm is 3: input should be less than or equal to 1"),
-        ({"unit": "m", "panels": {"material": "oak"}}, "panels.material is 'oak', but densities_kg_m3 has only"),
+        (
+            {"unit": "m", "layers": [{"thickness_mm": 20, "material": "oak"}]},
+            "layers.0.material is 'oak', but densities_kg_m3 has only",
+        ),
     ],
 )
 def test_wrong_settings_are_named_with_what_would_do(settings: dict[str, object], sentence: str) -> None:
@@ -117,7 +120,10 @@ SINGLE_QUOTES = "write backslashes in single quotes"
         (GOOD.encode() + b"[planarise]\nfairness = 0x" + b"f" * 5000, "planarise.fairness is a number of thousands"),
         (GOOD.encode() + b"[gauss_image]\nrounds = 1" + b"0" * 4000, r"rounds is 1000.*000: input should be less than"),
         (b"y" * 3000 + b" = 1\n" + GOOD.encode(), "unknown key 'yyy"),
-        (GOOD.encode() + b"[panels]\nmaterial = '" + b"y" * 3000 + b"'", "panels.material is 'yyy"),
+        (
+            GOOD.encode() + b"[[layers]]\nthickness_mm = 8\nmaterial = '" + b"y" * 3000 + b"'",
+            "layers.0.material is 'yyy",
+        ),
         (b"\0\0", "is not TOML"),
         (b"mesh = 'a.obj'\nmesh = 'b.obj'", "there twice: take one of the two out"),
         (b"[beams]\n[nodes]\n[beams]\n", "there twice: take one of the two out"),

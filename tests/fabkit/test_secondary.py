@@ -25,7 +25,7 @@ from geometry.mesh.shapes import dome
 WELDED: dict[str, Any] = {
     "beams": {"section": "rhs 120x60x5"},
     "connection": {"kind": "welded", "slot_mm": 25},
-    "panels": {"joint_mm": 20, "thickness_mm": 10, "seat_mm": 5},
+    "layers": [{"joint_mm": 20, "thickness_mm": 10, "seat_mm": 5}],
 }
 BELOW = {"distance_mm": -600.0, "section": "rhs 100x50x4", "strut": "chs 48.3x4"}
 ABOVE_GLASS = {"from_mm": 90.0, "to_mm": 350.0, "direction": [0.3, -0.2, 0.0], "gap_mm": 12.0}
@@ -110,7 +110,7 @@ def test_the_second_layer_stands_on_the_parallel_mesh_at_its_distance() -> None:
 @pytest.mark.parametrize(("top", "distance"), [("enclosing", -600.0), ("trimmed", 650.0)])
 def test_struts_fill_the_gap_between_both_blocks_on_the_node_axis(top: str, distance: float) -> None:
     layer = BELOW | {"distance_mm": distance, "strut": "round 16"}
-    built = design(project(nodes={"top": top}, panels={"joint_mm": 60, "least_bearing_mm": -60}, second_layer=layer))
+    built = design(project(nodes={"top": top}, layers=[{"joint_mm": 60, "least_bearing_mm": -60}], second_layer=layer))
     nodes, others = built.assembly["nodes"], built.assembly["lower nodes" if distance < 0 else "upper nodes"]
     inner, outer = (others, nodes) if distance < 0 else (nodes, others)
     struts, axes = built.assembly["struts"], built.structure.axes
@@ -144,7 +144,7 @@ def test_tables_list_both_layers() -> None:
     assert {row[3][:2] for row in facets} == {"LB"}
     pieces = {row[0]: row for row in tables["pieces"].rows}
     lower = [row for row in pieces.values() if row[2] == "lower beam"]
-    assert all(row[4].startswith("LN") and row[5].startswith("LN") for row in lower)
+    assert all(row[4].startswith("LN") and row[6].startswith("LN") for row in lower)
     ends = [row[0] for row in cut_list(built.assembly, None)["lower beams"].rows]
     assert ends[0] == "LB001"
 
@@ -284,7 +284,7 @@ def test_a_project_file_alone_builds_all_of_it(tmp_path: Path) -> None:
     write_mesh(tmp_path / "roof.obj", dome(6, 2))
     (tmp_path / "roof.toml").write_text(
         'mesh = "roof.obj"\nmean_edge_mm = 2000\nout = "roof"\ndocuments = ["step", "tables", "glb"]\n'
-        '[beams]\nsection = "rhs 120x60x5"\n[connection]\nkind = "welded"\n[panels]\njoint_mm = 20\n'
+        '[beams]\nsection = "rhs 120x60x5"\n[connection]\nkind = "welded"\n[[layers]]\njoint_mm = 20\n'
         '[second_layer]\ndistance_mm = -600\nstrut = "chs 48.3x4"\n[fins]\nfrom_mm = 150\nto_mm = 400\n'
     )
     built = build(load_project(tmp_path / "roof.toml", {}))

@@ -109,8 +109,10 @@ def test_pieces_lie_where_the_tables_say(parts: Assembly, nest: Nest) -> None:
             np.testing.assert_allclose(centre, expected.mean(axis=0), atol=50)  # of solids that are nearly prisms
     assert len(survey.rows) == len(parts["nodes"])
     beams = {row[0]: row for row in pieces.rows if row[2] == BEAM.name}
-    for node, _, _, beam, end, *_ in facets.rows:
-        assert beam == "left out" or beams[beam]["AB".index(end) + 4] == node  # type: ignore[arg-type,operator,index]
+    for node, _, number, beam, end, *_ in facets.rows:
+        if beam != "left out":
+            place = pieces.columns.index(f"Node {end}")
+            assert beams[beam][place : place + 2] == (node, number)
     assert [row[2] for row in edges.rows if row[0] == edges.rows[0][0]] == [1, 2, 3, 4]
 
 

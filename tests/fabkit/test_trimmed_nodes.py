@@ -14,7 +14,8 @@ from fabkit import Project
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import ProjectError
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules, PanelRules
+from fabkit.layer_rules import LayerRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
@@ -39,7 +40,7 @@ def rules(top: str, reference: str = "outer", bottom: str = "enclosing", **panel
         beams=BeamRules(section="flat 120x60", reference=reference),
         connection=ConnectionRules(kind="welded"),
         nodes=NodeRules(top=top, bottom=bottom),
-        panels=PanelRules(**{"seat_mm": 12, **panels}),
+        layers=(LayerRules(**{"seat_mm": 12, **panels}),),
     )
 
 

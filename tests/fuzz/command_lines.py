@@ -74,7 +74,7 @@ PATHS += [
 ]
 VECTORS = ["0.3,0,-0.1", "0,0,0", "1,0,0", "nan,0,0", "1e400,0,0", "0.1", "0,0", "a,b,c", "9" * 5000 + ",0,0"]
 
-MEASURES = ["--mean-edge", "--clearance", "--thickness", "--joint", "--underside", "--equal-within"]
+MEASURES = ["--mean-edge", "--clearance", "--thickness", "--joint", "--lift", "--equal-within"]
 SHAPES = {"--beam": SIZES, "--sheet": SIZES, "--reference": WORDS, "--nest": ["quick", "off", "most", "QUICK"]}
 SHARED = {**dict.fromkeys(MEASURES, NUMBERS), **SHAPES, "--unit": WORDS, "--accept": WORDS, "--gauss-image": PATHS}
 SHARED |= {"--flip": [], "--skip-unbuildable": []}

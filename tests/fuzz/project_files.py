@@ -43,7 +43,7 @@ kind = "contact"
 clearance_mm = 5
 setbacks = "least"
 
-[panels]
+[[layers]]
 thickness_mm = 8
 joint_mm = 12
 seat_mm = 3
@@ -120,7 +120,10 @@ KEYS = [
     "'屋根'",
     "a.b.c",
     "x" * 3000,
-    "panels.underside_mm",
+    "layers.z_mm",
+    "layers.distance_mm",
+    "layers.build_up",
+    "layers.rim_step_mm",
     "out",
 ]
 KEYS += ["fitness.nothing", "planarise.rounds", "__class__", "nesting.mode", "model_config", "'a b'", '"\\u001b[31m"']

@@ -23,7 +23,7 @@ from fabkit.parts import (
 )
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["bar_solids", "cut_planes", "stepped_tees", "with_hand_holes"]
+__all__ = ["bar_solids", "cut_planes", "flange_points", "stepped_tees", "with_hand_holes"]
 
 HAND_HOLE_CHAMFER_MM = 15.0
 """Length in mm by which the corners of a hand hole are cut off, so that no crack begins there."""
@@ -170,8 +170,23 @@ def _hole_outline(half_height: float, half_length: float) -> tuple[FloatArray, F
 # --- tees
 
 
-def stepped_tees(section: Section, web: tuple[FloatArray, FloatArray], flange: tuple[FloatArray, FloatArray]) -> Solids:
-    """Tees as in `bar_solids`, made of a web plate and a shorter flange plate, each between its own two planes."""
+def flange_points(section: Section, side_views: FloatArray, back: FloatArray | None) -> FloatArray:
+    """(n, 2) longest and shortest extent along the axis of the flanges of `stepped_tees`, in mm; NaN of other bars,
+    without back. side_views (n, 4, 2): as of `cut_planes`."""
+    if back is None:
+        return np.full((len(side_views), 2), np.nan)
+    first, second = cut_planes(side_views)
+    levels = section.height_mm / 2 - np.array([section.flange_mm, 0.0])
+    tail = first[:, :1] + first[:, 2:] * levels + back[:, :1]
+    head = second[:, :1] + second[:, 2:] * levels - back[:, 1:]
+    return np.stack([head.max(axis=1) - tail.min(axis=1), head.min(axis=1) - tail.max(axis=1)], axis=1)
+
+
+def stepped_tees(section: Section, web: tuple[FloatArray, FloatArray], back: FloatArray) -> Solids:
+    """Tees as in `bar_solids`, made of a web plate between planes (n, 3), and a flange plate that ends before it by
+    back (n, 2) along the axis."""
+    along = np.array([1.0, 0.0, 0.0])
+    flange = web[0] + back[:, :1] * along, web[1] - back[:, 1:] * along
     top, under = section.height_mm / 2, section.height_mm / 2 - section.sizes[2]
     half_web, half = section.web_mm / 2, section.width_mm / 2
     right = np.array([[half_web, -top], [half_web, under], [half_web, under], [half, under], [half, top]])

@@ -56,7 +56,7 @@ def folder_differences(old: Path, new: Path) -> Table:
     >>> from geometry.mesh.shapes import dome
     >>> from fabkit.formats.finished import folder_differences
     >>> for name, thickness in (("a", 10), ("b", 12)):
-    ...     _ = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out=name, panels={"thickness_mm": thickness}))
+    ...     _ = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out=name, layers=[{"thickness_mm": thickness}]))
     >>> len(folder_differences(Path("a"), Path("a")).rows)
     0
     >>> {row[:2] for row in folder_differences(Path("a"), Path("b")).rows}
@@ -83,7 +83,7 @@ def differences_page(old: Path, new: Path, table: Table) -> str:
     >>> from geometry.mesh.shapes import dome
     >>> from fabkit.formats.finished import differences_page, folder_differences
     >>> for name, thickness in (("a", 10), ("b", 12)):
-    ...     _ = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out=name, panels={"thickness_mm": thickness}))
+    ...     _ = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out=name, layers=[{"thickness_mm": thickness}]))
     >>> page = differences_page(Path("a"), Path("b"), folder_differences(Path("a"), Path("b")))
     >>> "<dt>Changed</dt><dd>4</dd>" in page
     True

@@ -23,6 +23,7 @@ from fabkit.formats.finished.step_checks import (
     part_file,
 )
 from fabkit.formats.manifest import foreign_files
+from fabkit.site_rules import SiteRules
 from geometry.arrays import FloatArray
 
 __all__ = ["check_folder"]
@@ -167,7 +168,7 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
             yield from check_part(contents, part, rows[mark])
     if "model.step" in contents.files and parts and "placements.csv" in contents.files:
         yield from _caught(lambda known: check_model(known, parts), contents)
-    yield from _of_drawings(contents, {mark: part.outline for mark, part in parts.items()})
+    yield from _of_drawings(contents, {mark: part.blank for mark, part in parts.items()})
 
 
 def _of_drawings(contents: Contents, outlines: dict[str, FloatArray]) -> Iterator[str]:
@@ -199,6 +200,9 @@ def _of_meshes(contents: Contents) -> Iterator[str]:
     nodes = np.array([int(row["Node"].rpartition("v")[2]) for row in survey])
     points = np.array([[float(row[f"Point {axis} (mm)"]) for axis in "xyz"] for row in survey])
     axes = np.array([[float(row[f"Axis {axis}"]) for axis in "xyz"] for row in survey])
+    if contents.manifest["settings"].get("site"):
+        site = SiteRules(**contents.manifest["settings"]["site"]).frame
+        points, axes = site.to_local(points), axes @ site.axes.T
     vertices, faces = _obj(contents, "M.obj")
     normals, faces_of_image = _obj(contents, "S.obj")
     if faces != faces_of_image or len(faces) != contents.manifest["counts"]["faces"]:

@@ -23,8 +23,9 @@ NUMBER = re.compile(r"-?\d+\.\d*(?:E-?\d+)?")
 REFERENCE = re.compile(r"#(\d+)")
 
 
-def measured(name: str, data: str) -> tuple[float, FloatArray]:
-    """Mass in kg from the stated volume and density, and the outline: (k, 2) corners at z = 0; after comparing volume,
+def measured(name: str, data: str) -> tuple[float, FloatArray, FloatArray]:
+    """Mass in kg from the stated volume and density, the outline: (k, 2) corners at z = 0, and of a plate that of its
+    upper side; after comparing volume,
     area, lines and planes. data: entities, one a line. Raises FolderError with what is wrong."""
     numbers = np.array([float(found) for found in NUMBER.findall(data)])
     of = _reading(NUMBER.sub("~", data))
@@ -51,7 +52,9 @@ def measured(name: str, data: str) -> tuple[float, FloatArray]:
                 raise FolderError(f"{name} states a {key} of {stated[key]:.6g}, its faces have {found:.6g}")
     vertices = numbers[of.vertices[:, None] + np.arange(3)]
     mass = stated["volume measure"] * stated["density measure"] * 1e-6
-    return mass, vertices[vertices[:, 2] == 0, :2]
+    lower, upper = (vertices[vertices[:, 2] == level, :2] for level in (0.0, vertices[:, 2].max(initial=0.0)))
+    is_plate = len(vertices) == 2 * len(lower) == 2 * len(upper)
+    return mass, lower, upper if is_plate else lower
 
 
 def _check_lines(name: str, of: _Reading, numbers: FloatArray) -> None:

@@ -13,6 +13,7 @@ from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
 from fabkit.formats.finished.part_geometry import REFERENCE, measured
 from fabkit.formats.step.entities import FIRST_FREE_ID
+from fabkit.parts import Ragged, blanks
 from geometry.arrays import FloatArray
 
 __all__ = ["PartFile", "check_model", "check_part", "part_file"]
@@ -35,7 +36,7 @@ Block = tuple[str, bytes]
 @dataclass(frozen=True)
 class PartFile:
     """A part file as read. block: its product; around: all other entities, without references; header; outline: points
-    (k, 2) of its corners at z = 0, in their order."""
+    (k, 2) of its corners at z = 0, in their order; upper: of a plate, those of its other side."""
 
     mark: str
     block: Block
@@ -43,6 +44,12 @@ class PartFile:
     header: str
     mass_kg: float
     outline: FloatArray
+    upper: FloatArray
+
+    @property
+    def blank(self) -> FloatArray:
+        """(k, 2) the outline from which a panel is cut."""
+        return blanks(*(Ragged.of([side], shape=(2,)) for side in (self.outline, self.upper))).values
 
 
 def part_file(contents: Contents, name: str) -> PartFile:
@@ -55,13 +62,13 @@ def part_file(contents: Contents, name: str) -> PartFile:
     if not first or f"PRODUCT('{mark}'," not in text or f"MANIFOLD_SOLID_BREP('{mark}'," not in text:
         raise FolderError(f"{name} does not hold the part {mark}")
     try:
-        mass, outline = measured(name, data.removesuffix(_END).replace(f"'{mark}", "'"))
+        mass, outline, upper = measured(name, data.removesuffix(_END).replace(f"'{mark}", "'"))
     except (ValueError, KeyError, IndexError):
         raise FolderError(f"{name} has an entity that cannot be read") from None
     around, _, number = before.rpartition("\n#")
     own = _relative(f"#{number}{first}{block.removesuffix(_END)}", int(number))
     others = frozenset(REFERENCE.sub("#", around).splitlines())
-    return PartFile(mark, own, others, head.replace(f"'{mark}'", "''"), mass, outline)
+    return PartFile(mark, own, others, head.replace(f"'{mark}'", "''"), mass, outline, upper)
 
 
 def _relative(block: str, first: int) -> Block:

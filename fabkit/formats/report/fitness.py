@@ -26,6 +26,9 @@ TITLES = {
     "slots": "Room to weld between beams",
     "uncovered": "Beams' ends above their blocks",
     "underside": "Panels raised by one node",
+    "corners": "Sharp corners of panels",
+    "short-edges": "Short edges of panels",
+    "panel-masses": "Heavy panels",
     "going-in": "Beams that do not go in from outside",
     "sheets": "Panels larger than the sheets",
 }

@@ -174,7 +174,7 @@ def write_part_steps(
         names, materials = product_names(parts), parts.material[parts.firsts]
         for number, material in enumerate(parts.materials):
             own = np.flatnonzero(materials == number)
-            for template, solids in by_template(parts.solids.by_topology(parts.shape[parts.firsts[own]])):
+            for template, solids in by_template(parts, parts.firsts[own]):
                 for start in range(0, len(solids.parts), PARTS_PER_BATCH):
                     batch = solids[start : start + PARTS_PER_BATCH]
                     named = {parts.mark_names[k]: names[k] for k in own[batch.parts].tolist()}

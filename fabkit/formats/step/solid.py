@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from fabkit.errors import OutputError
-from fabkit.parts import SHAFT, Measures, SolidArray, Topology
-from geometry.arrays import BoolArray, FloatArray
+from fabkit.parts import SHAFT, Measures, Parts, SolidArray, Topology
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["STEP_ACCURACY_MM", "Template", "by_template", "solid_entities", "solid_numbers"]
 
@@ -20,23 +21,25 @@ point, and a point that is closer to a plane as lying on it. It is also the defa
 _POINT = "CARTESIAN_POINT('',(%s,%s,%s))"
 _DIRECTION = "DIRECTION('',(%s,%s,%s))"
 
-Template = tuple[Topology, tuple[bool, ...]]
-"""A topology, and of the first ends of all rounds, then of the second ones, then of both ends of all fillets likewise,
-which are oblique: the edges there are ellipses, not circles."""
+Template = tuple[Topology, tuple[bool, ...], tuple[str, ...]]
+"""A topology; of the first ends of all rounds, then of the second ones, then of both ends of all fillets likewise,
+which are oblique: the edges there are ellipses, not circles; and the names of the faces, if they have any."""
 
 
-def by_template(solids: Sequence[SolidArray]) -> list[tuple[Template, SolidArray]]:
-    """The same solids, by the template of their text."""
+def by_template(parts: Parts[Any], rows: IntArray) -> list[tuple[Template, SolidArray]]:
+    """The solids of these parts, by the template of their text; SolidArray.parts: places in rows."""
     found: list[tuple[Template, SolidArray]] = []
-    for batch in solids:
-        if not len(batch.topology.rounds) + len(batch.topology.fillets):
-            found.append(((batch.topology, ()), batch))
-            continue
-        of = Measures(batch.topology, batch.vertices)
-        leans = np.concatenate([*np.abs(of.leans), *of.fillets.leans], axis=1) > STEP_ACCURACY_MM
-        kinds, which = np.unique(leans, axis=0, return_inverse=True)
-        for k, oblique in enumerate(kinds.tolist()):
-            found.append(((batch.topology, tuple(oblique)), batch[which.ravel() == k]))
+    for batch in parts.solids.by_topology(parts.shape[rows]):
+        alike = np.zeros((len(batch.parts), 0), dtype=bool)
+        if len(batch.topology.rounds) + len(batch.topology.fillets):
+            of = Measures(batch.topology, batch.vertices)
+            alike = np.concatenate([*np.abs(of.leans), *of.fillets.leans], axis=1) > STEP_ACCURACY_MM
+        names = parts.kind.faces(parts.take(rows[batch.parts]), batch).tolist() if parts.kind.faces else []
+        kinds: dict[Template, list[int]] = {}
+        for k, oblique in enumerate(alike.tolist()):
+            template = batch.topology, tuple(oblique), tuple(names[k]) if names else ()
+            kinds.setdefault(template, []).append(k)
+        found += [(template, batch[np.array(own)]) for template, own in kinds.items()]
     return found
 
 
@@ -59,7 +62,7 @@ class _SolidText:
     """The entities of one solid: those of its vertices, straight edges and directions, and more with each face."""
 
     def __init__(self, template: Template, first: int) -> None:
-        self.topology, self.oblique = template
+        self.topology, self.oblique, self.names = template
         self.entities, self._first = [""], first
         t = self.topology
         centres = {*t.rounds[:, :3:2].ravel().tolist(), *t.fillets[:, 1:3].ravel().tolist()}
@@ -128,7 +131,7 @@ class _SolidText:
         bounds += [self.circles[n][1] for n in ends if n // 2 != outer]
         x = self.across[outer] if outer >= 0 else self._along_first_side(loops[0])
         plane = self.add(f"PLANE('',{self._placement(t.face_vertex[face], self.normals[face], x)})")
-        return self._face(bounds, plane, ".T.")
+        return self._face(bounds, plane, ".T.", self.names[face] if self.names else "")
 
     def _along_first_side(self, loop: list[int]) -> str:
         """The direction of the first straight side of a loop."""
@@ -152,12 +155,12 @@ class _SolidText:
         cylinder = self.add(f"CYLINDRICAL_SURFACE('',{place},%s)")
         return self._face([",".join(loop)], cylinder, ".T." if sense == SHAFT else ".F.")
 
-    def _face(self, bounds: list[str], surface: str, same_sense: str) -> str:
+    def _face(self, bounds: list[str], surface: str, same_sense: str, name: str = "") -> str:
         loops = [self.add(f"EDGE_LOOP('',({bound}))") for bound in bounds]
         added = [
             self.add(f"{'FACE_BOUND' if n else 'FACE_OUTER_BOUND'}('',{loop},.T.)") for n, loop in enumerate(loops)
         ]
-        return self.add(f"ADVANCED_FACE('',({','.join(added)}),{surface},{same_sense})")
+        return self.add(f"ADVANCED_FACE('{name}',({','.join(added)}),{surface},{same_sense})")
 
 
 def solid_numbers(template: Template, batch: SolidArray, names: Sequence[str]) -> FloatArray:

@@ -33,7 +33,7 @@ from fabkit.formats.step.entities import (
 )
 from fabkit.formats.step.solid import STEP_ACCURACY_MM, Template, by_template, solid_entities, solid_numbers
 from fabkit.formats.step.text import Block, reals, string
-from fabkit.parts import Kind, Material, Part, Parts, Solids
+from fabkit.parts import Kind, Material, Part, Parts
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["PARTS_PER_BATCH", "StepWriter", "check_name", "instance_name", "product_names", "solid_texts"]
@@ -142,7 +142,7 @@ class StepWriter:
             return
         chosen = parts.take(new)
         marks, names = chosen.mark_names, product_names(chosen)
-        texts = solid_texts(parts.solids, parts.shape[new], marks)
+        texts = solid_texts(parts, new, marks)
         for mark, name, material, (template, numbers) in zip(
             marks, names, parts.material[new].tolist(), texts, strict=True
         ):
@@ -272,10 +272,10 @@ def _taken(mark: str) -> OutputError:
     return OutputError(f"mark {mark} is also the name of the structure or a group; names must be unique")
 
 
-def solid_texts(solids: Solids, chosen: IntArray, names: Sequence[str]) -> list[tuple[Template, list[str]]]:
-    """Template, and measures and numbers as text, of these solids (k,), of parts with these names."""
+def solid_texts(parts: Parts[Any], chosen: IntArray, names: Sequence[str]) -> list[tuple[Template, list[str]]]:
+    """Template, and measures and numbers as text, of the solids of these parts (k,), which have these names."""
     rows: dict[int, tuple[Template, list[str]]] = {}
-    for template, batch in by_template(solids.by_topology(chosen)):
+    for template, batch in by_template(parts, chosen):
         texts = reals(solid_numbers(template, batch, [names[n] for n in batch.parts.tolist()]))
         width = len(texts) // len(batch.parts)
         for row, n in enumerate(batch.parts.tolist()):

@@ -49,7 +49,7 @@ def panels_from_outlines(
     cross, dot = sides[:, 0] * back[:, 1] - sides[:, 1] * back[:, 0], (sides * back).sum(axis=1)
     n = len(rows)
     thickness = np.full(n, float(thickness_mm))
-    none = np.full(len(rows.values), -1)
+    none, unknown = np.full(len(rows.values), -1), rows.with_values(np.full(len(rows.values), np.nan))
     return Parts(
         kind=PANEL,
         elements=np.arange(n),
@@ -69,7 +69,10 @@ def panels_from_outlines(
             area_mm2=outline_areas(rows),
             edge_lengths_mm=rows.with_values(np.linalg.norm(sides, axis=1)),
             corner_angles_deg=rows.with_values(np.degrees(np.arctan2(cross, dot)) % 360),
-            dihedrals_deg=rows.with_values(np.full(len(none), np.nan)),
+            dihedrals_deg=unknown,
+            least_seats_mm=unknown,
+            largest_seats_mm=unknown,
+            steps_mm=unknown,
             beams=rows.with_values(none),
             neighbours=rows.with_values(none),
         ),

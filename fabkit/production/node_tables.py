@@ -1,0 +1,145 @@
+"""Columns of the tables of nodes: where they stand, and what is on each of their facets; and cells that other tables of
+pieces have too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fabkit.kinds import BEAM, BOLT, LEFT_OUT, NodeDetails
+from fabkit.parts import Assembly, Cell, Column, Frame, Parts
+from geometry.arrays import FloatArray, IntArray
+
+__all__ = ["at_ends", "coordinates", "directions", "facet_numbers", "named", "node_facets", "survey"]
+
+COORDINATE_DECIMALS, TURN_DECIMALS, DIRECTION_DECIMALS = 3, 6, 9
+"""Decimals in tables of coordinates in mm, turns in degrees and unit vectors: together they place a piece of 10 m to
+0.001 mm."""
+
+
+def survey(nodes: Parts[NodeDetails], origin_mm: FloatArray, site: Frame) -> list[Column]:
+    """Of each node its point on the mesh of its layer, its axis outwards and the direction of facet 1, in the
+    coordinates of the site, and the heights of the block's top and bottom along the axis from that point."""
+    heights = nodes.solids.vertices.with_values(nodes.solids.vertices.values[:, 2])[nodes.shape]
+    return [
+        Column("Node", None, nodes.piece_names),
+        Column("Mark", None, nodes.marks),
+        *coordinates("Point", site.to_world(nodes.origins + origin_mm)),
+        *directions("Axis", nodes.axes[:, 2] @ site.axes),
+        *directions("Facet 1", nodes.axes[:, 0] @ site.axes),
+        Column("Top (mm)", COORDINATE_DECIMALS, heights.reduced(np.maximum).tolist()),
+        Column("Bottom (mm)", COORDINATE_DECIMALS, heights.reduced(np.minimum).tolist()),
+    ]
+
+
+def node_facets(nodes: Parts[NodeDetails], assembly: Assembly) -> list[Column]:
+    """Of each facet of each node, counted from 1 counter-clockwise seen from outside, the beam there, the end of the
+    beam that meets it, its place and size on the block as it is made, and the bolts in it."""
+    beams = assembly.beside(nodes, BEAM)
+    own, made = nodes.details, nodes.details[nodes.firsts[nodes.mark]]
+    around, row = own.beams, own.beams.row
+    met = beams.find(around.values)
+    heads = np.append(beams.details.nodes[:, 0], -1)[met] == nodes.elements[row]
+    ends = ["" if k < 0 else "A" if head else "B" for k, head in zip(met.tolist(), heads, strict=True)]
+    names, marks = nodes.piece_names, nodes.marks
+    sizes = _sizes(nodes)
+    return [
+        Column("Node", None, [names[k] for k in row.tolist()]),
+        Column("Mark", None, [marks[k] for k in row.tolist()]),
+        Column("Facet", 0, (around.place + 1).tolist()),
+        Column("Beam", None, named(beams, around.values)),
+        Column("End", None, ends),
+        Column("Azimuth (deg)", 3, made.azimuths_deg.values.tolist()),
+        Column("Setback (mm)", 3, made.setbacks_mm.values.tolist()),
+        Column("Inclination (deg)", 3, own.inclinations_deg.values.tolist()),
+        *(
+            Column(f"Facet {what} (mm)", 2, [None if value != value else value for value in sizes[:, k].tolist()])
+            for k, what in enumerate(("top", "bottom", "width"))
+        ),
+        Column("Bolts", None, _bolts(nodes, assembly)),
+    ]
+
+
+def _sizes(nodes: Parts[NodeDetails]) -> FloatArray:
+    """(K, 3) level of the middle of the upper and of the lower side of each facet above the point on the mesh, and its
+    width, in mm; NaN on a tube."""
+    own = nodes.details[nodes.firsts[nodes.mark]]
+    azimuths = np.radians(own.azimuths_deg.values)
+    middles = own.setbacks_mm.values[:, None] * np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1)
+    found = np.full((len(azimuths), 3), np.nan)
+    for batch in nodes.solids.by_topology(nodes.shape):
+        n = len(np.unique(batch.topology.corners)) // 2
+        facets = np.flatnonzero(np.isin(own.beams.row, batch.parts))
+        if not n or not len(facets):
+            continue
+        block = np.searchsorted(batch.parts, own.beams.row[facets])
+        here = batch.vertices[:, : 2 * n].reshape(-1, 2, n, 3)  # the lower corners, then the upper ones
+        sides = (here + np.roll(here, -1, axis=2)) / 2
+        off = np.linalg.norm(sides[block, 0, :, :2] - middles[facets, None], axis=2)
+        side = off.argmin(axis=1)
+        widths = np.linalg.norm((np.roll(here, -1, axis=2) - here)[block, 0, side, :2], axis=1)
+        found[facets] = np.stack([sides[block, 1, side, 2], sides[block, 0, side, 2], widths], axis=1)
+    return found
+
+
+def _bolts(nodes: Parts[NodeDetails], assembly: Assembly) -> list[str]:
+    """The number and size of the bolts in each facet."""
+    around = nodes.details.beams
+    bolts = assembly.beside(nodes, BOLT)
+    facet = facet_numbers(nodes, bolts.details.nodes, bolts.elements) - 1
+    cells: list[list[str]] = [[] for _ in range(len(around.values))]
+    at = nodes.find(bolts.details.nodes)
+    for k in np.flatnonzero((facet >= 0) & (at >= 0)).tolist():
+        cells[int(around.starts[at[k]] + facet[k])].append(bolts.details.size[k])
+    return ["; ".join(f"{own.count(size)} {size}" for size in dict.fromkeys(own)) for own in cells]
+
+
+def facet_numbers(nodes: Parts[NodeDetails], vertices: IntArray, edges: IntArray) -> IntArray:
+    """(k,) number of the facet, counted from 1, for the beam on each of these edges (k,) at the node on each of these
+    vertices (k,); 0 where there is none."""
+    around = nodes.details.beams
+    if not len(around.values) or not len(edges):
+        return np.zeros(len(edges), dtype=np.int64)
+    size = int(max(around.values.max(), edges.max())) + 1
+    keys = nodes.elements[around.row] * size + around.values
+    order = np.argsort(keys)
+    wanted = vertices * size + edges
+    place = order[np.minimum(np.searchsorted(keys[order], wanted), len(order) - 1)]
+    found: IntArray = np.where(keys[place] == wanted, around.place[place] + 1, 0)
+    return found
+
+
+def at_ends(parts: Parts[Any], nodes: Parts[NodeDetails]) -> list[Column]:
+    """The nodes at end A and end B of each part, or that to which it belongs, and the numbers of the facets there."""
+    ends = np.full((len(parts), 2), -1)
+    own = getattr(parts.details, "nodes", None)
+    if own is not None:
+        ends[:, : 1 if own.ndim == 1 else 2] = own.reshape(len(parts), -1)
+    elif parts.kind.element == "vertex":
+        ends[:, 0] = parts.elements
+    facets = np.zeros((len(parts), 2), dtype=np.int64)
+    if parts.kind.element == "edge":
+        facets = np.stack([facet_numbers(nodes, end, parts.elements) for end in ends.T], axis=1)
+    numbers: list[list[Cell]] = [[number or None for number in column] for column in facets.T.tolist()]
+    return [
+        Column("Node A", None, named(nodes, ends[:, 0])),
+        Column("Facet A", 0, numbers[0]),
+        Column("Node B", None, named(nodes, ends[:, 1])),
+        Column("Facet B", 0, numbers[1]),
+    ]
+
+
+def named(parts: Parts[Any], elements: IntArray) -> list[str]:
+    """The piece on each of these mesh elements: nothing for a negative one, LEFT_OUT without a part."""
+    names = [*parts.piece_names, LEFT_OUT, ""]
+    found = np.where(elements < 0, len(parts) + 1, parts.find(elements))
+    return [names[k if k >= 0 else -2] for k in found.tolist()]
+
+
+def coordinates(name: str, points: FloatArray) -> list[Column]:
+    return [Column(f"{name} {axis} (mm)", COORDINATE_DECIMALS, points[:, k].tolist()) for k, axis in enumerate("xyz")]
+
+
+def directions(name: str, units: FloatArray) -> list[Column]:
+    return [Column(f"{name} {axis}", DIRECTION_DECIMALS, units[:, k].tolist()) for k, axis in enumerate("xyz")]
