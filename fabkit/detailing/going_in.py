@@ -10,23 +10,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabkit.detailing.beams import height_range
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes
-from fabkit.rules import BeamRules
 from geometry.arrays import FloatArray
 
 __all__ = ["going_in_gaps"]
 
 
-def going_in_gaps(ends: Ends, nodes: NodeShapes, rules: BeamRules) -> FloatArray:
+def going_in_gaps(ends: Ends, nodes: NodeShapes) -> FloatArray:
     """(E, 2) gaps in mm that each beam needs at either end to go straight in from outside and from inside, between two
     nodes that are fixed; at least one of the two is 0. NaN for beams that are
     not made."""
-    inner, outer = height_range(rules)
-    half = rules.profile.width_mm / 2
-    top = nodes.top[ends.vertex] + _rise_at_facets(ends, nodes.slope, half)
-    bottom = nodes.bottom[ends.vertex] - _rise_at_facets(ends, -nodes.bottom_slope, half)
+    inner, outer = ends.bars.at_ends
+    top = nodes.top[ends.vertex] + _rise_at_facets(ends, nodes.slope)
+    bottom = nodes.bottom[ends.vertex] - _rise_at_facets(ends, -nodes.bottom_slope)
     to_outside = np.maximum(top - ends.levels(inner), 0.0)
     to_inside = np.maximum(ends.levels(outer) - bottom, 0.0)
     closing_in = ends.inclination.reshape(-1, 2).sum(axis=1)
@@ -37,13 +34,13 @@ def going_in_gaps(ends: Ends, nodes: NodeShapes, rules: BeamRules) -> FloatArray
     return np.stack(gaps, axis=1)
 
 
-def _rise_at_facets(ends: Ends, slopes: FloatArray, half_width: float) -> FloatArray:
+def _rise_at_facets(ends: Ends, slopes: FloatArray) -> FloatArray:
     """(2E,) largest rise in mm, over the width of each beam, of planes with these slopes (N, 2) from the axis to the
     facet."""
     slope, azimuth = slopes[ends.vertex], ends.azimuth
     along = slope[:, 0] * np.cos(azimuth) + slope[:, 1] * np.sin(azimuth)
     aside = slope[:, 1] * np.cos(azimuth) - slope[:, 0] * np.sin(azimuth)
-    return np.asarray(ends.setback * along + half_width * np.abs(aside))
+    return np.asarray(ends.setback * along + ends.bars.half_widths * np.abs(aside))
 
 
 def _gap(travel: FloatArray, angle: FloatArray) -> FloatArray:

@@ -57,7 +57,7 @@ def _columns(fins: Parts[FinDetails], around: Surroundings) -> list[Column]:
         Column("Area (m2)", 4, areas, float(sum(areas))),
         *over_all("Lean (deg)", 2, fins, own.lean_deg),
         *masses(fins),
-        files(fins, "parts/{}.step"),
+        files(fins, around.panel_file),
     ]
 
 
@@ -88,6 +88,7 @@ FIN = Kind(
     letter="F",
     colour=(0.86, 0.67, 0.29),
     form="plate",
+    first_edge="the inner one",
     cure="move the fins by fins.from_mm and fins.to_mm, make them thinner, or change their direction",
     empty_details=FinDetails(
         nodes=np.zeros((0, 2), dtype=np.int64),

@@ -126,8 +126,10 @@ class Kind(Generic[P]):
     where it may have several, the fields of the details that tell them apart, whole numbers from 0, if there are such
     fields. layer: word for the layer of beams and nodes that the parts belong to, with which their names begin; empty
     for the first layer, and for parts that belong to none. cure: what to do where a part of this kind shares volume
-    with another one, as far as the kind knows it. directions: normals of the faces on which beams stand, one for each
-    place of the ring, unit vectors in the parts' own frames; None where no beam does.
+    with another one, as far as the kind knows it. first_edge: of plates that are cut out of sheets, prisms from z = 0
+    upwards, which edge of their outlines is the first, in words; empty for other kinds. directions: normals of the
+    faces on which beams stand, one for each place of the ring, unit vectors in the parts' own frames; None where no
+    beam does.
 
     columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words. faces:
     names (k, F) of the faces of the solids, all of one topology, of k parts, for STEP files.
@@ -151,6 +153,7 @@ class Kind(Generic[P]):
     apart_by: tuple[str, ...] = ()
     layer: str = ""
     cure: str = ""
+    first_edge: str = ""
     columns: Callable[[P, Any], Sequence[Column]]
     measures: Callable[[P], Sequence[Measure]]
     labels: Callable[[P, Any], Sequence[str]]

@@ -7,9 +7,9 @@ SHEET, the outline of the stock sheet. No line is drawn twice. The title stands 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import shapely
@@ -115,8 +115,9 @@ def sheet_drawings(
     >>> [(drawing.name, len(drawing.layers[CUT])) for drawing in drawings]
     [('sheet-001', 4), ('sheet-002', 6), ('sheet-003', 2)]
     """
-    sheet, sheets = nest.sheet, np.array([place.sheet for place in nest.placements], dtype=np.int64)
-    stock = np.array([[0, 0], [sheet.length_mm, 0], [sheet.length_mm, sheet.width_mm], [0, sheet.width_mm]])
+    sheets = np.array([place.sheet for place in nest.placements], dtype=np.int64)
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    stock = [corners * [sheet.length_mm, sheet.width_mm] for sheet in nest.sheets]
     in_panel_frames = panel_outlines(panels)
     outlines = Curves.of([_closed(moved(in_panel_frames[place.panel], place)) for place in nest.placements])
     no_texts = [""] * len(in_panel_frames.values)
@@ -133,26 +134,31 @@ def sheet_drawings(
     made_of = [
         ", ".join(dict.fromkeys(stocks[n] for n in np.flatnonzero(sheets == k).tolist())) for k in range(nest.n_sheets)
     ]
+    below = [
+        _title(title, made, f"sheet {k + 1} of {nest.n_sheets}", labels, panels.kind.first_edge)
+        for k, made in enumerate(made_of)
+    ]
     return tuple(
         Drawing(
             f"sheet-{k + 1:03d}",
-            {SHEET: Curves.of([_closed(stock)]), CUT: cut[k], MARK: mark[k]},
+            {SHEET: Curves.of([_closed(stock[k])]), CUT: cut[k], MARK: mark[k]},
             notes,
-            _title(title, made_of[k], f"sheet {k + 1} of {nest.n_sheets}", labels) if title else (),
+            below[k] if title else (),
         )
         for k in range(nest.n_sheets)
     )
 
 
-def _title(project: str, made_of: str, which: str, labels: Labels) -> tuple[str, ...]:
-    arrow = () if labels == "none" else ("arrow: from corner 1 along edge 1, the longest",)
+def _title(project: str, made_of: str, which: str, labels: Labels, first_edge: str) -> tuple[str, ...]:
+    arrow = () if labels == "none" else (f"arrow: from corner 1 along edge 1, {first_edge}",)
     return (", ".join(word for word in (project, made_of, which) if word), *arrow)
 
 
 def panel_drawings(
     assembly: Assembly, *, labels: Labels = "middle", corner_mm: float = 20.0, title: str = ""
 ) -> tuple[Drawing, ...]:
-    """One drawing for each mark of a panel, named like the mark, in the panel's own frame, in the order of the panels.
+    """One drawing for each mark of a panel, and of fins and other plates that are cut out of sheets, named like the
+    mark, in the plate's own frame, in their order.
 
     labels, corner_mm, title: as of sheets. With labels in the middle, a neighbour's mark is drawn along an edge if all
     panels of this mark have that neighbour, and if there is room.
@@ -164,9 +170,14 @@ def panel_drawings(
     >>> [drawing.name for drawing in panel_drawings(built.assembly)]
     ['P001', 'P002']
     """
-    every = assembly.of(PANEL)
+    kinds = (parts for parts in assembly.groups if parts.kind.first_edge)
+    return tuple(drawing for parts in kinds for drawing in _plate_drawings(parts, labels, corner_mm, title))
+
+
+def _plate_drawings(every: Parts[Any], labels: Labels, corner_mm: float, title: str) -> Iterator[Drawing]:
     outlines = panel_outlines(every)[every.firsts]
-    strokes, panel_of_stroke = _marks(every.mark_names, outlines, _common_neighbours(every), labels, corner_mm)
+    across = _common_neighbours(every) if every.kind is PANEL else [""] * len(outlines.values)
+    strokes, panel_of_stroke = _marks(every.mark_names, outlines, across, labels, corner_mm)
     stocks = every.kind.stock(every) if every.kind.stock else [""] * len(every)
     made_of = [stocks[k] for k in every.firsts.tolist()]
     notes = (
@@ -174,15 +185,10 @@ def panel_drawings(
         "Millimetres. Outer side up. Layers: CUT contour, MARK open strokes, TITLE text.",
     )
     of_panels = strokes.grouped(panel_of_stroke, len(outlines))
-    return tuple(
-        Drawing(
-            mark,
-            {CUT: Curves.of([_closed(outline)]), MARK: own},
-            notes,
-            _title(title, stock, f"panel {mark}", labels) if title else (),
-        )
-        for mark, outline, own, stock in zip(every.mark_names, outlines, of_panels, made_of, strict=True)
-    )
+    for mark, outline, own, stock in zip(every.mark_names, outlines, of_panels, made_of, strict=True):
+        name = f"{every.kind.name} {mark}"
+        below = _title(title, stock, name, labels, every.kind.first_edge) if title else ()
+        yield Drawing(mark, {CUT: Curves.of([_closed(outline)]), MARK: own}, notes, below)
 
 
 def _common_neighbours(panels: Parts[PanelDetails]) -> list[str]:

@@ -88,7 +88,7 @@ def _pieces(
 ) -> list[Column]:
     """What each part is, the nodes at its ends, its mass, when and from where it goes in, its file and its place on a
     sheet."""
-    n, pattern = len(parts), panel_file if parts.kind is PANEL else "parts/{}.step"
+    n, pattern = len(parts), panel_file if parts.kind.first_edge else "parts/{}.step"
     placed = nest.placements if nest is not None and parts.kind is PANEL else ()
     places: list[tuple[Cell, ...]] = [(p.sheet + 1, *p.offset_mm, p.angle_deg) for p in placed]
     places = places or [(None,) * 4] * n
@@ -107,6 +107,7 @@ def _pieces(
         Column("Sheet x (mm)", COORDINATE_DECIMALS, sheet[1]),
         Column("Sheet y (mm)", COORDINATE_DECIMALS, sheet[2]),
         Column("Sheet turn (deg)", TURN_DECIMALS, sheet[3]),
+        Column("Turned over", None, ["yes" if over else "" for over in parts.turned_over.tolist()]),
     ]
 
 

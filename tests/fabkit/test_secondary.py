@@ -14,6 +14,7 @@ import shapely
 from fabkit import Project, build, design, load_project
 from fabkit.checking import clashes, violations
 from fabkit.errors import DetailingError, ProjectError
+from fabkit.formats.finished import check_folder
 from fabkit.parts import Parts
 from fabkit.pipeline import Built
 from fabkit.production import cut_list, piece_tables
@@ -283,11 +284,14 @@ def test_what_cannot_be_built_is_left_out_where_asked() -> None:
 def test_a_project_file_alone_builds_all_of_it(tmp_path: Path) -> None:
     write_mesh(tmp_path / "roof.obj", dome(6, 2))
     (tmp_path / "roof.toml").write_text(
-        'mesh = "roof.obj"\nmean_edge_mm = 2000\nout = "roof"\ndocuments = ["step", "tables", "glb"]\n'
+        'mesh = "roof.obj"\nmean_edge_mm = 2000\nout = "roof"\n'
         '[beams]\nsection = "rhs 120x60x5"\n[connection]\nkind = "welded"\n[[layers]]\njoint_mm = 20\n'
         '[second_layer]\ndistance_mm = -600\nstrut = "chs 48.3x4"\n[fins]\nfrom_mm = 150\nto_mm = 400\n'
     )
     built = build(load_project(tmp_path / "roof.toml", {}))
+    assert list(check_folder(tmp_path / "roof")) == []
+    for fin in built.assembly["fins"].mark_names:
+        assert (tmp_path / "roof" / "panels" / f"{fin}.dxf").exists()
     step = (tmp_path / "roof" / "model.step").read_text()
     for group in ("lower beams", "lower nodes", "struts", "fins"):
         assert f"'{group}'" in step

@@ -197,9 +197,10 @@ def _of_meshes(contents: Contents) -> Iterator[str]:
     if not {"M.obj", "S.obj", "survey.csv"} <= contents.files.keys():
         return
     survey = contents.table("survey")
-    nodes = np.array([int(row["Node"].rpartition("v")[2]) for row in survey])
-    points = np.array([[float(row[f"Point {axis} (mm)"]) for axis in "xyz"] for row in survey])
-    axes = np.array([[float(row[f"Axis {axis}"]) for axis in "xyz"] for row in survey])
+    every = np.array([int(row["Node"].rpartition("v")[2]) for row in survey], dtype=np.int64)
+    nodes, first = np.unique(every, return_index=True)  # those of the first layer
+    points = np.array([[float(row[f"Point {axis} (mm)"]) for axis in "xyz"] for row in survey])[first]
+    axes = np.array([[float(row[f"Axis {axis}"]) for axis in "xyz"] for row in survey])[first]
     if contents.manifest["settings"].get("site"):
         site = SiteRules(**contents.manifest["settings"]["site"]).frame
         points, axes = site.to_local(points), axes @ site.axes.T
