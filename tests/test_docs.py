@@ -45,8 +45,8 @@ def test_the_project_file_in_the_how_to_states_the_defaults() -> None:
     stated = project_from(tomllib.loads(block[1])).model_dump(exclude={"out", "name"})
     assert stated == project_from({"mesh": "roof.obj", "unit": "m"}).model_dump(exclude={"out", "name"})
     # what has no value of its own is commented out; with the comment signs taken off it must still be known
-    alone = ("z_mm", "distance_mm", "parallel", "axes")
-    others = rf"^# (?!mean_edge_mm|file|section|clearance_mm|thickness_mm|{'|'.join(alone)})"
+    alone = ("z_mm", "distance_mm", "parallel")
+    others = rf"^# (?!mean_edge_mm|file|section|clearance_mm|thickness_mm|axes|{'|'.join(alone)})"
     project_from(tomllib.loads(re.sub(others, "", block[1], flags=re.MULTILINE)))
     for key in alone:
         project_from(tomllib.loads(re.sub(rf"^# (?={key} )", "", block[1], flags=re.MULTILINE)))
