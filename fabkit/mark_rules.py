@@ -33,10 +33,10 @@ class MarkRules:
 
     far_end_mm: of node blocks with one mark, how far the far ends of their beams may be displaced since their facets
     differ in direction, in each coordinate, for the longest beam; 10 000 is no limit, for nodes that are set in a jig.
-    mirrored_panes: a pane that is the mirror image of another one is the same piece turned over, where both faces are
-    equal. order: the order in which marks are numbered: that of the elements of the mesh, in rings from its boundary
-    inwards, or in rows across its shorter side. prefix, start: of marks, such as NO1-B100. keep: an earlier folder,
-    whose marks equal pieces keep; others get numbers that it never had.
+    mirrored_panes: whether a pane that is the mirror image of another one is the same piece turned over, as it is where
+    both faces are equal: neither coated nor printed. order: the order in which marks are numbered: that of the elements
+    of the mesh, in rings from its boundary inwards, or in rows along its longer side. prefix, start: of marks, such as
+    NO1-B100. keep: an earlier folder, whose marks equal pieces keep; others get numbers that it never had.
 
     >>> from fabkit.mark_rules import MarkRules
     >>> MarkRules(prefix="NO1-", start=100).far_end_mm
@@ -44,7 +44,7 @@ class MarkRules:
     """
 
     far_end_mm: Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)] = 0.5
-    mirrored_panes: bool = True
+    mirrored_panes: bool = False
     order: MarkOrder = "elements"
     prefix: Annotated[str, AfterValidator(_prefix)] = ""
     start: Annotated[int, Field(ge=1, le=1_000_000)] = 1

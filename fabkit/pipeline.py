@@ -138,7 +138,12 @@ def design(project: Project, stages: Stages | None = None) -> Built:
         ranks = element_ranks(structure.mesh, project.marks.order)
         assembly = stamped(share_equal_parts(nominal, within_mm=within, rules=project.marks, ranks=ranks, kept=kept))
     with stages("Nest"):
-        reasons = too_large(assembly.of(PANEL), _sheet(project), border_mm=project.sheets.border_mm)
+        reasons = too_large(
+            assembly.of(PANEL),
+            _sheet_sizes(project),
+            border_mm=project.sheets.border_mm,
+            rotation=project.sheets.rotation,
+        )
         found = with_checked(project, found, _unusual_parts(project, detailed, assembly, reasons))
         if project.skip_unbuildable and project.nesting.mode != "off":
             assembly = _without_too_large(assembly, reasons)
@@ -272,8 +277,10 @@ def _scale(project: Project, mesh: Mesh) -> float:
     return project.mean_edge_mm / mesh.mean_edge_length
 
 
-def _sheet(project: Project) -> Sheet:
-    return Sheet(project.sheets.length_mm, project.sheets.width_mm)
+def _sheet_sizes(project: Project) -> tuple[Sheet, ...]:
+    rules = project.sheets
+    sizes = tuple(Sheet(size.length_mm, size.width_mm, size.count) for size in rules.sizes)
+    return sizes or (Sheet(rules.length_mm, rules.width_mm),)
 
 
 def _without_too_large(assembly: Assembly, reasons: dict[int, str]) -> Assembly:
@@ -302,9 +309,10 @@ def _nest(project: Project, assembly: Assembly, stages: Stages) -> Nest | None:
     rules = project.sheets
     return nest_panels(
         panels,
-        _sheet(project),
+        _sheet_sizes(project),
         gap_mm=rules.gap_mm,
         border_mm=rules.border_mm,
+        rotation=rules.rotation,
         mode=project.nesting.mode,
         seconds=project.nesting.seconds,
         progress=lambda share, _: stages.progress("Nest", share),

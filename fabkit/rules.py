@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, ConfigDict, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from fabkit.connection_rules import CONNECTION_KINDS, ConnectionKind, ConnectionRules
@@ -54,11 +54,12 @@ _STRICT = ConfigDict(extra="forbid")
 
 @dataclass(frozen=True, config=_STRICT)
 class BeamRules:
-    """Bars of one section, symmetric about the central plane of their edge.
+    """Bars of constant section, symmetric about the central plane of their edge.
 
     section: as the trade writes it, see `Section`; by default rhs 120x60x5, a size of EN 10210-2 and EN 10219-2, and of
     S355 (EN 10025-2, S355J2H as a hollow section). width_mm, height_mm: instead of a section, those of a solid bar,
-    where one is given the other is 50 wide, or 120 high.
+    where one is given the other is 50 wide, or 120 high. boundary_section: of the bars on the boundary, if they have
+    another one.
     reference: the side of the bar that lies on the mesh; "glass": the outer faces of the panels lie on the mesh, and
     the outer sides of the bars on a parallel mesh below. least_length_mm: minimum length of a bar between its two cuts.
 
@@ -70,6 +71,7 @@ class BeamRules:
     width_mm: Positive | None = None
     height_mm: Positive | None = None
     section: SectionName | None = None
+    boundary_section: SectionName | None = None
     reference: HeightReference = "outer"
     least_length_mm: Positive = 20.0
     material: str = "S355"
@@ -86,10 +88,16 @@ class BeamRules:
 
     @property
     def profile(self) -> Section:
-        """The section of all beams."""
+        """The section of all beams, but for those on the boundary where these have one of their own."""
         if self.width_mm is None and self.height_mm is None:
             return Section.of(self.section or "rhs 120x60x5")
         return Section("flat", (self.height_mm or 120.0, self.width_mm or 50.0))
+
+    @property
+    def sections(self) -> tuple[Section, ...]:
+        """The section of all beams, and after it that of those on the boundary if it is another one."""
+        own = Section.of(self.boundary_section) if self.boundary_section is not None else self.profile
+        return (self.profile,) if own == self.profile else (self.profile, own)
 
 
 @dataclass(frozen=True, config=_STRICT)
@@ -117,17 +125,45 @@ class NodeRules:
 
 
 @dataclass(frozen=True, config=_STRICT)
+class SheetSize:
+    """A size of stock sheets. count: how many there are of each thickness and material, None for any number.
+
+    >>> from fabkit.rules import SheetSize
+    >>> SheetSize(3210, 2250).count is None
+    True
+    """
+
+    length_mm: Positive
+    width_mm: Positive
+    count: Annotated[int, Field(ge=0)] | None = None
+
+
+@dataclass(frozen=True, config=_STRICT)
 class SheetRules:
     """Stock sheets, by default a jumbo of float glass (EN 572-2).
 
     gap_mm: between panels, by default room to break laminated glass along each cut. border_mm: to the edge of the
-    sheet, by default what is trimmed off each edge before cutting.
+    sheet, by default what is trimmed off each edge before cutting. rotation: "free"; "half" for panels that may be
+    turned by half a turn only, "fixed" for those that may not: edge 1 then lies along the sheet, as its grain does.
+    sizes: in the place of length_mm and width_mm, each with a count if there are so many only.
+
+    >>> from fabkit.rules import SheetRules
+    >>> SheetRules(sizes=({"length_mm": 3210, "width_mm": 2250, "count": 4},)).sizes[0].count
+    4
     """
 
     length_mm: Positive = 6000.0
     width_mm: Positive = 3210.0
     gap_mm: NotNegative = 20.0
     border_mm: NotNegative = 25.0
+    rotation: Literal["free", "half", "fixed"] = "free"
+    sizes: tuple[SheetSize, ...] = ()
+
+    @model_validator(mode="after")
+    def _one_way(self) -> SheetRules:
+        if self.sizes and (self.length_mm, self.width_mm) != (6000.0, 3210.0):
+            raise ValueError("sheets have both sizes and a length or width of their own: give one of them")
+        return self
 
 
 @dataclass(frozen=True, config=_STRICT)
@@ -195,7 +231,8 @@ class DetailingRules:
 
     @model_validator(mode="after")
     def _connection_fits(self) -> DetailingRules:
-        problem, own = self.connection.problems_with(self.beams.profile), self.second_layer
+        problems, own = map(self.connection.problems_with, self.beams.sections), self.second_layer
+        problem = next(filter(None, problems), "")
         if own is not None and not problem:
             section = self.beams.profile if own.section is None else Section.of(own.section)
             problem = (own.connection or self.connection).problems_with(section)

@@ -165,6 +165,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.arrays",
     },
     "fabkit.detailing.panel_layers": {
+        "fabkit.detailing.shapes",
         "fabkit.kinds",
         "fabkit.layer_rules",
         "fabkit.parts",
@@ -172,7 +173,15 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.mesh",
         "geometry.arrays",
     },
-    "fabkit.detailing.shapes": {"fabkit.checking", "fabkit.kinds", "fabkit.parts", "geometry.arrays"},
+    "fabkit.detailing.shapes": {
+        "fabkit.checking",
+        "fabkit.connections",
+        "fabkit.kinds",
+        "fabkit.parts",
+        "fabkit.rules",
+        "geometry.mesh",
+        "geometry.arrays",
+    },
     "fabkit.detailing": {
         "fabkit.detailing.panel_layers",
         "fabkit.detailing.shapes",
@@ -520,7 +529,6 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "panel_bounds",
     ),
     "fabkit.detailing": (
-        "setbacks",
         "ends",
         "beams joining",
         "hubs fins",
@@ -532,6 +540,12 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "assembling",
     ),
     "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
+    "fabkit.production.nesting": (
+        "nests remaining_rectangles",
+        "guillotine",
+        "irregular loose_panels",
+        "sheet_nesting",
+    ),
     "fabkit.production": (
         "erection node_tables part_views strokes",
         "cut_lists drawing",
@@ -544,7 +558,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "dxf_checks earlier_marks picture_checks step_checks",
         "differences folder_checks",
     ),
-    "fabkit.formats.step": ("text solid", "entities", "writer", "files"),
+    "fabkit.formats.step": ("text p_curves", "solid", "entities", "writer", "files"),
     "fabkit.formats": (
         "legend_table occt_solids",
         "manifest polylines renaming tables single_files workbook",

@@ -33,8 +33,8 @@ class EndFits:
     beams, nodes (K,): positions in the groups given; ends (K,): 0 for end A, 1 for end B.
     plane_gap_mm (K,): largest distance of the end face, moved by the gap that it has by its record, from the plane of
     the facet. overhang_mm (K,): largest distance by which the end face exceeds the facet's outline, negative inside.
-    Both are infinite where no facet faces the end. uncovered_percent (K,): how much of the area of the end face lies
-    outside the facet.
+    Both are infinite where no facet faces the end. uncovered_percent (K,): how much of the rectangle about the end face
+    lies outside the facet.
     """
 
     beams: IntArray
@@ -134,7 +134,8 @@ def _misfits(corners: FloatArray, normals: FloatArray, blocks: SolidArray) -> tu
 def _uncovered_percent(
     corners: FloatArray, normals: FloatArray, blocks: SolidArray, facets: IntArray, overhangs: FloatArray
 ) -> FloatArray:
-    """(K,) percentage of the area of each end face outside its facet, both projected along the normal of the end."""
+    """(K,) percentage of the rectangle about each end face, its width times its height, that lies outside its facet,
+    both projected along the normal of the end. Ends begin with an edge along their width or height."""
     found = np.zeros(len(corners))
     over = np.flatnonzero((overhangs > 0) & np.isfinite(overhangs) & (facets >= 0))
     if not len(over):
@@ -144,6 +145,7 @@ def _uncovered_percent(
     plane = np.stack([along, np.cross(normals[over], along)], axis=2)
     outlines = blocks.vertices[over[:, None], _face_corners(blocks.topology)[facets[over]]]
     ends, faces = (shapely.polygons((points - corners[over, :1]) @ plane) for points in (corners[over], outlines))
+    ends = shapely.envelope(ends)
     areas = shapely.area(ends)
     found[over] = 100 * (areas - shapely.area(shapely.intersection(ends, faces))) / areas
     return found

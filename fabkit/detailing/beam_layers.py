@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.detailing.beams import BeamShapes, beam_shapes, height_range, make_beams
+from fabkit.detailing.beams import BeamShapes, beam_shapes, make_beams
 from fabkit.detailing.bolted import bolted_nodes, fasteners
 from fabkit.detailing.ends import Ends, beam_ends
 from fabkit.detailing.going_in import going_in_gaps
@@ -43,7 +43,7 @@ def fit_beams(
         if reasons := not_joinable(structure.mesh, ends, rules):
             leave_out(reasons)
             continue
-        shapes = beam_shapes(structure, ends, height_range(rules.beams))
+        shapes = beam_shapes(structure, ends, ends.bars.levels)
         short = np.flatnonzero(made & ~(shapes.short_point >= rules.least_length_mm))
         if not len(short):
             return ends, shapes
@@ -86,9 +86,9 @@ def layer_parts(
     for it, as in `Kind`."""
     edges, vertices = np.flatnonzero(made), np.flatnonzero(np.diff(ends.ring_starts) > 0)
     steel = rules.material(rules.nodes.material)
-    gaps = going_in_gaps(ends, nodes, rules.beams)
+    gaps = going_in_gaps(ends, nodes)
     beams = make_beams(structure, ends, shapes, edges, gaps, rules, rules.material(rules.beams.material))
-    blocks = make_nodes(structure, ends, nodes, vertices, rules.beams, steel)
+    blocks = make_nodes(structure, ends, nodes, vertices, steel)
     kind, axial = rules.connection.kind, rules.connection.axial_bore_mm
     if axial > 0 and kind != "hub":
         blocks = replace(blocks, solids=bored_along_axis(blocks.solids, axial))

@@ -9,20 +9,13 @@ import numpy as np
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.shapes.bars import bar_solids, cut_planes, flange_points, stepped_tees, with_hand_holes
 from fabkit.kinds import BEAM, BeamDetails
-from fabkit.parts import Material, Parts, Solids
-from fabkit.rules import BeamRules, DetailingRules
+from fabkit.parts import Material, Parts, Section, Solids
+from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh
 
-__all__ = ["BeamShapes", "beam_shapes", "dihedral_angles", "end_levels", "height_range", "make_beams"]
-
-
-def height_range(rules: BeamRules) -> tuple[float, float]:
-    """Levels in mm of the inner and the outer side of the bar above the mesh edge on which it stands."""
-    height = rules.profile.height_mm
-    outer = {"outer": 0.0, "glass": 0.0, "centre": height / 2, "inner": height}[rules.reference]
-    return outer - height, outer
+__all__ = ["BeamShapes", "beam_shapes", "dihedral_angles", "end_levels", "make_beams"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +55,10 @@ def beam_shapes(structure: SupportStructure, ends: Ends, levels: tuple[float, fl
     return BeamShapes(corners)
 
 
-def end_levels(ends: Ends, rules: BeamRules) -> FloatArray:
+def end_levels(ends: Ends) -> FloatArray:
     """(2E,) levels of the middles of the beams' end faces along the node axes, in mm."""
-    return ends.levels(sum(height_range(rules)) / 2)
+    inner, outer = ends.bars.at_ends
+    return ends.levels((inner + outer) / 2)
 
 
 def dihedral_angles(mesh: Mesh) -> FloatArray:
@@ -91,38 +85,56 @@ def make_beams(
     start = shapes.corners[edges, 1] + back[:, :1] * np.array([1.0, 0.0])
     t, u = structure.mesh.edge_directions[edges], structure.height_directions[edges]
     nodes = structure.mesh.combinatorics.edges[edges]
-    section = rules.beams.profile
+    sections, which = ends.bars.sections, ends.bars.of_edge[edges]
+    section, flanges = np.empty(len(edges), dtype=object), np.empty((len(edges), 2))
+    for number, each in enumerate(sections):
+        own = which == number
+        section[own] = each
+        stepped = back[own] if _is_stepped(each, rules) else None
+        flanges[own] = flange_points(each, shapes.corners[edges[own]], stepped)
     return Parts.each_its_own(
         BEAM,
         edges,
-        _solids(shapes.corners[edges] - start[:, None], back, rules),
+        _solids(shapes.corners[edges] - start[:, None], back, sections, which, rules),
         origins=structure.mesh.vertices[nodes[:, 0]] + start[:, :1] * t + start[:, 1:] * u,
         axes=np.stack([t, np.cross(u, t), u], axis=1),
         material=material,
         details=BeamDetails(
             nodes=nodes,
-            section=np.full(len(edges), section, dtype=object),
+            section=section,
             cut_angles_deg=-np.degrees(ends.inclination.reshape(-1, 2)[edges]),
             end_gaps_mm=(ends.cut - ends.setback).reshape(-1, 2)[edges],
             long_point_mm=shapes.long_point[edges],
             short_point_mm=shapes.short_point[edges],
-            flange_points_mm=flange_points(section, shapes.corners[edges], back if _is_stepped(rules) else None),
+            flange_points_mm=flanges,
             dihedral_deg=np.degrees(dihedral_angles(structure.mesh)[edges]),
-            height_deviation_mm=(structure.heights[edges] - 1) * structure.distance,
+            height_deviation_mm=structure.heights[edges] * structure.distance - np.ptp(ends.bars.levels[edges], axis=1),
             twist_deg=np.degrees(structure.twists[edges]),
             going_in_gaps_mm=gaps[edges],
         ),
     )
 
 
-def _solids(side_views: FloatArray, back: FloatArray, rules: DetailingRules) -> Solids:
+def _solids(
+    side_views: FloatArray, back: FloatArray, sections: tuple[Section, ...], which: IntArray, rules: DetailingRules
+) -> Solids:
     """The solids of n beams in their own frames. side_views (n, 4, 2): their corners, as in `BeamShapes`; back (n, 2):
-    how much of the flange is cut off at either end, in mm."""
-    section, connection, planes = rules.beams.profile, rules.connection, cut_planes(side_views)
+    how much of the flange is cut off at either end, in mm; which (n,): of the sections."""
+    if len(sections) == 1:
+        return _alike(side_views, back, sections[0], rules)
+    rows = [np.flatnonzero(which == number) for number in range(len(sections))]
+    return Solids.gathered(
+        rows, [_alike(side_views[own], back[own], each, rules) for own, each in zip(rows, sections, strict=True)]
+    )
+
+
+def _alike(side_views: FloatArray, back: FloatArray, section: Section, rules: DetailingRules) -> Solids:
+    connection = rules.connection
+    planes = cut_planes(side_views)
     if connection.kind == "bolted":
         return with_hand_holes(section, planes, connection.hand_hole_height_mm, connection.hand_hole_length_mm)
-    return stepped_tees(section, planes, back) if _is_stepped(rules) else bar_solids(section, *planes)
+    return stepped_tees(section, planes, back) if _is_stepped(section, rules) else bar_solids(section, *planes)
 
 
-def _is_stepped(rules: DetailingRules) -> bool:
-    return rules.connection.kind == "hub" and rules.beams.profile.shape == "tee"
+def _is_stepped(section: Section, rules: DetailingRules) -> bool:
+    return rules.connection.kind == "hub" and section.shape == "tee"

@@ -7,6 +7,7 @@ axis; z along the axis.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,6 +22,7 @@ from fabkit.parts import (
     SHAFT,
     Material,
     Parts,
+    Section,
     Solids,
     Topology,
     bore_vertices,
@@ -58,7 +60,7 @@ class _Places:
 def _places(structure: SupportStructure, ends: Ends, rules: DetailingRules) -> _Places:
     own = np.sort(ends.ring)
     radial, axis = ends.radial[own], structure.axes[ends.vertex[own]]
-    middles = structure.mesh.vertices[ends.vertex[own]] + end_levels(ends, rules.beams)[own, None] * axis
+    middles = structure.mesh.vertices[ends.vertex[own]] + end_levels(ends)[own, None] * axis
     return _Places(own, middles, np.stack([radial, np.cross(axis, radial), axis], axis=1))
 
 
@@ -71,25 +73,30 @@ def fasteners(
     return (*groups, _dowels(places, ends, rules, material)) if connection.has_dowel else groups
 
 
-def _bores(connection: ConnectionRules, height_mm: float) -> list[tuple[float, float, float, float]]:
+def _dowel_offset(connection: ConnectionRules, sections: Sequence[Section]) -> float:
+    """Level of the dowels below the middles of the plates, the same for beams of all sections, in mm."""
+    return min(connection.dowel_offset_mm(section.height_mm) for section in sections)
+
+
+def _bores(connection: ConnectionRules, sections: Sequence[Section]) -> list[tuple[float, float, float, float]]:
     """Of one end: level above the middle of the plate, diameter in the plate, diameter and depth in the node."""
     size = connection.group.size
     bores = [(z, size.clearance_mm, size.diameter_mm, size.bore_depth_mm) for z in connection.group.offsets_mm]
     if connection.has_dowel:
         own = connection.dowel_mm
-        bores.append((-connection.dowel_offset_mm(height_mm), own, own, DOWEL_DEPTH_RATIO * own))
+        bores.append((-_dowel_offset(connection, sections), own, own, DOWEL_DEPTH_RATIO * own))
     return bores
 
 
 def _end_plates(places: _Places, ends: Ends, rules: DetailingRules, material: Material) -> Parts[EndPlateDetails]:
-    section, connection, n = rules.beams.profile, rules.connection, len(places.ends)
-    thickness, width = connection.plate_mm, section.width_mm
-    heights = section.height_mm / np.cos(ends.inclination[places.ends])
+    connection, n, edges = rules.connection, len(places.ends), places.ends // 2
+    thickness, widths = connection.plate_mm, ends.bars.widths[edges]
+    heights = np.ptp(ends.bars.levels[edges], axis=1) / np.cos(ends.inclination[places.ends])
     square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
     boxes = profile_vertices([square], np.zeros((n, 3)), np.tile(thickness * X, (n, 1)))
-    boxes[..., 1] *= width
+    boxes[..., 1] *= widths[:, None]
     boxes[..., 2] *= heights[:, None]
-    bores = _bores(connection, section.height_mm)
+    bores = _bores(connection, ends.bars.sections)
     holes = [bore_vertices(z * Z, z * Z + thickness * X, diameter / 2, Z) for z, diameter, _, _ in bores]
     vertices = np.concatenate([boxes, np.broadcast_to(np.concatenate(holes), (n, 4 * len(holes), 3))], axis=1)
     group, dowel = connection.group, 1.0 if connection.has_dowel else np.nan
@@ -103,13 +110,13 @@ def _end_plates(places: _Places, ends: Ends, rules: DetailingRules, material: Ma
         details=EndPlateDetails(
             nodes=ends.vertex[places.ends],
             height_mm=heights,
-            width_mm=np.full(n, width),
+            width_mm=widths,
             thickness_mm=np.full(n, thickness),
             n_bolts=np.full(n, group.count),
             bolt_bore_mm=np.full(n, group.size.clearance_mm),
             bolt_pitch_mm=np.full(n, group.size.spacing_mm if group.count > 1 else np.nan),
             dowel_bore_mm=np.full(n, dowel * connection.dowel_mm),
-            dowel_depth_mm=np.full(n, dowel * connection.dowel_offset_mm(section.height_mm)),
+            dowel_depth_mm=np.full(n, dowel * _dowel_offset(connection, ends.bars.sections)),
         ),
     )
 
@@ -141,7 +148,7 @@ def _bolts(places: _Places, ends: Ends, rules: DetailingRules, material: Materia
 def _dowels(places: _Places, ends: Ends, rules: DetailingRules, material: Material) -> Parts[DowelDetails]:
     connection, n = rules.connection, len(places.ends)
     length = connection.end_distance_mm + DOWEL_DEPTH_RATIO * connection.dowel_mm
-    offset = -connection.dowel_offset_mm(rules.beams.profile.height_mm)
+    offset = -_dowel_offset(connection, ends.bars.sections)
     return _pins(
         DOWEL,
         places,
@@ -185,12 +192,12 @@ def _pins(
 
 def bolted_nodes(nodes: Parts[NodeDetails], ends: Ends, rules: DetailingRules) -> Parts[NodeDetails]:
     """The node blocks with the bores in their facets for bolts and dowels."""
-    around, bores = nodes.details.beams, _bores(rules.connection, rules.beams.profile.height_mm)
+    around, bores = nodes.details.beams, _bores(rules.connection, ends.bars.sections)
     solid, azimuth = around.row, np.radians(nodes.details.azimuths_deg.values)
     end = ends.at(nodes.elements[solid], around.values)
     radial = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(len(end))], axis=1)
     aside = np.stack([-np.sin(azimuth), np.cos(azimuth), np.zeros(len(end))], axis=1)
-    facets = ends.setback[end, None] * radial + end_levels(ends, rules.beams)[end, None] * Z
+    facets = ends.setback[end, None] * radial + end_levels(ends)[end, None] * Z
     starts = np.stack([facets + z * Z for z, *_ in bores], axis=1)
     depths = np.array([depth for *_, depth in bores])
     stops = starts - depths[:, None] * radial[:, None]

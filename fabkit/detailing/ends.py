@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fabkit.detailing.setbacks import flange_setbacks, longest_setbacks, needed_setbacks, setbacks
+from fabkit.detailing.shapes.bar_sections import BarSections
+from fabkit.detailing.shapes.setbacks import flange_setbacks, longest_setbacks, needed_setbacks, setbacks
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
@@ -39,7 +40,7 @@ class Ends:
     gap (2E,): angle to the next end of the ring, 2 pi where the ring has one end only; NaN for ends in no ring.
     setback (2E,): distance in mm of the facet from the node axis. cut (2E,): distance in mm of the beam's end from the
     axis: that of the facet, the gap between the two, and the end plate if there is one. flange_cut (2E,): the same of
-    the flange of a tee on a hub, which is cut back further; of other beams as cut.
+    the flange of a tee on a hub, which is cut back further; of other beams as cut. bars: the sections of the beams.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -62,13 +63,15 @@ class Ends:
     setback: FloatArray
     cut: FloatArray
     flange_cut: FloatArray
+    bars: BarSections
 
     def at(self, vertices: IntArray, edges: IntArray) -> IntArray:
         """(k,) the ends at these vertices of the beams on these edges (k,)."""
         return np.asarray(2 * edges + (self.vertex[2 * edges + 1] == vertices))
 
-    def levels(self, height: float) -> FloatArray:
-        """(2E,) levels along the node axes, in mm, of the beams' ends at this height above their edges."""
+    def levels(self, height: float | FloatArray) -> FloatArray:
+        """(2E,) levels along the node axes, in mm, of the beams' ends at this height, or these (2E,), above their
+        edges."""
         return np.asarray((self.cut * np.sin(self.inclination) + height) / np.cos(self.inclination))
 
 
@@ -115,14 +118,17 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
     ring = ring[np.lexsort((azimuth[ring], vertex[ring]))]
     inclination = np.arctan2(sine, cosine)
     setback = np.full(len(vertex), np.nan)
-    needed = needed_setbacks(ring, following, gap, rules)
+    bars = BarSections.of(structure.mesh, rules.beams)
+    needed = needed_setbacks(ring, following, gap, bars, rules)
     longest = longest_setbacks(structure.mesh.edge_lengths, rules)
-    setback[ring] = setbacks(vertex[ring], inclination[ring], needed, longest[ring], rules)
+    setback[ring] = setbacks(
+        vertex[ring], inclination[ring], np.ptp(bars.levels, axis=1)[ring // 2], needed, longest[ring], rules
+    )
     cut = setback + rules.connection.end_distance_mm
     flange_cut = cut.copy()
-    if rules.connection.kind == "hub" and rules.beams.profile.shape == "tee":
-        apart = flange_setbacks(ring, following, gap, rules)
-        flange_cut[ring] = np.maximum(cut[ring] + LEAST_FLANGE_STEP_MM, apart)
+    if rules.connection.kind == "hub":
+        apart, tees = flange_setbacks(ring, following, gap, bars), bars.are_tees[ring // 2]
+        flange_cut[ring] = np.where(tees, np.maximum(cut[ring] + LEAST_FLANGE_STEP_MM, apart), cut[ring])
     return Ends(
         vertex=vertex,
         outward=outward,
@@ -136,6 +142,7 @@ def beam_ends(structure: SupportStructure, made: BoolArray, rules: DetailingRule
         setback=setback,
         cut=cut,
         flange_cut=flange_cut,
+        bars=bars,
     )
 
 

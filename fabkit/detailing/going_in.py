@@ -10,24 +10,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabkit.detailing.beams import height_range
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes
-from fabkit.rules import BeamRules
 from geometry.arrays import FloatArray
 
 __all__ = ["going_in_gaps"]
 
 
-def going_in_gaps(ends: Ends, nodes: NodeShapes, rules: BeamRules) -> FloatArray:
+def going_in_gaps(ends: Ends, nodes: NodeShapes) -> FloatArray:
     """(E, 2) gaps in mm that each beam needs at either end to go straight in from outside and from inside, between two
     nodes that are fixed; at least one of the two is 0. NaN for beams that are
     not made."""
-    inner, outer = height_range(rules)
+    inner, outer = ends.bars.at_ends
     slope, azimuth = nodes.slope[ends.vertex], ends.azimuth
     along = slope[:, 0] * np.cos(azimuth) + slope[:, 1] * np.sin(azimuth)
     aside = slope[:, 1] * np.cos(azimuth) - slope[:, 0] * np.sin(azimuth)
-    top = nodes.top[ends.vertex] + ends.setback * along + rules.profile.width_mm / 2 * np.abs(aside)
+    top = nodes.top[ends.vertex] + ends.setback * along + ends.bars.half_widths * np.abs(aside)
     to_outside = np.maximum(top - ends.levels(inner), 0.0)
     to_inside = np.maximum(ends.levels(outer) - nodes.bottom[ends.vertex], 0.0)
     closing_in = ends.inclination.reshape(-1, 2).sum(axis=1)

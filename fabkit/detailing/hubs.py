@@ -55,7 +55,7 @@ def on_tubes(nodes: Parts[NodeDetails], ends: Ends, rules: DetailingRules) -> Pa
     rounds = [bore_vertices(*stretch, each, X) for each in (radius, radius - connection.tube_wall_mm)]
     values[starts[:-1, None] + np.arange(TUBE_VERTICES)] = np.concatenate(rounds, axis=1)
     welds = np.stack([np.cos(azimuth), np.sin(azimuth), np.zeros(len(azimuth))], axis=1) * radius[beams.row, None]
-    welds[:, 2] = end_levels(ends, rules.beams)[ends.at(nodes.elements[beams.row], beams.values)]
+    welds[:, 2] = end_levels(ends)[ends.at(nodes.elements[beams.row], beams.values)]
     values[starts[beams.row] + TUBE_VERTICES + beams.place] = welds
     different, topology = np.unique(beams.sizes, return_inverse=True)
     topologies = tuple(_tube_topology(size) for size in different.tolist())

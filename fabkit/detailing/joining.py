@@ -8,7 +8,7 @@ import numpy as np
 
 from fabkit.connections import LEAST_WALL_MM, largest_inclination
 from fabkit.detailing.ends import Ends
-from fabkit.detailing.setbacks import LONGEST_SETBACK_SHARE, longest_setbacks, needed_setbacks
+from fabkit.detailing.shapes.setbacks import LONGEST_SETBACK_SHARE, longest_setbacks, needed_setbacks
 from fabkit.rules import CONNECTION_KINDS, ConnectionKind, ConnectionRules, DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh import Mesh
@@ -38,7 +38,7 @@ def not_joinable(mesh: Mesh, ends: Ends, rules: DetailingRules) -> dict[int, str
     would_do: dict[ConnectionKind, IntArray] = {}
     for kind in CONNECTION_KINDS:
         other = ConnectionRules(kind=kind)
-        if kind != rules.connection.kind and not other.problems_with(rules.beams.profile):
+        if kind != rules.connection.kind and not any(map(other.problems_with, ends.bars.sections)):
             would_do[kind] = np.setdiff1d(found, _failing(mesh, ends, replace(rules, connection=other)))
     reasons = {}
     for end in found[np.argsort(ends.setback[found], kind="stable")].tolist():
@@ -50,14 +50,14 @@ def not_joinable(mesh: Mesh, ends: Ends, rules: DetailingRules) -> dict[int, str
 def _failing(mesh: Mesh, ends: Ends, rules: DetailingRules) -> IntArray:
     """The ends that cannot be joined by these rules."""
     needed = np.full(len(ends.vertex), np.nan)
-    needed[ends.ring] = needed_setbacks(ends.ring, ends.following, ends.gap, rules)
+    needed[ends.ring] = needed_setbacks(ends.ring, ends.following, ends.gap, ends.bars, rules)
     failing = needed > np.minimum(longest_setbacks(mesh.edge_lengths, rules), np.repeat(mesh.edge_lengths / 2, 2))
     if rules.connection.kind in ("welded", "hub"):
         failing |= _smallest_gaps(ends) < np.radians(rules.connection.least_angle_deg) - LEAST_ANGLE_ROUNDING
     if rules.connection.kind == "hub":
         failing |= _on_too_large_tubes(mesh, ends, failing, rules)
     if rules.connection.kind == "bolted":
-        failing[ends.ring] |= np.abs(ends.inclination[ends.ring]) > _reach(rules)
+        failing[ends.ring] |= np.abs(ends.inclination[ends.ring]) > _reach(ends, rules)[ends.ring]
     return np.flatnonzero(failing)
 
 
@@ -73,11 +73,12 @@ def _on_too_large_tubes(mesh: Mesh, ends: Ends, failing: BoolArray, rules: Detai
     return ~others[ends.vertex] & too_far
 
 
-def _reach(rules: DetailingRules) -> float:
-    """Largest inclination in radians at which all bolts of an end are in reach."""
-    section, group = rules.beams.profile, rules.connection.group
-    clear = section.height_mm - 2 * (section.wall_mm or 0.0)
-    return largest_inclination(clear, max(group.offsets_mm), group.size.tool_radius_mm, group.size.tool_length_mm)
+def _reach(ends: Ends, rules: DetailingRules) -> FloatArray:
+    """(2E,) largest inclinations in radians at which all bolts of an end are in reach."""
+    group = rules.connection.group
+    sizes = max(group.offsets_mm), group.size.tool_radius_mm, group.size.tool_length_mm
+    clear = [section.height_mm - 2 * (section.wall_mm or 0.0) for section in ends.bars.sections]
+    return np.repeat(np.array([largest_inclination(each, *sizes) for each in clear])[ends.bars.of_edge], 2)
 
 
 def _smallest_gaps(ends: Ends) -> FloatArray:
@@ -102,12 +103,13 @@ def _what_sets_back(rules: DetailingRules) -> str:
 
 def _reason(mesh: Mesh, ends: Ends, end: int, others: list[str], rules: DetailingRules) -> str:
     edge, vertex, connection = end // 2, int(ends.vertex[end]), rules.connection
+    reach = _reach(ends, rules)[end]
     could = f"it could be {' or '.join(others)} (--connection)" if others else "no other connection would work"
     begin = f"the beam on edge {edge} cannot be {TO_JOIN[connection.kind]} at vertex {vertex}"
-    if connection.kind == "bolted" and abs(ends.inclination[end]) > _reach(rules):
+    if connection.kind == "bolted" and abs(ends.inclination[end]) > reach:
         return (
             f"{begin}: it is {np.degrees(abs(ends.inclination[end])):.1f} degrees from the normal of its facet, and a "
-            f"socket inside the beam reaches {connection.bolts} up to {np.degrees(_reach(rules)):.1f} degrees; {could}"
+            f"socket inside the beam reaches {connection.bolts} up to {np.degrees(reach):.1f} degrees; {could}"
         )
     preceding = int(np.flatnonzero(ends.following == end)[0])
     neighbour = int(ends.following[end]) if ends.gap[end] <= ends.gap[preceding] else preceding

@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fabkit.detailing.beams import height_range
 from fabkit.detailing.ends import HALF_TURN_TOLERANCE, Ends
 from fabkit.detailing.hubs import circumscribed_sections
-from fabkit.detailing.setbacks import block_half_width
+from fabkit.detailing.shapes.setbacks import facet_half_widths
 from fabkit.kinds import NODE, NodeDetails
 from fabkit.parts import Material, Parts, Ragged, Solids
-from fabkit.rules import BeamRules, DetailingRules
+from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
@@ -50,23 +49,23 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: DetailingRules) 
     in its middle, half a facet's width from the axis, so that the block always contains its axis.
     """
     n = structure.mesh.n_vertices
-    corners, starts = _sections(ends, block_half_width(rules), n)
-    inner, outer = height_range(rules.beams)
+    corners, starts = _sections(ends, facet_half_widths(ends.bars, rules), n)
+    inner, outer = ends.bars.at_ends
     lows, highs = ends.levels(inner), ends.levels(outer)
     bottom, _ = _extremes(lows, ends, n)
     lowest_top, top = _extremes(highs, ends, n)
     step, slope = top - lowest_top, np.zeros((n, 2))
     if rules.connection.kind == "hub":
         corners, starts = circumscribed_sections(ends, n)
-        flange, cap = rules.beams.profile.flange_mm, rules.connection.cap_mm
+        flange, cap = np.repeat(ends.bars.flanges, 2), rules.connection.cap_mm
         _, web_top = _extremes(highs - flange / np.cos(ends.inclination), ends, n)
         bottom, top = bottom - cap, web_top + cap
     elif rules.nodes.top == "trimmed":
-        top, slope = _tilted_tops(ends, highs, rules.beams.profile.width_mm / 2, n)
+        top, slope = _tilted_tops(ends, highs, n)
     return NodeShapes(corners, starts, bottom, top, slope, step, axis_misalignments(ends, (inner, outer), n))
 
 
-def _tilted_tops(ends: Ends, highs: FloatArray, half_width: float, n: int) -> tuple[FloatArray, FloatArray]:
+def _tilted_tops(ends: Ends, highs: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
     """Levels on the axis (N,) and slopes (N, 2) of planes that touch the tops of the beams' end faces from above, each
     parallel to the plane with the least sum of squares of distances from both corners of these tops.
 
@@ -76,7 +75,7 @@ def _tilted_tops(ends: Ends, highs: FloatArray, half_width: float, n: int) -> tu
     node = np.concatenate([ends.vertex[ring]] * 2)
     azimuth = ends.azimuth[ring]
     radial, aside = (np.stack([np.cos(a), np.sin(a)], axis=1) for a in (azimuth, azimuth + np.pi / 2))
-    middle = ends.setback[ring, None] * radial
+    middle, half_width = ends.setback[ring, None] * radial, ends.bars.half_widths[ring, None]
     points = np.concatenate([middle - half_width * aside, middle + half_width * aside])
     levels = np.concatenate([highs[ring]] * 2)
 
@@ -93,12 +92,12 @@ def _tilted_tops(ends: Ends, highs: FloatArray, half_width: float, n: int) -> tu
     return np.where(np.isinf(top), np.nan, top), slope
 
 
-def uncovered_shares(ends: Ends, shapes: NodeShapes, rules: BeamRules) -> FloatArray:
+def uncovered_shares(ends: Ends, shapes: NodeShapes) -> FloatArray:
     """(2E,) share of each beam's end face, width times height, that stands above the top of the block; NaN for ends in
     no ring."""
-    inner, outer = height_range(rules)
+    inner, outer = ends.bars.at_ends
     height = (outer - inner) / np.cos(ends.inclination)
-    slope, half = shapes.slope[ends.vertex], rules.profile.width_mm / 2
+    slope, half = shapes.slope[ends.vertex], ends.bars.half_widths
     along = slope[:, 0] * np.cos(ends.azimuth) + slope[:, 1] * np.sin(ends.azimuth)
     aside = slope[:, 1] * np.cos(ends.azimuth) - slope[:, 0] * np.sin(ends.azimuth)
     middle = ends.levels(outer) - shapes.top[ends.vertex] - ends.setback * along
@@ -115,12 +114,14 @@ def _mean_above(middle: FloatArray, half: FloatArray) -> FloatArray:
     return np.where(high < 2 * half, above * high / 2, np.maximum(middle, 0.0))
 
 
-def axis_misalignments(ends: Ends, levels: tuple[float, float], n_vertices: int) -> FloatArray:
+def axis_misalignments(
+    ends: Ends, levels: tuple[float | FloatArray, float | FloatArray], n_vertices: int
+) -> FloatArray:
     """(N,) misalignment of the beams at each node axis, in mm; NaN where there are no beams.
 
     The centre lines of the inner sides of a node's beams meet its axis in points, and so do those of the outer sides.
     The misalignment is the larger of the two distances between the highest and the lowest of these points. levels: of
-    the inner and outer sides above the mesh edges, in mm.
+    the inner and outer sides above the mesh edges, in mm, of all ends or of each (2E,).
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -145,13 +146,14 @@ def _extremes(values: FloatArray, ends: Ends, n_vertices: int) -> tuple[FloatArr
     return smallest, largest
 
 
-def _sections(ends: Ends, half_width: float, n_vertices: int) -> tuple[FloatArray, IntArray]:
+def _sections(ends: Ends, half_widths: FloatArray, n_vertices: int) -> tuple[FloatArray, IntArray]:
     ring = ends.ring
     azimuth, setback, gap = ends.azimuth[ring], ends.setback[ring], ends.gap[ring]
+    half_width = half_widths[ring]
     half_angle, radius = np.arctan2(half_width, setback), np.hypot(half_width, setback)
     middle = azimuth + gap / 2
     angles = np.stack([azimuth - half_angle, azimuth + half_angle, middle], axis=1)
-    radii = np.stack([radius, radius, np.full(len(ring), half_width)], axis=1)
+    radii = np.stack([radius, radius, half_width], axis=1)
     present = np.stack([np.ones_like(gap), np.ones_like(gap), gap > np.pi + HALF_TURN_TOLERANCE], axis=1).astype(bool)
     counts = np.bincount(ends.vertex[ring], weights=present.sum(axis=1), minlength=n_vertices).astype(np.int64)
     angles, radii = angles[present], radii[present]
@@ -173,7 +175,6 @@ def make_nodes(
     ends: Ends,
     shapes: NodeShapes,
     vertices: IntArray,
-    rules: BeamRules,
     material: Material,
 ) -> Parts[NodeDetails]:
     """Node blocks at these vertices, which have at least one beam each, in their order."""
@@ -199,7 +200,7 @@ def make_nodes(
             azimuths_deg=rings.with_values(np.degrees(ends.azimuth[own])),
             inclinations_deg=rings.with_values(np.degrees(ends.inclination[own])),
             setbacks_mm=rings.with_values(ends.setback[own]),
-            uncovered_percent=rings.with_values(100 * uncovered_shares(ends, shapes, rules)[own]),
+            uncovered_percent=rings.with_values(100 * uncovered_shares(ends, shapes)[own]),
             height_mm=top + sections.with_values(rises).reduced(np.maximum) - bottom,
             top_step_mm=shapes.top_step[vertices],
             axis_misalignment_mm=shapes.axis_misalignment[vertices],

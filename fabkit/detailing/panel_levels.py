@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from fabkit.detailing.beams import height_range
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes, node_shapes
 from fabkit.detailing.panel_layers import PanelLayer, bearings, seats
 from fabkit.detailing.panel_underside import heights_of_beams, heights_of_blocks, trimmed
+from fabkit.detailing.shapes.bar_sections import BarSections
 from fabkit.errors import DetailingError
 from fabkit.layer_rules import LayerRules
 from fabkit.parts import Section
@@ -74,7 +74,7 @@ def panel_levels(
     c = structure.mesh.combinatorics
     has_panel = panels[c.corner_face]
     nodes = node_shapes(structure, ends, rules)
-    of_beams = np.where(has_panel, heights_of_beams(structure, beams, rules.beams), 0.0)
+    of_beams = np.where(has_panel, heights_of_beams(structure, beams, ends.bars), 0.0)
 
     def layers_above(of_corners: FloatArray) -> tuple[list[PanelLayer], int | None, float]:
         return _layers(structure, _by_face(structure, of_corners), panels, rules, meshes)
@@ -180,7 +180,7 @@ def seats_of(
     has_block = np.isfinite(levels.nodes.top)[c.corners]
     of_blocks = np.where(has_block, levels.of_blocks, -np.inf)
     layer = levels.layers[levels.resting]
-    return seats(layer, rules.beams.profile, height_range(rules.beams)[1], beams, of_blocks)
+    return seats(layer, BarSections.of(structure.mesh, rules.beams), beams, of_blocks)
 
 
 def unfit_panels(levels: PanelLevels, beams: BoolArray, panels: BoolArray, rules: DetailingRules) -> dict[int, str]:
@@ -217,13 +217,16 @@ def _not_mitred(layer: PanelLayer, which: str, panels: BoolArray) -> dict[int, s
 
 
 def _bare(layer: PanelLayer, beams: BoolArray, panels: BoolArray, rules: DetailingRules) -> dict[int, str]:
-    c, own, profile = layer.structure.mesh.combinatorics, layer.rules, rules.beams.profile
-    bearing = bearings(layer, profile.width_mm)
+    c, own = layer.structure.mesh.combinatorics, layer.rules
+    bars = BarSections.of(layer.structure.mesh, rules.beams)
+    bearing = bearings(layer, bars.widths)
     lacking = own.least_bearing_mm - bearing
     bare = np.flatnonzero(panels[c.corner_face] & beams[c.corner_edge] & ~(lacking <= BEARING_ROUNDING_MM))
     if not len(bare):
         return {}
-    cure = _for_bearing(layer, float(lacking[bare].max()), profile)
+    most = np.full(len(bars.sections), -np.inf)
+    np.maximum.at(most, bars.of_edge[c.corner_edge[bare]], lacking[bare])
+    cure = _for_bearing(layer, most, bars.sections)
     return {
         int(c.corner_face[corner]): f"the panel on face {c.corner_face[corner]} lies {bearing[corner]:.1f} mm deep on "
         f"the beam on edge {c.corner_edge[corner]}, and at least {own.least_bearing_mm:g} mm are needed (counted from "
@@ -232,15 +235,18 @@ def _bare(layer: PanelLayer, beams: BoolArray, panels: BoolArray, rules: Detaili
     }
 
 
-def _for_bearing(layer: PanelLayer, lacking: float, profile: Section) -> str:
-    """How wide sections, or how narrow joints, are with which no panel lacks this many mm on its beams any longer, in
-    words; in whole mm. A wider section lifts the panels by half as much times the sine of their tilt, and this lift
-    moves their rims by the sine again."""
+def _for_bearing(layer: PanelLayer, lacking: FloatArray, sections: tuple[Section, ...]) -> str:
+    """How wide sections, or how narrow joints, are with which no panel lacks this many mm on its beams of each section
+    (k,) any longer, in words; in whole mm. A wider section lifts the panels by half as much times the sine of their
+    tilt, and this lift moves their rims by the sine again."""
     cosine = layer.across.min()
-    width = np.ceil(profile.width_mm + 2 * lacking / cosine**2 - BEARING_ROUNDING_MM)
-    joint = np.floor(layer.rules.joint_mm - 2 * lacking / cosine + BEARING_ROUNDING_MM)
-    narrower = f", or a joint of at most {joint:g} mm" if joint >= 0 else ""
-    return f"a section at least {width:g} mm wide in place of {profile.name}{narrower}"
+    wider = []
+    for section, own in zip(sections, lacking.tolist(), strict=True):
+        width = np.ceil(section.width_mm + 2 * own / cosine**2 - BEARING_ROUNDING_MM)
+        if own > -np.inf:
+            wider.append(f"a section at least {width:g} mm wide in place of {section.name}")
+    joint = np.floor(layer.rules.joint_mm - 2 * lacking.max() / cosine + BEARING_ROUNDING_MM)
+    return " and ".join(wider) + (f", or a joint of at most {joint:g} mm" if joint >= 0 else "")
 
 
 def underside_reason(structure: SupportStructure, levels: PanelLevels, rules: DetailingRules) -> str:

@@ -10,10 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fabkit.detailing.beams import height_range
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes
-from fabkit.rules import BeamRules
+from fabkit.detailing.shapes.bar_sections import BarSections
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
 from geometry.mesh.ragged_arrays import row_of_entry
@@ -21,7 +20,7 @@ from geometry.mesh.ragged_arrays import row_of_entry
 __all__ = ["heights_of_beams", "heights_of_blocks", "trimmed"]
 
 
-def heights_of_beams(structure: SupportStructure, made: BoolArray, rules: BeamRules) -> FloatArray:
+def heights_of_beams(structure: SupportStructure, made: BoolArray, bars: BarSections) -> FloatArray:
     """(C,) height in mm above each face of the half of the beam at its side, of the edge that begins at each of its
     corners; 0 where the beam is not made. made (E,): whether the beam of each edge is made."""
     c = structure.mesh.combinatorics
@@ -29,12 +28,9 @@ def heights_of_beams(structure: SupportStructure, made: BoolArray, rules: BeamRu
     inwards = structure.width_directions[edge] * np.where(c.runs_along_edge, -1.0, 1.0)[:, None]
     rise = np.einsum("ck,ck->c", inwards, normals)
     upright = np.einsum("ck,ck->c", structure.height_directions[edge], normals)
-    profile, outer = rules.profile, height_range(rules)[1]
-    if profile.is_round:
-        radius = profile.width_mm / 2
-        heights = np.where(rise > 0, (outer - radius) * upright + radius, outer * upright)
-    else:
-        heights = outer * upright + profile.width_mm / 2 * np.maximum(rise, 0.0)
+    outer, half = bars.levels[edge, 1], bars.widths[edge] / 2
+    of_round = np.where(rise > 0, (outer - half) * upright + half, outer * upright)
+    heights = np.where(bars.are_round[edge], of_round, outer * upright + half * np.maximum(rise, 0.0))
     return np.where(made[edge], heights, 0.0)
 
 

@@ -43,6 +43,11 @@ _ROWS = (
     ("Top, bottom", "Heights of the ends of a node block along its axis, from the point on the mesh."),
     ("Sheet x, y, turn", "Place of a panel on its sheet: its own frame is turned counter-clockwise, then moved."),
     (
+        "Turned over",
+        "A panel that shares the mark of its mirror image: z of its own frame points inwards, and its edges count "
+        "clockwise seen from outside.",
+    ),
+    (
         "Hidden",
         "Largest difference of a piece from the shape of its mark: of its corners in each coordinate, and of the far "
         "ends of the beams on it by the directions of its facets. All pieces of a mark are made alike.",

@@ -131,6 +131,24 @@ def _turns(panels: Parts[PanelDetails], corners: FloatArray) -> Turns:
     return Turns(starts, along, shifted(np.tile(np.arange(n), (len(panels), 1)), n))
 
 
+def _turned_over(turns: Turns, corners: FloatArray) -> Turns:
+    """With as many turns more, in which the plate lies on its other face and edge t is in front, run through backwards:
+    its mirror image has the same outline then."""
+    n = corners.shape[1] // 2
+
+    def of_all(parts: IntArray, turn: IntArray, chosen: IntArray) -> IntArray:
+        backwards = (turn[:, None] % n + 1 - chosen) % n + np.where(chosen < n, n, 0)
+        return np.where(turn[:, None] < n, turns.corners(parts, turn % n, chosen), backwards)
+
+    levels = np.full((len(corners), 2 * n), np.nan)
+    levels[:, n:] = corners[:, n:, 2].mean(axis=1, keepdims=True)
+    upper = corners[:, n:, :2]
+    following = np.roll(upper, -1, axis=1)
+    back = (upper - following) / np.linalg.norm(upper - following, axis=2, keepdims=True)
+    starts, along = (np.concatenate(both, axis=1) for both in ((turns.starts, following), (turns.along, back)))
+    return Turns(starts, along, of_all, levels)
+
+
 def _columns(panels: Parts[PanelDetails], around: Surroundings) -> list[Column]:
     own, firsts = panels.details, panels.firsts
     area, sheets = own.area_mm2[firsts] * 1e-6, around.sheets.get("panels")
@@ -140,6 +158,7 @@ def _columns(panels: Parts[PanelDetails], around: Surroundings) -> list[Column]:
         *marks_and_counts(panels),
         materials(panels),
         of_first("Thickness (mm)", 1, panels, own.thickness_mm),
+        *_sizes(panels),
         Column("Area each (m2)", 4, area.tolist()),
         Column("Area (m2)", 4, areas, float(sum(areas))),
         each_value("Edges (mm)", 2, panels, own.edge_lengths_mm),
@@ -149,6 +168,25 @@ def _columns(panels: Parts[PanelDetails], around: Surroundings) -> list[Column]:
         *masses(panels),
         Column("Sheets", None, [""] * len(firsts) if sheets is None else _sheets(panels, sheets), several=True),
         files(panels, around.panel_file),
+    ]
+
+
+def _sizes(panels: Parts[PanelDetails]) -> list[Column]:
+    """Of each mark its extents along edge 1 and across it, and of quads the two diagonals."""
+    outlines = panel_outlines(panels)[panels.firsts]
+    low, high = (
+        np.stack([outlines.with_values(outlines.values[:, k]).reduced(function) for k in range(2)], axis=1)
+        for function in (np.minimum, np.maximum)
+    )
+    diagonals = np.full((len(outlines), 2), np.nan)
+    quads = np.flatnonzero(outlines.sizes == 4)
+    corners = outlines[quads].values.reshape(-1, 4, 2)
+    diagonals[quads] = np.linalg.norm(corners[:, :2] - corners[:, 2:], axis=2)
+    columns = [("Width", high[:, 0] - low[:, 0]), ("Height", high[:, 1] - low[:, 1])]
+    columns += [(f"Diagonal {k + 1}", diagonals[:, k]) for k in range(2)]
+    return [
+        Column(f"{name} (mm)", 2, [None if value != value else value for value in values.tolist()])
+        for name, values in columns
     ]
 
 
@@ -229,6 +267,8 @@ PANEL = Kind(
         ),
         (),
         _turns,
+        _turned_over,
+        ("corner_angles_deg",),
     ),
     columns=_columns,
     measures=_measures,

@@ -97,7 +97,7 @@ BASE_PLATE = Kind(
     element="vertex",
     letter="A",
     colour=(0.28, 0.33, 0.38),
-    form="block",
+    form="plate",
     cure=CURE,
     empty_details=BasePlateDetails(
         side_mm=np.zeros(0), thickness_mm=np.zeros(0), bores=np.zeros(0, dtype=object), lean_deg=np.zeros(0)

@@ -60,7 +60,8 @@ class Parts(Sequence[Part], Generic[D]):
     `Frame`. materials: the different materials; material (n,): index into them. mark_names: the different marks; mark
     (n,): index into them. models (m,): the part of each mark whose solid and sizes the mark has; by default the first.
     hidden_mm (n, 2): how far the corners of each part lie from those of the solid that it shares, and so the far ends
-    of the beams at its facets, at most, in each coordinate; by default not at all.
+    of the beams at its facets, at most, in each coordinate; by default not at all. turned_over (n,): whether the outer
+    side of a part is that below in its own frame, as it shares the mark of its mirror image; by default not.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -87,6 +88,7 @@ class Parts(Sequence[Part], Generic[D]):
     details: D
     models: IntArray | None = None
     hidden_mm: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    turned_over: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
     def __repr__(self) -> str:
         return f"Parts({len(self)} {self.kind.group}, {len(self.mark_names)} marks)"
@@ -96,6 +98,8 @@ class Parts(Sequence[Part], Generic[D]):
             object.__setattr__(self, name, integers(getattr(self, name)))
         if not len(self.hidden_mm):
             object.__setattr__(self, "hidden_mm", np.zeros((len(self), 2)))
+        if not len(self.turned_over):
+            object.__setattr__(self, "turned_over", np.zeros(len(self), dtype=bool))
         for name in ("origins", "axes", "hidden_mm"):
             object.__setattr__(self, name, floats(getattr(self, name)))
 
@@ -192,6 +196,7 @@ class Parts(Sequence[Part], Generic[D]):
             details=self.details[chosen],
             models=np.where(models < 0, first, models),
             hidden_mm=self.hidden_mm[chosen],
+            turned_over=self.turned_over[chosen],
         )
 
     def find(self, elements: IntArray) -> IntArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -67,6 +67,22 @@ class Solids:
         sizes, topology = np.unique(outlines.sizes, return_inverse=True)
         topologies = tuple(prism_topology(size) for size in sizes.tolist())
         return cls(topologies, topology, Ragged(vertices, 2 * outlines.starts))
+
+    @classmethod
+    def gathered(cls, rows: Sequence[IntArray], batches: Sequence[Solids]) -> Solids:
+        """The solids of several batches as one: solid k of a batch is solid number rows[batch][k] of the result."""
+        topologies = tuple(topology for batch in batches for topology in batch.topologies)
+        topology = np.empty(sum(map(len, rows)), dtype=np.int64)
+        first = 0
+        for own, batch in zip(rows, batches, strict=True):
+            topology[own] = first + batch.topology
+            first += len(batch.topologies)
+        sizes = np.array([each.n_vertices for each in topologies], dtype=np.int64)[topology]
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        values = np.empty((starts[-1], 3))
+        for own, batch in zip(rows, batches, strict=True):
+            values[starts[own[batch.vertices.row]] + batch.vertices.place] = batch.vertices.values
+        return cls(topologies, topology, Ragged(values, starts))
 
     def __len__(self) -> int:
         return len(self.topology)

@@ -28,7 +28,8 @@ class Turns:
     """The t turns of each of n parts; turn 0 leaves the part as it is.
 
     starts (n, t, 2): origins of the turned frames, in mm; along (n, t, 2): unit directions of their x axes; both in the
-    parts' own frames.
+    parts' own frames. over_mm (n, t): where the part is turned over, the level at which the origin then lies, with the
+    z axis downwards; NaN where it is not; None where no turn does that.
 
     >>> from fabkit.parts import Turns, shifted
     >>> quarter = Turns(np.zeros((1, 2, 2)), np.array([[[1.0, 0], [0, 1]]]), shifted(np.array([[0, 1]]), 4))
@@ -39,6 +40,11 @@ class Turns:
     starts: FloatArray
     along: FloatArray
     corners: Corners
+    over_mm: FloatArray | None = None
+
+    def over(self, parts: IntArray, turns: IntArray) -> FloatArray:
+        """(q,) over_mm of these parts (q,) in these turns (q,)."""
+        return np.full(len(parts), np.nan) if self.over_mm is None else self.over_mm[parts, turns]
 
 
 P = TypeVar("P")
@@ -51,6 +57,9 @@ class Symmetry(Generic[P]):
     ring_fields: names of the details with a value for each place of the ring, as rows of a Ragged or of an array (n,
     places). azimuth_fields: those of them that are angles in degrees from the x axis. turns: a function of parts with
     one topology and equally many places, and of their corners (n, c, 3) in their own frames, that returns their turns.
+    turned_over: a function of these turns and corners that returns them with as many more, in which the part is turned
+    over and place t is in front, those before it following; None for parts that have an outer side. corner_fields:
+    names of the ring fields whose values belong to the beginnings of places.
 
     >>> from fabkit.kinds import NODE
     >>> NODE.symmetry.ring_fields, NODE.symmetry.azimuth_fields
@@ -60,6 +69,8 @@ class Symmetry(Generic[P]):
     ring_fields: tuple[str, ...]
     azimuth_fields: tuple[str, ...]
     turns: Callable[[P, FloatArray], Turns]
+    turned_over: Callable[[Turns, FloatArray], Turns] | None = None
+    corner_fields: tuple[str, ...] = ()
 
 
 def other_end(n_corners: int) -> Corners:
@@ -94,8 +105,9 @@ def shifted(first: IntArray, n: int) -> Corners:
     return corners
 
 
-def moved(points: FloatArray, starts: FloatArray, along: FloatArray) -> FloatArray:
-    """Points (q, c, 3) in the frames with origins at starts (q, 2) and x axes along (q, 2).
+def moved(points: FloatArray, starts: FloatArray, along: FloatArray, over_mm: FloatArray | None = None) -> FloatArray:
+    """Points (q, c, 3) in the frames with origins at starts (q, 2) and x axes along (q, 2), turned over at the levels
+    over_mm (q,) where these are not NaN.
 
     >>> from fabkit.parts import moved
     >>> moved(np.array([[[5.0, 2, 1]]]), np.array([[3.0, 0]]), np.array([[0.0, 1]])).tolist()
@@ -104,4 +116,8 @@ def moved(points: FloatArray, starts: FloatArray, along: FloatArray) -> FloatArr
     flat = points[..., :2] - starts[:, None]
     x, y = along[:, :1], along[:, 1:]
     turned = [flat[..., 0] * x + flat[..., 1] * y, flat[..., 1] * x - flat[..., 0] * y, points[..., 2]]
+    if over_mm is not None:
+        over = ~np.isnan(over_mm)
+        turned[1][over] *= -1
+        turned[2] = np.where(over[:, None], over_mm[:, None] - turned[2], turned[2])
     return np.stack(turned, axis=2)

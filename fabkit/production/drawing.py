@@ -115,8 +115,9 @@ def sheet_drawings(
     >>> [(drawing.name, len(drawing.layers[CUT])) for drawing in drawings]
     [('sheet-001', 4), ('sheet-002', 6), ('sheet-003', 2)]
     """
-    sheet, sheets = nest.sheet, np.array([place.sheet for place in nest.placements], dtype=np.int64)
-    stock = np.array([[0, 0], [sheet.length_mm, 0], [sheet.length_mm, sheet.width_mm], [0, sheet.width_mm]])
+    sheets = np.array([place.sheet for place in nest.placements], dtype=np.int64)
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    stock = [corners * [sheet.length_mm, sheet.width_mm] for sheet in nest.sheets]
     in_panel_frames = panel_outlines(panels)
     outlines = Curves.of([_closed(moved(in_panel_frames[place.panel], place)) for place in nest.placements])
     no_texts = [""] * len(in_panel_frames.values)
@@ -140,7 +141,7 @@ def sheet_drawings(
     return tuple(
         Drawing(
             f"sheet-{k + 1:03d}",
-            {SHEET: Curves.of([_closed(stock)]), CUT: cut[k], MARK: mark[k]},
+            {SHEET: Curves.of([_closed(stock[k])]), CUT: cut[k], MARK: mark[k]},
             notes,
             below[k] if title else (),
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -254,7 +255,10 @@ def _sheets(nest: Nest | None) -> Iterator[Fact]:
     used = 100 * nest.utilisation
     yield Fact("Sheets used", (nest.n_sheets,), note=f"{used:.0f} % of their area", keys=key)
     yield Fact("Utilisation", (used,), ".1f", "%", shown=in_cells)
-    yield Fact("Stock", (f"{nest.sheet.length_mm:g} x {nest.sheet.width_mm:g} mm",), shown=in_cells)
+    sizes = Counter(f"{sheet.length_mm:g} x {sheet.width_mm:g} mm" for sheet in nest.sheets)
+    stock = next(iter(sizes)) if len(sizes) == 1 else ", ".join(f"{count} of {size}" for size, count in sizes.items())
+    yield Fact("Stock", (stock or "no sheet",), shown=in_cells)
+    yield Fact("Rotation of the panels", (nest.rotation,), shown=in_cells)
     yield Fact("Gap between panels", (nest.gap_mm,), "g", "mm", shown=in_cells)
     yield Fact("Border of a sheet", (nest.border_mm,), "g", "mm", shown=in_cells)
     yield Fact("Nested by", (nest.engine,), shown=in_cells)

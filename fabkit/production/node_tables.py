@@ -115,7 +115,8 @@ def at_ends(parts: Parts[Any], nodes: Parts[NodeDetails]) -> list[Column]:
     ends = np.full((len(parts), 2), -1)
     own = getattr(parts.details, "nodes", None)
     if own is not None:
-        ends[:, : 1 if own.ndim == 1 else 2] = own.reshape(len(parts), -1)
+        n_ends = 1 if own.ndim == 1 else 2
+        ends[:, :n_ends] = own.reshape(len(parts), n_ends)
     elif parts.kind.element == "vertex":
         ends[:, 0] = parts.elements
     facets = np.zeros((len(parts), 2), dtype=np.int64)

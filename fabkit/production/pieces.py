@@ -107,6 +107,7 @@ def _pieces(
         Column("Sheet x (mm)", COORDINATE_DECIMALS, sheet[1]),
         Column("Sheet y (mm)", COORDINATE_DECIMALS, sheet[2]),
         Column("Sheet turn (deg)", TURN_DECIMALS, sheet[3]),
+        Column("Turned over", None, ["yes" if over else "" for over in parts.turned_over.tolist()]),
     ]
 
 

@@ -54,7 +54,7 @@ def measure(shape: Any) -> Body:
 
     volume, surface = GProp_GProps(), GProp_GProps()
     valid = BRepCheck_Analyzer(shape).IsValid()
-    BRepGProp.VolumeProperties_s(laid_exactly(shape), volume)
+    BRepGProp.VolumeProperties_s(shape, volume)
     BRepGProp.SurfaceProperties_s(shape, surface)
     centre = volume.CentreOfMass()
     shells = explored(shape, TopAbs_SHELL)
@@ -66,34 +66,6 @@ def measure(shape: Any) -> Body:
         centroid=np.array([centre.X(), centre.Y(), centre.Z()]),
         n_faces=len(explored(shape, TopAbs_FACE)),
     )
-
-
-def laid_exactly(shape: Any) -> Any:
-    """The shape with its ellipses laid on its cylinders by OCCT's own projection.
-
-    A file says no more of such an edge than that it is an ellipse and where. The reader lays it on the cylinder by a
-    spline through 23 points, which is up to 1e-4 mm off; volumes are integrated over that spline.
-    """
-    from OCP.BRep import BRep_Builder, BRep_Tool
-    from OCP.Geom import Geom_CylindricalSurface, Geom_Ellipse
-    from OCP.GeomProjLib import GeomProjLib
-    from OCP.gp import gp_Vec2d
-    from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE
-    from OCP.TopoDS import TopoDS
-
-    as_edge, as_face = (getattr(TopoDS, f"{of}_s", None) or getattr(TopoDS, of) for of in ("Edge", "Face"))
-    for face in map(as_face, explored(shape, TopAbs_FACE)):
-        surface = BRep_Tool.Surface_s(face)
-        for edge in map(as_edge, explored(face, TopAbs_EDGE)):
-            curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
-            if not (isinstance(surface, Geom_CylindricalSurface) and isinstance(curve, Geom_Ellipse)):
-                continue
-            laid = GeomProjLib.Curve2d_s(curve, 0.0, 2 * np.pi, surface)
-            before = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
-            turns = round((before.Value(0.0).X() - laid.Value(0.0).X()) / (2 * np.pi))
-            laid.Translate(gp_Vec2d(2 * np.pi * turns, 0.0))
-            BRep_Builder().UpdateEdge(edge, laid, face, BRep_Tool.Tolerance_s(edge))
-    return shape
 
 
 def explored(shape: Any, kind: Any) -> list[Any]:

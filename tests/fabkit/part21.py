@@ -17,7 +17,7 @@ from geometry.arrays import FloatArray
 __all__ = ["Instance", "Reference", "StepText", "coordinates", "written"]
 
 _TOKEN = re.compile(
-    r"""'(?P<string>(?:[^']|'')*)'|\#(?P<reference>[1-9][0-9]*)|\.(?P<enum>[A-Z_]+)\.|(?P<mark>[(),*$])
+    r"""'(?P<string>(?:[^']|'')*)'|\#(?P<reference>[1-9][0-9]*)|\.(?P<enum>[A-Z][A-Z0-9_]*)\.|(?P<mark>[(),*$])
     |(?P<real>[+-]?[0-9]+\.[0-9]*(?:E[+-]?[0-9]+)?)|(?P<integer>[+-]?[0-9]+)|(?P<keyword>[A-Z][A-Z0-9_]*)|\s+""",
     re.VERBOSE,
 )  # fmt: skip

@@ -14,10 +14,10 @@ from fabkit.checking import clashing_pairs
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.going_in import going_in_gaps
 from fabkit.detailing.nodes import NodeShapes
+from fabkit.detailing.shapes.bar_sections import BarSections
 from fabkit.kinds import BEAM, NODE, BeamDetails
-from fabkit.parts import Assembly, Parts, SolidArray
+from fabkit.parts import Assembly, Parts, Section, SolidArray
 from fabkit.production import erection_order
-from fabkit.rules import BeamRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh.shapes import dome
 
@@ -32,8 +32,10 @@ def random_ends(n: int, seed: int) -> tuple[Ends, NodeShapes]:
     inclination = np.radians(rng.uniform(-35, 35, 2 * n))
     setback = rng.uniform(25, 160, 2 * n)
     zeros, empty = np.zeros(2 * n), np.zeros((2 * n, 3))
+    levels = np.tile([-120.0, 0.0], (n, 1))
+    bars = BarSections((Section("flat", (120.0, 50.0)),), np.zeros(n, dtype=np.int64), levels)
     made = Ends(
-        ends, empty, empty, inclination, zeros, ends, np.arange(2 * n + 1), ends, zeros, setback, setback, setback
+        ends, empty, empty, inclination, zeros, ends, np.arange(2 * n + 1), ends, zeros, setback, setback, setback, bars
     )
     above, below = rng.uniform(0, 40, 2 * n), rng.uniform(0, 40, 2 * n)
     nothing = np.zeros((0, 2))
@@ -64,7 +66,7 @@ def gets_out(ends: Ends, blocks: NodeShapes, gap: FloatArray, psi: FloatArray, s
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_the_side_of_2000_random_beams_is_that_of_their_motion(sign: float) -> None:
     ends, blocks = random_ends(2000, seed=5)
-    gaps = going_in_gaps(ends, blocks, BeamRules(height_mm=120, width_mm=50))
+    gaps = going_in_gaps(ends, blocks)
     own = gaps[:, 0 if sign > 0 else 1]
     assert gaps.min(axis=1).max() == 0
     # the middle of the range of directions that the rule promises
@@ -81,7 +83,7 @@ def test_the_side_of_2000_random_beams_is_that_of_their_motion(sign: float) -> N
 
 def test_a_beam_with_the_gap_that_it_needs_goes_in_from_the_other_side() -> None:
     ends, blocks = random_ends(300, seed=6)
-    gaps = going_in_gaps(ends, blocks, BeamRules(height_mm=120, width_mm=50))
+    gaps = going_in_gaps(ends, blocks)
     angles = np.radians(np.linspace(-36, 36, 181))
     for k, sign in ((0, 1.0), (1, -1.0)):
         own = gaps[:, k] + 0.7  # one direction is within 0.2 degrees of the best one: 0.7 mm on the way of 200 mm

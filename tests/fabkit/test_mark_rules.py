@@ -19,6 +19,7 @@ from fabkit.parts import Assembly, Parts
 from fabkit.production.marks import KeptMarks, element_ranks, mark_points, share_equal_parts
 from fabkit.production.pieces import mark_table
 from geometry.mesh import Mesh, shapes
+from tests.fabkit.plates import plates
 
 SIZES: dict[str, Any] = {
     "beams": {"width_mm": 50, "height_mm": 120},
@@ -211,3 +212,29 @@ def test_a_prefix_that_no_file_can_have_is_refused(prefix: str) -> None:
 def test_rules_that_mean_nothing_are_refused(rules: dict[str, Any]) -> None:
     with pytest.raises(ProjectError, match=rf"marks.{next(iter(rules))} is"):
         Project(mesh=shapes.dome(4, 1), marks=rules, **SIZES)
+
+
+@settings(max_examples=15)
+@given(st.integers(3, 7), st.integers(0, 2**32 - 1))
+def test_mirrored_panes_are_one_mark_where_the_rules_say_so(n: int, seed: int) -> None:
+    """In place before and after; and records of edges and corners are those of the edges and corners in their place."""
+    rng = np.random.default_rng(seed)
+    angles = np.sort(rng.uniform(0, 2 * np.pi, n) * 0.3 + 2 * np.pi * np.arange(n) / n)
+    outline = np.stack([900 * np.cos(angles), 700 * np.sin(angles)], axis=1)
+    mirrored = np.roll(outline[::-1] * [1, -1], int(rng.integers(n)), axis=0)
+    panels = plates([outline, mirrored])
+    assembly = Assembly("panes", (panels,))
+    apart = share_equal_parts(assembly, within_mm=1e-6)["panels"]
+    assert len(apart.mark_names) == 2
+    assert not apart.turned_over.any()
+    shared = share_equal_parts(assembly, within_mm=1e-6, rules=MarkRules(mirrored_panes=True))["panels"]
+    assert shared.marks == ["P001", "P001"]
+    assert shared.turned_over.tolist() == [False, True]
+    every = np.arange(2)
+    for one, other in zip(corners(panels, every), corners(shared, every), strict=True):
+        assert np.abs(one[:, None] - other).max(axis=2).min(axis=1).max() < 1e-6
+    assert np.linalg.det(shared.axes) == pytest.approx([1.0, 1.0])
+    own = shared.details
+    for name in ("edge_lengths_mm", "corner_angles_deg"):
+        one, other = getattr(own, name)
+        assert one == pytest.approx(other, abs=1e-6)

@@ -7,6 +7,7 @@ import time
 from dataclasses import replace
 from importlib.util import find_spec
 from itertools import combinations
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -45,10 +46,10 @@ def placed(nest: Nest, panels: Parts[PanelDetails]) -> list[list[Polygon]]:
 def assert_sound(nest: Nest, panels: Parts[PanelDetails]) -> None:
     assert sorted(place.panel for place in nest.placements) == list(range(len(panels)))
     assert {place.sheet for place in nest.placements} == set(range(nest.n_sheets))
-    for shapes in placed(nest, panels):
+    for sheet, shapes in zip(nest.sheets, placed(nest, panels), strict=True):
         for shape in shapes:
             x, y, x_end, y_end = shape.bounds
-            room = min(x, y, nest.sheet.length_mm - x_end, nest.sheet.width_mm - y_end)
+            room = min(x, y, sheet.length_mm - x_end, sheet.width_mm - y_end)
             assert room >= nest.border_mm - NEST_TOLERANCE_MM
         for one, other in combinations(shapes, 2):
             assert one.distance(other) >= nest.gap_mm - NEST_TOLERANCE_MM
@@ -294,7 +295,7 @@ def test_the_check_says_by_how_much() -> None:
 
     def nest(x: float) -> Nest:
         places = (Placement(0, 0, 0.0, (15.0, 15.0)), Placement(1, 0, 0.0, (x, 15.0)))
-        return Nest(SHEET, 10.0, 15.0, places, "by hand", 500000.0)
+        return Nest((SHEET,), 10.0, 15.0, places, "by hand", 500000.0)
 
     check_nest(nest(525.0), panels)
     with pytest.raises(NestingError, match=re.escape("P001 and P002 are 9.990000 mm apart")):
@@ -311,9 +312,9 @@ def test_overlap_is_found_where_no_gap_is_asked_for(depth: float) -> None:
     panels = Parts.of(PANEL, [plate("P001", SQUARE), plate("P002", SQUARE)])
     places = [Placement(0, 0, 0.0, (0.0, 0.0)), Placement(1, 0, 0.0, (500.0 - depth, 0.0))]
     touching = [places[0], Placement(1, 0, 0.0, (500.0, 0.0))]
-    check_nest(Nest(SHEET, 0.0, 0.0, tuple(touching), "by hand", 500000.0), panels)
+    check_nest(Nest((SHEET,), 0.0, 0.0, tuple(touching), "by hand", 500000.0), panels)
     with pytest.raises(NestingError, match="negative: mean depth of overlap"):
-        check_nest(Nest(SHEET, 0.0, 0.0, tuple(places), "by hand", 500000.0), panels)
+        check_nest(Nest((SHEET,), 0.0, 0.0, tuple(places), "by hand", 500000.0), panels)
 
 
 def test_moved_outlines_of_equal_panels_are_not_shared() -> None:
@@ -322,3 +323,57 @@ def test_moved_outlines_of_equal_panels_are_not_shared() -> None:
     nest = nest_panels(panels, SHEET, gap_mm=10, border_mm=15)
     assert nest.n_sheets == 1
     assert len({place.offset_mm for place in nest.placements}) == 4
+
+
+@pytest.mark.parametrize("rotation", ["half", "fixed"])
+@given(some=st.lists(outlines(), min_size=1, max_size=15), gap=gaps, border=borders)
+def test_panels_with_a_grain_are_not_turned(
+    rotation: Literal["half", "fixed"], some: list[FloatArray], gap: float, border: float
+) -> None:
+    panels = plates(some)
+    try:
+        nest = nest_panels(panels, SHEET, gap_mm=gap, border_mm=border, rotation=rotation)
+    except NestingError:
+        extents = panel_outlines(panels)
+        sizes = extents.reduced(np.maximum) - extents.reduced(np.minimum)
+        assert (sizes > [SHEET.length_mm - 2 * border, SHEET.width_mm - 2 * border]).any()
+        return
+    assert_sound(nest, panels)
+    assert {place.angle_deg % (180.0 if rotation == "half" else 360.0) for place in nest.placements} <= {0.0}
+    turned = replace(nest, placements=(replace(nest.placements[0], angle_deg=90.0), *nest.placements[1:]))
+    with pytest.raises(NestingError, match="forbids"):
+        check_nest(turned, panels)
+
+
+def test_sheets_of_several_sizes_are_used_up_to_their_counts() -> None:
+    """Squares of 500 mm: a small sheet holds one and is full, a large one six at two thirds."""
+    panels = Parts.of(PANEL, [plate(f"P{k:03d}", SQUARE) for k in range(9)])
+    small, large = Sheet(500.0, 500.0, count=3), Sheet(1600.0, 1400.0, count=2)
+    nest = nest_panels(panels, [large, small], gap_mm=0.0, border_mm=0.0)
+    assert_sound(nest, panels)
+    assert sorted((sheet.length_mm for sheet in nest.sheets), reverse=True) == [1600.0, 500.0, 500.0, 500.0]
+    with pytest.raises(NestingError, match="after 4 of them 1 panels are left, such as P"):
+        nest_panels(
+            Parts.of(PANEL, [plate(f"P{k:03d}", SQUARE) for k in range(10)]),
+            [replace(large, count=1), small],
+            gap_mm=0.0,
+            border_mm=0.0,
+        )
+    with pytest.raises(NestingError, match="largest of 2 sheets offers 400 x 300 mm"):
+        nest_panels(panels, [Sheet(300.0, 300.0), Sheet(400.0, 300.0)], gap_mm=0.0, border_mm=0.0)
+    with pytest.raises(NestingError, match="for one size of sheets"):
+        nest_panels(panels, [large, small], gap_mm=0.0, border_mm=0.0, mode="best")
+    with pytest.raises(NestingError, match="no size of sheets"):
+        nest_panels(panels, [], gap_mm=0.0, border_mm=0.0)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_engines_keep_the_grain(engine: type[irregular.Engine]) -> None:
+    panels = Parts.of(PANEL, [plate(f"P{k:03d}", 500 * outlines_of_kite()) for k in range(6)])
+    found = engine().fill(panel_outlines(panels), Stock(SHEET, 10.0, 15.0, "half"), 1.5)
+    assert found
+    assert {round(place.angle_deg % 180.0, 6) for place in found} <= {0.0}
+
+
+def outlines_of_kite() -> FloatArray:
+    return np.array([[0.0, 0.0], [1.6, 0.1], [1.3, 0.8], [0.2, 1.0]])

@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
+from fabkit.detailing.shapes.bar_sections import BarSections
 from fabkit.layer_rules import LayerRules
-from fabkit.parts import Section
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
 
@@ -153,31 +153,29 @@ def _cuts(structure: SupportStructure) -> _Cuts:
     return _Cuts(t, np.cross(n, t), structure.width_directions[c.corner_edge] * -along, n)
 
 
-def bearings(layer: PanelLayer, width_mm: float) -> FloatArray:
+def bearings(layer: PanelLayer, widths: FloatArray) -> FloatArray:
     """(C,) width in mm over which a panel lies above the outer side of the beam at each of its edges, measured across
-    the beam. width_mm: of the beams."""
-    return width_mm / 2 - _rims(layer)
+    the beam. widths (E,): of the beams in mm."""
+    return np.asarray(widths[layer.structure.mesh.combinatorics.corner_edge] / 2 - _rims(layer))
 
 
 def seats(
-    layer: PanelLayer, section: Section, outer_mm: float, beams: BoolArray, of_blocks: FloatArray
+    layer: PanelLayer, bars: BarSections, beams: BoolArray, of_blocks: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """(C,), (C,) least and largest free height in mm between the resting pane and the beam at each of its edges, where
     it lies above it; the least one also above the blocks at both ends of the edge. NaN where no beam is made, or where
     the pane ends beside it.
 
-    outer_mm: level of the outer sides of the beams above the mesh; beams (E,): which ones are made; of_blocks (C,):
+    bars: the sections of the beams, and their levels; beams (E,): which ones are made; of_blocks (C,):
     height of the block at each corner, minus infinity without a block.
     """
     c, level = layer.structure.mesh.combinatorics, layer.resting.underside
     rise, upright = layer.rises
-    half, rims = section.width_mm / 2, _rims(layer)
-    places = np.stack([rims, np.full(len(rims), half)])
-    if section.is_round:  # also where the pane is tangent, or as near to that as it reaches
-        places = np.concatenate([places, np.clip(half * rise, rims, half)[None]])
-    tops = np.full(places.shape, outer_mm)
-    if section.is_round:
-        tops += np.sqrt(np.maximum(half**2 - places**2, 0.0)) - half
+    half, rims = bars.widths[c.corner_edge] / 2, _rims(layer)
+    # the third place: where the pane is tangent to a round bar, or as near to that as it reaches
+    places = np.stack([rims, half, np.where(bars.are_round[c.corner_edge], np.clip(half * rise, rims, half), half)])
+    below = np.sqrt(np.maximum(half**2 - places**2, 0.0)) - half
+    tops = bars.levels[c.corner_edge, 1] + np.where(bars.are_round[c.corner_edge], below, 0.0)
     free = level[c.corner_face] - places * rise - tops * upright
     lies = beams[c.corner_edge] & (rims < half)
     above_blocks = level[c.corner_face] - np.maximum(of_blocks, of_blocks[c.next_corner])

@@ -1,3 +1,3 @@
-"""Solids of bars, and bores and dots in solids that are made already."""
+"""Sections and solids of bars, bores and stamps in solids, and how far beams stay back from their nodes."""
 
 __all__: list[str] = []

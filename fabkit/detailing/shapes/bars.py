@@ -11,7 +11,6 @@ from functools import lru_cache
 import numpy as np
 
 from fabkit.parts import (
-    Ragged,
     Section,
     Solids,
     Topology,
@@ -114,18 +113,13 @@ def with_hand_holes(section: Section, planes: tuple[FloatArray, FloatArray], hei
     first, last = planes[0][:, 0] + reach[0], planes[1][:, 0] - reach[1]
     is_long = last - first >= 2 * length + BESIDE_TWO_HAND_HOLES_MM
     near, far = first + HAND_HOLE_START_MM + length / 2, last - HAND_HOLE_START_MM - length / 2
-    batches = []
+    rows, batches = [], []
     for chosen, middles in ((is_long, (near, far)), (~is_long, ((first + last) / 2,))):
         own = planes[0][chosen], planes[1][chosen]
-        batches.append(_pierced_bars(section, own, tuple(middle[chosen] for middle in middles), height, length))
-    topologies = tuple(topology for _, topology in batches)
-    topology = np.where(is_long, 0, 1)
-    starts = np.concatenate([[0], np.cumsum(np.array([each.n_vertices for each in topologies])[topology])])
-    values = np.empty((starts[-1], 3))
-    for number, (vertices, one) in enumerate(batches):
-        rows = np.flatnonzero(topology == number)
-        values[starts[rows, None] + np.arange(one.n_vertices)] = _outer_side_up(vertices, section)
-    return Solids(topologies, topology, Ragged(values, starts))
+        vertices, topology = _pierced_bars(section, own, tuple(middle[chosen] for middle in middles), height, length)
+        rows.append(np.flatnonzero(chosen))
+        batches.append(Solids.alike(_outer_side_up(vertices, section), topology))
+    return Solids.gathered(rows, batches)
 
 
 def _pierced_bars(

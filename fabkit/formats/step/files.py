@@ -1,10 +1,10 @@
 """STEP files (ISO 10303-21, AP242 or AP214) of parts with planar and round faces, written without a CAD kernel.
 
 One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / group /
-part; no loose faces, no p-curves. One placement, which the groups share, moves the structure to the
-coordinates of the mesh file; the parts are placed near zero within it. A product has the name of its mark, an instance
-of it that in `Parts.piece_names`. Each product carries its volume, surface area and centroid as geometric
-validation properties, its material and density, and the colour of its kind on its solid.
+part; no loose faces; p-curves only where a round bar ends obliquely. One placement, which the groups share, moves the
+structure to the coordinates of the mesh file; the parts are placed near zero within it. A product has the name of its
+mark, an instance of it that in `Parts.piece_names`. Each product carries its volume, surface area and centroid as
+geometric validation properties, its material and density, and the colour of its kind on its solid.
 
 Text is written in batches, so memory grows only by a few integers for each mark and one for each part.
 The same parts and arguments give the same bytes.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fabkit.errors import OutputError
+from fabkit.formats.step.p_curves import p_curve_entities, p_curve_numbers
 from fabkit.parts import SHAFT, Measures, Parts, SolidArray, Topology
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
@@ -78,15 +79,22 @@ class _SolidText:
         self.across = [self.add(_DIRECTION) for _ in t.rounds]
         self.references = [self.add(_DIRECTION) for _ in t.fillets]
         self.normals = [self.add(_DIRECTION) for _ in range(t.n_faces)]
+        self.cylinders: list[str] = []  # of all rounds
         self.circles: list[tuple[str, str]] = []  # of the ends of all rounds, in either direction
         for k, (*ends, low, high, _) in enumerate(t.rounds.tolist()):
             self._add_line(ends[1], ends[3], self.axes[k])
+            place = self._placement(ends[0], self.axes[k], self.across[k])
+            self.cylinders.append(self.add(f"CYLINDRICAL_SURFACE('',{place},%s)"))
             self.circles += [self._circle(k, 0, ends[0], ends[1], low), self._circle(k, 1, ends[2], ends[3], high)]
         for k in range(len(t.fillets)):
             self._add_arcs(k)
 
     def add(self, entity: str) -> str:
         self.entities.append(entity)
+        return self._last
+
+    @property
+    def _last(self) -> str:
         return f"#<{self._first + len(self.entities) - 1}>"
 
     def _add_edge(self, low: int, high: int, curve: str) -> tuple[str, str]:
@@ -101,8 +109,12 @@ class _SolidText:
 
     def _circle(self, k: int, end: int, centre: int, rim: int, face: int) -> tuple[str, str]:
         """The edge of a round in a planar face, counter-clockwise seen from outside that face, and its reverse."""
-        place = self._placement(centre, self.normals[face], self.across[k])
-        return self._add_edge(rim, rim, self._curve(place, self.oblique[k + end * len(self.topology.rounds)]))
+        is_oblique = self.oblique[k + end * len(self.topology.rounds)]
+        curve = self._curve(self._placement(centre, self.normals[face], self.across[k]), is_oblique)
+        if is_oblique:
+            self.entities += p_curve_entities(self._first + len(self.entities), curve, self.cylinders[k])
+            curve = self._last
+        return self._add_edge(rim, rim, curve)
 
     def _curve(self, place: str, is_oblique: bool) -> str:
         return self.add(f"{'ELLIPSE' if is_oblique else 'CIRCLE'}('',{place},%s{',%s' * is_oblique})")
@@ -147,13 +159,11 @@ class _SolidText:
 
     def round_face(self, k: int) -> str:
         """A cylinder as one face, which begins and ends at the line from rim to rim."""
-        first, first_rim, _, second_rim, *faces, sense = self.topology.rounds[k].tolist()
+        _, first_rim, _, second_rim, *faces, sense = self.topology.rounds[k].tolist()
         is_outer = [self.topology.outer_round[face] == k for face in faces]
         low, high = (self.circles[2 * k + end][int(is_outer[end])] for end in (0, 1))
         loop = [low, self.oriented[first_rim, second_rim], high, self.oriented[second_rim, first_rim]]
-        place = self._placement(first, self.axes[k], self.across[k])
-        cylinder = self.add(f"CYLINDRICAL_SURFACE('',{place},%s)")
-        return self._face([",".join(loop)], cylinder, ".T." if sense == SHAFT else ".F.")
+        return self._face([",".join(loop)], self.cylinders[k], ".T." if sense == SHAFT else ".F.")
 
     def _face(self, bounds: list[str], surface: str, same_sense: str, name: str = "") -> str:
         loops = [self.add(f"EDGE_LOOP('',({bound}))") for bound in bounds]
@@ -221,21 +231,30 @@ def solid_numbers(template: Template, batch: SolidArray, names: Sequence[str]) -
 
 
 def _round_numbers(of: Measures, oblique: tuple[bool, ...]) -> list[FloatArray]:
-    """Axes, directions of rims and references, normals of faces; semi-axes of edges, and radii of cylinders."""
+    """Axes, directions of rims and references, normals of faces; of each round its radius, and the semi-axes
+    of its edges with their places on it; semi-axes of the arcs of fillets, and radii of fillets."""
     n, m = len(of.topology.rounds), len(of.topology.fillets)
     if not n + m:
         return [of.normals]
-    ends, arcs = [], of.fillets
+    ends: list[FloatArray] = []
+    arcs = of.fillets
     half_axes = np.sqrt((of.rims * of.rims).sum(axis=1))
     for k in range(n):
+        radius = of.radii[:, k, None]
+        ends.append(radius)
         for end in (0, 1):
-            ends += [half_axes[end, :, k], of.radii[:, k]] if oblique[k + end * n] else [of.radii[:, k]]
+            if oblique[k + end * n]:
+                ends.append(half_axes[end, :, k, None])
+            ends.append(radius)
+            if oblique[k + end * n]:
+                ends.append(p_curve_numbers(of, k, end))
     half_axes = np.sqrt(arcs.leans**2 + arcs.radii**2)
     for k in range(m):
         for end in (0, 1):
-            ends += [half_axes[end, :, k], arcs.radii[:, k]] if oblique[2 * n + k + end * m] else [arcs.radii[:, k]]
+            is_oblique = oblique[2 * n + k + end * m]
+            ends += [half_axes[end, :, k, None]] * is_oblique + [arcs.radii[:, k, None]]
     directions = [np.moveaxis(each, 0, 2) for each in (of.round_axes, of.round_across, arcs.reference)]
-    return [*directions, of.normals, np.stack(ends, axis=1), of.radii, arcs.radii]
+    return [*directions, of.normals, np.concatenate(ends, axis=1), arcs.radii]
 
 
 def _require(passes: BoolArray, names: Sequence[str], values: FloatArray, what: str) -> None:

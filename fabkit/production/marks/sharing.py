@@ -17,7 +17,7 @@ from fabkit.production.marks.equal_shapes import (
     may_have_equals,
 )
 from fabkit.production.marks.kept import KeptMarks, compared_points
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["EQUAL_WITHIN_MM", "share_equal_parts", "turned_parts", "turned_shapes", "turns_of"]
 
@@ -43,9 +43,10 @@ def share_equal_parts(
     kept: by groups, the marks of an earlier build that equal parts keep, within the same tolerance.
 
     A part in one of the turns of its kind's symmetry is the same piece: a beam turned end for end, a node or panel
-    turned about its normal. The first of equal parts keeps its own frame; the frames of the others are turned to match
-    it. Each part stays where it was, so that one that shares a solid may be off by the tolerance, and by twice as much
-    where a mark is kept whose first part is no more; `Parts.hidden_mm` says how much.
+    turned about its normal, and where the rules say that both faces of panes are equal, a panel turned over. The first
+    of equal parts keeps its own frame; the frames of the others are turned to match it. Each part stays where it was,
+    so that one that shares a solid may be off by the tolerance, and by twice as much where a mark is kept whose first
+    part is no more; `Parts.hidden_mm` says how much.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -108,7 +109,8 @@ class _Sharing:
         n = len(parts)
         kept, kept_as = kept or KeptMarks(), np.full(n, -1, dtype=np.int64)
         first, turn = np.arange(n), np.zeros(n, dtype=np.int64)
-        starts, along, hidden = np.zeros((n, 2)), np.tile([1.0, 0.0], (n, 1)), np.zeros((n, 2))
+        starts, along, over = np.zeros((n, 2)), np.tile([1.0, 0.0], (n, 1)), np.full(n, np.nan)
+        hidden = np.zeros((n, 2))
         solids: dict[int, FloatArray] = {}
         keys = np.stack([parts.solids.topology[parts.shape], _n_turns(parts), parts.material], axis=1)[order]
         comparable = np.unique(keys, axis=0, return_inverse=True)[1]
@@ -126,12 +128,13 @@ class _Sharing:
             kept_as[places] = np.append(numbers, -1)[own_kept]
             every = np.arange(len(places))
             starts[places], along[places] = alike.turns.starts[every, own_turn], alike.turns.along[every, own_turn]
+            over[places] = alike.turns.over(every, own_turn)
             hidden[places] = self._hidden(parts.take(places), alike, own_first, own_turn)
             for k in np.flatnonzero((own_first == every) & (own_turn > 0)).tolist():
                 corners = np.arange(alike.solids.vertices.shape[1])
                 solids[int(places[k])] = alike.seen(alike.solids.vertices).at(np.array([k]), own_turn[[k]], corners)[0]
         marked = _marked(parts, first, order, kept_as, kept, self.rules, solids)
-        return turned_parts(replace(marked, hidden_mm=hidden), turn, starts, along)
+        return turned_parts(replace(marked, hidden_mm=hidden, turned_over=~np.isnan(over)), turn, starts, along, over)
 
     def _compared(
         self, parts: Parts[D], places: IntArray, kept: KeptMarks
@@ -156,7 +159,13 @@ class _Sharing:
         if not chosen.any():
             return None, numbers, earlier
         own = solids[0][chosen]
-        return _Alike(own, turns_of(parts.take(places[chosen]), own.vertices), reaches[chosen]), numbers, earlier
+        return (
+            _Alike(
+                own, turns_of(parts.take(places[chosen]), own.vertices, over=self.rules.mirrored_panes), reaches[chosen]
+            ),
+            numbers,
+            earlier,
+        )
 
     def _hidden(self, parts: Parts[D], alike: _Alike, first: IntArray, turn: IntArray) -> FloatArray:
         """(n, 2) for each of the parts, those that were compared, how far its corners and the far ends of its beams are
@@ -189,10 +198,13 @@ def _n_turns(parts: Parts[D]) -> IntArray:
     return ring.sizes if isinstance(ring, Ragged) else np.full(len(parts), ring.shape[1])
 
 
-def turns_of(parts: Parts[D], corners: FloatArray) -> Turns:
-    """The turns that symmetry allows, of comparable parts with corners (n, c, 3) in mm."""
-    if parts.kind.symmetry is not None and len(_n_turns(parts)) and _n_turns(parts)[0] > 0:
-        return parts.kind.symmetry.turns(parts, corners)
+def turns_of(parts: Parts[D], corners: FloatArray, *, over: bool = False) -> Turns:
+    """The turns that symmetry allows, of comparable parts with corners (n, c, 3) in mm; over: also those in which parts
+    without an outer side are turned over."""
+    symmetry = parts.kind.symmetry
+    if symmetry is not None and len(_n_turns(parts)) and _n_turns(parts)[0] > 0:
+        turns = symmetry.turns(parts, corners)
+        return symmetry.turned_over(turns, corners) if over and symmetry.turned_over else turns
     starts, along = np.zeros((len(parts), 1, 2)), np.tile([1.0, 0.0], (len(parts), 1, 1))
     return Turns(starts, along, lambda parts, turns, chosen: np.broadcast_to(chosen, (len(parts), len(chosen))))
 
@@ -209,7 +221,8 @@ def turned_shapes(turns: Turns, corners: FloatArray, reaches: FloatArray | None 
         numbers = np.empty((len(parts), len(chosen)), dtype=np.int64)
         numbers[:, own] = turns.corners(parts, turn, chosen[own])
         numbers[:, ~own] = n_corners + (chosen[~own] - n_corners + turn[:, None]) % n_turns
-        return moved(points[parts[:, None], numbers], turns.starts[parts, turn], turns.along[parts, turn])
+        frames = turns.starts[parts, turn], turns.along[parts, turn], turns.over(parts, turn)
+        return moved(points[parts[:, None], numbers], *frames)
 
     return TurnedShapes(n, n_turns, points.shape[1], at)
 
@@ -249,22 +262,29 @@ def _marked(
     return replace(parts, solids=solids, shape=mark, mark_names=tuple(mark_names), mark=mark, models=models)
 
 
-def turned_parts(parts: Parts[D], turn: IntArray, starts: FloatArray, along: FloatArray) -> Parts[D]:
+def turned_parts(
+    parts: Parts[D], turn: IntArray, starts: FloatArray, along: FloatArray, over_mm: FloatArray | None = None
+) -> Parts[D]:
     """The parts with placements and details turned: turn (n,) of each; starts (n, 2) in mm and along (n, 2), origins
-    and x axes of the new frames in the frames of the parts."""
+    and x axes of the new frames in the frames of the parts; over_mm (n,): levels of these origins where parts are
+    turned over, NaN where they are not."""
     symmetry, rows = parts.kind.symmetry, np.flatnonzero(turn)
     if symmetry is None or not len(rows):
         return parts
+    levels = np.full(len(parts), np.nan) if over_mm is None else over_mm
+    side = np.where(np.isnan(levels[rows]), 1.0, -1.0)
     x, y = along[rows].T
-    zero, one = np.zeros_like(x), np.ones_like(x)
-    turned = np.stack([[x, y, zero], [-y, x, zero], [zero, zero, one]]).transpose(2, 0, 1)
+    zero = np.zeros_like(x)
+    turned = np.stack([[x, y, zero], [-y * side, x * side, zero], [zero, zero, side]]).transpose(2, 0, 1)
     origins, axes = parts.origins.copy(), parts.axes.copy()
-    origins[rows] += (np.pad(starts[rows], ((0, 0), (0, 1)))[:, None] @ axes[rows])[:, 0]
+    at = np.column_stack([starts[rows], np.nan_to_num(levels[rows])])
+    origins[rows] += (at[:, None] @ axes[rows])[:, 0]
     axes[rows] = turned @ axes[rows]
-    return replace(parts, origins=origins, axes=axes, details=_details_turned(parts.details, symmetry, turn))
+    details = _details_turned(parts.details, symmetry, turn, ~np.isnan(levels))
+    return replace(parts, origins=origins, axes=axes, details=details)
 
 
-def _details_turned(details: D, symmetry: Symmetry[Any], turn: IntArray) -> D:
+def _details_turned(details: D, symmetry: Symmetry[Any], turn: IntArray, over: BoolArray) -> D:
     changes: dict[str, Any] = {}
     for name in symmetry.ring_fields:
         values = getattr(details, name)
@@ -272,7 +292,10 @@ def _details_turned(details: D, symmetry: Symmetry[Any], turn: IntArray) -> D:
             order = (np.arange(values.shape[1]) + turn[:, None]) % values.shape[1]
             changes[name] = np.take_along_axis(values, order, axis=1)
             continue
-        rolled = values.rolled(turn)
+        row, sizes = values.row, values.sizes[values.row]
+        backwards = turn[row] + int(name in symmetry.corner_fields) - values.place
+        place = np.where(over[row], backwards, turn[row] + values.place) % sizes
+        rolled = values.with_values(values.values[values.starts[row] + place])
         if name in symmetry.azimuth_fields:
             from_first = rolled.values - np.append(rolled.values, 0.0)[rolled.starts[:-1]][rolled.row]
             rolled = rolled.with_values(np.where(turn[rolled.row] > 0, np.mod(from_first, 360.0), rolled.values))

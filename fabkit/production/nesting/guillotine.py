@@ -19,9 +19,9 @@ import shapely
 from fabkit.parts import Ragged
 from fabkit.production.nesting.nests import Placement, Stock, polygons, turned
 from fabkit.production.nesting.remaining_rectangles import RemainingRectangles
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["Guillotine", "smallest_rectangles"]
+__all__ = ["Guillotine", "rectangles", "smallest_rectangles"]
 
 RECTANGLE_ROUNDING_MM = 1e-9
 """Rounding allowance in mm for a rectangle that fits exactly, far below the tolerance of a nest."""
@@ -39,6 +39,16 @@ fullest sheet is kept."""
 ORIENTATIONS = ((True, True), (True, False), (False, True))
 """Whether rectangles may lie along the sheet, and across it. A sheet is often fuller with one orientation for all
 rectangles than with the best orientation for each."""
+
+ALONG_ONLY = ((True, False),)
+
+
+def rectangles(outlines: Ragged, stock: Stock) -> tuple[FloatArray, FloatArray]:
+    """Angles and sizes of rectangles as of `smallest_rectangles`; where panels may not be turned freely, of those along
+    the axes of their own frames, with extents along x and y."""
+    if stock.rotation == "free":
+        return smallest_rectangles(outlines, stock.inside)
+    return np.zeros(len(outlines)), outlines.reduced(np.maximum) - outlines.reduced(np.minimum)
 
 
 def smallest_rectangles(outlines: Ragged, inside: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
@@ -105,7 +115,16 @@ class Guillotine:
 
     @classmethod
     def of(cls, outlines: Ragged, stock: Stock) -> Guillotine:
-        return cls(outlines, stock, *smallest_rectangles(outlines, stock.inside))
+        return cls(outlines, stock, *rectangles(outlines, stock))
+
+    @property
+    def fits(self) -> BoolArray:
+        """(m,) whether the rectangle of each outline fits onto an empty sheet."""
+        inside: FloatArray = np.array(self.stock.inside)
+        if self.stock.rotation == "free":
+            inside = np.sort(inside)[::-1]
+        fits: BoolArray = np.all(self.sizes <= inside + RECTANGLE_ROUNDING_MM, axis=1)
+        return fits
 
     def fill(self, pool: IntArray) -> list[Placement]:
         """One sheet, number 0, filled with some of the outlines in the pool: the fullest that the rules for splitting
@@ -113,29 +132,33 @@ class Guillotine:
 
         pool: indices of the outlines to choose from.
         """
-        return self._fill(pool, self._rectangles(pool))
+        return self.fill_from(pool, self.remaining(pool))
 
     def sheets(self, pool: IntArray) -> list[list[Placement]]:
         """All outlines of the pool, one list for each sheet; every outline must fit onto an empty sheet."""
-        rectangles, fillings, n_placed = self._rectangles(pool), [], 0
+        remaining, fillings, n_placed = self.remaining(pool), [], 0
+        place = dict(zip(pool.tolist(), range(len(pool)), strict=True))
         while n_placed < len(pool):
-            fillings.append(self._fill(pool, rectangles))
+            fillings.append(self.fill_from(pool, remaining))
+            for each in fillings[-1]:
+                remaining.take(place[each.panel])
             n_placed += len(fillings[-1])
         return fillings
 
-    def _rectangles(self, pool: IntArray) -> RemainingRectangles:
+    def remaining(self, pool: IntArray) -> RemainingRectangles:
+        """The rectangles of the pool, all of them free."""
         return RemainingRectangles(self.sizes[pool] + self.stock.gap_mm, RECTANGLE_ROUNDING_MM)
 
-    def _fill(self, pool: IntArray, rectangles: RemainingRectangles) -> list[Placement]:
-        """As `fill`, but only from the free rectangles of the pool; those that are placed are taken."""
+    def fill_from(self, pool: IntArray, rectangles: RemainingRectangles) -> list[Placement]:
+        """As `fill`, but only with the free rectangles of the pool, which stay free."""
         gap, border = self.stock.gap_mm, self.stock.border_mm
         inside = (self.stock.inside[0] + gap, self.stock.inside[1] + gap)
-        fillings = (_fill(rectangles, inside, split, orientations) for split in SPLITS for orientations in ORIENTATIONS)
+        allowed = ORIENTATIONS if self.stock.rotation == "free" else ALONG_ONLY
+        fillings = (_fill(rectangles, inside, split, orientations) for split in SPLITS for orientations in allowed)
         placed = max(fillings, key=lambda filling: fsum(each.length * each.width for each in filling))
         placements = []
         for each in placed:
             rectangle = each.choice % len(pool)
-            rectangles.take(rectangle)
             panel = int(pool[rectangle])
             angle = float(self.angles[panel]) + (90.0 if each.choice >= len(pool) else 0.0)
             offset = np.array([each.x, each.y]) + border - turned(self.outlines[panel], angle).min(axis=0)

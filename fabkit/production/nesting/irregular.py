@@ -8,14 +8,14 @@ earlier sheets.
 from __future__ import annotations
 
 from importlib.util import find_spec
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 import shapely
 
 from fabkit.errors import NestingError
 from fabkit.parts import Ragged
-from fabkit.production.nesting.guillotine import smallest_rectangles
+from fabkit.production.nesting.guillotine import rectangles
 from fabkit.production.nesting.nests import Placement, Stock, outline_areas, polygons, turned
 from geometry.arrays import BoolArray, FloatArray
 
@@ -75,6 +75,12 @@ class PackingSolver:
 
     name = "packingsolver"
     min_seconds = 0.3
+    #: Ranges of angles in degrees, not mirrored.
+    turns: ClassVar = {
+        "free": [(0.0, 360.0, False)],
+        "half": [(0.0, 0.0, False), (180.0, 180.0, False)],
+        "fixed": [(0.0, 0.0, False)],
+    }
 
     def fill(self, outlines: Ragged, stock: Stock, seconds: float) -> list[Placement]:
         import packingsolver.irregular as irregular
@@ -86,7 +92,7 @@ class PackingSolver:
         builder.add_bin_type(sheet, copies=1, item_bin_minimum_spacing=stock.border_mm)
         for outline in outlines:
             shape = irregular.build_shape([(x, y) for x, y in outline.tolist()])
-            builder.add_item_type(shape, allowed_rotations=[(0.0, 360.0, False)])
+            builder.add_item_type(shape, allowed_rotations=PackingSolver.turns[stock.rotation])
         parameters = irregular.OptimizeParameters()
         parameters.time_limit = seconds
         parameters.verbosity_level = 0
@@ -105,6 +111,8 @@ class Spyrrow:
     name = "spyrrow"
     min_seconds = 1.0
 
+    #: Angles in degrees.
+    turns: ClassVar = {"free": None, "half": [0.0, 180.0], "fixed": [0.0]}
     #: spyrrow computes in single precision: 6000 mm are good to 0.0005 mm.
     margin_mm = 0.01
     #: Share of the width that stays free, as a panel that exactly fits across the strip may not be placed at all.
@@ -124,7 +132,7 @@ class Spyrrow:
         gap = stock.gap_mm + self.margin_mm
         centred = [outlines[index] - outlines[index].mean(axis=0) for index in chosen]
         items = [
-            spyrrow.Item(str(number), [(x, y) for x, y in outline.tolist()], 1, None)
+            spyrrow.Item(str(number), [(x, y) for x, y in outline.tolist()], 1, self.turns[stock.rotation])
             for number, outline in enumerate(centred)
         ]
         config = spyrrow.StripPackingConfig(
@@ -150,10 +158,10 @@ class Spyrrow:
         length, width = stock.inside
         area_left = self.density * length * width
         areas = outline_areas(outlines)
-        _, sizes = smallest_rectangles(outlines, stock.inside)
+        _, sizes = rectangles(outlines, stock)
         chosen = []
         for index in np.argsort(-areas, kind="stable").tolist():
-            if areas[index] <= area_left and sizes[index].min() <= (1 - self.slack) * width:
+            if areas[index] <= area_left and sizes[index, 1] <= (1 - self.slack) * width:
                 chosen.append(index)
                 area_left -= areas[index]
         return chosen

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +25,7 @@ __all__ = [
     "NEST_TOLERANCE_MM",
     "Nest",
     "Placement",
+    "Rotation",
     "Sheet",
     "Stock",
     "check_nest",
@@ -34,6 +36,8 @@ __all__ = [
     "turned",
 ]
 
+Rotation = Literal["free", "half", "fixed"]
+
 NEST_TOLERANCE_MM = 1e-6
 """Rounding allowance for gaps and borders of a nest, in mm. Lengths of 10 m, rotated and moved, are accurate to 1e-8
 mm."""
@@ -41,7 +45,8 @@ mm."""
 
 @dataclass(frozen=True)
 class Sheet:
-    """A stock sheet: length_mm along x, width_mm along y.
+    """A stock sheet: length_mm along x, width_mm along y. count: how many there are of each thickness and material;
+    None for any number.
 
     >>> from fabkit.production import Sheet
     >>> Sheet(length_mm=6000, width_mm=3210).area_mm2
@@ -50,6 +55,7 @@ class Sheet:
 
     length_mm: float
     width_mm: float
+    count: int | None = None
 
     @property
     def area_mm2(self) -> float:
@@ -58,12 +64,14 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Stock:
-    """An unlimited number of equal sheets. gap_mm: minimum distance between two panels; border_mm: minimum distance of
-    a panel from the sheet's edges."""
+    """Equal sheets. gap_mm: minimum distance between two panels; border_mm: minimum distance of a panel from the
+    sheet's edges. rotation: how panels may be turned: freely, by half a turn, or not at all; then the x axis of a
+    panel's own frame lies along the sheet, where the grain or the pattern runs."""
 
     sheet: Sheet
     gap_mm: float
     border_mm: float
+    rotation: Rotation = "free"
 
     @property
     def inside(self) -> tuple[float, float]:
@@ -84,9 +92,10 @@ class Placement:
 
 @dataclass(frozen=True)
 class Nest:
-    """Panels on equal sheets.
+    """Panels on sheets.
 
-    gap_mm: minimum distance between two panels; border_mm: minimum distance of a panel from the sheet's edges.
+    sheets: their sizes, sheet after sheet. gap_mm: minimum distance between two panels; border_mm: minimum distance of
+    a panel from the sheet's edges.
     placements: placements[i] is that of panel i. engine: name of the program that found the nest. panel_area_mm2: total
     area of the panels.
 
@@ -100,21 +109,22 @@ class Nest:
 
     __repr__ = short_repr
 
-    sheet: Sheet
+    sheets: tuple[Sheet, ...]
     gap_mm: float
     border_mm: float
     placements: tuple[Placement, ...]
     engine: str
     panel_area_mm2: float
+    rotation: Rotation = "free"
 
     @property
     def n_sheets(self) -> int:
-        return 1 + max((placement.sheet for placement in self.placements), default=-1)
+        return len(self.sheets)
 
     @property
     def utilisation(self) -> float:
         """Area of the panels over the area of the sheets, between 0 and 1; 0 without panels."""
-        return self.panel_area_mm2 / (self.n_sheets * self.sheet.area_mm2) if self.placements else 0.0
+        return self.panel_area_mm2 / sum(sheet.area_mm2 for sheet in self.sheets) if self.placements else 0.0
 
 
 def turned(points: FloatArray, angle_deg: float) -> FloatArray:
@@ -160,6 +170,10 @@ def check_nest(nest: Nest, panels: Parts[PanelDetails]) -> None:
     if not len(panels):
         return
     sheets, stocks = np.array([placement.sheet for placement in nest.placements]), stock_numbers(panels)
+    if len(unknown := np.flatnonzero((sheets < 0) | (sheets >= nest.n_sheets))):
+        raise NestingError(f"panel {panels.marks[unknown[0]]} is on sheet {sheets[unknown[0]] + 1}, but there are "
+                           f"{nest.n_sheets}")  # fmt: skip
+    _check_turns(nest, panels.marks)
     of_sheets = np.unique(np.stack([sheets, stocks], axis=1), axis=0)[:, 0]
     if len(mixed := of_sheets[1:][np.diff(of_sheets) == 0]):
         marks = ", ".join(dict.fromkeys(panels.marks[k] for k in np.flatnonzero(sheets == mixed[0])[:10].tolist()))
@@ -174,9 +188,19 @@ def check_nest(nest: Nest, panels: Parts[PanelDetails]) -> None:
     _check_gaps(nest, panels.marks, placed)
 
 
+def _check_turns(nest: Nest, marks: Sequence[str]) -> None:
+    step = {"free": 0.0, "half": 180.0, "fixed": 360.0}[nest.rotation]
+    for mark, place in zip(marks, nest.placements, strict=True):
+        if step and place.angle_deg % step:
+            raise NestingError(
+                f"panel {mark} is turned by {place.angle_deg:g} degrees, which rotation = {nest.rotation!r} forbids"
+            )
+
+
 def _check_inside(nest: Nest, marks: Sequence[str], outlines: Ragged) -> None:
     low = outlines.reduced(np.minimum).min(axis=1)
-    size = np.array([nest.sheet.length_mm, nest.sheet.width_mm])
+    sizes = np.array([(sheet.length_mm, sheet.width_mm) for sheet in nest.sheets])
+    size = sizes[[place.sheet for place in nest.placements]]
     high = (size - outlines.reduced(np.maximum)).min(axis=1)
     clearance = np.minimum(low, high)
     wrong = np.flatnonzero(~(clearance >= nest.border_mm - NEST_TOLERANCE_MM))
@@ -185,15 +209,14 @@ def _check_inside(nest: Nest, marks: Sequence[str], outlines: Ragged) -> None:
         named = ", ".join(marks[panel] for panel in wrong[:10])
         raise NestingError(
             f"{len(wrong)} panels are nearer to an edge of their sheet than the border of {nest.border_mm:g} mm: "
-            f"{named}; "
-            f"panel {marks[first]} is {clearance[first]:.6f} mm from an edge of sheet "
+            f"{named}; panel {marks[first]} is {clearance[first]:.6f} mm from an edge of sheet "
             f"{nest.placements[first].sheet + 1}"
         )
 
 
 def _check_gaps(nest: Nest, marks: Sequence[str], outlines: Ragged) -> None:
     """Sheets are set side by side, further apart than the gap, so that one search finds the close pairs of all."""
-    pitch = nest.sheet.length_mm + nest.gap_mm + 1000.0
+    pitch = max(sheet.length_mm for sheet in nest.sheets) + nest.gap_mm + 1000.0
     shapes = polygons(outlines)
     sheets = np.array([placement.sheet for placement in nest.placements])
     shift = np.stack([pitch * sheets, np.zeros(len(sheets))], axis=1)

@@ -14,11 +14,12 @@ import shapely
 from fabkit.errors import NestingError
 from fabkit.kinds import PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
-from fabkit.production.nesting.guillotine import RECTANGLE_ROUNDING_MM, Guillotine
+from fabkit.production.nesting.guillotine import Guillotine
 from fabkit.production.nesting.irregular import Engine, installed_engine, suits_engines
 from fabkit.production.nesting.nests import (
     Nest,
     Placement,
+    Rotation,
     Sheet,
     Stock,
     check_nest,
@@ -27,7 +28,7 @@ from fabkit.production.nesting.nests import (
     polygons,
     stock_numbers,
 )
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, IntArray
 from geometry.errors import described
 
 __all__ = ["nest_panels", "too_large"]
@@ -39,16 +40,21 @@ quick."""
 
 def nest_panels(
     panels: Parts[PanelDetails],
-    sheet: Sheet,
+    sheet: Sheet | Sequence[Sheet],
     *,
     gap_mm: float,
     border_mm: float,
+    rotation: Rotation = "free",
     mode: Literal["quick", "best"] = "quick",
     seconds: float = 60.0,
     progress: Callable[[float, str], None] | None = None,
 ) -> Nest:
     """Lay all panels on as few sheets as can be found, turned but never mirrored. Panels that differ in thickness or
     material lie on different sheets.
+
+    sheet: one size, or several, each with as many sheets as its count says; then sheet after sheet the size is taken
+    that is used best. rotation: "free", "half" for panels that may be turned by half a turn only, "fixed" for those
+    that may not be turned: the x axes of their own frames, edge 1, then lie along the sheet, as its grain does.
 
     mode "quick": the smallest rectangles of the panels, cut from edge to edge; deterministic. mode "best": starts from
     the quick nest and spends up to about `seconds` on placing the outlines themselves closer together with
@@ -57,7 +63,7 @@ def nest_panels(
     a sentence. All gaps and borders of the result have been checked.
 
     Raises NestingError where a panel fits on no sheet, an outline crosses itself, the sheet, gap or border is invalid,
-    or no engine is installed for best.
+    or no engine is installed for best; where the sheets that there are do not suffice; and for best with several sizes.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -67,30 +73,71 @@ def nest_panels(
     >>> nest.n_sheets, nest.engine
     (9, 'guillotine')
     """
-    stock = Stock(sheet, gap_mm, border_mm)
-    _check_stock(stock)
+    sizes = tuple(sheet) if isinstance(sheet, Sequence) else (sheet,)
+    stocks = [Stock(size, gap_mm, border_mm, rotation) for size in sizes]
+    _check_stocks(stocks, mode)
     engine = installed_engine() if mode == "best" else None
     if not len(panels):
-        return Nest(sheet, gap_mm, border_mm, (), "none", 0.0)
+        return Nest((), gap_mm, border_mm, (), "none", 0.0, rotation)
     outlines = panel_outlines(panels)
     _check_panels(panels, outlines)
-    guillotine = Guillotine.of(outlines, stock)
-    _check_sizes(panels, guillotine)
+    guillotines = [Guillotine.of(outlines, stock) for stock in stocks]
+    _check_sizes(panels, guillotines)
     areas = outline_areas(outlines)
-    fillings, name, stocks = [], "guillotine", stock_numbers(panels)
-    for number in range(int(stocks.max()) + 1):
-        alike = np.flatnonzero(stocks == number)
-        own = guillotine.sheets(alike)
-        if engine is not None:
-            share = seconds * float(areas[alike].sum() / areas.sum())
-            improved = _improved(guillotine, engine, own, areas, share, progress)
-            own, name = (own, name) if improved is own else (improved, engine.name)
-        fillings += sorted(own, key=lambda filling: -_area(filling, areas))
-    placements = [replace(place, sheet=k) for k, filling in enumerate(fillings) for place in filling]
+    fillings: list[tuple[Sheet, list[Placement]]] = []
+    name, numbers = "guillotine", stock_numbers(panels)
+    for number in range(int(numbers.max()) + 1):
+        alike = np.flatnonzero(numbers == number)
+        if len(sizes) > 1 or sizes[0].count is not None:
+            own = _mixed(guillotines, alike, areas, panels)
+        else:
+            quick = guillotines[0].sheets(alike)
+            if engine is not None:
+                share = seconds * float(areas[alike].sum() / areas.sum())
+                improved = _improved(guillotines[0], engine, quick, areas, share, progress)
+                quick, name = (quick, name) if improved is quick else (improved, engine.name)
+            own = [(sizes[0], filling) for filling in quick]
+        fillings += sorted(own, key=lambda filled: -_area(filled[1], areas))
+    placements = [replace(place, sheet=k) for k, (_, filling) in enumerate(fillings) for place in filling]
     placements.sort(key=lambda place: place.panel)
-    nest = Nest(sheet, gap_mm, border_mm, tuple(placements), name, float(areas.sum()))
+    used = tuple(size for size, _ in fillings)
+    nest = Nest(used, gap_mm, border_mm, tuple(placements), name, float(areas.sum()), rotation)
     check_nest(nest, panels)
     return nest
+
+
+def _mixed(
+    guillotines: Sequence[Guillotine], pool: IntArray, areas: FloatArray, panels: Parts[PanelDetails]
+) -> list[tuple[Sheet, list[Placement]]]:
+    """Sheets of several sizes: one after the other, of the size that is used best, while there are any of it."""
+    left = [guillotine.stock.sheet.count for guillotine in guillotines]
+    remaining = [guillotine.remaining(pool) for guillotine in guillotines]
+    place = dict(zip(pool.tolist(), range(len(pool)), strict=True))
+    done: list[tuple[Sheet, list[Placement]]] = []
+    n_placed = 0
+    while n_placed < len(pool):
+        best, best_use = -1, 0.0
+        filling: list[Placement] = []
+        for k, guillotine in enumerate(guillotines):
+            found = guillotine.fill_from(pool, remaining[k]) if left[k] != 0 else []
+            use = _area(found, areas) / guillotine.stock.sheet.area_mm2 if found else 0.0
+            if use > best_use:
+                best, best_use, filling = k, use, found
+        if best < 0:
+            missing = np.setdiff1d(pool, [each.panel for _, own in done for each in own])
+            marks = ", ".join(dict.fromkeys(panels.marks[k] for k in missing[:10].tolist()))
+            raise NestingError(
+                f"the sheets do not suffice: after {len(done)} of them {len(missing)} panels are left, such as {marks}"
+                ", and none of the sizes of which there are more holds any of them; give more sheets, or leave out the "
+                "count of a size"
+            )
+        left[best] = None if left[best] is None else left[best] - 1  # type: ignore[operator]
+        for each in filling:
+            for rectangles in remaining:
+                rectangles.take(place[each.panel])
+        n_placed += len(filling)
+        done.append((guillotines[best].stock.sheet, filling))
+    return done
 
 
 def _improved(
@@ -150,6 +197,18 @@ def _score(fillings: list[list[Placement]], guillotine: Guillotine, areas: Float
     return len(fillings), float(min(ends[0] / sheet.length_mm, ends[1] / sheet.width_mm))
 
 
+def _check_stocks(stocks: Sequence[Stock], mode: str) -> None:
+    if not stocks:
+        raise NestingError("there is no size of sheets: give one, such as Sheet(length_mm=3210, width_mm=2250)")
+    for stock in stocks:
+        _check_stock(stock)
+    if mode == "best" and (len(stocks) > 1 or stocks[0].sheet.count is not None):
+        raise NestingError(
+            "the best nest is found for one size of sheets, of which there is any number: give one size without a "
+            "count, or choose the quick nest"
+        )
+
+
 def _check_stock(stock: Stock) -> None:
     if not isinstance(stock.sheet, Sheet):
         raise NestingError(f"the sheet is {described(stock.sheet)}: write Sheet(length_mm=3210, width_mm=2250)")
@@ -163,6 +222,11 @@ def _check_stock(stock: Stock) -> None:
             f"a sheet of {stock.sheet.length_mm:g} x {stock.sheet.width_mm:g} mm with a border of "
             f"{stock.border_mm:g} mm and a gap of {stock.gap_mm:g} mm has no room for panels; give positive sizes, a "
             "gap and a border of 0 or more, and a border below half the sheet's width"
+        )
+    count = stock.sheet.count
+    if count is not None and (not isinstance(count, int) or count < 0):
+        raise NestingError(
+            f"the count of sheets is {count!r}: give a whole number of 0 or more, or None for any number"
         )
 
 
@@ -178,8 +242,10 @@ def _check_panels(panels: Parts[PanelDetails], outlines: Ragged) -> None:
         )
 
 
-def too_large(panels: Parts[PanelDetails], sheet: Sheet, *, border_mm: float) -> dict[int, str]:
-    """A sentence for each panel whose smallest rectangle does not fit on a sheet, by the index of the panel.
+def too_large(
+    panels: Parts[PanelDetails], sheet: Sheet | Sequence[Sheet], *, border_mm: float, rotation: Rotation = "free"
+) -> dict[int, str]:
+    """A sentence for each panel whose rectangle does not fit on a sheet of any size, by the index of the panel.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -188,21 +254,27 @@ def too_large(panels: Parts[PanelDetails], sheet: Sheet, *, border_mm: float) ->
     >>> sorted(too_large(built.assembly["panels"], Sheet(3210, 1400), border_mm=15))
     [0, 2, 4, 6, 8, 10]
     """
-    return _too_large(panels, Guillotine.of(panel_outlines(panels), Stock(sheet, 0.0, border_mm)))
+    sizes, outlines = tuple(sheet) if isinstance(sheet, Sequence) else (sheet,), panel_outlines(panels)
+    return _too_large(panels, [Guillotine.of(outlines, Stock(size, 0.0, border_mm, rotation)) for size in sizes])
 
 
-def _too_large(panels: Parts[PanelDetails], guillotine: Guillotine) -> dict[int, str]:
-    inside = np.sort(guillotine.stock.inside)[::-1]
+def _too_large(panels: Parts[PanelDetails], guillotines: Sequence[Guillotine]) -> dict[int, str]:
+    largest = max(guillotines, key=lambda guillotine: guillotine.stock.sheet.area_mm2)
+    inside, is_free = largest.stock.inside, largest.stock.rotation == "free"
+    if is_free:
+        inside = max(inside), min(inside)
+    what = "its smallest rectangle is" if is_free else "unturned it is"
+    offers = "the sheet offers" if len(guillotines) == 1 else f"the largest of {len(guillotines)} sheets offers"
     return {
         panel: f"panel {panels[panel].mark} on face {panels.elements[panel]} does not fit on a sheet within its "
-        f"borders (face counted from 0): its smallest rectangle is {guillotine.sizes[panel, 0]:.1f} x "
-        f"{guillotine.sizes[panel, 1]:.1f} mm, and the sheet offers {inside[0]:g} x {inside[1]:g} mm"
-        for panel in np.flatnonzero((guillotine.sizes > inside + RECTANGLE_ROUNDING_MM).any(axis=1)).tolist()
+        f"borders (face counted from 0): {what} {largest.sizes[panel, 0]:.1f} x "
+        f"{largest.sizes[panel, 1]:.1f} mm, and {offers} {inside[0]:g} x {inside[1]:g} mm"
+        for panel in np.flatnonzero(~np.any([guillotine.fits for guillotine in guillotines], axis=0)).tolist()
     }
 
 
-def _check_sizes(panels: Parts[PanelDetails], guillotine: Guillotine) -> None:
-    found = _too_large(panels, guillotine)
+def _check_sizes(panels: Parts[PanelDetails], guillotines: Sequence[Guillotine]) -> None:
+    found = _too_large(panels, guillotines)
     if found:
         named = list(found.values())[:3]
         if len(found) > len(named):

@@ -12,10 +12,11 @@ from fabkit.connections import (
     next_tube,
     slot_setbacks,
 )
+from fabkit.detailing.shapes.bar_sections import BarSections
 from fabkit.rules import DetailingRules
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["block_half_width", "flange_setbacks", "longest_setbacks", "needed_setbacks", "setbacks"]
+__all__ = ["facet_half_widths", "flange_setbacks", "longest_setbacks", "needed_setbacks", "setbacks"]
 
 LEVEL_ENDS_MM = 0.01
 """Difference in level in mm up to which the beam ends of a node count as level with equal setbacks. Meshes with six
@@ -35,21 +36,25 @@ STEPPED_FACETS_MM = 10.0
 neighbour is in a corner of the block, where a torch has little room."""
 
 
-def block_half_width(rules: DetailingRules) -> float:
-    """Half of the width in mm of the facets of a block: that of the beam, and of welded beams the ledges beside it."""
+def facet_half_widths(bars: BarSections, rules: DetailingRules) -> FloatArray:
+    """(2E,) halves of the widths in mm of the facets of blocks: those of the beams, and the ledges beside welded
+    ones."""
     ledge = rules.connection.ledge_mm if rules.connection.kind == "welded" else 0.0
-    return rules.beams.profile.width_mm / 2 + ledge
+    return bars.half_widths + ledge
 
 
-def needed_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
+def needed_setbacks(
+    ring: IntArray, following: IntArray, gap: FloatArray, bars: BarSections, rules: DetailingRules
+) -> FloatArray:
     """(R,) least setbacks in mm of the ends in the rings, see `Ends`.
 
     Two beams of width w at an angle of 2 p about the axis have a slot of 2 r sin(p) - w cos(p) between them, and each
-    facet shows r tan(p) - w / 2 beside its beam. A beam whose neighbours are more than half a turn away is as free as
-    with half a turn. Beams in contact with their block have no slot, but a clearance.
+    facet shows r tan(p) - w / 2 beside its beam; of two widths the larger one counts. A beam whose neighbours are more
+    than half a turn away is as free as with half a turn. Beams in contact with their block have no slot, but a
+    clearance.
     """
-    profile, connection = rules.beams.profile, rules.connection
-    width = profile.web_mm if connection.kind == "hub" else profile.width_mm
+    connection = rules.connection
+    width = _wider(ring, following, bars.webs if connection.kind == "hub" else bars.widths)
     ledge = connection.ledge_mm if connection.kind == "welded" else 0.0
     needed = np.maximum(
         slot_setbacks(gap[ring], width, connection.slot), slot_setbacks(gap[ring], width + 2 * ledge, 0.0)
@@ -61,7 +66,12 @@ def needed_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules:
     needed = _for_both_neighbours(ring, following, needed)
     if connection.kind == "contact":
         needed = needed + rules.nodes.clearance
-    return np.asarray(np.maximum(needed, _least_setback(rules)))
+    return np.asarray(np.maximum(needed, _least_setbacks(bars, rules)[ring]))
+
+
+def _wider(ring: IntArray, following: IntArray, widths: FloatArray) -> FloatArray:
+    """(R,) the larger of the widths (E,) of the beams of each end and the next one of its ring."""
+    return np.asarray(np.maximum(widths[ring // 2], widths[following[ring] // 2]))
 
 
 def _for_both_neighbours(ring: IntArray, following: IntArray, needed: FloatArray) -> FloatArray:
@@ -72,28 +82,36 @@ def _for_both_neighbours(ring: IntArray, following: IntArray, needed: FloatArray
     return setback[ring]
 
 
-def _least_setback(rules: DetailingRules) -> float:
-    """Least setback in mm whatever the angles: the radius of a tube for the ends of the beams and for a bore along the
-    axis; where beams are joined to a block, half of their width; the distance of that bore from an edge of the block.
-    """
-    connection, profile = rules.connection, rules.beams.profile
+def _least_setbacks(bars: BarSections, rules: DetailingRules) -> FloatArray:
+    """(2E,) least setbacks in mm whatever the angles: the radius of a tube for the ends of the beams and for a bore
+    along the axis; where beams are joined to a block, half of their width; the distance of that bore from an edge of
+    the block."""
+    connection = rules.connection
     if connection.kind == "hub":
-        return max(least_radius_for_end(profile.web_mm), connection.axial_bore_mm / 2 + connection.tube_wall_mm)
-    half = 0.0 if connection.kind == "contact" else profile.width_mm / 2
-    return max(half, LEAST_EDGE_RATIO * connection.axial_bore_mm)
+        radii = np.array([least_radius_for_end(section.web_mm) for section in bars.sections])
+        bored = connection.axial_bore_mm / 2 + connection.tube_wall_mm
+        return np.asarray(np.maximum(np.repeat(radii[bars.of_edge], 2), bored))
+    half = 0.0 * bars.half_widths if connection.kind == "contact" else bars.half_widths
+    return np.asarray(np.maximum(half, LEAST_EDGE_RATIO * connection.axial_bore_mm))
 
 
-def flange_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, rules: DetailingRules) -> FloatArray:
+def flange_setbacks(ring: IntArray, following: IntArray, gap: FloatArray, bars: BarSections) -> FloatArray:
     """(R,) least distances in mm from the axis at which the flanges of tees on hubs begin, so that they are apart."""
-    needed = slot_setbacks(gap[ring], rules.beams.profile.width_mm, FLANGE_SLOT_MM)
+    needed = slot_setbacks(gap[ring], _wider(ring, following, bars.widths), FLANGE_SLOT_MM)
     return _for_both_neighbours(ring, following, needed)
 
 
 def setbacks(
-    vertex: IntArray, inclination: FloatArray, needed: FloatArray, longest: FloatArray, rules: DetailingRules
+    vertex: IntArray,
+    inclination: FloatArray,
+    height: FloatArray,
+    needed: FloatArray,
+    longest: FloatArray,
+    rules: DetailingRules,
 ) -> FloatArray:
-    """(R,) setbacks by the rules, in mm. vertex, inclination, needed, longest (R,): node, inclination, least and
-    largest setback of the ends in the rings; one that needs more than the largest has what it needs."""
+    """(R,) setbacks by the rules, in mm. vertex, inclination, height, needed, longest (R,): node, inclination, height
+    of the beam, least and largest setback of the ends in the rings; one that needs more than the largest has what it
+    needs."""
     if not len(vertex) or (rules.nodes.setbacks == "least" and rules.connection.kind != "hub"):
         return needed
     starts = np.flatnonzero(np.diff(vertex, prepend=-1))
@@ -103,8 +121,8 @@ def setbacks(
     equal: FloatArray = np.maximum(needed, np.minimum(np.maximum.reduceat(needed, starts)[of_ring], longest))
     if rules.nodes.setbacks == "equal":
         return equal
-    slope, height = np.abs(np.tan(inclination)), rules.beams.profile.height_mm
-    off_level = _spread(needed * slope, starts) > ALIGNED_ENDS_TOLERANCE * height
+    slope = np.abs(np.tan(inclination))
+    off_level = _spread(needed * slope, starts) > ALIGNED_ENDS_TOLERANCE * np.maximum.reduceat(height, starts)
     on_cone = np.maximum(_spread(equal * slope, starts), _spread(height / np.cos(inclination), starts)) <= LEVEL_ENDS_MM
     stepped = (rules.connection.kind != "contact") & (_spread(needed, starts) > STEPPED_FACETS_MM)
     return np.where((off_level & on_cone | stepped)[of_ring], equal, needed)
