@@ -22,6 +22,9 @@ PLAIN = {
 }
 """Sentences in place of those in which pydantic speaks of Python, by its types of errors."""
 
+MAX_NAMED_KEYS = 24
+"""Largest number of known keys that a sentence names: two lines of a terminal."""
+
 MAX_PROBLEM_LETTERS = 400
 """Largest number of letters that describe the problems of one project."""
 
@@ -53,7 +56,8 @@ def _sentence(problem: dict[str, Any], project: type[BaseModel]) -> str:
         known = list(get_type_hints(_table(parent, project)))
         close = get_close_matches(key, known, n=1, cutoff=0.5)
         place = f"[{parent}]" if parent else "the project"
-        hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known)}"
+        more = f" and {len(known) - MAX_NAMED_KEYS} more" if len(known) > MAX_NAMED_KEYS else ""
+        hint = f"did you mean {close[0]}?" if close else f"known are {', '.join(known[:MAX_NAMED_KEYS])}{more}"
         return f"unknown key {echo(key)} in {place}; {hint}"
     if problem["type"] == "missing":
         return f"{where} is missing, and has to be given"

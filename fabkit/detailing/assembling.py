@@ -12,7 +12,7 @@ from fabkit.checking import Violation, panels_crossing_support_planes, violation
 from fabkit.detailing.beam_layers import fit_beams, layer_parts, on_parallel_mesh
 from fabkit.detailing.beams import BeamShapes, dihedral_angles
 from fabkit.detailing.ends import Ends
-from fabkit.detailing.panel_layers import make_panels
+from fabkit.detailing.panel_layers.panels import make_panels
 from fabkit.detailing.panel_levels import PanelLevels, on_mesh, panel_levels, seats_of, underside_reason, unfit_panels
 from fabkit.detailing.secondary import Secondary
 from fabkit.errors import DetailingError

@@ -10,7 +10,7 @@ import numpy as np
 
 from fabkit.detailing.ends import Ends
 from fabkit.detailing.nodes import NodeShapes, node_shapes
-from fabkit.detailing.panel_layers import PanelLayer, bearings, seats
+from fabkit.detailing.panel_layers.panel_shapes import PanelLayer, bearings, seats
 from fabkit.detailing.panel_underside import heights_of_beams, heights_of_blocks, trimmed
 from fabkit.detailing.shapes.bar_sections import BarSections
 from fabkit.errors import DetailingError

@@ -1,4 +1,5 @@
-"""How long the whole road takes, stage by stage, on the roof that ships and on the real meshes where they are.
+"""How long the whole road takes, stage by stage, on the roof that ships and on the real meshes where they are, and on
+one of them with each connection, whose parts are from one to four times as many.
 
 Run: python tests/benchmarks/build.py
 """
@@ -16,6 +17,12 @@ from fabkit import Project, build
 ROOT = Path(__file__).parents[2]
 DATA = ROOT.parent / "shared" / "data"
 REPEATS = 3
+CONNECTIONS = {
+    "plain bars": {"beams": {"width_mm": 50, "height_mm": 120}, "connection": {"kind": "contact"}},
+    "welded": {"connection": {"kind": "welded"}},
+    "hub": {"beams": {"section": "tee 120x80x10x8"}, "connection": {"kind": "hub"}},
+    "bolted": {"connection": {"kind": "bolted"}},
+}
 
 
 def projects() -> dict[str, Project]:
@@ -31,6 +38,11 @@ def projects() -> dict[str, Project]:
     ):
         if (DATA / name).is_file():
             found[Path(name).stem] = Project(mesh=DATA / name, mean_edge_mm=1500.0, skip_unbuildable=True)
+    if "conical1" in found:
+        found |= {
+            f"conical1, {name}": Project(mesh=DATA / "dos" / "conical1.obj", mean_edge_mm=1500.0, **tables)
+            for name, tables in CONNECTIONS.items()
+        }
     return found
 
 

@@ -1,10 +1,11 @@
 """How time and memory of a build grow with the mesh: `python tests/benchmarks/growth.py [faces ...]`.
 
-Squares that are all equal, and quads of which no two are, in numbers of faces each about four times the one before.
+Squares that are all equal, quads of which no two are, and these bolted, with sixteen parts a face, in numbers of faces
+each about four times the one before.
 Each build runs in a process of its own; a stage's seconds are processor time, its memory is the largest that the
 process had in it, as Linux tells (/proc). An exponent p says that a stage grows as faces^p, from the smallest to the
 largest number: 1 is in proportion, 2 each with each; memory is taken above that of the stage before all, reading.
-Last come the two whole builds that have a bound, in seconds as a clock shows them. Set OPENBLAS_NUM_THREADS=1 where
+Last come the whole builds that have a bound, in seconds as a clock shows them. Set OPENBLAS_NUM_THREADS=1 where
 cores are shared, and TMPDIR=/dev/shm where the disk is: a build of different parts writes five files a face.
 """
 
@@ -27,9 +28,9 @@ from geometry.files import write_mesh
 from geometry.mesh import Mesh, shapes
 
 SIZES = (1024, 4096, 16384)
-KINDS = ("equal", "different")
-BOUNDS = {("equal", 10_000): (25.0, 1000.0), ("different", 16_384): (90.0, None)}
-"""Seconds and MB of whole builds."""
+KINDS = ("equal", "different", "bolted")
+BOUNDS = {("equal", 10_000): (25.0, 1000.0), ("different", 16_384): (90.0, None), ("bolted", 1225): (60.0, 2000.0)}
+"""Seconds and MB of whole builds; the bolted one has 20 000 parts, and no nesting."""
 LEAST_SECONDS, LEAST_MB = 0.05, 10.0
 """What is less at the largest size has no exponent."""
 
@@ -79,9 +80,10 @@ def alone(kind: str, n_faces: int) -> dict[str, object]:
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        write_mesh(folder / "mesh.obj", {"equal": squares, "different": different}[kind](n))
+        write_mesh(folder / "mesh.obj", squares(n) if kind == "equal" else different(n))
+        bolted = {"connection": {"kind": "bolted"}, "nesting": {"mode": "off"}} if kind == "bolted" else {}
         clock = time.perf_counter()
-        build(Project(mesh=folder / "mesh.obj", unit="m", out=folder / "out"), listener=listener)
+        build(Project(mesh=folder / "mesh.obj", unit="m", out=folder / "out", **bolted), listener=listener)
         seconds = time.perf_counter() - clock
         return {
             "faces": n * n,

@@ -72,7 +72,7 @@ def placed_parts(parts: Parts[Any]) -> Placed:
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> from fabkit.formats.shown import placed_parts
     >>> [surface.name for surface in placed_parts(built.assembly["panels"]).surfaces]
-    ['panel glass']
+    ['panel glass 44.2']
     """
     turned = np.zeros((0, 4))
     if len(parts):

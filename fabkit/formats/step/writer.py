@@ -251,7 +251,7 @@ def product_names(parts: Parts[Any]) -> list[str]:
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> from fabkit.formats.step import product_names
     >>> [product_names(parts)[0] for parts in built.assembly.groups]
-    ['B001 rhs 120x60x5 beam', 'N001 node', 'P001 8.76 mm glass panel']
+    ['B001 rhs 120x60x5 beam', 'N001 node', 'P001 8.76 mm glass 44.2 panel']
     """
     stock = parts.kind.stock(parts) if parts.kind.stock else [""] * len(parts)
     return [
