@@ -43,8 +43,8 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
         pieces = [(row["Mark"], int(row["Element"])) for row in contents.table("pieces")]
     except (KeyError, ValueError) as error:
         raise FolderError(
-            f"mark_points.csv or pieces.csv of {folder} is damaged, so its marks cannot be kept: there is no {error} where "
-            "one is needed"
+            f"mark_points.csv or pieces.csv of {folder} is damaged, so its marks cannot be kept: there is no {error} "
+            "where one is needed"
         ) from None
     found: dict[str, dict[str, MarkPoints]] = defaultdict(dict)
     for (group, name), each in points.items():

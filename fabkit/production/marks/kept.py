@@ -40,8 +40,9 @@ class MarkPoints:
 
 @dataclass(frozen=True)
 class KeptMarks:
-    """The marks that a kind had in an earlier build, by their names; elements: the mark of the piece on each mesh element
-    that has only one.
+    """The marks that a kind had in an earlier build, by their names.
+
+    elements: the mark of the piece on each mesh element that has only one.
 
     >>> from fabkit.production.marks import KeptMarks
     >>> KeptMarks({"NO1-B009": None, "B011": None}).next_number, KeptMarks().next_number
