@@ -133,7 +133,7 @@ class DocumentRules:
 
     >>> from fabkit.document_rules import DocumentRules
     >>> DocumentRules(documents=("tables", "step")).documents, len(DocumentRules().documents)
-    (('tables', 'step'), 9)
+    (('tables', 'step'), 11)
     """
 
     documents: tuple[Document, ...] = DOCUMENTS
