@@ -18,7 +18,7 @@ from fabkit.layer_rules import LayerRules, problem_of_layers
 from fabkit.lengths import Level, NotNegative, Positive
 from fabkit.parts import Material, Section
 from fabkit.support_rules import SupportRules
-from fabkit.wording import echo
+from fabkit.wording import echo, one_line
 
 __all__ = [
     "CONNECTION_KINDS",
@@ -46,7 +46,9 @@ SectionName = Annotated[str, AfterValidator(lambda text: Section.of(text).name)]
 DENSITIES_KG_M3 = {"S355": 7850.0, "steel": 7850.0, "glass": 2500.0}
 """Densities in kg/m3 of materials by name: steel as in EN 1991-1-1, Table A.4, glass as in Table A.5 and EN 572-1."""
 
-Densities = Annotated[dict[str, Positive], AfterValidator(lambda given: DENSITIES_KG_M3 | given)]
+Densities = Annotated[
+    dict[Annotated[str, AfterValidator(one_line)], Positive], AfterValidator(lambda given: DENSITIES_KG_M3 | given)
+]
 """Densities by the name of the material, beside those that are known."""
 
 _STRICT = ConfigDict(extra="forbid")
