@@ -20,7 +20,7 @@ pytestmark = [pytest.mark.kernel, pytest.mark.skipif(not HAS_KERNEL, reason="nei
 
 
 def test_every_part_is_a_valid_solid_of_our_volume_in_its_place(tmp_path: Path) -> None:
-    built = build(Project(mesh=ROOF, unit="m", out=tmp_path / "roof", nesting={"mode": "off"}))
+    built = build(Project(mesh=ROOF, unit="m", out=tmp_path / "roof", nesting={"mode": "off"}, equal_within_mm=1e-7))
     leaves = {leaf.path: leaf for leaf in read_step(tmp_path / "roof" / "model.step")}
     groups = by_name(built.assembly)
     assert len(leaves) == sum(len(parts) for parts in groups.values())
