@@ -9,7 +9,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from fabkit.wording import echo
+from fabkit.wording import echo, one_line
 
 __all__ = ["DOCUMENTS", "Document", "DocumentRules", "DrawingRules", "StepRules", "TableRules", "TitleBlock"]
 
@@ -23,12 +23,6 @@ cutlist.xlsx, model.glb, report.html."""
 _STRICT = ConfigDict(extra="forbid")
 
 
-def _printable(text: str) -> str:
-    if not text.isprintable():
-        raise ValueError("line breaks and control characters cannot stand in a title block; take them out")
-    return text
-
-
 def _date(text: str) -> str:
     if text:
         try:
@@ -38,7 +32,7 @@ def _date(text: str) -> str:
     return text
 
 
-Line = Annotated[str, Field(max_length=120), AfterValidator(_printable)]
+Line = Annotated[str, Field(max_length=120), AfterValidator(one_line)]
 
 
 @dataclass(frozen=True, config=_STRICT)

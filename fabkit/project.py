@@ -7,7 +7,16 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, GetPydanticSchema, ValidationError, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetPydanticSchema,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 from pydantic_core import core_schema
 
 from fabkit.document_rules import (
@@ -44,7 +53,7 @@ from fabkit.support_rules import SupportRules
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
 from fabkit.units import MM_PER_UNIT, Unit
-from fabkit.wording import echo, readable
+from fabkit.wording import echo, one_line, readable
 from geometry.mesh import Mesh
 
 __all__ = [
@@ -115,7 +124,7 @@ class Project(BaseModel):
 
     mesh: MeshSource
     out: Path | None = None
-    name: str = ""
+    name: Annotated[str, AfterValidator(one_line)] = ""
     unit: Unit | None = None
     mean_edge_mm: Positive | None = None
     flip: bool = False

@@ -18,7 +18,7 @@ from fabkit.layer_rules import LayerRules, problem_of_layers
 from fabkit.lengths import Level, NotNegative, Positive
 from fabkit.parts import Material, Section
 from fabkit.support_rules import SupportRules
-from fabkit.wording import echo
+from fabkit.wording import echo, one_line
 
 __all__ = [
     "CONNECTION_KINDS",
@@ -27,8 +27,8 @@ __all__ = [
     "ConnectionRules",
     "DetailingRules",
     "HeightReference",
+    "NodeEnd",
     "NodeRules",
-    "NodeTop",
     "SecondLayerRules",
     "Setbacks",
     "SheetRules",
@@ -40,13 +40,15 @@ that it is nearly as far from the ends as it is long."""
 
 HeightReference = Literal["outer", "centre", "inner", "glass"]
 Setbacks = Literal["auto", "least", "equal"]
-NodeTop = Literal["enclosing", "trimmed"]
+NodeEnd = Literal["enclosing", "trimmed"]
 SectionName = Annotated[str, AfterValidator(lambda text: Section.of(text).name)]
 
 DENSITIES_KG_M3 = {"S355": 7850.0, "steel": 7850.0, "glass": 2500.0}
 """Densities in kg/m3 of materials by name: steel as in EN 1991-1-1, Table A.4, glass as in Table A.5 and EN 572-1."""
 
-Densities = Annotated[dict[str, Positive], AfterValidator(lambda given: DENSITIES_KG_M3 | given)]
+Densities = Annotated[
+    dict[Annotated[str, AfterValidator(one_line)], Positive], AfterValidator(lambda given: DENSITIES_KG_M3 | given)
+]
 """Densities by the name of the material, beside those that are known."""
 
 _STRICT = ConfigDict(extra="forbid")
@@ -109,13 +111,15 @@ class NodeRules:
     "auto" uses equal setbacks where these bring the beams' ends to one level, as in edge offset meshes, and where the
     facets of beams that are joined would be stepped by more than 10 mm, and the minimum ones elsewhere. top:
     "enclosing" blocks end in a plane perpendicular to the axis above all beams; "trimmed" ones in a plane that follows
-    the tops of the beams, lowered as far as the panels need it when they lie as low as the beams permit. Hubs enclose
-    the webs of their beams in either case.
+    the tops of the beams, lowered as far as the panels need it when they lie as low as the beams permit. bottom: the
+    same of the inner side; a "trimmed" one follows the bottoms of the beams and encloses them. Hubs enclose the webs of
+    their beams in either case.
     """
 
     clearance_mm: Positive | None = None
     setbacks: Setbacks = "auto"
-    top: NodeTop = "trimmed"
+    top: NodeEnd = "trimmed"
+    bottom: NodeEnd = "enclosing"
     material: str = "S355"
 
     @property
@@ -238,10 +242,16 @@ class DetailingRules:
             problem = (own.connection or self.connection).problems_with(section)
             problem = problem and f"in the second layer, {problem}"
         problem = problem or problem_of_layers(self.layers, is_below_glass=self.beams.reference == "glass")
-        if self.connection.axial_bore_mm > 0 and self.connection.kind != "hub" and self.nodes.top == "trimmed":
+        is_trimmed = "trimmed" in (self.nodes.top, self.nodes.bottom)
+        if self.connection.axial_bore_mm > 0 and self.connection.kind != "hub" and is_trimmed:
             problem = (
-                f"connection.axial_bore_mm is {self.connection.axial_bore_mm:g} mm, and blocks whose tops are trimmed "
-                "cannot be bored along their axes: set nodes.top = 'enclosing', or leave the bore out"
+                f"connection.axial_bore_mm is {self.connection.axial_bore_mm:g} mm, and blocks that are trimmed cannot "
+                "be bored along their axes: set nodes.top and nodes.bottom to 'enclosing', or leave the bore out"
+            )
+        if self.nodes.bottom == "trimmed" and (self.second_layer or self.supports):
+            problem = (
+                "nodes.bottom is 'trimmed', but struts and stubs stand on bottoms that are square to the axes: set "
+                "nodes.bottom = 'enclosing'"
             )
         if self.connection.kind != "contact" and self.nodes.clearance_mm is not None:
             problem = (

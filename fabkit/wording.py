@@ -7,7 +7,7 @@ import reprlib
 from datetime import date, time
 from pathlib import Path
 
-__all__ = ["echo", "readable"]
+__all__ = ["echo", "one_line", "readable"]
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
@@ -27,3 +27,10 @@ def echo(value: object) -> str:
         return _SHORT.repr(str(value) if isinstance(value, Path) else value)
     except ValueError:  # of more digits than Python writes
         return "a number of thousands of digits"
+
+
+def one_line(text: str) -> str:
+    """The text of a name or a title as it is. Raises ValueError where it has line breaks or control characters."""
+    if not text.isprintable():
+        raise ValueError("line breaks and control characters cannot stand in a name or title; take them out")
+    return text

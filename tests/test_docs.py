@@ -45,11 +45,15 @@ def test_the_project_file_in_the_how_to_states_the_defaults() -> None:
     stated = project_from(tomllib.loads(block[1])).model_dump(exclude={"out", "name"})
     assert stated == project_from({"mesh": "roof.obj", "unit": "m"}).model_dump(exclude={"out", "name"})
     # what has no value of its own is commented out; with the comment signs taken off it must still be known
-    project_from(
-        tomllib.loads(re.sub(r"^# (?!mean_edge_mm|file|section|clearance_mm)", "", block[1], flags=re.MULTILINE))
-    )
+    alone = ("z_mm", "distance_mm", "parallel")
+    others = rf"^# (?!mean_edge_mm|file|section|clearance_mm|thickness_mm|axes|{'|'.join(alone)})"
+    project_from(tomllib.loads(re.sub(others, "", block[1], flags=re.MULTILINE)))
+    for key in alone:
+        project_from(tomllib.loads(re.sub(rf"^# (?={key} )", "", block[1], flags=re.MULTILINE)))
     in_contact = block[1].replace('kind = "welded"', 'kind = "contact"')
     project_from(tomllib.loads(re.sub(r"^# (?=clearance_mm)", "", in_contact, flags=re.MULTILINE)))
+    of_one_plate = block[1].replace("build_up =", "# build_up =")
+    project_from(tomllib.loads(re.sub(r"^# (?=thickness_mm)", "", of_one_plate, flags=re.MULTILINE)))
     project_from(tomllib.loads(re.sub(r"^# (?=file|section)", "", block[1], flags=re.MULTILINE)))
 
 

@@ -34,6 +34,7 @@ __all__ = [
     "MeshPath",
     "NestMode",
     "NestSeconds",
+    "NodeTop",
     "Optimise",
     "Reference",
     "SectionOfBeams",
@@ -161,6 +162,13 @@ Clearance = Annotated[
         rich_help_panel=SIZES,
     ),
 ]
+NodeTop = Annotated[
+    str | None,
+    typer.Option(
+        help="Tops of node blocks: trimmed along their beams, or enclosing these. Default: trimmed.",
+        rich_help_panel=SIZES,
+    ),
+]
 Thickness = Annotated[float | None, typer.Option(help="Thickness of the panels. Default: 8.76.", rich_help_panel=SIZES)]
 Joint = Annotated[
     float | None, typer.Option(help="Width of the joints between panels. Default: 20.", rich_help_panel=SIZES)
@@ -236,6 +244,7 @@ def settings_of(
     connection: str | None = None,
     reference: str | None = None,
     clearance: float | None = None,
+    node_top: str | None = None,
     thickness: float | None = None,
     joint: float | None = None,
     lift: float | None = None,
@@ -263,7 +272,7 @@ def settings_of(
             **whole,
             "beams": {**_pair("--beam", beam, "width_mm", "height_mm"), "section": section, "reference": reference},
             "connection": {"kind": connection},
-            "nodes": {"clearance_mm": clearance},
+            "nodes": {"clearance_mm": clearance, "top": node_top},
             "layers": [layer] if (layer := _drop_unset(outermost)) else [],
             "sheets": _pair("--sheet", sheet, "length_mm", "width_mm"),
             "nesting": {"mode": nest, "seconds": nest_seconds},

@@ -22,18 +22,25 @@ def going_in_gaps(ends: Ends, nodes: NodeShapes) -> FloatArray:
     nodes that are fixed; at least one of the two is 0. NaN for beams that are
     not made."""
     inner, outer = ends.bars.at_ends
-    slope, azimuth = nodes.slope[ends.vertex], ends.azimuth
-    along = slope[:, 0] * np.cos(azimuth) + slope[:, 1] * np.sin(azimuth)
-    aside = slope[:, 1] * np.cos(azimuth) - slope[:, 0] * np.sin(azimuth)
-    top = nodes.top[ends.vertex] + ends.setback * along + ends.bars.half_widths * np.abs(aside)
+    top = nodes.top[ends.vertex] + _rise_at_facets(ends, nodes.slope)
+    bottom = nodes.bottom[ends.vertex] - _rise_at_facets(ends, -nodes.bottom_slope)
     to_outside = np.maximum(top - ends.levels(inner), 0.0)
-    to_inside = np.maximum(ends.levels(outer) - nodes.bottom[ends.vertex], 0.0)
+    to_inside = np.maximum(ends.levels(outer) - bottom, 0.0)
     closing_in = ends.inclination.reshape(-1, 2).sum(axis=1)
     gaps = [
         _gap(travel.reshape(-1, 2), np.maximum(sign * closing_in, 0.0))
         for travel, sign in ((to_outside, 1.0), (to_inside, -1.0))
     ]
     return np.stack(gaps, axis=1)
+
+
+def _rise_at_facets(ends: Ends, slopes: FloatArray) -> FloatArray:
+    """(2E,) largest rise in mm, over the width of each beam, of planes with these slopes (N, 2) from the axis to the
+    facet."""
+    slope, azimuth = slopes[ends.vertex], ends.azimuth
+    along = slope[:, 0] * np.cos(azimuth) + slope[:, 1] * np.sin(azimuth)
+    aside = slope[:, 1] * np.cos(azimuth) - slope[:, 0] * np.sin(azimuth)
+    return np.asarray(ends.setback * along + ends.bars.half_widths * np.abs(aside))
 
 
 def _gap(travel: FloatArray, angle: FloatArray) -> FloatArray:

@@ -29,7 +29,8 @@ class NodeShapes:
 
     corners (K, 2): sections in mm about the axis, x towards the first beam of the ring, node by node and
     counter-clockwise; corner_starts (N+1,): node i has corners[corner_starts[i]:corner_starts[i+1]].
-    bottom, top (N,): levels in mm on the axis, NaN where there is no block. slope (N, 2): of the top along x and y.
+    bottom, top (N,): levels in mm on the axis, NaN where there is no block. slope, bottom_slope (N, 2): of the top and
+    the bottom along x and y.
     top_step, axis_misalignment (N,): in mm, see `NodeDetails`.
     """
 
@@ -38,6 +39,7 @@ class NodeShapes:
     bottom: FloatArray
     top: FloatArray
     slope: FloatArray
+    bottom_slope: FloatArray
     top_step: FloatArray
     axis_misalignment: FloatArray
 
@@ -54,15 +56,19 @@ def node_shapes(structure: SupportStructure, ends: Ends, rules: DetailingRules) 
     lows, highs = ends.levels(inner), ends.levels(outer)
     bottom, _ = _extremes(lows, ends, n)
     lowest_top, top = _extremes(highs, ends, n)
-    step, slope = top - lowest_top, np.zeros((n, 2))
+    step, slope, bottom_slope = top - lowest_top, np.zeros((n, 2)), np.zeros((n, 2))
     if rules.connection.kind == "hub":
         corners, starts = circumscribed_sections(ends, n)
         flange, cap = np.repeat(ends.bars.flanges, 2), rules.connection.cap_mm
         _, web_top = _extremes(highs - flange / np.cos(ends.inclination), ends, n)
         bottom, top = bottom - cap, web_top + cap
-    elif rules.nodes.top == "trimmed":
-        top, slope = _tilted_tops(ends, highs, n)
-    return NodeShapes(corners, starts, bottom, top, slope, step, axis_misalignments(ends, (inner, outer), n))
+    else:
+        if rules.nodes.top == "trimmed":
+            top, slope = _tilted_tops(ends, highs, n)
+        if rules.nodes.bottom == "trimmed":
+            bottom, bottom_slope = (-each for each in _tilted_tops(ends, -lows, n))
+    misalignment = axis_misalignments(ends, (inner, outer), n)
+    return NodeShapes(corners, starts, bottom, top, slope, bottom_slope, step, misalignment)
 
 
 def _tilted_tops(ends: Ends, highs: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
@@ -183,9 +189,13 @@ def make_nodes(
     sections = Ragged(shapes.corners, shapes.corner_starts)[vertices]
     bottom, top = shapes.bottom[vertices], shapes.top[vertices]
     solids = Solids.prisms(sections, bottom, top)
-    rises = np.einsum("kj,kj->k", sections.values, shapes.slope[vertices][sections.row])
-    values = solids.vertices.values.copy()
-    values[solids.vertices.place >= sections.sizes[solids.vertices.row], 2] += rises
+    rises, falls = (
+        np.einsum("kj,kj->k", sections.values, slope[vertices][sections.row])
+        for slope in (shapes.slope, shapes.bottom_slope)
+    )
+    values, is_top = solids.vertices.values.copy(), solids.vertices.place >= sections.sizes[solids.vertices.row]
+    values[is_top, 2] += rises
+    values[~is_top, 2] += falls
     solids = replace(solids, vertices=solids.vertices.with_values(values))
     z, x = structure.axes[vertices], ends.radial[rings.values[rings.starts[:-1]]]
     return Parts.each_its_own(
@@ -201,7 +211,9 @@ def make_nodes(
             inclinations_deg=rings.with_values(np.degrees(ends.inclination[own])),
             setbacks_mm=rings.with_values(ends.setback[own]),
             uncovered_percent=rings.with_values(100 * uncovered_shares(ends, shapes)[own]),
-            height_mm=top + sections.with_values(rises).reduced(np.maximum) - bottom,
+            height_mm=top
+            + sections.with_values(rises).reduced(np.maximum)
+            - (bottom + sections.with_values(falls).reduced(np.minimum)),
             top_step_mm=shapes.top_step[vertices],
             axis_misalignment_mm=shapes.axis_misalignment[vertices],
         ),

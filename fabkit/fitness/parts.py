@@ -164,7 +164,7 @@ def underside(
         f"raises all panels; {NOTED_PERCENTILE} % of the nodes need at most {percentile:.1f} mm, the median node "
         f"{median:.1f} mm",
         "move that vertex towards its neighbours' level or make the angles at it wider, take narrower "
-        "beams (--section, --beam), or let the blocks follow the tops of their beams ([nodes] top = 'trimmed')",
+        "beams (--section, --beam), or let the blocks follow the tops of their beams (--node-top trimmed)",
         "vertex",
         (worst,),
     )

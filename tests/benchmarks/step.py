@@ -1,8 +1,8 @@
 """How fast STEP files are written, and with how much memory: `python tests/benchmarks/step.py [parts]`.
 
-Prisms with four to twelve corners (beams and boxes have four), no two alike, each placed once;
-the best of some runs, in processor time, since files are written by one thread. Where build123d is installed, its own
-export_step writes the first of the same parts, as solids made beforehand.
+Prisms with four to twelve corners (beams and boxes have four), and solids with bores, rounds and fillets, no two alike,
+each placed once; the best of some runs, in processor time, since files are written by one thread. Where build123d is
+installed, its own export_step writes the first of the same parts, as solids made beforehand.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import tracemalloc
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -21,8 +22,9 @@ from rich.table import Table
 
 from fabkit.formats.kernels import to_build123d
 from fabkit.formats.step.files import stream_step
-from fabkit.kinds import NODE, NodeDetails
-from fabkit.parts import Assembly, Material, Parts, Ragged, Solids
+from fabkit.kinds import NODE, NodeDetails, plain_kind
+from fabkit.parts import Assembly, Details, Material, Parts, Ragged, Solid, Solids
+from tests.fabkit.round_solids import SOLIDS
 
 STEEL = Material("S355", 7850.0)
 
@@ -49,7 +51,28 @@ def prism_parts(corners: tuple[int, ...], n_parts: int, at_once: int = 1000) -> 
         )  # fmt: skip
 
 
-KINDS = {"prisms, 4 corners": (4,), "prisms, 4 to 6 corners": (4, 5, 6), "prisms, 12 corners": (12,)}
+def parts_like(solid: Solid, n_parts: int) -> Parts[Details]:
+    """Parts of one shape in as many sizes, turned and placed at random."""
+    rng = np.random.default_rng(0)
+    axes, _ = np.linalg.qr(rng.normal(size=(n_parts, 3, 3)))
+    return Parts.each_its_own(
+        plain_kind("thing", letter="T"), np.arange(n_parts),
+        Solids.alike(solid.vertices * rng.uniform(0.5, 2, n_parts)[:, None, None], solid.topology),
+        origins=rng.uniform(-1e4, 1e4, (n_parts, 3)), axes=axes * np.linalg.det(axes)[:, None, None], material=STEEL,
+        details=Details(),
+    )  # fmt: skip
+
+
+PRISMS = {"prisms, 4 corners": (4,), "prisms, 4 to 6 corners": (4, 5, 6), "prisms, 12 corners": (12,)}
+ROUND = {
+    "tubes of hubs": "hub",
+    "plates with 3 bores": "plate with bores",
+    "blocks with 6 bores": "block",
+    "mitred hollow sections": "hollow section, mitred",
+    "the same with a hand hole and 2 bores": "hand hole",
+    "the same with rounded corners": "rounded section, mitred",
+}
+"""What stands in the table, by the names of solids of the tests."""
 
 
 def seconds(write: Callable[[], None], runs: int) -> float:
@@ -62,8 +85,8 @@ def seconds(write: Callable[[], None], runs: int) -> float:
     return best
 
 
-def speed(table: Table, kind: str, corners: tuple[int, ...], n_parts: int, folder: Path) -> None:
-    (parts,), path = prism_parts(corners, n_parts, n_parts), folder / "model.step"
+def speed(table: Table, kind: str, parts: Parts[Any], folder: Path) -> None:
+    n_parts, path = len(parts), folder / "model.step"
     spent = seconds(lambda: stream_step(path, kind, [parts]), runs=5)
     row = [kind, f"{n_parts}", f"{n_parts / spent:.0f}", f"{path.stat().st_size / n_parts / 1000:.1f}"]
     if find_spec("build123d"):
@@ -93,8 +116,11 @@ def main(n_parts: int = 20_000) -> None:
             table.add_column(heading)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for kind, corners in KINDS.items():
-            speed(table, kind, corners, n_parts, folder)
+        for kind, corners in PRISMS.items():
+            (parts,) = prism_parts(corners, n_parts, n_parts)
+            speed(table, kind, parts, folder)
+        for kind, name in ROUND.items():
+            speed(table, kind, parts_like(SOLIDS[name], n_parts), folder)
         Console().print(table)
         growth = Table("parts", "peak MB", "bytes a part", title="memory, all marks different")
         before, least = memory(100, folder), n_parts // 4

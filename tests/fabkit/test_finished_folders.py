@@ -39,6 +39,19 @@ def found_in(folder: Path, *, hashes: bool) -> tuple[str, ...]:
         return (str(error),)
 
 
+def of_version(folder: Path, version: str) -> None:
+    path = folder / "manifest.json"
+    path.write_text(re.sub(r'("versions": \{\s*"fabkit": )"[^"]*"', rf'\1"{version}"', path.read_text()))
+
+
+def test_a_folder_of_another_version_is_not_compared(made: Path, tmp_path: Path) -> None:
+    shutil.copytree(made, tmp_path / "old")
+    of_version(tmp_path / "old", "99.0")
+    for old, new in ((tmp_path / "old", made), (made, tmp_path / "old")):
+        with pytest.raises(FolderError, match=r"old was written by fabkit 99\.0"):
+            folder_differences(old, new)
+
+
 def test_a_whole_folder_is_found_whole(made: Path) -> None:
     assert check_folder(made) == ()
     assert check_folder(made, hashes=False) == ()
@@ -68,6 +81,7 @@ def test_random_corruptions_are_found(made: Path, tmp_path: Path) -> None:
         (lambda folder: (folder / "manifest.json").unlink(), "has no manifest.json"),
         (lambda folder: (folder / "manifest.json").write_text("{"), "damaged, or of another version"),
         (lambda folder: (folder / "manifest.json").write_text('{"files": {}}'), "damaged, or of another version"),
+        (lambda folder: of_version(folder, "0.0.0"), "was written by fabkit 0.0.0"),
         (lambda folder: (folder / "pieces.csv").unlink(), "pieces.csv is missing"),
         (lambda folder: (folder / "pieces.csv").write_bytes(b"\xff\xfe\x00"), "pieces.csv is not text"),
         (lambda folder: (folder / "parts" / "B001.step").write_text(""), "B001.step is no complete STEP file"),

@@ -38,9 +38,9 @@ def random_ends(n: int, seed: int) -> tuple[Ends, NodeShapes]:
         ends, empty, empty, inclination, zeros, ends, np.arange(2 * n + 1), ends, zeros, setback, setback, setback, bars
     )
     above, below = rng.uniform(0, 40, 2 * n), rng.uniform(0, 40, 2 * n)
-    nothing = np.zeros((0, 2))
+    nothing, level = np.zeros((0, 2)), np.zeros((2 * n, 2))
     blocks = NodeShapes(
-        nothing, zeros, made.levels(-120.0) - below, made.levels(0.0) + above, np.zeros((2 * n, 2)), zeros, zeros
+        nothing, zeros, made.levels(-120.0) - below, made.levels(0.0) + above, level, level, zeros, zeros
     )
     return made, blocks
 

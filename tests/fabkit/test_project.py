@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fabkit import build, design
+from fabkit import Project, build, design
 from fabkit.errors import ProjectError
 from fabkit.production.marks import EQUAL_WITHIN_MM
 from fabkit.project import load_project, project_from
@@ -204,3 +204,12 @@ def test_what_no_mesh_in_memory_may_be() -> None:
         project_from({"mesh": dome(6, 2), "unit": "m", "gauss_image": "S.obj"})
     with pytest.raises(ProjectError, match="is in memory"):
         _ = project_from({"mesh": dome(6, 2), "unit": "m"}).mesh_path
+
+
+@pytest.mark.parametrize(
+    "given", [{"name": "ro\x07of"}, {"name": "a\nb"}, {"densities_kg_m3": {"S\n355": 7850.0}}, {"name": "\x1b[31mroof"}]
+)
+def test_names_have_no_control_characters(given: dict[str, object]) -> None:
+    with pytest.raises(ProjectError, match="control characters cannot stand in a name or title; take them out"):
+        Project(mesh="roof.obj", unit="m", **given)  # type: ignore[arg-type]
+    assert Project(mesh="roof.obj", unit="m", name="Dach (ß) 1").title == "Dach (ß) 1"

@@ -157,7 +157,7 @@ def test_where_there_is_no_room_there_is_none() -> None:
     narrow = {
         "beams": {"section": "flat 120x10"},
         "connection": {"kind": "contact"},
-        "panels": {"least_bearing_mm": -9},
+        "layers": [{"least_bearing_mm": -9}],
     }
     made = built(**narrow).assembly
     assert np.logical_or(*made["nodes"].details.look_alikes).all()

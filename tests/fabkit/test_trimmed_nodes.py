@@ -10,8 +10,10 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fabkit import Project
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
+from fabkit.errors import ProjectError
 from fabkit.layer_rules import LayerRules
 from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from geometry.gauss import Pair
@@ -33,11 +35,11 @@ def leaning_grid(lean: float, nx: int = 4, ny: int = 4) -> SupportStructure:
     return SupportStructure(Pair(mesh, mesh.with_vertices(mesh.vertices / 2e4 + axis)), 120.0)
 
 
-def rules(top: str, reference: str = "outer", **panels: float) -> DetailingRules:
+def rules(top: str, reference: str = "outer", bottom: str = "enclosing", **panels: float) -> DetailingRules:
     return DetailingRules(
         beams=BeamRules(section="flat 120x60", reference=reference),
         connection=ConnectionRules(kind="welded"),
-        nodes=NodeRules(top=top),
+        nodes=NodeRules(top=top, bottom=bottom),
         layers=(LayerRules(**{"seat_mm": 12, **panels}),),
     )
 
@@ -96,6 +98,37 @@ def test_a_share_that_is_not_said_is_a_violation() -> None:
     found = violations(made.with_group(replace(made["nodes"], details=silent)))
     assert found
     assert all("over the facet" in violation.finding for violation in found)
+
+
+@settings(max_examples=15, deadline=None)
+@given(lean=st.floats(-0.6, 0.6), top=st.sampled_from(["enclosing", "trimmed"]))
+def test_trimmed_bottoms_enclose_the_beams_and_touch_one(lean: float, top: str) -> None:
+    made = detail(leaning_grid(lean), rules(top, bottom="trimmed"), name="grid").assembly
+    assert not violations(made)
+    beams = {beam.element: beam for beam in made["beams"]}
+    for node in made["nodes"]:
+        below = node.solid.topology.loops(0)[0]
+        corner, normal = node.solid.vertices[below[0]], -node.solid.normals[0]
+        heights = []
+        for edge in node.details.beams.tolist():
+            corners = node.placement.to_local(beams[edge].placement.to_world(beams[edge].solid.vertices))
+            nearest = np.argsort(np.linalg.norm(corners[:, :2], axis=1))[:4]
+            heights.append(((corners[nearest] - corner) @ normal).min())
+        assert min(heights) == pytest.approx(0.0, abs=1e-6)  # rounding of some metres
+
+
+def test_trimmed_bottoms_save_steel_where_beams_differ_in_level() -> None:
+    masses = [
+        detail(leaning_grid(0.5), rules("trimmed", bottom=each), name="grid").assembly["nodes"].masses_kg.sum()
+        for each in ("trimmed", "enclosing")
+    ]
+    assert masses[0] < 0.95 * masses[1]  # 9 % less
+
+
+def test_trimmed_bottoms_carry_nothing() -> None:
+    for stands in ({"second_layer": {"distance_mm": -600}}, {"supports": {"loop": "rim"}}):
+        with pytest.raises(ProjectError, match="struts and stubs stand on bottoms that are square"):
+            Project(mesh=dome(6, 2), mean_edge_mm=1500, nodes={"bottom": "trimmed"}, **stands)
 
 
 def test_level_tops_stay_as_they_are() -> None:

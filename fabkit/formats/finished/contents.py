@@ -11,6 +11,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -63,6 +64,12 @@ class Contents:
             raise FolderError(
                 f"{path} cannot be read as that of a build: it is damaged, or of another version of fabkit; build the "
                 "folder again"
+            )
+        written, own = manifest["versions"].get("fabkit"), version("fabkit")
+        if written != own:
+            raise FolderError(
+                f"{folder} was written by fabkit {written}, whose files may say other things than those of {own}: use "
+                "that version, or build the folder again"
             )
         self.manifest: dict[str, Any] = manifest
         self._tables: dict[str, FolderTable] = {}

@@ -21,7 +21,8 @@ _SINGLE_DIGIT_MANTISSA = re.compile(r"e(?<=[\[,-]\de)")
 def string(text: str) -> str:
     """The text between the quotes of a STEP string: quotes and backslashes doubled, what is not printable ASCII as
     \\X2\\...\\X0\\ (ISO 10303-21, 6.4.3)."""
-    return _SPECIAL.sub(_encoded, text)
+    plain = text.isascii() and text.isprintable() and "'" not in text and "\\" not in text
+    return text if plain else _SPECIAL.sub(_encoded, text)
 
 
 def _encoded(run: re.Match[str]) -> str:

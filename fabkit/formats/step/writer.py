@@ -210,24 +210,23 @@ class StepWriter:
 
     def _check_marks(self, parts: Parts[Any]) -> None:
         """Raise OutputError for a mark that two different parts have."""
-        for k in parts.firsts.tolist():
-            self._check_content(parts, k)
         first = parts.firsts[parts.mark]
         differ = (parts.shape != parts.shape[first]) | (parts.material != parts.material[first])
-        for k in np.flatnonzero(differ).tolist():
-            self._check_content(parts, k)
-
-    def _check_content(self, parts: Parts[Any], k: int) -> None:
-        mark, shape = parts.mark_names[parts.mark[k]], parts.shape[k]
-        topology = parts.solids.topologies[parts.solids.topology[shape]]
-        corners = b"".join(each.tobytes() for each in (topology.corners, topology.rounds, topology.fillets))
-        vertices = parts.solids.vertices[int(shape)].tobytes()
-        content = hash((parts.kind.name, parts.materials[parts.material[k]], corners, vertices))
-        if self._contents.setdefault(mark, content) != content:
-            raise OutputError(
-                f"mark {mark} is that of two different parts, the second of them {instance_name(parts[k])}; "
-                "parts share a mark only where solid, kind and material are equal"
-            )
+        rows, solids = [*parts.firsts.tolist(), *np.flatnonzero(differ).tolist()], parts.solids
+        topologies = [hash((t.corners.tobytes(), t.rounds.tobytes(), t.fillets.tobytes())) for t in solids.topologies]
+        topology, starts = solids.topology.tolist(), (3 * solids.vertices.starts).tolist()
+        numbers, shapes = solids.vertices.values.ravel(), parts.shape.tolist()
+        marks, materials = parts.mark.tolist(), parts.material.tolist()
+        for k in rows:
+            mark, shape = parts.mark_names[marks[k]], shapes[k]
+            vertices = numbers[starts[shape] : starts[shape + 1]].tobytes()
+            material = parts.materials[materials[k]]
+            content = hash((parts.kind.name, material, topologies[topology[shape]], vertices))
+            if self._contents.setdefault(mark, content) != content:
+                raise OutputError(
+                    f"mark {mark} is that of two different parts, the second of them {instance_name(parts[k])}; "
+                    "parts share a mark only where solid, kind and material are equal"
+                )
 
     def _material(self, material: Material) -> int:
         if material not in self._materials:
