@@ -1,7 +1,8 @@
-"""Two layers of beams on parallel meshes, with struts along the node axes between them [Pottmann2007, 2.1 and Fig. 2].
+"""Layers of beams and glass on parallel meshes, with struts along the node axes [Pottmann2007, 2.1 and Fig. 2].
 
-M carries the glass; the second layer lies on M + d S, d = -1.1 m, so that every strut is the axis of the two nodes that
-it joins, and each beam is parallel to the one above it. All is drawn from the STEP file of the build.
+M carries the outer glass; the second layer of beams lies on M + d S, d = -1.1 m, so that every strut is the axis of the
+two nodes that it joins, and each beam is parallel to the one above it. Inner panels lie 5 cm above it, with joints that
+are wide enough for the struts, and close the space between. All is drawn from the STEP file of the build.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from fabkit.pipeline import Built
 from geometry.arrays import IntArray
 from geometry.mesh import Mesh, shapes
 
-DISTANCE_MM = -1100.0
+DISTANCE_MM, INNER_GLASS_MM = -1100.0, -1050.0
 ROWS = 8
 
 
@@ -42,7 +43,10 @@ def built() -> Built:
             beams={"section": "rhs 140x60x5"},
             connection={"kind": "welded"},
             nodes={"top": "trimmed"},
-            layers=[{"joint_mm": 20, "seat_mm": 12, "thickness_mm": 12}],
+            layers=[
+                {"joint_mm": 20, "seat_mm": 12, "thickness_mm": 12},
+                {"distance_mm": INNER_GLASS_MM, "joint_mm": 100, "thickness_mm": 10},
+            ],
             second_layer={"distance_mm": DISTANCE_MM, "section": "rhs 100x60x5", "strut": "chs 60.3x4"},
             nesting={"mode": "off"},
         )
@@ -58,6 +62,7 @@ def main() -> dict[str, float]:
         "beams": len(parts["beams"]),
         "lower beams": len(parts["lower beams"]),
         "struts": len(parts["struts"]),
+        "panels": len(parts["panels"]),
         "least distance of two nodes in mm": float(apart.min()),
         "largest distance of two nodes in mm": float(apart.max()),
         "largest sine between a beam and the one below it": float(np.abs(crossed).max()),
@@ -92,7 +97,7 @@ def draw(path: Path) -> None:
         Panel([*ground(points), *drawn(step)], View(-58, 14), (20, 20, 920, 560)),
         Panel(drawn(step, corner), View(-58, 14), (960, 60, 420, 460)),
     ]
-    draw_page(path, 1400, 600, panels, [Note(1170, 550, "two layers of beams, struts, glass", 24)])
+    draw_page(path, 1400, 600, panels, [Note(1170, 550, "two layers of beams and of glass, struts", 24)])
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ def rules_of_second_layer(rules: DetailingRules, own: SecondLayerRules) -> Detai
     """The rules of the beams and nodes of the second layer; it carries no panels, so blocks enclose the beams."""
     beams = BeamRules(
         section=own.section or rules.beams.profile.name,
+        boundary_section=None if own.section else rules.beams.boundary_section,
         reference=own.reference,
         least_length_mm=rules.beams.least_length_mm,
         material=own.material or rules.beams.material,

@@ -238,3 +238,22 @@ def test_mirrored_panes_are_one_mark_where_the_rules_say_so(n: int, seed: int) -
     for name in ("edge_lengths_mm", "corner_angles_deg"):
         one, other = getattr(own, name)
         assert one == pytest.approx(other, abs=1e-6)
+
+
+def test_a_piece_that_crosses_the_tolerance_by_little_keeps_its_mark() -> None:
+    """The second plate is all but 0.5 mm longer than the first, then a little more; a third one has always been."""
+    square = np.array([[0.0, 0.0], [900.0, 0.0], [880.0, 700.0], [10.0, 690.0]])
+
+    def plates_with(*longer: float) -> Parts[Any]:
+        return plates([square + np.outer([0.0, 0.0, each, 0.0], [1.0, 0.0]) for each in longer])
+
+    def shared(parts: Parts[Any], kept: KeptMarks | None = None) -> list[str]:
+        known = None if kept is None else {"panels": kept}
+        return share_equal_parts(Assembly("plates", (parts,)), within_mm=0.5, kept=known)["panels"].marks
+
+    first = share_equal_parts(Assembly("plates", (plates_with(0.0, 0.499, 0.51),)), within_mm=0.5)["panels"]
+    assert first.marks == ["P001", "P001", "P002"]
+    kept = mark_points(first)
+    assert shared(plates_with(0.0, 0.503, 0.51), kept) == ["P001", "P001", "P002"]
+    assert shared(plates_with(0.0, 0.503, 0.51), KeptMarks(kept.points)) == ["P001", "P002", "P002"]
+    assert shared(plates_with(0.0, 0.56, 0.51), kept) == ["P001", "P002", "P002"]

@@ -10,6 +10,7 @@ import numpy as np
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
 from fabkit.production import KeptMarks, MarkPoints
+from fabkit.production.marks import only_ones
 
 __all__ = ["kept_marks"]
 
@@ -39,13 +40,17 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
             mark = row["Group"], row["Mark"]
             materials[mark] = row["Material"].removeprefix("'")
             points[mark][row["Point"]].append([float(row[axis]) for axis in "xyz"])
+        pieces = [(row["Mark"], int(row["Element"])) for row in contents.table("pieces")]
     except (KeyError, ValueError) as error:
         raise FolderError(
-            f"mark_points.csv of {folder} is damaged, so its marks cannot be kept: there is no {error} where one is "
-            "needed"
+            f"mark_points.csv or pieces.csv of {folder} is damaged, so its marks cannot be kept: there is no {error} "
+            "where one is needed"
         ) from None
     found: dict[str, dict[str, MarkPoints]] = defaultdict(dict)
     for (group, name), each in points.items():
         corners, directions = (np.array(each[what]).reshape(-1, 3) for what in ("corner", "direction"))
         found[group][name] = MarkPoints(materials[group, name], corners, directions)
-    return {group: KeptMarks(marks) for group, marks in found.items()}
+    kept: dict[str, KeptMarks] = {}
+    for group, marks in found.items():
+        kept[group] = KeptMarks(marks, only_ones((element, mark) for mark, element in pieces if mark in marks))
+    return kept

@@ -23,6 +23,12 @@ DISTANCE_ROUNDING = 1e-13
 SAME_DEVIATION = 0.01
 """Difference of the deviations of two turns of a shape, over the tolerance, up to which they are equally good: so
 rounding does not decide between the turns of a symmetric shape."""
+SLACK = 0.1
+"""How far a shape may be off beyond the tolerance, over it, and keep the mark that it had: a tenth of what a workshop
+could not tell apart anyway."""
+MOST_TURNED_CORNERS = 20_000
+"""Largest number of corners of a shape in all its turns, for which each shape is compared with the one that it was
+before: more have only round plates."""
 MAX_COORDINATES_IN_MEMORY = 4_000_000
 """Number of coordinates held in memory at a time: 32 MB."""
 
@@ -61,7 +67,7 @@ def may_have_equals(corners: FloatArray, within: float) -> BoolArray:
 
 
 def equal_shapes(
-    shapes: TurnedShapes, within: float, earlier: FloatArray | None = None
+    shapes: TurnedShapes, within: float, earlier: FloatArray | None = None, own_before: IntArray | None = None
 ) -> tuple[IntArray, IntArray, IntArray]:
     """(P,) the first shape to which each shape is equal, itself where there is none; (P,) the turn that brings the
     shape onto this first one best, the smallest of equally good ones; (P,) the earlier shape that it has, -1 for none.
@@ -70,7 +76,10 @@ def equal_shapes(
     to no group yet, and in some turn differ from the visited one by at most `within` in each coordinate of each corner,
     join its group. A shape that belongs to a group is not visited. So every shape deviates from the one that was
     visited by `within` at most, even where many shapes form a chain of small differences. The first shape of an earlier
-    one is the first of its group, and the turns are those that bring shapes onto the earlier one.
+    one is the nearest to it, and the turns are those that bring shapes onto the earlier one.
+
+    own_before (P,): the earlier shape that each shape had before, -1 where it is not known. It keeps that one before
+    any is visited, up to SLACK beyond the tolerance, since a shape that hardly changes may cross it.
     """
     parts, turns = (index.ravel() for index in np.indices((shapes.n_shapes, shapes.n_turns)))
     compared_first = np.unique(np.linspace(0, shapes.n_corners - 1, TREE_CORNERS).astype(np.int64))
@@ -95,9 +104,18 @@ def equal_shapes(
         turn[equal], ungrouped[equal] = turns[hits[best]], False
         return equal
 
-    for number, own in enumerate([] if earlier is None else earlier):
-        equal = join(near(own[compared_first].ravel()), own)
-        first[equal], kept[equal] = equal.min(initial=shapes.n_shapes), number
+    if earlier is not None and len(earlier):
+        if own_before is not None:
+            rows, turned = _as_before(shapes, within, earlier, own_before)
+            turn[rows], kept[rows], ungrouped[rows] = turned, own_before[rows], False
+        for number, own in enumerate(earlier):
+            kept[join(near(own[compared_first].ravel()), own)] = number
+        rows = np.flatnonzero(kept >= 0)
+        deviation = _deviations(shapes, rows, turn[rows], earlier[kept[rows]])
+        nearest = np.full(len(earlier), -1, dtype=np.int64)
+        order = rows[np.lexsort((deviation, kept[rows]))][::-1]
+        nearest[kept[order]] = order  # the last one written is the nearest
+        first[rows] = nearest[kept[rows]]
     for part in range(shapes.n_shapes):
         if ungrouped[part]:
             ungrouped[part] = False
@@ -106,6 +124,34 @@ def equal_shapes(
                 own = shapes.at(np.array([part]), np.array([0]), np.arange(shapes.n_corners))[0]
                 first[join(hits, own)] = part
     return first, turn, kept
+
+
+def _deviations(shapes: TurnedShapes, parts: IntArray, turns: IntArray, own: FloatArray) -> FloatArray:
+    """(q,) largest deviation of these shapes (q,) in these turns (q,) from those with corners (q, n_corners, d)."""
+    found, corners = np.zeros(len(parts)), np.arange(shapes.n_corners)
+    size = max(1, MAX_COORDINATES_IN_MEMORY // (3 * shapes.n_corners))
+    for some in (slice(start, start + size) for start in range(0, len(parts), size)):
+        found[some] = np.abs(shapes.at(parts[some], turns[some], corners) - own[some]).max(axis=(1, 2))
+    return found
+
+
+def _as_before(
+    shapes: TurnedShapes, within: float, earlier: FloatArray, own_before: IntArray
+) -> tuple[IntArray, IntArray]:
+    """The shapes that keep the earlier shape that they had, and their turns. What is beyond the tolerance keeps it only
+    where another one is as much nearer, so that no two of them differ by more than twice the tolerance."""
+    rows = np.flatnonzero(own_before >= 0)
+    if shapes.n_turns * shapes.n_corners > MOST_TURNED_CORNERS or not len(rows):
+        return rows[:0], rows[:0]
+    every = np.repeat(rows, shapes.n_turns), np.tile(np.arange(shapes.n_turns), len(rows))
+    deviation = _deviations(shapes, *every, earlier[own_before[every[0]]]).reshape(len(rows), shapes.n_turns)
+    least = deviation.min(axis=1)
+    turn = (deviation <= least[:, None] + SAME_DEVIATION * within).argmax(axis=1)
+    nearest = np.full(len(earlier), np.inf)
+    np.minimum.at(nearest, own_before[rows], least)
+    beyond = least > within
+    same = (least <= (1 + SLACK) * within) & (~beyond | (nearest[own_before[rows]] <= (1 - SLACK) * within))
+    return rows[same], turn[same]
 
 
 def _best_first(hits: IntArray, n_turns: int, deviation: FloatArray, within: float) -> IntArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +13,7 @@ from fabkit.kinds.look_alikes import dot_vertices
 from fabkit.parts import Measures, Parts, Ragged, SolidArray
 from geometry.arrays import FloatArray
 
-__all__ = ["KeptMarks", "MarkPoints", "compared_points", "mark_points"]
+__all__ = ["KeptMarks", "MarkPoints", "compared_points", "mark_points", "only_ones"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +42,15 @@ class MarkPoints:
 class KeptMarks:
     """The marks that a kind had in an earlier build, by their names.
 
+    elements: the mark of the piece on each mesh element that has only one.
+
     >>> from fabkit.production.marks import KeptMarks
     >>> KeptMarks({"NO1-B009": None, "B011": None}).next_number, KeptMarks().next_number
     (12, 1)
     """
 
     points: dict[str, MarkPoints] = field(default_factory=dict)
+    elements: dict[int, str] = field(default_factory=dict)
 
     @property
     def next_number(self) -> int:
@@ -92,4 +96,18 @@ def mark_points(parts: Parts[Any]) -> KeptMarks:
         for mark, corners in zip(batch.parts.tolist(), points, strict=True):
             material = parts.materials[parts.material[models[mark]]].name
             found[mark] = MarkPoints(material, corners, directions[mark])
-    return KeptMarks({parts.mark_names[mark]: found[mark] for mark in sorted(found)})
+    elements = only_ones(zip(parts.elements.tolist(), parts.marks, strict=True))
+    return KeptMarks({parts.mark_names[mark]: found[mark] for mark in sorted(found)}, elements)
+
+
+def only_ones(pieces: Iterable[tuple[int, str]]) -> dict[int, str]:
+    """The marks by elements, of pieces (element, mark) that are alone on theirs.
+
+    >>> from fabkit.production.marks import only_ones
+    >>> only_ones([(7, "B001"), (8, "B002"), (8, "B003")])
+    {7: 'B001'}
+    """
+    found: dict[int, str | None] = {}
+    for element, mark in pieces:
+        found[element] = None if element in found else mark
+    return {element: mark for element, mark in found.items() if mark is not None}

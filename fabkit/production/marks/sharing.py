@@ -12,6 +12,7 @@ from fabkit.mark_rules import MarkRules
 from fabkit.parts import Assembly, Details, Parts, Ragged, SolidArray, Symmetry, Turns, moved
 from fabkit.production.marks.equal_shapes import (
     MAX_COORDINATES_IN_MEMORY,
+    SLACK,
     TurnedShapes,
     equal_shapes,
     may_have_equals,
@@ -123,7 +124,8 @@ class _Sharing:
                 continue
             places = places[alike.solids.parts]
             seen = alike.seen(compared_points(alike.solids))
-            own_first, own_turn, own_kept = equal_shapes(seen, self.within_mm, earlier)
+            before = _marks_before(parts.elements[places], kept, numbers)
+            own_first, own_turn, own_kept = equal_shapes(seen, self.within_mm, earlier, before)
             first[places], turn[places] = places[own_first], own_turn
             kept_as[places] = np.append(numbers, -1)[own_kept]
             every = np.arange(len(places))
@@ -155,7 +157,7 @@ class _Sharing:
         for row, number in enumerate(numbers.tolist()):
             earlier[row] = np.concatenate([known[number].corners, self.reach * known[number].directions])
         corners = np.concatenate([compared_points(solids[0]), earlier[:, :n_corners]])
-        chosen = may_have_equals(corners, self.within_mm)[: len(places)]
+        chosen = may_have_equals(corners, (1 + SLACK) * self.within_mm)[: len(places)]
         if not chosen.any():
             return None, numbers, earlier
         own = solids[0][chosen]
@@ -187,6 +189,14 @@ class _Sharing:
             hidden[some, 0] = off[:, :n_corners].max(axis=1)
             hidden[some, 1] = (off[:, n_corners:] * lengths[some]).max(axis=1, initial=0.0)
         return hidden
+
+
+def _marks_before(elements: IntArray, kept: KeptMarks, numbers: IntArray) -> IntArray:
+    """(q,) which of these kept marks, given by their numbers, the pieces on these elements (q,) had; -1 for another."""
+    names = list(kept.points)
+    place = {names[number]: row for row, number in enumerate(numbers.tolist())}
+    marks = (kept.elements.get(element, "") for element in elements.tolist())
+    return np.fromiter((place.get(mark, -1) for mark in marks), dtype=np.int64, count=len(elements))
 
 
 def _n_turns(parts: Parts[D]) -> IntArray:
