@@ -121,7 +121,8 @@ def check_report(contents: Contents) -> Iterator[str]:
     except binascii.Error:
         yield "the model in report.html is damaged"
         return
-    for name, table in [*page["tables"].items(), ("pieces", page["pieces"])]:
+    around = zip(("node_facets", "panel_edges"), (each[1] for each in page["around"]), strict=True)
+    for name, table in [*page["tables"].items(), ("pieces", page["pieces"]), *around]:
         if f"{name}.csv" in contents.files:
             yield from _check_cells(contents, name, table)
     counts = [layer["count"] for layer in page["model"]["layers"]]
