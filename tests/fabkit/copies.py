@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from fabkit import Built, Project, design
+from fabkit.kinds.look_alikes import dot_vertices
 from fabkit.parts import Part
 from geometry.arrays import FloatArray, IntArray
 from geometry.files import write_mesh
@@ -104,8 +105,9 @@ def assert_same(before: Built, after: Built, copy: Copy, *, shared_mm: float = 0
 
 
 def _corners(part: Part, built: Built) -> FloatArray:
-    """(n, 3) where the mesh file has them, in mm."""
-    return part.placement.to_world(part.solid.vertices) + built.assembly.origin_mm
+    """(n, 3) where the mesh file has them, in mm; without dots, which are beside the first beam that the file has."""
+    corners = np.delete(part.solid.vertices, dot_vertices(part.solid.topology), axis=0)
+    return part.placement.to_world(corners) + built.assembly.origin_mm
 
 
 def _element(part: Part, built: Built) -> frozenset[int]:

@@ -11,6 +11,7 @@ from examples import figure_19_cmc_pieces as figure_19
 from fabkit import Project, build
 from fabkit.formats.step.files import instance_name
 from geometry.files import write_mesh
+from geometry.mesh.shapes import dome
 from tests.fabkit.assemblies import by_name
 from tests.fabkit.occt import HAS_KERNEL, read_step
 
@@ -53,3 +54,29 @@ def test_joined_pieces_are_built_from_their_files(tmp_path: Path) -> None:
     assert all(leaf.body.valid and leaf.body.closed and leaf.n_solids == 1 for leaf in leaves)
     assert built.summary.largest_move_mm == 0.0
     assert built.structure.heights.min() > 0.98 * np.median(built.structure.heights)
+
+
+@pytest.mark.parametrize("distance", [-600.0, 650.0])
+def test_layers_struts_and_fins_are_valid_solids_of_our_volume(distance: float, tmp_path: Path) -> None:
+    """Struts of the outer layer stand on trimmed blocks, so that they are cut obliquely."""
+    settings = {
+        "beams": {"section": "rhs 120x60x5"},
+        "nodes": {"top": "trimmed"},
+        "layers": [{"joint_mm": 80, "thickness_mm": 10, "seat_mm": 12, "least_bearing_mm": -80}],
+        "second_layer": {"distance_mm": distance, "strut": "chs 33.7x3"},
+        "fins": {"from_mm": 120, "to_mm": 350, "direction": [0.3, -0.2, 0.0]},
+        "marks": {"far_end_mm": 1e-6},
+    }
+    if distance > 0:
+        settings.pop("fins")  # they would stand where the outer layer does
+    built = build(
+        Project(mesh=dome(8, 3), mean_edge_mm=2000, out=tmp_path / "roof", nesting={"mode": "off"}, **settings)  # type: ignore[arg-type]
+    )
+    assert (built.assembly["struts"].details.cut_angle_deg.max() > 0.1) == (distance > 0)
+    leaves = {leaf.path: leaf for leaf in read_step(tmp_path / "roof" / "model.step")}
+    for group, parts in by_name(built.assembly).items():
+        for part in parts:
+            body = leaves["structure", group, instance_name(part)].body
+            assert body.valid
+            assert body.closed
+            assert body.volume == pytest.approx(part.solid.volume_mm3, rel=1e-9)

@@ -98,7 +98,7 @@ class Viewer {
     this.upload();
     this.onHover = this.onClick = () => {};
     this.camera = new Camera(model);
-    this.camera.onMove = () => this.redraw();
+    this.camera.onMove = () => this.soon("draw", () => this.drawMoving());
     this.showAll("home");
     this.camera.listen(
       canvas,
@@ -195,6 +195,7 @@ class Viewer {
     const [azimuth, elevation] = { home: [-1.0, 0.5], top: [-Math.PI / 2, STEEPEST], front: [-Math.PI / 2, 0] }[side];
     this.camera.showAll(azimuth, elevation, this.canvas.clientWidth / this.canvas.clientHeight);
     this.camera.side = side;
+    this.redraw(); // finely, as nothing moves
   }
 
   /** Spots on parts, which would be too small to be seen: [{layer, row, colour}]; rings for parts that were picked
@@ -224,7 +225,7 @@ class Viewer {
   }
 
   redraw() {
-    this.soon("draw", () => this.drawMoving());
+    this.soon("draw", () => this.draw());
   }
 
   /** Runs a task with the next frame, the last one of its name only. */
