@@ -27,7 +27,7 @@ def supported(mesh: Mesh) -> SupportStructure:
 
 
 def built(mesh: Mesh) -> Assembly:
-    return share_equal_parts(detail(supported(mesh), PLAIN_RULES, name="shape").assembly)
+    return share_equal_parts(detail(supported(mesh), PLAIN_RULES, name="shape").assembly, within_mm=1e-7)
 
 
 def marks(assembly: Assembly) -> list[int]:

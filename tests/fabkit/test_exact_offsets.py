@@ -90,7 +90,7 @@ def test_every_document_and_inspect_say_so(tmp_path: Path) -> None:
     command = ["build", tmp_path / "M.obj", "--mean-edge", "1500", "-o", out, "--nest", "off"]
     said = CliRunner().invoke(app, list(map(str, command)))
     assert said.exit_code == 0, said.output
-    assert "an exact edge offset" in said.stdout
+    assert "an exact edge offset" in " ".join(said.stdout.split())
     assert json.loads((out / "manifest.json").read_text())["gauss_image"] == {"offset": "edge"}
     assert "an exact edge offset" in (out / "report.html").read_text(encoding="utf-8")
     facts = dict(inspect_mesh(tmp_path / "M.obj").facts())
