@@ -169,6 +169,23 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
     if "model.step" in contents.files and parts and "placements.csv" in contents.files:
         yield from _caught(lambda known: check_model(known, parts), contents)
     yield from _of_drawings(contents, {mark: part.blank for mark, part in parts.items()})
+    yield from _of_panel_edges(contents, {mark: part.outline for mark, part in parts.items()})
+
+
+def _of_panel_edges(contents: Contents, outlines: dict[str, FloatArray]) -> Iterator[str]:
+    """The table of edges of panels against the pieces, and the lower sides of their solids."""
+    if not {"panel_edges.csv", "pieces.csv"} <= contents.files.keys():
+        return
+    edges: dict[str, list[str]] = {row["Piece"]: [] for row in contents.table("pieces") if row["Kind"] == "panel"}
+    for row in contents.table("panel_edges"):
+        edges.setdefault(row["Panel"], []).append(row["Length (mm)"])
+    for piece, lengths in edges.items():
+        outline = outlines.get(piece.partition(" ")[0])
+        if outline is None:
+            continue
+        sides = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
+        if len(sides) != len(lengths) or np.abs(sides - np.array(lengths, dtype=float)).max() > COORDINATE_TOLERANCE_MM:
+            yield f"panel_edges.csv does not have the edges of {piece}"
 
 
 def _of_drawings(contents: Contents, outlines: dict[str, FloatArray]) -> Iterator[str]:
