@@ -155,15 +155,21 @@ def _texts(curves: Curves) -> Iterator[tuple[list[str], int]]:
 
 
 def _text(version: Version, line: str, at: FloatArray, height: float, owner: str, handles: Iterator[int]) -> str:
-    """A line of text without the codes of such texts; for R12, which has no UTF-8, what is not ASCII as \\U+00DF."""
-    plain = line.replace("%%", "% %").replace("^", "^ ").replace("\\", "/")
-    known = "".join(letter if letter.isprintable() and letter <= "\uffff" else "?" for letter in plain)
-    shown = "".join(letter if letter.isascii() or version != "R12" else f"\\U+{ord(letter):04X}" for letter in known)
+    """A line of text."""
+    shown = _shown(line, version)
     place = f" 10\n{float(at[0])!r}\n 20\n{float(at[1])!r}\n 30\n0.0\n 40\n{height!r}\n  1\n{shown}\n"
     if version == "R12":
         return f"  0\nTEXT\n  5\n{next(handles):X}\n  8\n{TITLE}\n{place}"
     head = f"  0\nTEXT\n  5\n{next(handles):X}\n330\n{owner}\n100\nAcDbEntity\n  8\n{TITLE}\n100\nAcDbText\n"
     return f"{head}{place}100\nAcDbText\n"
+
+
+@lru_cache(maxsize=4096)
+def _shown(line: str, version: Version) -> str:
+    """The line without the codes of such texts; for R12, which has no UTF-8, what is not ASCII as \\U+00DF."""
+    plain = line.replace("%%", "% %").replace("^", "^ ").replace("\\", "/")
+    known = "".join(letter if letter.isprintable() and letter <= "\uffff" else "?" for letter in plain)
+    return "".join(letter if letter.isascii() or version != "R12" else f"\\U+{ord(letter):04X}" for letter in known)
 
 
 def _circle(version: Version, layer: str, circle: FloatArray, owner: str, handles: Iterator[int]) -> str:
