@@ -12,7 +12,8 @@ from pydantic import BaseModel, ConfigDict, Field, field_serializer, model_valid
 
 from fabkit.errors import ProjectError
 from fabkit.formats.polylines import read_polylines
-from fabkit.formats.surfaces import EXACT_SUFFIXES, ExactSurface, exact_surface, read_shape
+from fabkit.formats.surfaces import EXACT_SUFFIXES, exact_surface, read_shape
+from fabkit.formats.surfaces.exact_surfaces import ExactSurface
 from fabkit.lengths import Positive
 from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats

@@ -118,7 +118,8 @@ class View {
     for (let k = 0; k < positions.length; k += 3) {
       radius = Math.max(radius, Math.hypot(positions[k], positions[k + 1], positions[k + 2]));
     }
-    Object.assign(this.camera, { model: { layers: [{ positions }] }, radius });
+    const layers = [{ corners: positions, middles: new Float32Array(positions.length) }]; // nothing is taken apart
+    Object.assign(this.camera, { model: { layers }, radius });
     const { azimuth, elevation } = this.camera;
     this.camera.showAll(azimuth, elevation, this.canvas.clientWidth / this.canvas.clientHeight);
   }

@@ -71,10 +71,10 @@ class SecondLayer:
         beams: BoolArray,
         struts: BoolArray,
         leave_out: Callable[[dict[int, str]], None],
-    ) -> tuple[Parts[Any], ...]:
+    ) -> tuple[tuple[Parts[Any], ...], tuple[SupportStructure, Ends, NodeShapes]]:
         """Beams, nodes, and what the connection adds, on the edges of `beams` (E,), from which leave_out removes what
-        cannot be made; and the struts at the vertices `struts` (N,) with blocks of both layers. first: structure, ends
-        and blocks of the first layer."""
+        cannot be made, with the struts at the vertices `struts` (N,) with blocks of both layers; and structure, ends
+        and blocks of this layer. first: those of the first layer."""
         name = self.own.name
 
         def leave_out_here(reasons: dict[int, str]) -> None:
@@ -88,7 +88,7 @@ class SecondLayer:
         self._check_apart(places)
         section, steel = Section.of(self.own.strut), self.rules.material(self.rules.beams.material)
         vertices = np.flatnonzero(np.isfinite(places.lengths) & struts)
-        return (*groups, make_struts(self.structure, places, vertices, section, steel))
+        return (*groups, make_struts(self.structure, places, vertices, section, steel)), second
 
     def _check_apart(self, places: StrutPlaces) -> None:
         """Raise DetailingError where blocks of both layers leave too little room for a strut."""

@@ -56,15 +56,18 @@ class Secondary:
         leave_out: Callable[[str, BoolArray, dict[int, str]], None],
     ) -> tuple[Parts[Any], ...]:
         """The groups on the edges where beams are made (E,). first: structure, ends and blocks of the first layer;
-        leave_out: takes a kind, which parts of it are made, and reasons."""
+        leave_out: takes a kind, which parts of it are made, and reasons. Supports stand under the inner one of two
+        layers."""
         groups: tuple[Parts[Any], ...] = ()
+        inner = first
         for name, own in self.made.items():
             if name not in (STRUT.name, STUB.name, BASE_PLATE.name):
                 own &= beams
         if self.second is not None:
             name = f"{self.second.own.name} {BEAM.name}"
             own = self.made[name]
-            groups = self.second.parts(first, own, self.made[STRUT.name], partial(leave_out, name, own))
+            groups, second = self.second.parts(first, own, self.made[STRUT.name], partial(leave_out, name, own))
+            inner = second if self.second.own.distance_mm < 0 else first
         if self.fins is not None:
             own = self.made[FIN.name]
             self.fins.check_clear_of(panels, own)
@@ -75,7 +78,7 @@ class Secondary:
             groups = (*groups, self.fins.parts(own, ends, shapes, rules.material(self.fins.rules.material)))
         if rules.supports is not None:
             steel = rules.material(rules.supports.material)
-            groups = (*groups, *make_supports(*first, self.made[STUB.name], rules.supports, steel))
+            groups = (*groups, *make_supports(*inner, self.made[STUB.name], rules.supports, steel))
         return groups
 
     def concerned(self, violation: Violation) -> str:

@@ -81,7 +81,8 @@ def piece(mesh: Mesh, n_faces: int) -> Mesh:
 def assert_same(before: Built, after: Built, copy: Copy, *, shared_mm: float = 0.0) -> None:
     """Parts, axes and marks are the same, up to a few hundred times the rounding of the coordinates of the copy.
 
-    shared_mm: by how much parts that share a mark differ, where another of them may be the first, whose solid all have.
+    shared_mm: by how much parts that share a mark differ, where another of them may be the first, whose solid all have,
+    or another of two turns in which they fit equally well the better one.
     """
     coarse_mm = np.spacing(np.abs(copy.mesh.vertices).max()) * after.summary.scale_mm
     within = max(SOLVED_MM, FEW_HUNDRED * coarse_mm)

@@ -46,6 +46,27 @@ def test_each_node_of_the_rim_has_a_stub_and_a_plate(rim: Assembly) -> None:
     assert [len(group.mark_names) for group in (plates, stubs)] == [1, 2]
 
 
+@pytest.mark.parametrize(("distance", "name"), [(-700.0, "lower node"), (700.0, "node")])
+def test_supports_stand_under_the_inner_layer(distance: float, name: str) -> None:
+    both = Project(
+        mesh=dome(6, 2),
+        mean_edge_mm=2500,
+        supports={"vertices": LOWER, "length_mm": 200},
+        second_layer={"distance_mm": distance},
+        layers=[{"joint_mm": 140, "least_bearing_mm": -60}],
+        **SIZES,
+    )
+    assembly = design(both).assembly
+    stubs = assembly.of(STUB)
+    (nodes,) = (group for group in assembly.groups if group.kind.name == name)
+    own = nodes.find(stubs.elements)
+    bottoms = nodes.solids.vertices.with_values(nodes.solids.vertices.values[:, 2])[nodes.shape].reduced(np.minimum)
+    middles = nodes.origins[own] + bottoms[own, None] * nodes.axes[own, 2]
+    assert stubs.elements.tolist() == LOWER
+    assert np.abs(np.linalg.norm(stubs.origins - middles, axis=1) - 48.3 / 2).max() < 1e-6  # beside the axis, by half
+    assert clashes(assembly) == []
+
+
 def test_plates_are_level_up_to_60_degrees_and_square_to_the_axis_beyond(rim: Assembly) -> None:
     plates, nodes = rim.of(BASE_PLATE), rim.of(NODE)
     axes = nodes.axes[nodes.find(plates.elements), 2]

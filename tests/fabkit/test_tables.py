@@ -113,7 +113,8 @@ def test_pieces_lie_where_the_tables_say(parts: Assembly, nest: Nest) -> None:
         if beam != "left out":
             place = pieces.columns.index(f"Node {end}")
             assert beams[beam][place : place + 2] == (node, number)
-    assert [row[2] for row in edges.rows if row[0] == edges.rows[0][0]] == [1, 2, 3, 4]
+    edge = edges.columns.index("Edge")
+    assert [row[edge] for row in edges.rows if row[0] == edges.rows[0][0]] == [1, 2, 3, 4]
 
 
 @given(st.text(st.sampled_from("=+-@\t\r\n;,' 0.5eA\uff1d\uff20")))

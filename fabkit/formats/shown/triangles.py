@@ -37,6 +37,13 @@ def facets(solids: Solids, names: Sequence[str]) -> list[Facets]:
 
     Convex faces become fans, other ones and faces with inner loops constrained Delaunay triangulations.
     Raises `OutputError` with the solid's name where a face's outline crosses itself.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> panels = design(Project(mesh=dome(6, 2), mean_edge_mm=1500)).assembly["panels"]
+    >>> from fabkit.formats.shown import facets
+    >>> [len(batch.triangles) for batch in facets(panels.solids, panels.mark_names)]
+    [2]
     """
     result = []
     for batch in solids.by_topology():

@@ -34,7 +34,16 @@ class ShapeFile:
 
 
 def read_shape(path: Path) -> ShapeFile:
-    """What a STEP, IGES or BREP file holds. Raises FabkitError where it cannot be read."""
+    """What a STEP, IGES or BREP file holds. Raises FabkitError where it cannot be read, or there is no CAD kernel.
+
+    >>> from fabkit import FabkitError
+    >>> from fabkit.formats.surfaces import read_shape
+    >>> try:
+    ...     read_shape(Path("no such surface.step"))
+    ... except FabkitError as error:
+    ...     print("no such surface.step" in str(error))
+    True
+    """
     name, suffix = readable(path.name), path.suffix.lower()
     try:
         import OCP.IFSelect  # noqa: F401

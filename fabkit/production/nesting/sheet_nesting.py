@@ -73,7 +73,7 @@ def nest_panels(
     >>> nest.n_sheets, nest.engine
     (9, 'guillotine')
     """
-    sizes = tuple(sheet) if isinstance(sheet, Sequence) else (sheet,)
+    sizes = _sizes(sheet)
     stocks = [Stock(size, gap_mm, border_mm, rotation) for size in sizes]
     _check_stocks(stocks, mode)
     engine = installed_engine() if mode == "best" else None
@@ -197,6 +197,14 @@ def _score(fillings: list[list[Placement]], guillotine: Guillotine, areas: Float
     return len(fillings), float(min(ends[0] / sheet.length_mm, ends[1] / sheet.width_mm))
 
 
+def _sizes(sheet: Sheet | Sequence[Sheet]) -> tuple[Sheet, ...]:
+    """The sizes, or a single one. Raises NestingError for anything else."""
+    sizes = tuple(sheet) if isinstance(sheet, Sequence) else (sheet,)
+    if all(isinstance(size, Sheet) for size in sizes):
+        return sizes
+    raise NestingError(f"the sheet is {described(sheet)}: write Sheet(length_mm=3210, width_mm=2250)")
+
+
 def _check_stocks(stocks: Sequence[Stock], mode: str) -> None:
     if not stocks:
         raise NestingError("there is no size of sheets: give one, such as Sheet(length_mm=3210, width_mm=2250)")
@@ -210,8 +218,6 @@ def _check_stocks(stocks: Sequence[Stock], mode: str) -> None:
 
 
 def _check_stock(stock: Stock) -> None:
-    if not isinstance(stock.sheet, Sheet):
-        raise NestingError(f"the sheet is {described(stock.sheet)}: write Sheet(length_mm=3210, width_mm=2250)")
     sizes = (stock.sheet.length_mm, stock.sheet.width_mm, stock.gap_mm, stock.border_mm)
     if not all(isinstance(size, Real) for size in sizes):
         raise NestingError(f"length and width of the sheet, gap and border are {sizes}: give numbers, in mm")
@@ -254,7 +260,7 @@ def too_large(
     >>> sorted(too_large(built.assembly["panels"], Sheet(3210, 1400), border_mm=15))
     [0, 2, 4, 6, 8, 10]
     """
-    sizes, outlines = tuple(sheet) if isinstance(sheet, Sequence) else (sheet,), panel_outlines(panels)
+    sizes, outlines = _sizes(sheet), panel_outlines(panels)
     return _too_large(panels, [Guillotine.of(outlines, Stock(size, 0.0, border_mm, rotation)) for size in sizes])
 
 
