@@ -35,7 +35,7 @@ def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
     >>> from fabkit.formats import to_build123d
     >>> block = to_build123d(built.assembly["nodes"][0])
     >>> block.label, len(block.faces())
-    ('N001', 9)
+    ('N001', 11)
     """
     try:
         import build123d
@@ -77,7 +77,7 @@ def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> from fabkit.formats import to_cadquery
     >>> to_cadquery(built.assembly["nodes"][0]).faces().size()
-    9
+    11
     """
     try:
         import cadquery
