@@ -9,8 +9,8 @@ from matplotlib import colormaps
 
 from docs.tools.connection_nodes import shapes
 from docs.tools.drawing import Note, Panel, Shapes, View, draw_page, polygons
+from docs.tools.placed_parts import placed_triangles
 from fabkit import Project, design
-from fabkit.formats.shown.triangles import facets
 from fabkit.parts import Assembly
 from fabkit.production import erection_order
 from geometry.arrays import IntArray
@@ -27,13 +27,7 @@ def by_order(assembly: Assembly, numbers: dict[str, IntArray]) -> Shapes:
     drawn, last = [], max(int(own.max()) for own in numbers.values())
     for group, own in numbers.items():
         parts = assembly[group]
-        for batch in facets(parts.solids, parts.mark_names):
-            chosen = np.flatnonzero(np.isin(parts.shape, batch.solids))
-            row = np.searchsorted(batch.solids, parts.shape[chosen])
-            triangles = batch.triangles[row][..., None]
-            points = batch.points[row] @ parts.axes[chosen] + parts.origins[chosen][:, None]
-            normals = batch.normals[row] @ parts.axes[chosen]
-            corners, upright = (np.take_along_axis(each[:, None], triangles, axis=2) for each in (points, normals))
+        for chosen, corners, upright in placed_triangles(parts):
             for k, number in enumerate(own[chosen].tolist()):
                 colour = np.array(colormaps["viridis"](number / last)[:3])
                 drawn.append(polygons(corners[k], colour, normals=upright[k]))

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from docs.tools.drawing import BLUE, CLAY, Panel, Shapes, View, draw_page, polygons
+from docs.tools.placed_parts import placed_triangles
 from fabkit import Project, design
-from fabkit.formats.shown.triangles import facets
 from fabkit.parts import Assembly, Parts
 from geometry.arrays import BoolArray
 from geometry.mesh.shapes import rotational_mesh
@@ -27,16 +27,13 @@ STEEL, GLASS, INNER, TIMBER = "#6d7a86", BLUE, "#1f4e79", "#c8a06a"
 def drawn(parts: Parts[Any], chosen: BoolArray, colour: str, opacity: float = 1.0) -> Shapes:
     """The chosen parts (n,) in their places."""
     found: Shapes = []
-    for batch in facets(parts.solids, parts.mark_names):
-        own = np.flatnonzero(chosen & np.isin(parts.shape, batch.solids))
-        row = np.searchsorted(batch.solids, parts.shape[own])
-        triangles = batch.triangles[row][..., None]
-        points = batch.points[row] @ parts.axes[own] + parts.origins[own][:, None]
-        normals = batch.normals[row] @ parts.axes[own]
-        corners, upright = (
-            np.take_along_axis(each[:, None], triangles, axis=2).reshape(-1, 3, 3) for each in (points, normals)
+    for own, corners, normals in placed_triangles(parts):
+        shown = chosen[own]
+        found.append(
+            polygons(
+                corners[shown].reshape(-1, 3, 3), colour, normals=normals[shown].reshape(-1, 3, 3), opacity=opacity
+            )
         )
-        found.append(polygons(corners, colour, normals=upright, opacity=opacity))
     return found
 
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from docs.tools.drawing import BLUE, CLAY, Panel, Shapes, View, draw_page, polygons
+from docs.tools.placed_parts import placed_triangles
 from fabkit import Project, design
-from fabkit.formats.shown.triangles import facets
 from fabkit.parts import Assembly
 
 __all__ = ["draw_roof"]
@@ -25,16 +23,10 @@ def shapes(assembly: Assembly) -> Shapes:
     for name, colour in COLOURS.items():
         parts = assembly[name]
         opacity = GLASS_OPACITY if name == "panels" else 1.0
-        for batch in facets(parts.solids, parts.mark_names):
-            own = np.flatnonzero(np.isin(parts.shape, batch.solids))
-            row = np.searchsorted(batch.solids, parts.shape[own])
-            triangles = batch.triangles[row][..., None]
-            points = batch.points[row] @ parts.axes[own] + parts.origins[own][:, None]
-            normals = batch.normals[row] @ parts.axes[own]
-            corners, upright = (
-                np.take_along_axis(each[:, None], triangles, axis=2).reshape(-1, 3, 3) for each in (points, normals)
+        for _, corners, normals in placed_triangles(parts):
+            drawn.append(
+                polygons(corners.reshape(-1, 3, 3), colour, normals=normals.reshape(-1, 3, 3), opacity=opacity)
             )
-            drawn.append(polygons(corners, colour, normals=upright, opacity=opacity))
     return drawn
 
 

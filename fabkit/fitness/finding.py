@@ -6,7 +6,10 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from fabkit.errors import FabkitError
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = [
     "CRITERIA",
@@ -17,6 +20,7 @@ __all__ = [
     "check_fit_to_build",
     "named",
     "with_accepted",
+    "worst_first",
 ]
 
 Level = Literal["note", "accepted", "refused"]
@@ -140,3 +144,10 @@ def named(names: Sequence[str], *, at_most: int = MAX_NAMED_ELEMENTS) -> str:
     """The first of the names, and the number of the others."""
     more = f" and {len(names) - at_most} more" if len(names) > at_most else ""
     return ", ".join(names[:at_most]) + more
+
+
+def worst_first(badness: FloatArray, chosen: BoolArray) -> IntArray:
+    """The numbers of the chosen elements, those of the largest badness first; both (n,)."""
+    found = np.flatnonzero(chosen)
+    order: IntArray = found[np.argsort(-badness[found], kind="stable")]
+    return order

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabkit.fitness.finding import Finding, named
+from fabkit.fitness.finding import Finding, named, worst_first
 from fabkit.fitness.rules import FitnessRules
 from fabkit.kinds import PanelDetails
 from fabkit.parts import Parts
-from geometry.arrays import BoolArray, FloatArray, IntArray
+from geometry.arrays import IntArray
 
 __all__ = ["corners", "panel_masses", "short_edges"]
 
@@ -17,7 +17,7 @@ __all__ = ["corners", "panel_masses", "short_edges"]
 def corners(panels: Parts[PanelDetails], rules: FitnessRules) -> Finding | None:
     """Corners of panels that break, or whose tips are cut off."""
     angles = panels.details.corner_angles_deg.reduced(np.minimum)
-    order = _worst(angles, angles < rules.corners_noted_deg)
+    order = worst_first(-angles, angles < rules.corners_noted_deg)
     if not len(order):
         return None
     sharp = [f"{panels[k].mark} ({angles[k]:.1f})" for k in order.tolist() if angles[k] < rules.corners_listed_deg]
@@ -44,7 +44,7 @@ def corners(panels: Parts[PanelDetails], rules: FitnessRules) -> Finding | None:
 def short_edges(panels: Parts[PanelDetails], rules: FitnessRules) -> Finding | None:
     """Edges too short for machines that grind edges or make insulating glass."""
     lengths = panels.details.edge_lengths_mm.reduced(np.minimum)
-    order = _worst(lengths, lengths < rules.short_edges_noted_mm)
+    order = worst_first(-lengths, lengths < rules.short_edges_noted_mm)
     if not len(order):
         return None
     return Finding(
@@ -68,30 +68,22 @@ def panel_masses(panels: Parts[PanelDetails], rules: FitnessRules) -> Finding | 
         return None
     places = np.stack([panels.elements, panels.details.layer], axis=1)
     units, unit = np.unique(places, axis=0, return_inverse=True)
-    masses = np.bincount(unit.ravel(), weights=panels.masses_kg)
-    heavy = np.flatnonzero(masses >= rules.panel_masses_noted_kg)
-    if not len(heavy):
+    masses = np.asarray(np.bincount(unit.ravel(), weights=panels.masses_kg), dtype=np.float64)
+    order = worst_first(masses, masses >= rules.panel_masses_noted_kg)
+    if not len(order):
         return None
-    order = heavy[np.argsort(-masses[heavy], kind="stable")]
     return Finding(
         "panel-masses",
         "note",
         float(masses[order[0]]),
         rules.panel_masses_noted_kg,
         "kg",
-        f"{len(heavy)} of {len(units)} panels have a mass of {rules.panel_masses_noted_kg:g} kg or more, the heaviest "
+        f"{len(order)} of {len(units)} panels have a mass of {rules.panel_masses_noted_kg:g} kg or more, the heaviest "
         f"one has {masses[order[0]]:.0f} kg on face {units[order[0], 0]} (counted from 0)",
         "plan a lifter for these panels, or take thinner glass or smaller faces",
         "face",
         tuple(dict.fromkeys(units[order, 0].tolist())),
     )
-
-
-def _worst(values: FloatArray, chosen: BoolArray) -> IntArray:
-    """The chosen panels, those with the smallest values first."""
-    found = np.flatnonzero(chosen)
-    order: IntArray = found[np.argsort(values[found], kind="stable")]
-    return order
 
 
 def _faces(panels: Parts[PanelDetails], order: IntArray) -> tuple[int, ...]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fabkit.fitness.finding import Finding, Level, named
+from fabkit.fitness.finding import Finding, Level, named, worst_first
 from fabkit.fitness.rules import FitnessRules
 from fabkit.fitness.shape import NOTED_PERCENTILE
 from fabkit.kinds import BeamDetails, NodeDetails, PanelDetails, smallest_gaps
@@ -21,10 +21,9 @@ def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rul
     if not len(cuts_deg):
         return None
     angles = np.abs(cuts_deg).max(axis=1)
-    noted = np.flatnonzero(angles >= rules.mitres_noted_deg)
-    if not len(noted):
+    order = worst_first(angles, angles >= rules.mitres_noted_deg)
+    if not len(order):
         return None
-    order = noted[np.argsort(-angles[noted], kind="stable")]
     steep = [f"{names[k]} ({angles[k]:.1f})" for k in order.tolist() if angles[k] >= rules.mitres_listed_deg]
     by_name = f"; {rules.mitres_listed_deg:g} degrees or more: {named(list(dict.fromkeys(steep)))}" if steep else ""
     return Finding(
@@ -33,7 +32,7 @@ def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rul
         float(angles[order[0]]),
         rules.mitres_noted_deg,
         "degrees",
-        f"{len(noted)} of {len(angles)} beams have an end cut {rules.mitres_noted_deg:g} degrees or more off "
+        f"{len(order)} of {len(angles)} beams have an end cut {rules.mitres_noted_deg:g} degrees or more off "
         f"square, at most {angles[order[0]]:.1f} degrees{by_name}",
         "make sure that the saw reaches these angles, or open the angles between edges and node axes there",
         "edge",
@@ -49,10 +48,9 @@ def going_in(beams: Parts[BeamDetails], is_closing: BoolArray, gap_mm: float, ru
     """Beams that come last between two nodes that stand, and go straight in from outside only with a larger gap than
     gap_mm and the one that is noted. is_closing (n,): which come last."""
     gaps, bound = beams.details.going_in_gaps_mm[:, 0], max(gap_mm, rules.going_in_noted_mm)
-    tight = np.flatnonzero(is_closing & (gaps > bound))
-    if not len(tight):
+    order = worst_first(gaps, is_closing & (gaps > bound))
+    if not len(order):
         return None
-    order = tight[np.argsort(-gaps[tight], kind="stable")]
     of_beams = beams.marks
     names = list(dict.fromkeys(f"{of_beams[k]} ({gaps[k]:.1f})" for k in order.tolist()))
     return Finding(
@@ -61,7 +59,7 @@ def going_in(beams: Parts[BeamDetails], is_closing: BoolArray, gap_mm: float, ru
         float(gaps[order[0]]),
         bound,
         "mm",
-        f"{len(tight)} of {int(is_closing.sum())} beams that come last between two nodes that stand go straight in "
+        f"{len(order)} of {int(is_closing.sum())} beams that come last between two nodes that stand go straight in "
         f"from inside only, or from outside with a gap of more than {bound:g} mm at each end: {named(names)}",
         f"put these beams in from inside, or set [connection] gap_mm = {np.ceil(10 * gaps[order[0]]) / 10:.1f}",
         "edge",
@@ -73,10 +71,9 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
     """Heights of the node blocks, which enclose the ends of their beams, over the height of the beams."""
     heights = nodes.details.height_mm
     sizes = heights / beam_height_mm
-    high = np.flatnonzero(sizes >= rules.block_heights_noted)
-    if not len(high):
+    order = worst_first(sizes, sizes >= rules.block_heights_noted)
+    if not len(order):
         return None
-    order = high[np.argsort(-sizes[high], kind="stable")]
     worst = nodes[int(order[0])]
     return Finding(
         "block-heights",
@@ -84,7 +81,7 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
         float(sizes[order[0]]),
         rules.block_heights_noted,
         "beam heights",
-        f"{len(high)} of {len(nodes)} node blocks are at least {rules.block_heights_noted:g} times as high as their "
+        f"{len(order)} of {len(nodes)} node blocks are at least {rules.block_heights_noted:g} times as high as their "
         f"beams of {beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) is "
         f"{heights[order[0]]:.0f} mm high",
         "take narrower beams (--section, --beam) or a smaller slot between them ([connection] slot_mm), so that they "
@@ -97,10 +94,9 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
 def slots(nodes: Parts[NodeDetails], rules: FitnessRules) -> Finding | None:
     """Angles between beams that are welded to the same node: below 60 degrees a torch reaches the seams badly."""
     angles = smallest_gaps(nodes.details.azimuths_deg)
-    narrow = np.flatnonzero(angles < rules.slots_noted_deg)
-    if not len(narrow):
+    order = worst_first(-angles, angles < rules.slots_noted_deg)
+    if not len(order):
         return None
-    order = narrow[np.argsort(angles[narrow], kind="stable")]
     worst = nodes[int(order[0])]
     return Finding(
         "slots",
@@ -108,7 +104,7 @@ def slots(nodes: Parts[NodeDetails], rules: FitnessRules) -> Finding | None:
         float(angles[order[0]]),
         rules.slots_noted_deg,
         "degrees",
-        f"at {len(narrow)} of {len(nodes)} nodes two beams that are welded to it are less than "
+        f"at {len(order)} of {len(nodes)} nodes two beams that are welded to it are less than "
         f"{rules.slots_noted_deg:g} degrees apart, the smallest angle is {angles[order[0]]:.1f} degrees at "
         f"{worst.mark} (vertex {worst.element}, counted from 0)",
         "plan these seams with the welder, or make the angles at these vertices wider",
@@ -120,10 +116,9 @@ def slots(nodes: Parts[NodeDetails], rules: FitnessRules) -> Finding | None:
 def uncovered(nodes: Parts[NodeDetails], rules: FitnessRules) -> Finding | None:
     """How much of the ends of beams stands above trimmed node blocks."""
     shares = nodes.details.uncovered_percent.reduced(np.maximum, empty=0.0)
-    bare = np.flatnonzero(shares >= rules.uncovered_noted_percent)
-    if not len(bare):
+    order = worst_first(shares, shares >= rules.uncovered_noted_percent)
+    if not len(order):
         return None
-    order = bare[np.argsort(-shares[bare], kind="stable")]
     worst = nodes[int(order[0])]
     return Finding(
         "uncovered",
@@ -131,7 +126,7 @@ def uncovered(nodes: Parts[NodeDetails], rules: FitnessRules) -> Finding | None:
         float(shares[order[0]]),
         rules.uncovered_noted_percent,
         "percent",
-        f"{len(bare)} of {len(nodes)} node blocks are trimmed so low that {rules.uncovered_noted_percent:g} % or more "
+        f"{len(order)} of {len(nodes)} node blocks are trimmed so low that {rules.uncovered_noted_percent:g} % or more "
         f"of the end of a beam stands above its facet, at most {shares[order[0]]:.1f} % at {worst.mark} (vertex "
         f"{worst.element}, counted from 0)",
         "check these seams, let the blocks enclose their beams ([nodes] top), or give the panels a larger seat",

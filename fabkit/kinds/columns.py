@@ -27,6 +27,7 @@ __all__ = [
     "of_first",
     "over_all",
     "ranges",
+    "stock_of_plates",
     "texts",
 ]
 
@@ -34,6 +35,13 @@ NO_NEIGHBOUR = "-"
 """Text for the neighbour across a boundary edge."""
 LEFT_OUT = "left out"
 """Text for a neighbour that was left out."""
+
+
+def stock_of_plates(plates: Parts[Any]) -> list[str]:
+    """What each plate is made from: its thickness and its material."""
+    names = [each.name for each in plates.materials]
+    rows = zip(plates.details.thickness_mm.tolist(), plates.material.tolist(), strict=True)
+    return [f"{thickness:g} mm {names[material]}" for thickness, material in rows]
 
 
 def marks_and_counts(parts: Parts[Any]) -> list[Column]:

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from fabkit.kinds.columns import files, marks_and_counts, masses, materials, of_first, over_all
+from fabkit.kinds.columns import files, marks_and_counts, masses, materials, of_first, over_all, stock_of_plates
 from fabkit.parts import Column, Details, Kind, Measure, Parts, Surroundings
 from geometry.arrays import FloatArray, IntArray
 
@@ -71,14 +71,8 @@ def _measures(fins: Parts[FinDetails]) -> list[Measure]:
     ]
 
 
-def _stock(fins: Parts[FinDetails]) -> list[str]:
-    names = [each.name for each in fins.materials]
-    rows = zip(fins.details.thickness_mm.tolist(), fins.material.tolist(), strict=True)
-    return [f"{thickness:g} mm {names[material]}" for thickness, material in rows]
-
-
 def _labels(fins: Parts[FinDetails], around: Surroundings) -> list[str]:
-    return [f"{text}; edge {edge}" for text, edge in zip(_stock(fins), fins.elements.tolist(), strict=True)]
+    return [f"{text}; edge {edge}" for text, edge in zip(stock_of_plates(fins), fins.elements.tolist(), strict=True)]
 
 
 FIN = Kind(
@@ -102,5 +96,5 @@ FIN = Kind(
     columns=_columns,
     measures=_measures,
     labels=_labels,
-    stock=_stock,
+    stock=stock_of_plates,
 )

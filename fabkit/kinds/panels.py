@@ -22,6 +22,7 @@ from fabkit.kinds.columns import (
     materials,
     of_first,
     ranges,
+    stock_of_plates,
     texts,
 )
 from fabkit.kinds.faces import panel_faces
@@ -219,14 +220,10 @@ def _measures(panels: Parts[PanelDetails]) -> list[Measure]:
     ]
 
 
-def _stock(panels: Parts[PanelDetails]) -> list[str]:
-    names = [each.name for each in panels.materials]
-    rows = zip(panels.details.thickness_mm.tolist(), panels.material.tolist(), strict=True)
-    return [f"{thickness:g} mm {names[material]}" for thickness, material in rows]
-
-
 def _labels(panels: Parts[PanelDetails], around: Surroundings) -> list[str]:
-    return [f"{text}; face {face}" for text, face in zip(_stock(panels), panels.elements.tolist(), strict=True)]
+    return [
+        f"{text}; face {face}" for text, face in zip(stock_of_plates(panels), panels.elements.tolist(), strict=True)
+    ]
 
 
 PANEL = Kind(
@@ -274,5 +271,5 @@ PANEL = Kind(
     measures=_measures,
     labels=_labels,
     faces=panel_faces,
-    stock=_stock,
+    stock=stock_of_plates,
 )
