@@ -513,7 +513,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.rules": ("connections documents fins layers lengths marks site supports", "detailing"),
+    "fabkit.rules": ("lengths", "connections documents fins layers marks site supports", "detailing"),
     "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production.nesting": (
         "nests remaining_rectangles",
