@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.formats.drawings import write_dxf
+from fabkit.formats.drawings import write_dxfs
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.legend_table import legend
 from fabkit.formats.report import report_html
@@ -82,21 +82,20 @@ def write_documents(
     drawn = rules.drawings
     title = ", ".join(word for word in (summary.name, issued.issue) if word)
     kept: dict[str, Any] = {"labels": drawn.labels, "corner_mm": drawn.corner_mm, "title": title}
+    files: dict[str, Any] = {"version": drawn.version, "suffix": drawn.suffix}
     if "sheets" in chosen:
         with stages("DXF of sheets"):
             (folder / "sheets").mkdir()
-            for sheet in sheet_drawings(nest, assembly.of(PANEL), **kept) if nest else ():
-                write_dxf(folder / "sheets" / f"{sheet.name}{drawn.suffix}", sheet, version=drawn.version)
+            sheets = sheet_drawings(nest, assembly.of(PANEL), **kept) if nest else ()
+            write_dxfs(folder / "sheets", sheets, **files)
     if "panels" in chosen:
         with stages("DXF of panels"):
             (folder / "panels").mkdir()
-            for drawing in panel_drawings(assembly, **kept):
-                write_dxf(folder / "panels" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
+            write_dxfs(folder / "panels", panel_drawings(assembly, **kept), **files)
     if "plates" in chosen and (plates := plate_drawings(assembly, labels=drawn.labels != "none", title=title)):
         with stages("DXF of plates"):
             (folder / "plates").mkdir()
-            for drawing in plates:
-                write_dxf(folder / "plates" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
+            write_dxfs(folder / "plates", plates, **files)
     panel_file = f"panels/{{}}{drawn.suffix}"
     lists = cut_list(assembly, nest, panel_file=panel_file)
     pieces = piece_tables(assembly, nest, panel_file=panel_file, site=summary.site)
@@ -104,8 +103,7 @@ def write_documents(
     if "drawings" in chosen:
         with stages("DXF of beams and nodes"):
             (folder / "drawings").mkdir()
-            for drawing in part_drawings(assembly, lists, title=title):
-                write_dxf(folder / "drawings" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
+            write_dxfs(folder / "drawings", part_drawings(assembly, lists, title=title), **files)
     tables.append(mark_table(assembly, summary.earlier_marks))
     facts = build_facts(summary, assembly, nest)
     if "tables" in chosen:
