@@ -13,10 +13,10 @@ from typing import Any
 
 import xlsxwriter
 
-from fabkit.document_rules import TitleBlock
 from fabkit.formats.legend_table import legend
 from fabkit.parts import Cell
 from fabkit.production import WORKBOOK, BuildFacts, Fact, Summary, Table
+from fabkit.rules import TitleBlock
 
 __all__ = ["write_xlsx"]
 

@@ -12,10 +12,10 @@ from pathlib import Path
 import openpyxl
 import pytest
 
-from fabkit.document_rules import TitleBlock
 from fabkit.formats.workbook import CUT_OFF, LONGEST_CELL, write_xlsx
 from fabkit.parts import Assembly
 from fabkit.production import BuildFacts, Nest, Sheet, Table, build_facts, cut_list, nest_panels, piece_tables
+from fabkit.rules import TitleBlock
 from tests.fabkit.gridshell import gridshell, gridshell_summary
 
 RED = "FFFF0000"
