@@ -52,7 +52,7 @@ _WIDTHS = {
         ("ijl' !,./:;I[\\]ft|", 0.28),
         ("()-r`\u00b0", 0.34),
         ("cksvxyz*J", 0.5),
-        ("0123456789abdeghnopqu\"#$?_{}^L\u00e4\u00f6\u00fc\u00e9\u00e8\u00df", 0.56),
+        ('0123456789abdeghnopqu"#$?_{}^L\u00e4\u00f6\u00fc\u00e9\u00e8\u00df', 0.56),
         ("ABEKPSVXYFTZ&+<=>~\u00c4", 0.67),
         ("CDHNRUw\u00dc", 0.73),
         ("GOQ\u00d6", 0.78),
@@ -138,7 +138,10 @@ def _write_table(workbook: Any, table: Table, project: str, issued: TitleBlock) 
     sheet, widths = workbook.add_worksheet(title), _widths(table)
     sheet.set_default_row(LINE_POINTS)
     patterns = [_pattern(decimals) for decimals in table.decimals]
-    heads = [_format(workbook, bold=True, bottom=1, **{**pattern, "text_wrap": True, "valign": "bottom"}) for pattern in patterns]
+    heads = [
+        _format(workbook, bold=True, bottom=1, **{**pattern, "text_wrap": True, "valign": "bottom"})
+        for pattern in patterns
+    ]
     formats = [_format(workbook, bottom=1, bottom_color="#d0d0d0", **pattern) for pattern in patterns]
     total_formats = [_format(workbook, bold=True, top=1, **pattern) for pattern in patterns]
     for column, (name, width, head) in enumerate(zip(table.columns, widths, heads, strict=True)):
