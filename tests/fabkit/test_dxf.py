@@ -166,6 +166,19 @@ def test_gdal_reads_the_same_panels(version: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("version", VERSIONS)
+def test_long_titles_are_wrapped_and_lie_in_the_extents(version: str, tmp_path: Path) -> None:
+    title = r"\_/ \U+0041 \M+1 " + 30 * "Bahnhofsdach "
+    outline = Curves.of([np.array([[0.0, 0], [40, 0], [40, 100], [0, 100], [0, 0]])])
+    write_dxf(tmp_path / "a.dxf", Drawing("a", {CUT: outline}, (), (title, "end")), version=version)  # type: ignore[arg-type]
+    document = ezdxf.readfile(tmp_path / "a.dxf")
+    lines = document.modelspace().query("TEXT")
+    assert " ".join(line.dxf.text for line in lines) == rf"\_/ /U+0041 /M+1 {title[17:]}end"
+    right, top = tuple(document.header["$EXTMAX"])[:2]
+    assert top == 100
+    assert right == max(line.dxf.insert.x + line.dxf.height * len(line.dxf.text) for line in lines) > 40
+
+
+@pytest.mark.parametrize("version", VERSIONS)
 def test_the_title_stands_below_the_sheet(version: str, tmp_path: Path) -> None:
     title = "Dach (\u00df), 100 %% \U0001f3e0"
     panels = pieces()

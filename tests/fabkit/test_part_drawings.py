@@ -102,6 +102,8 @@ def test_each_mark_of_beams_and_nodes_has_a_drawing_that_reads_back(tmp_path: Pa
         assert {each.dxf.layer for each in document.modelspace()} == {VISIBLE, HIDDEN, LABEL, "TITLE"}
         words = [text.dxf.text for text in document.modelspace().query("TEXT")]
         assert words[:2] == ["grid", f"Mark: {drawing.name}"]
+        assert [word for word in words if word.startswith("Ends: ")] == [w for w in drawing.title if "Ends: " in w]
+        assert words[-1].endswith("Below: from outside.")
     beam = assembly["beams"][0].solid.vertices
     of_beam = np.concatenate([drawings[0].layers[layer].values for layer in (VISIBLE, HIDDEN)])
     upper = of_beam[of_beam[:, 1] >= beam[:, 2].min() - 1]
