@@ -71,7 +71,7 @@ def test_a_plate_has_its_holes_as_circles_to_cut(version: Any, tmp_path: Path) -
     assert outline.is_closed
     points = [tuple(p)[:2] for p in (outline.get_points() if version != "R12" else [v.dxf.location for v in outline])]
     assert shapely.Polygon(points).area == pytest.approx((200 + 180) / 2 * 150)
-    assert drawing.title == ("one, 15 mm S355, gusset G1",)
+    assert drawing.title == ("one", "15 mm S355, gusset G1")
     free = shapely.Polygon(points).difference(
         shapely.union_all([shapely.Point(x, y).buffer(r) for _, r, x, y in circles])
     )
