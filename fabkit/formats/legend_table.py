@@ -8,24 +8,63 @@ from fabkit.production import Table
 __all__ = ["legend"]
 
 _ROWS = (
+    (
+        "Files",
+        "parts/MARK.step: the solid of a mark in its own frame. drawings/MARK.dxf: beams and nodes, 1:1. panels, "
+        "plates: contours to cut; sheets: those of panels, nested. model.step, model.glb, report.html: all "
+        "pieces in place. CSV files: the tables of cutlist.xlsx, and those with a row for each piece, facet or edge.",
+    ),
     ("Units", "Lengths in mm, areas in m2, angles in degrees, masses in kg. Directions are unit vectors."),
-    ("Mark", "Name that equal pieces share: B001 a beam, N001 a node block, P001 a panel. Stamped on each of them."),
+    ("Not said here", "Welds, surface treatment and tolerances: see the specification of the project."),
+    (
+        "Mark",
+        "Name that equal pieces share: B001 a beam, N001 a node block, P001 a panel. Stamped on each of them; on "
+        "the outer side of a beam beside end A, and on the outer end of a node beside facet 1, it also "
+        "says which is which.",
+    ),
     (
         "Piece",
         "Name of one physical piece: its mark, and the number of its edge (e), vertex (v) or face (f) of the mesh, "
         "counted from 0: B001 e7. The instances in model.step have the same names.",
     ),
+    ("Node, Beam, Panel, Neighbour", "Names of pieces: where it belongs, what stands there, the panel across an edge."),
+    ("Node A, Facet A", "Where end A of a beam stands; of other pieces the node to which they belong."),
+    ("Node B, Facet B, End", "Where end B of a beam stands; at a facet the end of the beam that meets it, A or B."),
+    ("Element", "Number of the edge, vertex or face, counted from 0."),
+    ("Kind, Group", "Of a piece: beam, node, panel and so on; of a second layer with lower or upper before it."),
+    ("Count", "Number of pieces with this mark."),
+    ("Mass, Area", "Of all pieces of a mark; each: of one of them."),
+    ("Material", "Its name; glass as the trade writes it: 44.2 is 4 + 4 mm with two interlayers of 0.38 mm."),
     ("left out", "In place of a piece that was not made."),
+    ("File", "Of the mark: its solid, or of a panel its contour."),
     ("Outside", "The side from which the faces of the mesh run counter-clockwise; node axes point outwards."),
-    ("End A, end B", "The ends of a beam at node A and at node B."),
-    ("Cut angle", "Angle of a saw cut at an end from a square cut, positive where the outer side is the longer one."),
+    (
+        "Section",
+        "Height first, which stands along z: flat height x width; rhs height x width x wall, r the outer radius of its "
+        "corners; tee, i height x flange width x flange x web; round diameter; chs diameter x wall.",
+    ),
+    (
+        "End A, End B",
+        "The ends of a beam, at node A and at node B. In degrees: the saw cut there from a square cut, turned about y, "
+        "positive where the outer side is the longer one.",
+    ),
     (
         "Ends",
-        "Beam seen from the side, outer side up, end A on the left: \\_/ is longest outside, /_\\ longest inside, "
-        "|_| is cut square.",
+        "|_| is cut square, \\_/ is longest outside, /_\\ longest inside: the beam seen from the side, outer side up, "
+        "end A on the left.",
     ),
-    ("Long point, short point", "Largest and smallest length of a beam along its axis."),
+    (
+        "Long point, Short point",
+        "Of a beam along x: its whole length, to which stock is cut, and the length between the inmost points of the "
+        "two cuts. Of a tee on hubs also those of the flange, which is cut back further than the web.",
+    ),
     ("Dihedral", "Angle between the outward normals of two faces, positive where the surface is convex."),
+    ("Height deviation", "Distance of the two parallel meshes at a beam, less the height of its section."),
+    (
+        "Goes in from, Gap from outside",
+        "Side from which a beam goes straight in between two nodes that stand; the gap that it needs at each end to go "
+        "in from outside.",
+    ),
     (
         "Frame of a beam",
         "Origin in the outer middle of end A at its cut, x from end A to end B, z outwards in the central plane.",
@@ -35,24 +74,62 @@ _ROWS = (
         "Frame of a panel",
         "Origin at corner 1, x along edge 1, the longest; z outwards; the plate lies between z = 0 and its thickness.",
     ),
-    ("Facet, edge, corner", "Counted from 1, counter-clockwise seen from outside. Corner k is the start of edge k."),
+    ("Origin, X axis, Z axis, Centre", "Of the frame of a piece, and its centre of mass. The y axis is z times x."),
+    ("Valence", "Number of beams at a node."),
+    ("Height, Thickness", "Of a node block along its axis; of a panel across edge 1, and of its plate."),
+    (
+        "Could be mounted",
+        "Turned, or upside down, without looking wrong: such a node has a dot in its outer end, 10 mm from facet 1, "
+        "5 mm wide and 2 mm deep, where there is room for it.",
+    ),
+    ("Step between tops", "Largest difference in level between the tops of the beams at a node, at their ends."),
+    ("Axis misalignment", "Largest distance on the node axis between the points in which the beams' sides meet it."),
+    (
+        "Facet",
+        "Side of a node, parallel to its axis, on which a beam stands; counted from 1, counter-clockwise seen from "
+        "outside. Its middle lies at the setback from the axis in the direction of the azimuth; flats join neighbours.",
+    ),
+    ("Edge, Corner", "Of a panel, counted from 1, as facets are. Corner k is the start of edge k."),
     ("Azimuth", "Direction of a beam about the node axis, from facet 1, counter-clockwise seen from outside."),
     ("Inclination", "Angle of a beam's axis above the plane perpendicular to the node axis."),
     ("Setback", "Distance of a facet from the node axis."),
-    ("Facet top, facet bottom", "Levels of the middles of its upper and lower side, from the point on the mesh."),
-    ("Top, bottom", "Heights of the ends of a node block along its axis, from the point on the mesh."),
-    ("Sheet x, y, turn", "Place of a panel on its sheet: its own frame is turned counter-clockwise, then moved."),
+    (
+        "Beam level",
+        "Level in which the middle of a beam's outer side meets the facet, from the point on the mesh.",
+    ),
+    (
+        "Facet top, Facet bottom, Facet width",
+        "Levels of the middles of its upper and lower side, from the point on the mesh, and its width.",
+    ),
+    ("Top, Bottom", "Heights of the ends of a node block along its axis, from the point on the mesh."),
+    ("Bolts", "Their number and size. All bores are in parts/MARK.step and, 1:1, in drawings/MARK.dxf."),
+    ("Point, Axis, Facet 1", "Of a node: its point on the mesh, its axis outwards, and the direction of facet 1."),
+    ("Width, Diagonal 1, Diagonal 2", "Of a panel: along edge 1; from corner 1 to corner 3, and from 2 to 4."),
+    ("Length", "Of an edge of a panel."),
+    ("Layer, Pane", "Of a panel: its layer, and its pane in the build-up of that, both counted from the outermost, 0."),
+    ("Seat", "Free height between a panel and what stands highest under it along an edge."),
+    ("Step", "How far the outer side of the neighbour stands above that of a panel at their joint."),
+    ("Sheet", "Of stock on which a panel is nested, counted from 1."),
+    ("Sheet x, Sheet y, Sheet turn", "Place of a panel there: its own frame is turned counter-clockwise, then moved."),
+    ("CUT, MARK, SHEET, TITLE", "Layers of contours: to cut, without allowance for the kerf; to engrave; stock; text."),
+    ("VISIBLE, HIDDEN, LABEL", "Layers of drawings: edges that are seen, and not; letters of ends, numbers of facets."),
+    ("Arrow", "On panels: from corner 1 along edge 1."),
     (
         "Turned over",
         "A panel that shares the mark of its mirror image: z of its own frame points inwards, and its edges count "
         "clockwise seen from outside.",
     ),
     (
-        "Hidden",
+        "Order, Closing",
+        "Number in the order of erection; whether a beam comes last between two nodes that stand.",
+    ),
+    (
+        "Hidden difference, Hidden at far ends",
         "Largest difference of a piece from the shape of its mark: of its corners in each coordinate, and of the far "
         "ends of the beams on it by the directions of its facets. All pieces of a mark are made alike.",
     ),
-    ("least, largest", "Of all pieces of a mark, where a value depends on the place of a piece."),
+    ("Least, Largest", "Of all pieces of a mark, where a value depends on the place of a piece."),
+    ("mark_points.csv", "Shapes of all marks, for a later build that keeps them; not for the workshop."),
 )
 
 
@@ -62,7 +139,7 @@ def legend(site: Frame | None = None) -> Table:
     >>> from fabkit.formats import legend
     >>> table = legend()
     >>> table.columns, table.rows[0][0]
-    (('Sign', 'Meaning'), 'Units')
+    (('Sign', 'Meaning'), 'Files')
     """
     return Table("legend", ("Sign", "Meaning"), (None, None), (*_ROWS, ("Site", _of_site(site))))
 
