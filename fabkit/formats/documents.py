@@ -111,7 +111,7 @@ def write_documents(
     if "tables" in chosen:
         with stages("Tables"):
             for table in [legend(summary.site), *tables]:
-                write_csv(folder / f"{table.title}.csv", table, rules.tables)
+                write_csv(folder / table.file, table, rules.tables)
     if "workbook" in chosen:
         with stages("Workbook"):
             write_xlsx(folder / "cutlist.xlsx", tables, summary, facts, issued, apart=IN_FILES_ONLY)

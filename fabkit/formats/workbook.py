@@ -82,7 +82,7 @@ def write_xlsx(
         workbook.formats[0].set_font_name(FONT)
         workbook.formats[0].set_font_size(FONT_POINTS)
         contents: list[tuple[str, Cell, str]] = [
-            (f"{each.title}.csv", len(each.rows), "rows; not in this workbook" if each.title in apart else "rows")
+            (each.file, len(each.rows), "rows; not in this workbook" if each.title in apart else "rows")
             for each in tables
         ]
         _write_table(workbook, legend(summary.site), summary.name, issued)
