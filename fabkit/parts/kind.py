@@ -131,8 +131,9 @@ class Kind(Generic[P]):
     faces on which beams stand, one for each place of the ring, unit vectors in the parts' own frames; None where no
     beam does.
 
-    columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words. faces:
-    names (k, F) of the faces of the solids, all of one topology, of k parts, for STEP files.
+    columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words;
+    finishes: what is done to each besides its shape, in which parts with one mark agree, in words that may be empty.
+    faces: names (k, F) of the faces of the solids, all of one topology, of k parts, for STEP files.
     measures: numbers for colours and histograms. labels: one line about each part. The functions for columns and labels
     also take the `Surroundings` of the parts.
 
@@ -158,6 +159,7 @@ class Kind(Generic[P]):
     measures: Callable[[P], Sequence[Measure]]
     labels: Callable[[P, Any], Sequence[str]]
     stock: Callable[[P], Sequence[str]] | None = None
+    finishes: Callable[[P], Sequence[str]] | None = None
     faces: Callable[[P, Any], Any] | None = None
     directions: Callable[[P], Ragged] | None = None
 

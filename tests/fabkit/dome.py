@@ -7,6 +7,7 @@ import numpy as np
 from fabkit.kinds import BEAM, NODE, PANEL, BeamDetails, NodeDetails, PanelDetails
 from fabkit.parts import (
     Assembly,
+    Finish,
     Frame,
     Material,
     Part,
@@ -142,6 +143,7 @@ def make_panel(face: int, corners: FloatArray, beams: tuple[int, ...]) -> Part:
         details=PanelDetails(
             layer=0,
             pane=0,
+            finish=Finish(),
             thickness_mm=THICKNESS,
             underside_mm=LIFT,
             area_mm2=0.0,

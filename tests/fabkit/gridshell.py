@@ -11,6 +11,7 @@ from scipy.spatial import ConvexHull
 from fabkit.kinds import BEAM, NODE, PANEL, BeamDetails, NodeDetails, PanelDetails
 from fabkit.parts import (
     Assembly,
+    Finish,
     Frame,
     LeftOut,
     Material,
@@ -166,6 +167,7 @@ def panel(vertices: FloatArray, marks: Marks, face: int, corners: IntArray, edge
         details=PanelDetails(
             layer=0,
             pane=0,
+            finish=Finish(),
             thickness_mm=THICKNESS,
             underside_mm=LIFT,
             area_mm2=solid.volume_mm3 / THICKNESS,

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from fabkit.kinds import BEAM, NODE, PANEL, BeamDetails, NodeDetails, PanelDetails
 from fabkit.parts import (
+    Finish,
     Frame,
     Material,
     Part,
@@ -59,6 +60,7 @@ def plate(
         details=PanelDetails(
             layer=0,
             pane=0,
+            finish=Finish(),
             thickness_mm=thickness,
             underside_mm=10.0,
             area_mm2=solid.volume_mm3 / thickness,
