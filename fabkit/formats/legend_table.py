@@ -35,9 +35,9 @@ _SIGNS = (
     ),
     (
         "Section",
-        "Height first: flat 120x50 height x width; rhs 120x60x5 with its wall, r10 the outer radius of its corners; tee "
-        "and i 120x80x10x8 height x width of the flange x flange x web, the flange of a tee outside; chs 60.3x4 diameter "
-        "x wall; round 60 diameter.",
+        "Height first: flat 120x50 height x width; rhs 120x60x5 with its wall, r10 the outer radius of its corners; "
+        "tee and i 120x80x10x8 height x width of the flange x flange x web, the flange of a tee outside; chs 60.3x4 "
+        "diameter x wall; round 60 diameter.",
     ),
     ("Dihedral", "Angle between the outward normals of two faces, positive where the surface is convex."),
     ("Facet, edge, corner", "Counted from 1, counter-clockwise seen from outside. Corner k is the start of edge k."),
@@ -68,12 +68,13 @@ _OWN_FRAME = (
 
 
 def legend(site: Frame | None = None, kinds: Sequence[Kind[Any]] = ()) -> Table:
-    """What signs, ends, frames and units in the tables mean. site: the frame of the mesh file on the site; kinds: of the
-    parts that there are, by default beams, nodes and panels.
+    """What signs, ends, frames and units in the tables mean.
+
+    site: the frame of the mesh file on the site; kinds: of the parts that there are, by default beams, nodes, panels.
 
     >>> from fabkit.formats import legend
     >>> table = legend()
-    >>> table.columns, table.rows[1][0], table.rows[1][1][-25:]
+    >>> table.columns, table.rows[1][0], table.rows[1][1][-24:]
     (('Sign', 'Meaning'), 'Mark', 'B beam, N node, P panel.')
     """
     shown = kinds or (BEAM, NODE, PANEL)

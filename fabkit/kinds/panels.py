@@ -237,8 +237,7 @@ PANEL = Kind(
     one_per_element=False,
     apart_by=("layer", "pane"),
     frame=(
-        "Origin at corner 1, x along edge 1, the longest; z outwards; the plate lies between z = 0 and its "
-        "thickness."
+        "Origin at corner 1, x along edge 1, the longest; z outwards; the plate lies between z = 0 and its thickness."
     ),
     empty_details=PanelDetails(
         layer=np.zeros(0, dtype=np.int64),

@@ -1,4 +1,5 @@
-"""Cut every beam and every panel with square edges from its table, put all pieces at their places, and say how far that is from the model.
+"""Cut every beam and every panel with square edges from its table, put all pieces at their places, and say how far that
+is from the model.
 
 Given a folder of `fabkit build`, and nothing else: python put_together.py FOLDER
 """
