@@ -175,7 +175,7 @@ def _columns(panels: Parts[PanelDetails], around: Surroundings) -> list[Column]:
     return [
         *marks_and_counts(panels),
         materials(panels),
-        of_first("Thickness (mm)", 1, panels, own.thickness_mm),
+        of_first("Thickness (mm)", 2, panels, own.thickness_mm),
         *_finishes(panels),
         *_sizes(panels),
         Column("Area each (m2)", 4, area.tolist()),
@@ -269,6 +269,9 @@ PANEL = Kind(
     first_edge="the longest",
     one_per_element=False,
     apart_by=("layer", "pane"),
+    frame=(
+        "Origin at corner 1, x along edge 1, the longest; z outwards; the plate lies between z = 0 and its thickness."
+    ),
     empty_details=PanelDetails(
         layer=np.zeros(0, dtype=np.int64),
         pane=np.zeros(0, dtype=np.int64),

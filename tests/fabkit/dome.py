@@ -75,6 +75,7 @@ def make_beam(edge: int, ends: IntArray, points: FloatArray, axes: FloatArray) -
             long_point_mm=float(np.ptp(x)),
             short_point_mm=float(np.ptp(x)),
             flange_points_mm=(np.nan, np.nan),
+            flange_backs_mm=(np.nan, np.nan),
             dihedral_deg=0.0,
             height_deviation_mm=0.0,
             twist_deg=0.0,
