@@ -489,7 +489,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.parts.shapes": ("topology", "fillets", "solid profiles"),
     "fabkit.parts": (
-        "frame material section ragged symmetry",
+        "finish frame material section ragged symmetry",
         "build_up plates kind curves",
         "solids",
         "parts",

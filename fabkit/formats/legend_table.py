@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from fabkit.parts import Frame
+from collections.abc import Sequence
+from typing import Any
+
+from fabkit.kinds import BEAM, NODE, PANEL
+from fabkit.parts import Frame, Kind
 from fabkit.production import Table
 
 __all__ = ["legend"]
 
-_ROWS = (
-    (
-        "Files",
-        "parts/MARK.step: the solid of a mark in its own frame. drawings/MARK.dxf: beams and nodes, 1:1. panels, "
-        "plates: contours to cut; sheets: those of panels, nested. model.step, model.glb, report.html: all "
-        "pieces in place. CSV files: the tables of cutlist.xlsx, and those with a row for each piece, facet or edge.",
-    ),
-    ("Units", "Lengths in mm, areas in m2, angles in degrees, masses in kg. Directions are unit vectors."),
+_UNITS = ("Units", "Lengths in mm, areas in m2, angles in degrees, masses in kg. Directions are unit vectors.")
+_FILES = (
+    "Files",
+    "parts/MARK.step: the solid of a mark in its own frame. drawings/MARK.dxf: beams and nodes, 1:1. panels, "
+    "plates: contours to cut; sheets: those of panels, nested. model.step, model.glb, report.html: all "
+    "pieces in place. CSV files: the tables of cutlist.xlsx, and those with a row for each piece, facet or edge.",
+)
+_SIGNS = (
     ("Not said here", "Welds, surface treatment and tolerances: see the specification of the project."),
-    (
-        "Mark",
-        "Name that equal pieces share: B001 a beam, N001 a node block, P001 a panel. Stamped on each of them; on "
-        "the outer side of a beam beside end A, and on the outer end of a node beside facet 1, it also "
-        "says which is which.",
-    ),
     (
         "Piece",
         "Name of one physical piece: its mark, and the number of its edge (e), vertex (v) or face (f) of the mesh, "
-        "counted from 0: B001 e7. The instances in model.step have the same names.",
+        "counted from 0: B001 e7. Where several pieces of a mark have the same, the second is B001 e7.2. The instances "
+        "in model.step have the same names.",
     ),
     ("Node, Beam, Panel, Neighbour", "Names of pieces: where it belongs, what stands there, the panel across an edge."),
     ("Node A, Facet A", "Where end A of a beam stands; of other pieces the node to which they belong."),
@@ -35,13 +34,17 @@ _ROWS = (
     ("Count", "Number of pieces with this mark."),
     ("Mass, Area", "Of all pieces of a mark; each: of one of them."),
     ("Material", "Its name; glass as the trade writes it: 44.2 is 4 + 4 mm with two interlayers of 0.38 mm."),
+    ("Build-up", "Of the glass of a layer, from outside to inside: 16Ar is a cavity of 16 mm with argon."),
+    ("Edge work", "Of all edges of a panel, in the words of EN 12150-1; as they are cut where there is none."),
+    ("Coating, Coated side", "Number of a coated surface, counted from outside, two a ply; on which side of the pane."),
     ("left out", "In place of a piece that was not made."),
     ("File", "Of the mark: its solid, or of a panel its contour."),
     ("Outside", "The side from which the faces of the mesh run counter-clockwise; node axes point outwards."),
     (
         "Section",
-        "Height first, which stands along z: flat height x width; rhs height x width x wall, r the outer radius of its "
-        "corners; tee, i height x flange width x flange x web; round diameter; chs diameter x wall.",
+        "Height first, which stands along z: flat 120x50 height x width; rhs 120x60x5 with its wall, r10 the outer "
+        "radius of its corners; tee and i 120x80x10x8 height x width of the flange x flange x web, "
+        "the flange of a tee outside; chs 60.3x4 diameter x wall; round 60 diameter.",
     ),
     (
         "End A, End B",
@@ -55,8 +58,12 @@ _ROWS = (
     ),
     (
         "Long point, Short point",
-        "Of a beam along x: its whole length, to which stock is cut, and the length between the inmost points of the "
-        "two cuts. Of a tee on hubs also those of the flange, which is cut back further than the web.",
+        "Of a beam along x: from the point of end A that is furthest out to that of end B, to which stock is cut, and "
+        "between the points that are furthest in.",
+    ),
+    (
+        "Flange long point, Flange short point, Flange back at A, Flange back at B",
+        "Of a tee on hubs the same lengths of its flange, and by how much that is cut back along x at either end.",
     ),
     ("Dihedral", "Angle between the outward normals of two faces, positive where the surface is convex."),
     ("Height deviation", "Distance of the two parallel meshes at a beam, less the height of its section."),
@@ -65,16 +72,7 @@ _ROWS = (
         "Side from which a beam goes straight in between two nodes that stand; the gap that it needs at each end to go "
         "in from outside.",
     ),
-    (
-        "Frame of a beam",
-        "Origin in the outer middle of end A at its cut, x from end A to end B, z outwards in the central plane.",
-    ),
-    ("Frame of a node", "Origin at the vertex of the mesh, z along the node axis outwards, x towards facet 1."),
-    (
-        "Frame of a panel",
-        "Origin at corner 1, x along edge 1, the longest; z outwards; the plate lies between z = 0 and its thickness.",
-    ),
-    ("Origin, X axis, Z axis, Centre", "Of the frame of a piece, and its centre of mass. The y axis is z times x."),
+    ("Origin, X axis, Z axis, Centre", "Of the own frame of a piece, and its centre of mass."),
     ("Valence", "Number of beams at a node."),
     ("Height, Thickness", "Of a node block along its axis; of a panel across edge 1, and of its plate."),
     (
@@ -131,17 +129,36 @@ _ROWS = (
     ("Least, Largest", "Of all pieces of a mark, where a value depends on the place of a piece."),
     ("mark_points.csv", "Shapes of all marks, for a later build that keeps them; not for the workshop."),
 )
+_MARK = (
+    "Name that equal pieces share, stamped on each of them; on the outer side of a beam beside end A, and on the outer "
+    "end of a node beside facet 1, it also says which is which."
+)
+_OWN_FRAME = (
+    "The frame in which a piece is made and in which parts/MARK.step has it. Placements give its origin and two of its "
+    "axes in the coordinates of the mesh file; the y axis is the cross product of z and x."
+)
 
 
-def legend(site: Frame | None = None) -> Table:
-    """What signs, ends, frames and units in the tables mean. site: the frame of the mesh file on the site.
+def legend(site: Frame | None = None, kinds: Sequence[Kind[Any]] = ()) -> Table:
+    """What signs, ends, frames and units in the tables mean.
+
+    site: the frame of the mesh file on the site; kinds: of the parts that there are, by default beams, nodes, panels.
 
     >>> from fabkit.formats import legend
     >>> table = legend()
-    >>> table.columns, table.rows[0][0]
-    (('Sign', 'Meaning'), 'Files')
+    >>> table.columns, table.rows[2][0], table.rows[2][1][:24]
+    (('Sign', 'Meaning'), 'Mark', 'B beam, N node, P panel.')
     """
-    return Table("legend", ("Sign", "Meaning"), (None, None), (*_ROWS, ("Site", _of_site(site))))
+    shown = kinds or (BEAM, NODE, PANEL)
+    letters = ", ".join(f"{kind.letter} {kind.name}" for kind in shown)
+    mark = f"{letters}. {_MARK}"
+    frames: dict[str, list[str]] = {}
+    for kind in shown:
+        if kind.frame:
+            frames.setdefault(kind.frame, []).append(kind.group)
+    of_kinds = [(f"Own frame of {', '.join(groups)}", frame) for frame, groups in frames.items()]
+    rows = (_FILES, _UNITS, ("Mark", mark), *_SIGNS, ("Own frame", _OWN_FRAME), *of_kinds, ("Site", _of_site(site)))
+    return Table("legend", ("Sign", "Meaning"), (None, None), rows)
 
 
 def _of_site(site: Frame | None) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 import xlsxwriter
 
 from fabkit.formats.legend_table import legend
-from fabkit.parts import Cell
+from fabkit.parts import Cell, Kind
 from fabkit.production import WORKBOOK, BuildFacts, Fact, Summary, Table
 from fabkit.rules import TitleBlock
 
@@ -71,10 +71,12 @@ def write_xlsx(
     title_block: TitleBlock | None = None,
     *,
     apart: Sequence[str] = (),
+    kinds: Sequence[Kind[Any]] = (),
 ) -> None:
     """The sheets Legend and Summary, and one for each table that is not apart: header frozen and filtered, numbers as
     numbers, the totals below, then in red what was left out. apart: titles of tables that are CSV files only; the
-    summary lists them too.
+    summary lists them too. kinds: of the parts that there are, for the legend, by default
+    beams, nodes and panels.
 
     Each sheet prints as wide as its paper, at 8 points or more, with the heading on each page, and above and below it
     the project, revision and date, the units, and the page. Empty columns and that of files are hidden.
@@ -96,10 +98,10 @@ def write_xlsx(
         workbook.formats[0].set_font_name(FONT)
         workbook.formats[0].set_font_size(FONT_POINTS)
         contents: list[tuple[str, Cell, str]] = [
-            (f"{each.title}.csv", len(each.rows), "rows; not in this workbook" if each.title in apart else "rows")
+            (each.file, len(each.rows), "rows; not in this workbook" if each.title in apart else "rows")
             for each in tables
         ]
-        _write_table(workbook, legend(summary.site), summary.name, issued)
+        _write_table(workbook, legend(summary.site, kinds), summary.name, issued)
         _write_summary(workbook, tables, contents, summary, facts, issued)
         for table in tables:
             if table.title not in apart:

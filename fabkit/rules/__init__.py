@@ -20,7 +20,7 @@ from fabkit.rules.documents import (
     TitleBlock,
 )
 from fabkit.rules.fins import FinRules
-from fabkit.rules.layers import LayerRules
+from fabkit.rules.layers import LayerRules, problem_of_mirrored_panes
 from fabkit.rules.lengths import LARGEST_LENGTH_MM, Level, NotNegative, Positive
 from fabkit.rules.marks import MarkOrder, MarkRules
 from fabkit.rules.site import SiteRules
@@ -54,4 +54,5 @@ __all__ = [
     "SupportRules",
     "TableRules",
     "TitleBlock",
+    "problem_of_mirrored_panes",
 ]

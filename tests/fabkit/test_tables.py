@@ -17,8 +17,8 @@ from fabkit.detailing.shapes.dots import DOT_DEPTH_MM, DOT_DIAMETER_MM, DOT_INSE
 from fabkit.errors import ProjectError
 from fabkit.formats.legend_table import legend
 from fabkit.formats.tables import spreadsheet_safe, write_csv
-from fabkit.kinds import BEAM
-from fabkit.parts import Assembly
+from fabkit.kinds import BEAM, BOLT
+from fabkit.parts import Assembly, in_layer
 from fabkit.production import Nest, Sheet, Table, cut_list, nest_panels, piece_tables
 from fabkit.project import project_from
 from fabkit.rules import TableRules
@@ -166,8 +166,7 @@ def test_the_legend_explains_every_heading(welded: Assembly) -> None:
         for table in [*cut_list(welded, None).tables, *piece_tables(welded, None)]
         for name in table.of_single_values().columns
     }
-    flange = {"flange long point", "flange short point"}  # as long point and short point
-    assert headings - flange - signs == set()
+    assert headings - signs == set()
 
 
 def test_the_legend_knows_the_dots_of_nodes() -> None:
@@ -191,3 +190,10 @@ def test_beams_end_on_the_levels_of_their_facets(welded: Assembly) -> None:
         assert row[column("Beam level (mm)")] == pytest.approx((middle - node.origin) @ node.axes[2], abs=0.01)
         checked += 1
     assert checked == 2 * len(beams)
+
+
+def test_the_legend_tells_of_the_frames_of_the_kinds_that_there_are() -> None:
+    rows = dict(legend(kinds=(BEAM, in_layer(BEAM, "lower"), BOLT)).rows)
+    assert rows["Mark"].startswith("B beam, LB lower beam, S bolt. ")  # type: ignore[union-attr]
+    assert {"Own frame of beams, lower beams", "Own frame of bolts"} <= set(rows)
+    assert "Own frame of panels" not in rows
