@@ -13,6 +13,7 @@ from functools import lru_cache
 from io import StringIO
 from itertools import islice
 from pathlib import Path
+from textwrap import wrap
 from typing import Literal, TextIO
 
 import numpy as np
@@ -37,6 +38,10 @@ DASHES = (4.5, 3.0, -1.5)
 TITLE_SHARE = 0.015
 """Height of the letters of a title over the larger side of the drawing."""
 
+TITLE_LETTERS, LETTER_WIDTH = 66, 1.0
+"""Largest number of letters of a line of a title, so that it is no longer than the larger side of the drawing; width of
+a letter over its height, as wide as any program draws them."""
+
 DXF_DECIMALS = 9
 """Decimals of coordinates in DXF files: 1e-9 mm, the precision of double numbers on a sheet of 10 m."""
 
@@ -46,6 +51,8 @@ DRAWINGS_PER_BATCH = 200
 SLOTS = tuple(9e9 + k for k in range(7))
 """Numbers that stand in a template for the extents (low, high) and for the middle and height of the view."""
 ENTITIES = "  2\nENTITIES\n"
+_CODE = re.compile(r"\\(?=[UM]\+)")
+"""Begins a letter by its number; all other backslashes are themselves, and the signs of ends have them."""
 
 
 def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2010") -> None:
@@ -115,10 +122,13 @@ def _files(drawings: Sequence[Drawing], version: Version) -> Iterator[bytes]:
         letters = TITLE_SHARE * float((high - low).max())
         x, y = low.tolist()
         entity = _text(version, x, letters, owner)
-        for line in drawing.title:
+        words = _wrapped(drawing.title)
+        for line in words:
             y -= 1.6 * letters
             entities.append(entity % (next(handles), y, _shown(line, version)))
-        yield template.fill("".join(entities), [x, y], high.tolist(), next(handles)).encode()
+        right, top = high.tolist()
+        right = max(right, x + LETTER_WIDTH * letters * max(map(len, words), default=0))
+        yield template.fill("".join(entities), (x, y), (right, top), next(handles)).encode()
 
 
 @dataclass(frozen=True)
@@ -199,9 +209,13 @@ def _text(version: Version, x: float, height: float, owner: str) -> str:
     return f"{head}{place}100\nAcDbText\n"
 
 
+def _wrapped(title: Sequence[str]) -> list[str]:
+    return [part for line in title for part in (wrap(line, TITLE_LETTERS) if len(line) > TITLE_LETTERS else [line])]
+
+
 def _shown(line: str, version: Version) -> str:
     """The line without the codes of such texts; for R12, which has no UTF-8, what is not ASCII as \\U+00DF."""
-    plain = line.replace("%%", "% %").replace("^", "^ ").replace("\\", "/")
+    plain = _CODE.sub("/", line.replace("%%", "% %").replace("^", "^ "))
     if plain.isascii() and plain.isprintable():
         return plain
     known = "".join(letter if letter.isprintable() and letter <= "\uffff" else "?" for letter in plain)
