@@ -123,7 +123,7 @@ def test_many_files_are_as_each_alone(version: str, tmp_path: Path) -> None:
     for each in drawings:
         assert (tmp_path / f"{each.name}-x.dxf").read_bytes() == text_of(each, version).encode()
     document = ezdxf.readfile(tmp_path / "ring-x.dxf")
-    assert tuple(document.header["$EXTMIN"])[0] == 3
+    assert document.header["$EXTMIN"][0] == 3
     assert tuple(document.header["$EXTMAX"])[:2] == (7, 8)
 
 
