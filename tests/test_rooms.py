@@ -473,10 +473,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "conjugate_networks",
     ),
     "geometry.layout": (
-        "quarter_turns integer_lattices",
+        "quarter_turns integer_lattices windings",
         "seams twists quality",
         "exact_maps integration open_rims singular_points",
-        "grid_points",
+        "grid_points rim_gaps",
         "rays",
         "cells",
         "drafts",
