@@ -17,12 +17,11 @@ from fabkit.detailing import detail
 from fabkit.formats.drawings import write_dxf
 from fabkit.formats.shown.triangles import facets
 from fabkit.kinds import plain_kind
-from fabkit.layer_rules import LayerRules
 from fabkit.parts import Assembly, Frame, Measures, Part, Parts, Section, Solid, SolidArray, Solids
 from fabkit.production import CUT, HIDDEN, LABEL, MARK, VISIBLE, cut_list, part_drawings, plate_drawings
 from fabkit.production.part_drawing import FROM_ABOVE, FROM_SIDE
 from fabkit.production.part_views import views
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, LayerRules, NodeRules
 from tests.fabkit.round_solids import SOLIDS, plate_with_bores, profile
 from tests.fabkit.solids import STEEL
 from tests.fabkit.test_detail import flat_grid
@@ -72,7 +71,7 @@ def test_a_plate_has_its_holes_as_circles_to_cut(version: Any, tmp_path: Path) -
     assert outline.is_closed
     points = [tuple(p)[:2] for p in (outline.get_points() if version != "R12" else [v.dxf.location for v in outline])]
     assert shapely.Polygon(points).area == pytest.approx((200 + 180) / 2 * 150)
-    assert drawing.title == ("one, 15 mm S355, gusset G1",)
+    assert drawing.title == ("one", "15 mm S355, gusset G1")
     free = shapely.Polygon(points).difference(
         shapely.union_all([shapely.Point(x, y).buffer(r) for _, r, x, y in circles])
     )
@@ -103,6 +102,8 @@ def test_each_mark_of_beams_and_nodes_has_a_drawing_that_reads_back(tmp_path: Pa
         assert {each.dxf.layer for each in document.modelspace()} == {VISIBLE, HIDDEN, LABEL, "TITLE"}
         words = [text.dxf.text for text in document.modelspace().query("TEXT")]
         assert words[:2] == ["grid", f"Mark: {drawing.name}"]
+        assert [word for word in words if word.startswith("Ends: ")] == [w for w in drawing.title if "Ends: " in w]
+        assert words[-1].endswith("Below: from outside.")
     beam = assembly["beams"][0].solid.vertices
     of_beam = np.concatenate([drawings[0].layers[layer].values for layer in (VISIBLE, HIDDEN)])
     upper = of_beam[of_beam[:, 1] >= beam[:, 2].min() - 1]
