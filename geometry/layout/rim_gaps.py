@@ -66,9 +66,7 @@ def _stretches(network: Network, maps: SeamlessMaps, halves: IntArray) -> tuple[
     return label, np.bincount(label, ~goes_on) == 0
 
 
-def _lengths(
-    network: Network, maps: SeamlessMaps, halves: IntArray, stretches: IntArray
-) -> tuple[IntArray, IntArray]:
+def _lengths(network: Network, maps: SeamlessMaps, halves: IntArray, stretches: IntArray) -> tuple[IntArray, IntArray]:
     """(k, m) the numbers of lines that end at the stretches, and which of them the integers alone determine."""
     along = np.where(maps.on_lines[halves, 0], 1, 0)
     sides = network.frames.sides.ravel()[halves]

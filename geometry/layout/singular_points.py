@@ -62,7 +62,9 @@ def integer_rows(rows: SparseMatrix, corners: IntArray) -> IntArray:
     return np.rint(dense).astype(np.int64).reshape(len(corners), 2, -1).swapaxes(1, 2)
 
 
-def carried_rows(frames: TangentFrames, field: CombedField, rows: SparseMatrix, before: IntArray, corner: int) -> IntArray:
+def carried_rows(
+    frames: TangentFrames, field: CombedField, rows: SparseMatrix, before: IntArray, corner: int
+) -> IntArray:
     """(m, 2) the rows of u and v at a corner, carried along a path of triangles to its first triangle.
 
     before (F,): the triangle before each one on the path, negative at its beginning.

@@ -109,7 +109,10 @@ def test_singular_points_near_an_aligned_boundary_do_not_fold_faces(surface: Sur
     assert len(result.singularities) >= 4
     assert result.quality.quad_share > 0.95
     assert c.euler_characteristic == triangles.combinatorics.euler_characteristic
-    assert (np.einsum("fi,fi->f", result.mesh.face_normals, surface.closest(face_centroids(result.mesh.vertices, c))[1]) > 0.5).all()
+    assert (
+        np.einsum("fi,fi->f", result.mesh.face_normals, surface.closest(face_centroids(result.mesh.vertices, c))[1])
+        > 0.5
+    ).all()
     areas = [np.linalg.norm(mesh.vector_areas, axis=1).sum() for mesh in (result.mesh, triangles)]
     assert abs(areas[0] / areas[1] - 1) < 0.03  # nothing is covered twice or left out
 
