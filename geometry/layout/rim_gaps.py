@@ -78,7 +78,7 @@ def _lengths(network: Network, maps: SeamlessMaps, halves: IntArray, stretches: 
     def summed(rows: SparseMatrix) -> SparseMatrix:
         return csr_array(sums @ csr_array(rows[ends[0]] - rows[ends[1]]))
 
-    reals = np.abs(summed(maps.reals)).sum(axis=1)
+    reals = abs(summed(maps.reals)).sum(axis=1)
     return np.rint(summed(maps.integers).toarray()).astype(np.int64), np.asarray(reals == 0)
 
 
@@ -109,7 +109,9 @@ def _singular_distances(
         near = near[np.argsort(distances[near], kind="stable")]
         for k in near[np.unique(stretches[near], return_index=True)[1]].tolist():
             half = int(halves[k])
-            reached, paths = dijkstra(graph, False, half // 3, return_predecessors=True, limit=2 * limit)
+            reached, paths = dijkstra(
+                graph, directed=False, indices=halves[k] // 3, return_predecessors=True, limit=2 * limit
+            )
             if not np.isfinite(reached[corner[vertex] // 3]):
                 continue
             there = carried_rows(frames, field, rows, integers(paths), int(corner[vertex]))
