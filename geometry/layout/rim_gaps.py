@@ -78,7 +78,7 @@ def _lengths(network: Network, maps: SeamlessMaps, halves: IntArray, stretches: 
     def summed(rows: SparseMatrix) -> SparseMatrix:
         return csr_array(sums @ csr_array(rows[ends[0]] - rows[ends[1]]))
 
-    reals = abs(summed(maps.reals)).sum(axis=1)
+    reals: FloatArray = abs(summed(maps.reals)).sum(axis=1)
     return np.rint(summed(maps.integers).toarray()).astype(np.int64), np.asarray(reals == 0)
 
 
