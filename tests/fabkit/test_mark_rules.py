@@ -188,9 +188,9 @@ def edit(folder: Path, one: str, other: str) -> None:
 @pytest.mark.parametrize(
     ("damage", "sentence"),
     [
-        (lambda folder: (folder / "mark_points.csv").write_text("Mark,x\nB001,1"), "kept: .* is cut off"),
-        (lambda folder: edit(folder, ",corner,", ",cornr,"), "cannot be kept: .* damaged, near 'cornr'"),
-        (lambda folder: edit(folder, "B001", "../../B001"), "damaged, near '../../B001'"),
+        (lambda folder: (folder / "mark_points.csv").write_text("Mark,x\nB001,1"), r"kept: .* is cut off"),
+        (lambda folder: edit(folder, ",corner,", ",cornr,"), r"cannot be kept: .* damaged, near 'cornr'"),
+        (lambda folder: edit(folder, "B001", "../../B001"), r"damaged, near '../../B001'"),
         (lambda folder: edit(folder, "-120.000000000", "1e999"), "damaged, near '1e999'"),
         (lambda folder: edit(folder, "-120.000000000", "one"), "damaged, near 'one'"),
         (lambda folder: (folder / "manifest.json").unlink(), "has no manifest.json"),
@@ -215,7 +215,7 @@ def test_a_folder_whose_marks_cannot_be_kept_is_named(tmp_path: Path, damage: An
 def test_nothing_is_built_into_the_folder_whose_marks_are_kept(tmp_path: Path) -> None:
     out = tmp_path / "first"
     build(Project(mesh=shapes.dome(4, 1), out=out, documents=["tables"], **SIZES))
-    with pytest.raises(ProjectError, match="lies in .*first, the folder whose marks"):
+    with pytest.raises(ProjectError, match=r"lies in .*first, the folder whose marks"):
         build(Project(mesh=shapes.dome(4, 1), out=out / "second", marks={"keep": out}, **SIZES))
     assert not (out / "second").exists()
 
@@ -224,7 +224,7 @@ def test_kept_marks_of_one_kind_are_no_names_of_another() -> None:
     built = design(Project(mesh=shapes.dome(4, 1), **SIZES))
     nodes = mark_points(built.assembly["nodes"]).points.values()
     kept = {"nodes": KeptMarks({f"xb{number:03d}": each for number, each in enumerate(nodes, start=1)})}
-    with pytest.raises(DetailingError, match="the mark xb001 of a node would be .* XB001 of a beam"):
+    with pytest.raises(DetailingError, match=r"the mark xb001 of a node would be .* XB001 of a beam"):
         share_equal_parts(built.nominal, rules=MarkRules(prefix="X"), kept=kept)
 
 
