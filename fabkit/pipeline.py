@@ -97,8 +97,8 @@ def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path
     keep = project.marks.keep
     if keep is not None and Path(os.path.realpath(keep)) in Path(os.path.realpath(project.out)).parents:
         raise ProjectError(
-            f"{project.out} lies in {keep}, the folder whose marks are kept, which would no longer be as it was written: "
-            "choose another folder"
+            f"{project.out} lies in {keep}, the folder whose marks are kept, which would no longer be as it was "
+            "written: choose another folder"
         )
     strokes = None if project.surface is None else project.surface.strokes
     files = (project.mesh, project.gauss_image.file, strokes, *(layer.parallel for layer in project.layers))

@@ -21,7 +21,7 @@ PLAIN = {
     "model_type": "A table is needed",
     "dataclass_type": "A table is needed",
 }
-"""Sentences in place of those in which pydantic speaks of Python, by its types of errors, with its numbers in braces."""
+"""Sentences in place of those in which pydantic speaks of Python, by its types of errors; its numbers in braces."""
 
 MAX_NAMED_KEYS = 24
 """Largest number of known keys that a sentence names: two lines of a terminal."""
@@ -47,7 +47,7 @@ def truth_for_number(given: Any, made: Any, where: str = "") -> str:
         return "" if isinstance(made, bool) else f"{where} is {given}: a number is needed, not true or false"
     if isinstance(given, Mapping):
         parts = [
-            (key, each, made[key] if isinstance(made, Mapping) else getattr(made, key, each))
+            (key, each, made.get(key, each) if isinstance(made, Mapping) else getattr(made, key, each))
             for key, each in given.items()
         ]
     elif isinstance(given, list | tuple) and isinstance(made, list | tuple):

@@ -76,8 +76,8 @@ def _check_apart(groups: Sequence[Parts[Any]]) -> None:
             other, name = seen.setdefault(mark.casefold(), (mark, parts.kind.name))
             if (other, name) != (mark, parts.kind.name):
                 raise DetailingError(
-                    f"the mark {mark} of a {parts.kind.name} would be the same name of a file as {other} of a {name}: take "
-                    "another prefix (marks.prefix), or do not keep these marks (marks.keep)"
+                    f"the mark {mark} of a {parts.kind.name} would be the same name of a file as {other} of a {name}: "
+                    "take another prefix (marks.prefix), or do not keep these marks (marks.keep)"
                 )
 
 
