@@ -184,6 +184,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.production.marks": {
+        "fabkit.errors",
         "fabkit.rules",
         "fabkit.kinds",
         "fabkit.parts",
@@ -202,6 +203,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.formats.finished": {
+        "fabkit.wording",
         "fabkit.production.marks",
         "fabkit.rules",
         "fabkit.formats",
