@@ -221,7 +221,6 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.formats.finished": {
-        "fabkit.production.marks",
         "fabkit.site_rules",
         "fabkit.document_rules",
         "fabkit.formats",

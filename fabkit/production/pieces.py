@@ -128,16 +128,18 @@ def _going_in(parts: Parts[Any], erection: Erection) -> list[Column]:
 
 
 def _placements(parts: Parts[Any], origin_mm: FloatArray) -> list[Column]:
-    """The own frame of each part and its centre of mass, at the coordinates of the mesh file."""
-    centroids = parts.solids.centroids[parts.shape]
-    centres = parts.origins + (centroids[:, None] @ parts.axes)[:, 0]
+    """The own frame of each part and its centre of mass, at the coordinates of the mesh file, and how far the piece
+    that is made differs from what is planned there."""
+    hidden = [parts.hidden_mm[:, k].tolist() for k in range(2)]
     return [
         Column("Piece", None, parts.piece_names),
         Column("Mark", None, parts.marks),
         *coordinates("Origin", parts.origins + origin_mm),
         *directions("X axis", parts.axes[:, 0]),
         *directions("Z axis", parts.axes[:, 2]),
-        *coordinates("Centre", centres + origin_mm),
+        *coordinates("Centre", parts.centres_mm + origin_mm),
+        Column("Hidden difference (mm)", 3, hidden[0]),
+        Column("Hidden at far ends (mm)", 3, [None] * len(parts) if parts.kind.directions is None else hidden[1]),
     ]
 
 

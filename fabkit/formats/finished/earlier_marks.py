@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections import defaultdict
 from pathlib import Path
 
@@ -10,9 +11,11 @@ import numpy as np
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
 from fabkit.production import KeptMarks, MarkPoints
-from fabkit.production.marks import only_ones
 
 __all__ = ["kept_marks"]
+
+_TABLES = ("mark_points", "placements")
+_OF_PIECES = ("Centre x (mm)", "Centre y (mm)", "Centre z (mm)", "Hidden difference (mm)", "Hidden at far ends (mm)")
 
 
 def kept_marks(folder: Path) -> dict[str, KeptMarks]:
@@ -28,23 +31,21 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
     ['N001', 'N002']
     """
     contents = Contents(folder)
-    if "mark_points.csv" not in contents.files:
-        raise FolderError(
-            f"{folder} has no mark_points.csv, so its marks cannot be kept: it is of another version of fabkit, or was "
-            "built without 'tables' among its documents"
-        )
+    _check_tables(contents)
     points: dict[tuple[str, str], dict[str, list[list[float]]]] = defaultdict(lambda: {"corner": [], "direction": []})
     materials: dict[tuple[str, str], str] = {}
+    pieces: dict[str, list[list[float]]] = defaultdict(list)
     try:
         for row in contents.table("mark_points"):
             mark = row["Group"], row["Mark"]
             materials[mark] = row["Material"].removeprefix("'")
             points[mark][row["Point"]].append([float(row[axis]) for axis in "xyz"])
-        pieces = [(row["Mark"], int(row["Element"])) for row in contents.table("pieces")]
+        for row in contents.table("placements"):
+            pieces[row["Mark"]].append([float(row[name] or 0) for name in _OF_PIECES])
     except (KeyError, ValueError) as error:
         raise FolderError(
-            f"mark_points.csv or pieces.csv of {folder} is damaged, so its marks cannot be kept: there is no {error} "
-            "where one is needed"
+            f"mark_points.csv or placements.csv of {folder} is damaged, so its marks cannot be kept: there is no "
+            f"{error} where one is needed"
         ) from None
     found: dict[str, dict[str, MarkPoints]] = defaultdict(dict)
     for (group, name), each in points.items():
@@ -52,5 +53,23 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
         found[group][name] = MarkPoints(materials[group, name], corners, directions)
     kept: dict[str, KeptMarks] = {}
     for group, marks in found.items():
-        kept[group] = KeptMarks(marks, only_ones((element, mark) for mark, element in pieces if mark in marks))
+        own = [(mark, values) for mark in marks for values in pieces[mark]]
+        numbers = np.array([values for _, values in own]).reshape(-1, len(_OF_PIECES))
+        kept[group] = KeptMarks(marks, tuple(mark for mark, _ in own), numbers[:, :3], numbers[:, 3:])
     return kept
+
+
+def _check_tables(contents: Contents) -> None:
+    """Raise FolderError unless the tables that are read are those that were written."""
+    for name in (f"{table}.csv" for table in _TABLES):
+        if name not in contents.files:
+            raise FolderError(
+                f"{contents.folder} has no {name}, so its marks cannot be kept: it is of another version of fabkit, or "
+                "was built without 'tables' among its documents"
+            )
+        path = contents.folder / name
+        if not path.is_file() or hashlib.sha256(path.read_bytes()).hexdigest() != contents.files[name]:
+            raise FolderError(
+                f"{name} of {contents.folder} is damaged or missing, so its marks cannot be kept: it is not as fabkit "
+                "build wrote it; take an untouched copy of the folder"
+            )
