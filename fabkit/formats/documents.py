@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.document_rules import DocumentRules
 from fabkit.formats.drawings import write_dxf
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.legend_table import legend
@@ -29,6 +28,7 @@ from fabkit.production import (
     plate_drawings,
     sheet_drawings,
 )
+from fabkit.rules import DocumentRules
 from fabkit.stages import Stages
 from geometry.arrays import FloatArray
 from geometry.files import write_mesh

@@ -15,7 +15,7 @@ import pytest
 from fabkit import Project, build
 from fabkit.errors import ProjectError
 from fabkit.formats.finished import check_folder
-from fabkit.site_rules import SiteRules
+from fabkit.rules import SiteRules
 from geometry.mesh import shapes
 
 OUTSIDE = Path(__file__).parents[1] / "outside"

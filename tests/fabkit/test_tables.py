@@ -12,7 +12,6 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fabkit.document_rules import TableRules
 from fabkit.errors import ProjectError
 from fabkit.formats.legend_table import legend
 from fabkit.formats.tables import spreadsheet_safe, write_csv
@@ -20,6 +19,7 @@ from fabkit.kinds import BEAM
 from fabkit.parts import Assembly
 from fabkit.production import Nest, Sheet, Table, cut_list, nest_panels, piece_tables
 from fabkit.project import project_from
+from fabkit.rules import TableRules
 from tests.fabkit.gridshell import gridshell
 
 DIALECTS = [

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from fabkit.document_rules import TableRules
 from fabkit.errors import FolderError
 from fabkit.formats.manifest import MANIFEST
+from fabkit.rules import TableRules
 
 __all__ = ["Contents", "FolderTable", "workbook_tables"]
 

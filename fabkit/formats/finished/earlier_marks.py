@@ -14,8 +14,9 @@ from fabkit.production import KeptMarks, MarkPoints
 
 __all__ = ["kept_marks"]
 
-_TABLES = ("mark_points", "placements")
-_OF_PIECES = ("Centre x (mm)", "Centre y (mm)", "Centre z (mm)", "Hidden difference (mm)", "Hidden at far ends (mm)")
+_TABLES = ("mark_points", "placements", "pieces")
+_CENTRE = ("Centre x (mm)", "Centre y (mm)", "Centre z (mm)")
+_HIDDEN = ("Hidden difference (mm)", "Hidden at far ends (mm)")
 
 
 def kept_marks(folder: Path) -> dict[str, KeptMarks]:
@@ -34,18 +35,19 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
     _check_tables(contents)
     points: dict[tuple[str, str], dict[str, list[list[float]]]] = defaultdict(lambda: {"corner": [], "direction": []})
     materials: dict[tuple[str, str], str] = {}
-    pieces: dict[str, list[list[float]]] = defaultdict(list)
+    pieces: dict[str, list[tuple[list[float], list[float]]]] = defaultdict(list)
     try:
         for row in contents.table("mark_points"):
             mark = row["Group"], row["Mark"]
             materials[mark] = row["Material"].removeprefix("'")
             points[mark][row["Point"]].append([float(row[axis]) for axis in "xyz"])
+        off = {row["Piece"]: [float(row[name] or 0) for name in _HIDDEN] for row in contents.table("pieces")}
         for row in contents.table("placements"):
-            pieces[row["Mark"]].append([float(row[name] or 0) for name in _OF_PIECES])
+            pieces[row["Mark"]].append(([float(row[name]) for name in _CENTRE], off[row["Piece"]]))
     except (KeyError, ValueError) as error:
         raise FolderError(
-            f"mark_points.csv or placements.csv of {folder} is damaged, so its marks cannot be kept: there is no "
-            f"{error} where one is needed"
+            f"mark_points.csv, placements.csv or pieces.csv of {folder} is damaged, so its marks cannot be kept: there "
+            f"is no {error} where one is needed"
         ) from None
     found: dict[str, dict[str, MarkPoints]] = defaultdict(dict)
     for (group, name), each in points.items():
@@ -53,9 +55,10 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
         found[group][name] = MarkPoints(materials[group, name], corners, directions)
     kept: dict[str, KeptMarks] = {}
     for group, marks in found.items():
-        own = [(mark, values) for mark in marks for values in pieces[mark]]
-        numbers = np.array([values for _, values in own]).reshape(-1, len(_OF_PIECES))
-        kept[group] = KeptMarks(marks, tuple(mark for mark, _ in own), numbers[:, :3], numbers[:, 3:])
+        own = tuple(mark for mark in marks for _ in pieces[mark])
+        centres = np.array([centre for mark in marks for centre, _ in pieces[mark]]).reshape(-1, 3)
+        hidden = np.array([each for mark in marks for _, each in pieces[mark]]).reshape(-1, 2)
+        kept[group] = KeptMarks(marks, own, centres, hidden)
     return kept
 
 

@@ -23,7 +23,7 @@ from fabkit.formats.finished.step_checks import (
     part_file,
 )
 from fabkit.formats.manifest import foreign_files
-from fabkit.site_rules import SiteRules
+from fabkit.rules import SiteRules
 from geometry.arrays import FloatArray
 
 __all__ = ["check_folder"]

@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from fabkit.mark_rules import MarkRules
 from fabkit.parts import Assembly, Details, Parts, Ragged, SolidArray, Symmetry, Turns, moved
 from fabkit.production.marks.equal_shapes import (
     MAX_COORDINATES_IN_MEMORY,
@@ -17,6 +16,7 @@ from fabkit.production.marks.equal_shapes import (
     may_have_equals,
 )
 from fabkit.production.marks.kept import KeptMarks, compared_points
+from fabkit.rules import MarkRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["EQUAL_WITHIN_MM", "share_equal_parts", "turned_parts", "turned_shapes", "turns_of"]

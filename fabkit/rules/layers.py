@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, model_validator
 from pydantic.dataclasses import dataclass
 
-from fabkit.lengths import Level, NotNegative, Positive
 from fabkit.parts import BuildUp, Material
+from fabkit.rules.lengths import Level, NotNegative, Positive
 from fabkit.wording import echo
 
 __all__ = ["LayerRules", "problem_of_layers"]
@@ -47,7 +47,7 @@ class LayerRules:
     edge of a panel. least_bearing_mm: minimum width over which a panel of the layer next above the beams lies above the
     beam at each of its edges; negative for panels that are held otherwise, and may end beside it.
 
-    >>> from fabkit.layer_rules import LayerRules
+    >>> from fabkit.rules import LayerRules
     >>> LayerRules(build_up="8 / 16 Ar / 44.2").total_mm, LayerRules(thickness_mm=10).panes_mm
     (32.76, ((0.0, 10.0),))
     """
