@@ -107,14 +107,15 @@ def write_documents(
             for drawing in part_drawings(assembly, lists, title=title):
                 write_dxf(folder / "drawings" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
     tables.append(mark_table(assembly, summary.earlier_marks))
+    kinds = [parts.kind for parts in assembly.groups]
     facts = build_facts(summary, assembly, nest)
     if "tables" in chosen:
         with stages("Tables"):
-            for table in [legend(summary.site), *tables]:
-                write_csv(folder / f"{table.title}.csv", table, rules.tables)
+            for table in [legend(summary.site, kinds), *tables]:
+                write_csv(folder / table.file, table, rules.tables)
     if "workbook" in chosen:
         with stages("Workbook"):
-            write_xlsx(folder / "cutlist.xlsx", tables, summary, facts, issued, apart=IN_FILES_ONLY)
+            write_xlsx(folder / "cutlist.xlsx", tables, summary, facts, issued, apart=IN_FILES_ONLY, kinds=kinds)
     missing = _left_out_lines(pair.mesh, assembly)
     if "glb" in chosen:
         with stages("GLB"):

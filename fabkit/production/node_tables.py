@@ -54,11 +54,31 @@ def node_facets(nodes: Parts[NodeDetails], assembly: Assembly) -> list[Column]:
         Column("Setback (mm)", 3, made.setbacks_mm.values.tolist()),
         Column("Inclination (deg)", 3, own.inclinations_deg.values.tolist()),
         *(
-            Column(f"Facet {what} (mm)", 2, [None if value != value else value for value in sizes[:, k].tolist()])
+            Column(
+                f"Facet {what} (mm)",
+                COORDINATE_DECIMALS,
+                [None if value != value else value for value in sizes[:, k].tolist()],
+            )
             for k, what in enumerate(("top", "bottom", "width"))
         ),
+        Column("Beam level (mm)", 2, _beam_levels(nodes, beams, met)),
         Column("Bolts", None, _bolts(nodes, assembly)),
     ]
+
+
+def _beam_levels(nodes: Parts[NodeDetails], beams: Parts[Any], met: IntArray) -> list[Cell]:
+    """Where the middle of the outer side of the beam on each facet meets it, in mm along the axis from the point on the
+    mesh. met (K,): the row of each beam, -1 where there is none."""
+    made = nodes.details[nodes.firsts[nodes.mark]]
+    azimuths, row = np.radians(made.azimuths_deg.values), nodes.details.beams.row
+    facet = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(len(azimuths))], axis=1)
+    turned, known = nodes.axes[row], np.flatnonzero(met >= 0)
+    starts, along = np.zeros_like(facet), facet.copy()
+    starts[known] = np.einsum("kij,kj->ki", turned[known], beams.origins[met[known]] - nodes.origins[row[known]])
+    along[known] = np.einsum("kij,kj->ki", turned[known], beams.axes[met[known], 0])
+    reach = (made.setbacks_mm.values - (starts * facet).sum(axis=1)) / (along * facet).sum(axis=1)
+    levels = (starts + reach[:, None] * along)[:, 2].tolist()
+    return [level if k >= 0 else None for level, k in zip(levels, met.tolist(), strict=True)]
 
 
 def _sizes(nodes: Parts[NodeDetails]) -> FloatArray:
