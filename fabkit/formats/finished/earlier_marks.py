@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import math
+import re
 from collections import defaultdict
 from pathlib import Path
 
@@ -11,10 +13,12 @@ import numpy as np
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
 from fabkit.production import KeptMarks, MarkPoints
+from fabkit.wording import echo
 
 __all__ = ["kept_marks"]
 
-_TABLES = ("mark_points", "placements", "pieces")
+_MARK = re.compile(r"[\w-]+")
+_TABLES = ("mark_points.csv", "placements.csv", "pieces.csv")
 _CENTRE = ("Centre x (mm)", "Centre y (mm)", "Centre z (mm)")
 _HIDDEN = ("Hidden difference (mm)", "Hidden at far ends (mm)")
 
@@ -32,22 +36,29 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
     ['N001', 'N002']
     """
     contents = Contents(folder)
-    _check_tables(contents)
+    if "mark_points.csv" not in contents.files:
+        raise FolderError(
+            f"{folder} has no mark_points.csv, so its marks cannot be kept: it is of another version of fabkit, or was "
+            "built without 'tables' among its documents"
+        )
     points: dict[tuple[str, str], dict[str, list[list[float]]]] = defaultdict(lambda: {"corner": [], "direction": []})
     materials: dict[tuple[str, str], str] = {}
     pieces: dict[str, list[tuple[list[float], list[float]]]] = defaultdict(list)
     try:
         for row in contents.table("mark_points"):
-            mark = row["Group"], row["Mark"]
+            mark = row["Group"], _mark(row["Mark"])
             materials[mark] = row["Material"].removeprefix("'")
-            points[mark][row["Point"]].append([float(row[axis]) for axis in "xyz"])
-        off = {row["Piece"]: [float(row[name] or 0) for name in _HIDDEN] for row in contents.table("pieces")}
+            points[mark][row["Point"]].append([_number(row[axis]) for axis in "xyz"])
+        off = {row["Piece"]: [_number(row[name] or "0") for name in _HIDDEN] for row in contents.table("pieces")}
         for row in contents.table("placements"):
-            pieces[row["Mark"]].append(([float(row[name]) for name in _CENTRE], off[row["Piece"]]))
+            pieces[row["Mark"]].append(([_number(row[name]) for name in _CENTRE], off[row["Piece"]]))
+        _check_unchanged(contents)
+    except FolderError as error:
+        raise FolderError(f"the marks of {folder} cannot be kept: {error}") from None
     except (KeyError, ValueError) as error:
         raise FolderError(
-            f"mark_points.csv, placements.csv or pieces.csv of {folder} is damaged, so its marks cannot be kept: there "
-            f"is no {error} where one is needed"
+            f"the marks of {folder} cannot be kept: {', '.join(_TABLES[:2])} or {_TABLES[2]} there is damaged, near "
+            f"{error}"
         ) from None
     found: dict[str, dict[str, MarkPoints]] = defaultdict(dict)
     for (group, name), each in points.items():
@@ -62,17 +73,26 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
     return kept
 
 
-def _check_tables(contents: Contents) -> None:
+def _check_unchanged(contents: Contents) -> None:
     """Raise FolderError unless the tables that are read are those that were written."""
-    for name in (f"{table}.csv" for table in _TABLES):
-        if name not in contents.files:
-            raise FolderError(
-                f"{contents.folder} has no {name}, so its marks cannot be kept: it is of another version of fabkit, or "
-                "was built without 'tables' among its documents"
-            )
-        path = contents.folder / name
-        if not path.is_file() or hashlib.sha256(path.read_bytes()).hexdigest() != contents.files[name]:
-            raise FolderError(
-                f"{name} of {contents.folder} is damaged or missing, so its marks cannot be kept: it is not as fabkit "
-                "build wrote it; take an untouched copy of the folder"
-            )
+    for name in _TABLES:
+        if hashlib.sha256((contents.folder / name).read_bytes()).hexdigest() != contents.files.get(name):
+            raise FolderError(f"{name} there was changed after it was written; take an untouched copy of the folder")
+
+
+def _mark(text: str) -> str:
+    """A mark, which is the name of files. Raises ValueError for another text."""
+    if not _MARK.fullmatch(text):
+        raise ValueError(echo(text))
+    return text
+
+
+def _number(text: str) -> float:
+    """Raises ValueError for what is no finite number."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise ValueError(echo(text))
+    return number
