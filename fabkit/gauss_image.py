@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from fabkit.lengths import Positive
+from fabkit.rules import Positive
 from fabkit.wording import readable
 from geometry.errors import MeshError, ParallelityError, raise_worst
 from geometry.files import MeshFile, read_mesh_pair

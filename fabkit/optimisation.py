@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from fabkit.errors import ProjectError
-from fabkit.lengths import Positive
 from fabkit.production import OptimisedGaussImage
+from fabkit.rules import Positive
 from geometry.errors import GeometryError
 from geometry.gauss import Pair
 from geometry.optimised_pairs import LEAST_HEIGHT_ERROR, OptimisedPair, PairTargets, optimise_pair

@@ -19,37 +19,36 @@ from pydantic import (
 )
 from pydantic_core import core_schema
 
-from fabkit.document_rules import (
-    DOCUMENTS,
-    Document,
-    DocumentRules,
-    DrawingRules,
-    StepRules,
-    TableRules,
-    TitleBlock,
-)
 from fabkit.errors import ProjectError
-from fabkit.fin_rules import FinRules
 from fabkit.fitness import CRITERIA, FitnessRules
 from fabkit.gauss_image import GaussImageRules
-from fabkit.layer_rules import LayerRules
-from fabkit.lengths import Positive
-from fabkit.mark_rules import MarkRules
 from fabkit.optimisation import OptimiseRules
 from fabkit.overrides import layer_tables, with_overrides
 from fabkit.production import EQUAL_WITHIN_MM
 from fabkit.refused_settings import problems
 from fabkit.rules import (
+    DOCUMENTS,
     BeamRules,
     ConnectionRules,
     Densities,
     DetailingRules,
+    Document,
+    DocumentRules,
+    DrawingRules,
+    FinRules,
+    LayerRules,
+    MarkRules,
     NodeRules,
+    Positive,
     SecondLayerRules,
     SheetRules,
+    SiteRules,
+    StepRules,
+    SupportRules,
+    TableRules,
+    TitleBlock,
+    problem_of_mirrored_panes,
 )
-from fabkit.site_rules import SiteRules
-from fabkit.support_rules import SupportRules
 from fabkit.surface import SurfaceRules, check_surface
 from fabkit.toml_tables import BACKSLASHES, read_tables
 from fabkit.units import MM_PER_UNIT, Unit
@@ -214,6 +213,8 @@ class Project(BaseModel):
             )
         if self.surface is not None and any(layer.parallel for layer in self.layers):
             raise ValueError("a layer with parallel needs a mesh that is given, and this one is laid on a surface")
+        if self.marks.mirrored_panes and (problem := problem_of_mirrored_panes(self.layers)):
+            raise ValueError(problem)
         _ = self.rules, self.document_rules  # they check each other
         return self
 

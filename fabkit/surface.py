@@ -14,7 +14,7 @@ from fabkit.errors import ProjectError
 from fabkit.formats.polylines import read_polylines
 from fabkit.formats.surfaces import EXACT_SUFFIXES, exact_surface, read_shape
 from fabkit.formats.surfaces.exact_surfaces import ExactSurface
-from fabkit.lengths import Positive
+from fabkit.rules import Positive
 from fabkit.wording import readable
 from geometry.arrays import FloatArray, floats
 from geometry.errors import GeometryError

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from fabkit.designs.edge_offset_design import EdgeOffsetDesign
 from fabkit.errors import ProjectError
-from fabkit.lengths import LARGEST_LENGTH_MM
+from fabkit.rules import LARGEST_LENGTH_MM
 from geometry.gauss import Pair
 from geometry.mesh import Mesh
 

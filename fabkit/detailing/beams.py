@@ -87,10 +87,13 @@ def make_beams(
     nodes = structure.mesh.combinatorics.edges[edges]
     sections, which = ends.bars.sections, ends.bars.of_edge[edges]
     section, flanges = np.empty(len(edges), dtype=object), np.empty((len(edges), 2))
+    backs = np.full_like(back, np.nan)
     for number, each in enumerate(sections):
         own = which == number
         section[own] = each
         stepped = back[own] if _is_stepped(each, rules) else None
+        if stepped is not None:
+            backs[own] = stepped
         flanges[own] = flange_points(each, shapes.corners[edges[own]], stepped)
     return Parts.each_its_own(
         BEAM,
@@ -107,6 +110,7 @@ def make_beams(
             long_point_mm=shapes.long_point[edges],
             short_point_mm=shapes.short_point[edges],
             flange_points_mm=flanges,
+            flange_backs_mm=backs,
             dihedral_deg=np.degrees(dihedral_angles(structure.mesh)[edges]),
             height_deviation_mm=structure.heights[edges] * structure.distance - np.ptp(ends.bars.levels[edges], axis=1),
             twist_deg=np.degrees(structure.twists[edges]),

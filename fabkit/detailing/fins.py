@@ -13,10 +13,9 @@ from fabkit.checking import FIT_MM
 from fabkit.detailing.beams import BeamShapes, beam_shapes
 from fabkit.detailing.ends import Ends, beam_ends
 from fabkit.errors import DetailingError
-from fabkit.fin_rules import FinRules
 from fabkit.kinds import FIN, FinDetails, PanelDetails
 from fabkit.parts import Material, Parts, Ragged, Solids
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, FinRules, NodeRules
 from geometry.arrays import BoolArray
 from geometry.errors import MeshError
 from geometry.gauss import Pair, SupportStructure

@@ -14,9 +14,8 @@ from fabkit.detailing.panel_layers.panel_shapes import PanelLayer, bearings, sea
 from fabkit.detailing.panel_underside import heights_of_beams, heights_of_blocks, trimmed
 from fabkit.detailing.shapes.bar_sections import BarSections
 from fabkit.errors import DetailingError
-from fabkit.layer_rules import LayerRules
 from fabkit.parts import Section
-from fabkit.rules import DetailingRules
+from fabkit.rules import DetailingRules, LayerRules
 from geometry.arrays import BoolArray, FloatArray
 from geometry.gauss import Pair, SupportStructure
 from geometry.mesh import Mesh

@@ -13,7 +13,7 @@ from fabkit.detailing.shapes.bars import bar_solids
 from fabkit.errors import DetailingError
 from fabkit.kinds import BASE_PLATE, STUB, BasePlateDetails, StubDetails
 from fabkit.parts import Material, Parts, Section, Solids, bore_vertices, prism_topology, prism_vertices
-from fabkit.support_rules import SupportRules
+from fabkit.rules import SupportRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
 from geometry.mesh import Mesh

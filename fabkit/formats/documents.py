@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.document_rules import DocumentRules
 from fabkit.formats.drawings import write_dxf
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.legend_table import legend
@@ -29,6 +28,7 @@ from fabkit.production import (
     plate_drawings,
     sheet_drawings,
 )
+from fabkit.rules import DocumentRules
 from fabkit.stages import Stages
 from geometry.arrays import FloatArray
 from geometry.files import write_mesh
@@ -107,14 +107,15 @@ def write_documents(
             for drawing in part_drawings(assembly, lists, title=title):
                 write_dxf(folder / "drawings" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
     tables.append(mark_table(assembly, summary.earlier_marks))
+    kinds = [parts.kind for parts in assembly.groups]
     facts = build_facts(summary, assembly, nest)
     if "tables" in chosen:
         with stages("Tables"):
-            for table in [legend(summary.site), *tables]:
-                write_csv(folder / f"{table.title}.csv", table, rules.tables)
+            for table in [legend(summary.site, kinds), *tables]:
+                write_csv(folder / table.file, table, rules.tables)
     if "workbook" in chosen:
         with stages("Workbook"):
-            write_xlsx(folder / "cutlist.xlsx", tables, summary, facts, issued, apart=IN_FILES_ONLY)
+            write_xlsx(folder / "cutlist.xlsx", tables, summary, facts, issued, apart=IN_FILES_ONLY, kinds=kinds)
     missing = _left_out_lines(pair.mesh, assembly)
     if "glb" in chosen:
         with stages("GLB"):

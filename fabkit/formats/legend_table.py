@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from fabkit.parts import Frame
+from collections.abc import Sequence
+from typing import Any
+
+from fabkit.kinds import BEAM, NODE, PANEL
+from fabkit.parts import Frame, Kind
 from fabkit.production import Table
 
 __all__ = ["legend"]
 
-_ROWS = (
-    ("Units", "Lengths in mm, areas in m2, angles in degrees, masses in kg. Directions are unit vectors."),
-    ("Mark", "Name that equal pieces share: B001 a beam, N001 a node block, P001 a panel. Stamped on each of them."),
+_UNITS = ("Units", "Lengths in mm, areas in m2, angles in degrees, masses in kg. Directions are unit vectors.")
+_SIGNS = (
     (
         "Piece",
         "Name of one physical piece: its mark, and the number of its edge (e), vertex (v) or face (f) of the mesh, "
-        "counted from 0: B001 e7. The instances in model.step have the same names.",
+        "counted from 0: B001 e7. Where several pieces of a mark have the same, the second is B001 e7.2. The instances "
+        "in model.step have the same names.",
     ),
     ("left out", "In place of a piece that was not made."),
     ("Outside", "The side from which the faces of the mesh run counter-clockwise; node axes point outwards."),
@@ -24,17 +28,18 @@ _ROWS = (
         "Beam seen from the side, outer side up, end A on the left: \\_/ is longest outside, /_\\ longest inside, "
         "|_| is cut square.",
     ),
-    ("Long point, short point", "Largest and smallest length of a beam along its axis."),
+    (
+        "Long point, short point",
+        "Along the axis of a beam, from the point of end A that is furthest out to that of end B, and between the "
+        "points that are furthest in.",
+    ),
+    (
+        "Section",
+        "Height first: flat 120x50 height x width; rhs 120x60x5 with its wall, r10 the outer radius of its corners; "
+        "tee and i 120x80x10x8 height x width of the flange x flange x web, the flange of a tee outside; chs 60.3x4 "
+        "diameter x wall; round 60 diameter.",
+    ),
     ("Dihedral", "Angle between the outward normals of two faces, positive where the surface is convex."),
-    (
-        "Frame of a beam",
-        "Origin in the outer middle of end A at its cut, x from end A to end B, z outwards in the central plane.",
-    ),
-    ("Frame of a node", "Origin at the vertex of the mesh, z along the node axis outwards, x towards facet 1."),
-    (
-        "Frame of a panel",
-        "Origin at corner 1, x along edge 1, the longest; z outwards; the plate lies between z = 0 and its thickness.",
-    ),
     ("Facet, edge, corner", "Counted from 1, counter-clockwise seen from outside. Corner k is the start of edge k."),
     ("Azimuth", "Direction of a beam about the node axis, from facet 1, counter-clockwise seen from outside."),
     ("Inclination", "Angle of a beam's axis above the plane perpendicular to the node axis."),
@@ -56,15 +61,32 @@ _ROWS = (
 )
 
 
-def legend(site: Frame | None = None) -> Table:
-    """What signs, ends, frames and units in the tables mean. site: the frame of the mesh file on the site.
+_OWN_FRAME = (
+    "The frame in which a piece is made and in which parts/MARK.step has it. Placements give its origin and two of its "
+    "axes in the coordinates of the mesh file; the y axis is the cross product of z and x."
+)
+
+
+def legend(site: Frame | None = None, kinds: Sequence[Kind[Any]] = ()) -> Table:
+    """What signs, ends, frames and units in the tables mean.
+
+    site: the frame of the mesh file on the site; kinds: of the parts that there are, by default beams, nodes, panels.
 
     >>> from fabkit.formats import legend
     >>> table = legend()
-    >>> table.columns, table.rows[0][0]
-    (('Sign', 'Meaning'), 'Units')
+    >>> table.columns, table.rows[1][0], table.rows[1][1][-24:]
+    (('Sign', 'Meaning'), 'Mark', 'B beam, N node, P panel.')
     """
-    return Table("legend", ("Sign", "Meaning"), (None, None), (*_ROWS, ("Site", _of_site(site))))
+    shown = kinds or (BEAM, NODE, PANEL)
+    letters = ", ".join(f"{kind.letter} {kind.name}" for kind in shown)
+    mark = f"Name that equal pieces share, stamped on each of them. Its letters say the kind: {letters}."
+    frames: dict[str, list[str]] = {}
+    for kind in shown:
+        if kind.frame:
+            frames.setdefault(kind.frame, []).append(kind.group)
+    of_kinds = [(f"Own frame of {', '.join(groups)}", frame) for frame, groups in frames.items()]
+    rows = (_UNITS, ("Mark", mark), *_SIGNS, ("Own frame", _OWN_FRAME), *of_kinds, ("Site", _of_site(site)))
+    return Table("legend", ("Sign", "Meaning"), (None, None), rows)
 
 
 def _of_site(site: Frame | None) -> str:

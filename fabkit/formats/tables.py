@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TextIO
 
-from fabkit.document_rules import TableRules
 from fabkit.parts import Cell
 from fabkit.production import Table
+from fabkit.rules import TableRules
 
 __all__ = ["spreadsheet_safe", "write_csv"]
 

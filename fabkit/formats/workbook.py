@@ -6,7 +6,6 @@ The same lists give the same bytes.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
@@ -14,10 +13,10 @@ from typing import Any
 
 import xlsxwriter
 
-from fabkit.document_rules import TitleBlock
 from fabkit.formats.legend_table import legend
-from fabkit.parts import Cell
+from fabkit.parts import Cell, Kind
 from fabkit.production import WORKBOOK, BuildFacts, Fact, Summary, Table
+from fabkit.rules import TitleBlock
 
 __all__ = ["write_xlsx"]
 
@@ -29,9 +28,10 @@ sheet as wide as below is printed at 8/9 of its size."""
 PORTRAIT_PIXELS, LANDSCAPE_PIXELS, LARGE_PIXELS = 800, 1170, 1680
 """Widths in pixels (96 per inch) of sheets that are printed at 8 points or more: on A4 upright, A4 across, A3
 across; the printed widths less borders of 1 cm, times 9/8."""
-LETTER_PIXELS, CAPITAL_PIXELS, CELL_PIXELS, INDENT_PIXELS = 6.8, 8.8, 9, 9
-"""Widths in pixels of a digit or small letter of that font and of a capital letter or other sign, with a little to
-spare, of the space beside a text, and of that before the text in columns of text."""
+EM_PIXELS = 12
+"""Height in pixels of that font."""
+CELL_PIXELS, INDENT_PIXELS = 12, 9
+"""Widths in pixels of the space beside a text, and of that before the text in columns of text."""
 BOLD_WIDTH = 1.1
 """Width of bold letters over that of others."""
 WIDEST_TEXT_PIXELS, NARROWEST_TEXT_PIXELS = 560, 100
@@ -46,7 +46,21 @@ sign & counts twice."""
 LONGEST_CELL, CUT_OFF = 32767, " ..."
 """Largest number of letters of a cell of a workbook; end of a text that was longer."""
 
-_WIDE = re.compile(r"[^0-9a-z .,:;/-]")
+_WIDTHS = {
+    letter: width
+    for letters, width in (
+        ("ijl' !,./:;I[\\]ft|", 0.28),
+        ("()-r`\u00b0", 0.34),
+        ("cksvxyz*J", 0.5),
+        ('0123456789abdeghnopqu"#$?_{}^L\u00e4\u00f6\u00fc\u00e9\u00e8\u00df', 0.56),
+        ("ABEKPSVXYFTZ&+<=>~\u00c4", 0.67),
+        ("CDHNRUw\u00dc", 0.73),
+        ("GOQ\u00d6", 0.78),
+        ("mM", 0.84),
+    )
+    for letter in letters
+}
+"""Widths of the letters of that font over its height, rounded up; all others are taken as squares."""
 
 
 def write_xlsx(
@@ -57,13 +71,15 @@ def write_xlsx(
     title_block: TitleBlock | None = None,
     *,
     apart: Sequence[str] = (),
+    kinds: Sequence[Kind[Any]] = (),
 ) -> None:
     """The sheets Legend and Summary, and one for each table that is not apart: header frozen and filtered, numbers as
     numbers, the totals below, then in red what was left out. apart: titles of tables that are CSV files only; the
-    summary lists them too.
+    summary lists them too. kinds: of the parts that there are, for the legend, by default
+    beams, nodes and panels.
 
     Each sheet prints as wide as its paper, at 8 points or more, with the heading on each page, and above and below it
-    the project, revision and date, the units, and the page.
+    the project, revision and date, the units, and the page. Empty columns and that of files are hidden.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -82,10 +98,10 @@ def write_xlsx(
         workbook.formats[0].set_font_name(FONT)
         workbook.formats[0].set_font_size(FONT_POINTS)
         contents: list[tuple[str, Cell, str]] = [
-            (f"{each.title}.csv", len(each.rows), "rows; not in this workbook" if each.title in apart else "rows")
+            (each.file, len(each.rows), "rows; not in this workbook" if each.title in apart else "rows")
             for each in tables
         ]
-        _write_table(workbook, legend(summary.site), summary.name, issued)
+        _write_table(workbook, legend(summary.site, kinds), summary.name, issued)
         _write_summary(workbook, tables, contents, summary, facts, issued)
         for table in tables:
             if table.title not in apart:
@@ -124,17 +140,21 @@ def _write_table(workbook: Any, table: Table, project: str, issued: TitleBlock) 
     sheet, widths = workbook.add_worksheet(title), _widths(table)
     sheet.set_default_row(LINE_POINTS)
     patterns = [_pattern(decimals) for decimals in table.decimals]
-    heads = [_format(workbook, bold=True, bottom=1, **{**pattern, "text_wrap": True}) for pattern in patterns]
+    heads = [
+        _format(workbook, bold=True, bottom=1, **{**pattern, "text_wrap": True, "valign": "bottom"})
+        for pattern in patterns
+    ]
     formats = [_format(workbook, bottom=1, bottom_color="#d0d0d0", **pattern) for pattern in patterns]
     total_formats = [_format(workbook, bold=True, top=1, **pattern) for pattern in patterns]
     for column, (name, width, head) in enumerate(zip(table.columns, widths, heads, strict=True)):
         sheet.write_string(0, column, name, head)
-        sheet.set_column_pixels(column, column, width)
+        sheet.set_column_pixels(column, column, width, None, {"hidden": width == 0})
     rooms = [
         width + (0 if decimals is None else INDENT_PIXELS)
         for width, decimals in zip(widths, table.decimals, strict=True)
     ]
-    sheet.set_row(0, LINE_POINTS * max(_lines(*each, bold=True) for each in zip(table.columns, rooms, strict=True)))
+    shown_heads = [each for each, width in zip(zip(table.columns, rooms, strict=True), widths, strict=True) if width]
+    sheet.set_row(0, LINE_POINTS * max(_lines(*each, bold=True) for each in shown_heads))
     for number, (row, shown) in enumerate(zip(table.rows, table.texts, strict=True), start=1):
         _write_row(sheet, number, row, formats)
         lines = max(
@@ -151,7 +171,7 @@ def _write_table(workbook: Any, table: Table, project: str, issued: TitleBlock) 
         _write_row(sheet, len(table.rows) + 1, table.totals, total_formats)
     red = _format(workbook, font_color="red", text_wrap=True)
     for number, sentence in enumerate(table.left_out, start=len(table.rows) + 2):
-        sheet.merge_range(number, 0, number, len(widths) - 1, _cut(sentence), red)
+        _merge(sheet, number, 0, len(widths) - 1, sentence, red)
         sheet.set_row(number, LINE_POINTS * _lines(sentence, sum(widths)))
     sheet.freeze_panes(1, 1)
     sheet.autofilter(0, 0, len(table.rows), len(table.columns) - 1)
@@ -160,12 +180,17 @@ def _write_table(workbook: Any, table: Table, project: str, issued: TitleBlock) 
 
 
 def _widths(table: Table) -> list[int]:
-    """Width of each column in pixels: its longest text and the longest word of its heading. Where the sheet would be
-    wider than A4 across, and then A3 across, its texts take several lines."""
+    """Width of each column in pixels: its longest text and the longest word of its heading. 0 of a column that is
+    hidden: one without any text, and that of files, which have the names of the marks. Where the sheet would be wider
+    than A4 across, and then A3 across, its texts take several lines."""
     columns = list(zip(*table.texts, strict=True)) or [()] * len(table.columns)
     totals = table.total_texts or ("",) * len(table.columns)
     beside = [INDENT_PIXELS if decimals is None else 0 for decimals in table.decimals]
     heads = [max(_pixels(word, bold=True) for word in name.split()) for name in table.columns]
+    hide = [
+        name == "File" or (bool(texts) and not any(texts) and not total)
+        for name, texts, total in zip(table.columns, columns, totals, strict=True)
+    ]
     natural = [
         max(head, _pixels(total, bold=True), *map(_pixels, {*texts} or {""}))
         for head, total, texts in zip(heads, totals, columns, strict=True)
@@ -173,8 +198,8 @@ def _widths(table: Table) -> list[int]:
     for paper in (LANDSCAPE_PIXELS, LARGE_PIXELS):
         for limit in range(WIDEST_TEXT_PIXELS, NARROWEST_TEXT_PIXELS - 1, -20):
             widths = [
-                math.ceil(extra + (max(min(width, limit), head) if extra else width))
-                for width, head, extra in zip(natural, heads, beside, strict=True)
+                0 if hidden else math.ceil(extra + (max(min(width, limit), head) if extra else width))
+                for width, head, extra, hidden in zip(natural, heads, beside, hide, strict=True)
             ]
             if sum(widths) <= paper:
                 return widths
@@ -182,8 +207,7 @@ def _widths(table: Table) -> list[int]:
 
 
 def _pixels(text: str, bold: bool = False) -> float:
-    wide = len(_WIDE.findall(text))
-    letters = LETTER_PIXELS * (len(text) - wide) + CAPITAL_PIXELS * wide
+    letters = EM_PIXELS * sum(_WIDTHS.get(letter, 1.0) for letter in text)
     return (BOLD_WIDTH if bold else 1.0) * letters + CELL_PIXELS
 
 
@@ -191,15 +215,15 @@ def _lines(text: str, width: float, bold: bool = False) -> int:
     """Number of lines that a text takes in a cell of this width, with room for words that do not end there."""
     if _pixels(text, bold) + INDENT_PIXELS <= width + 1 and "\n" not in text:
         return 1
-    room, lines = width - CELL_PIXELS - INDENT_PIXELS, 0
+    room, lines, blank = width - CELL_PIXELS - INDENT_PIXELS, 0, _pixels(" ") - CELL_PIXELS
     for paragraph in text.split("\n"):
         used, lines = 0.0, lines + 1
         for word in paragraph.split(" "):
             length = _pixels(word, bold) - CELL_PIXELS
-            if used and used + LETTER_PIXELS + length > room:
+            if used and used + blank + length > room:
                 used, lines = 0.0, lines + 1
             lines += max(0, math.ceil(length / room) - 1)
-            used += (LETTER_PIXELS if used else 0.0) + min(length, room)
+            used += (blank if used else 0.0) + min(length, room)
     return lines
 
 
@@ -220,6 +244,12 @@ def _write_cell(sheet: Any, number: int, column: int, cell: Cell, form: Any) -> 
         sheet.write_string(number, column, _cut(cell), form)
     else:
         sheet.write_number(number, column, cell, form)
+
+
+def _merge(sheet: Any, number: int, first: int, last: int, text: str, form: Any) -> None:
+    """One cell of several columns; the text is written apart, since merging would make a formula of "=1+1"."""
+    sheet.merge_range(number, first, number, last, "", form)
+    sheet.write_string(number, first, _cut(text), form)
 
 
 def _pattern(decimals: int | None) -> dict[str, Any]:
@@ -273,11 +303,11 @@ def _write_fact(sheet: Any, number: int, row: tuple[str, Cell, str], form: Any) 
     first, second, third = SUMMARY_PIXELS
     texts = [(name, first), (str(value), second), (note, third)]
     if value is None and not note:
-        sheet.merge_range(number, 0, number, 2, _cut(name), form)
+        _merge(sheet, number, 0, 2, name, form)
         texts = [(name, sum(SUMMARY_PIXELS))]
     elif isinstance(value, str) and not note:
         sheet.write_string(number, 0, name, form)
-        sheet.merge_range(number, 1, number, 2, _cut(value), form)
+        _merge(sheet, number, 1, 2, value, form)
         texts = [(name, first), (value, second + third)]
     else:
         for column, cell in enumerate((name, value, note or None)):

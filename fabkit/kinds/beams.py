@@ -45,7 +45,8 @@ class BeamDetails(Details):
     between each end's cut and a square cut, positive where the outer side is the longer one. end_gaps_mm (n, 2):
     distance of each end from the facet of its node. long_point_mm and
     short_point_mm (n,): longest and shortest extent along the axis; flange_points_mm (n, 2): those of the flange of a
-    tee that is cut back further than its web, NaN of other beams. dihedral_deg (n,): angle between the
+    tee that is cut back further than its web, flange_backs_mm (n, 2): by how much at each end, along the axis; NaN of
+    other beams. dihedral_deg (n,): angle between the
     normals of the two faces, positive where the mesh is convex, NaN at the boundary. height_deviation_mm (n,): distance
     of the two parallel meshes at this edge minus the height of the section. twist_deg (n,): angle between the central
     planes at its two ends. going_in_gaps_mm (n, 2): gaps that it needs at either end to go straight in from outside
@@ -66,6 +67,7 @@ class BeamDetails(Details):
     long_point_mm: FloatArray
     short_point_mm: FloatArray
     flange_points_mm: FloatArray
+    flange_backs_mm: FloatArray
     dihedral_deg: FloatArray
     height_deviation_mm: FloatArray
     twist_deg: FloatArray
@@ -107,6 +109,8 @@ def _columns(beams: Parts[BeamDetails], around: Surroundings) -> list[Column]:
         of_first("Short point (mm)", 3, beams, own.short_point_mm),
         of_first("Flange long point (mm)", 3, beams, own.flange_points_mm[:, 0]),
         of_first("Flange short point (mm)", 3, beams, own.flange_points_mm[:, 1]),
+        of_first("Flange back at A (mm)", 3, beams, own.flange_backs_mm[:, 0]),
+        of_first("Flange back at B (mm)", 3, beams, own.flange_backs_mm[:, 1]),
         of_first("End A (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 0]),
         of_first("End B (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 1]),
         Column("Ends", None, ends_glyphs(own.cut_angles_deg[beams.firsts])),
@@ -155,6 +159,7 @@ BEAM = Kind(
     letter="B",
     colour=(0.36, 0.42, 0.47),
     form="bar",
+    frame="Origin in the outer middle of end A at its cut, x from end A to end B, z outwards in the central plane.",
     empty_details=BeamDetails(
         nodes=np.zeros((0, 2), dtype=np.int64),
         section=np.zeros(0, dtype=object),
@@ -163,12 +168,13 @@ BEAM = Kind(
         long_point_mm=np.zeros(0),
         short_point_mm=np.zeros(0),
         flange_points_mm=np.zeros((0, 2)),
+        flange_backs_mm=np.zeros((0, 2)),
         dihedral_deg=np.zeros(0),
         height_deviation_mm=np.zeros(0),
         twist_deg=np.zeros(0),
         going_in_gaps_mm=np.zeros((0, 2)),
     ),
-    symmetry=Symmetry(("nodes", "cut_angles_deg", "end_gaps_mm"), (), _turns),
+    symmetry=Symmetry(("nodes", "cut_angles_deg", "end_gaps_mm", "flange_backs_mm"), (), _turns),
     columns=_columns,
     measures=_measures,
     labels=_labels,

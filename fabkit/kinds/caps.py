@@ -47,6 +47,7 @@ CAP = Kind(
     letter="C",
     colour=(0.85, 0.55, 0.25),
     form="plate",
+    frame="Origin in the middle of the inner face, z along the node axis outwards, x towards facet 1.",
     empty_details=CapDetails(diameter_mm=np.zeros(0), thickness_mm=np.zeros(0)),
     one_per_element=False,
     columns=_columns,

@@ -135,6 +135,7 @@ END_PLATE = Kind(
     letter="E",
     colour=(0.30, 0.50, 0.62),
     form="plate",
+    frame="Origin in the middle of the face to the node, x away from the node, z along the node axis outwards.",
     empty_details=EndPlateDetails(
         nodes=np.zeros(0, dtype=np.int64),
         height_mm=np.zeros(0),
@@ -159,6 +160,7 @@ BOLT = Kind(
     letter="S",
     colour=(0.75, 0.68, 0.25),
     form="pin",
+    frame="Origin under the head, x along the axis towards the node.",
     empty_details=BoltDetails(
         nodes=np.zeros(0, dtype=np.int64),
         size=np.zeros(0, dtype=object),
@@ -178,6 +180,7 @@ DOWEL = Kind(
     letter="D",
     colour=(0.55, 0.30, 0.55),
     form="pin",
+    frame="Origin in the middle of the end away from the node, x along the axis towards the node.",
     empty_details=DowelDetails(
         nodes=np.zeros(0, dtype=np.int64),
         diameter_mm=np.zeros(0),

@@ -49,11 +49,11 @@ def _columns(fins: Parts[FinDetails], around: Surroundings) -> list[Column]:
     return [
         *marks_and_counts(fins),
         materials(fins),
-        of_first("Thickness (mm)", 1, fins, own.thickness_mm),
-        of_first("Length (mm)", 2, fins, own.length_mm),
-        of_first("Height (mm)", 2, fins, own.height_mm),
-        of_first("End A (deg)", 2, fins, own.cut_angles_deg[:, 0]),
-        of_first("End B (deg)", 2, fins, own.cut_angles_deg[:, 1]),
+        of_first("Thickness (mm)", 2, fins, own.thickness_mm),
+        of_first("Length (mm)", 3, fins, own.length_mm),
+        of_first("Height (mm)", 3, fins, own.height_mm),
+        of_first("End A (deg)", 3, fins, own.cut_angles_deg[:, 0]),
+        of_first("End B (deg)", 3, fins, own.cut_angles_deg[:, 1]),
         Column("Area (m2)", 4, areas, float(sum(areas))),
         *over_all("Lean (deg)", 2, fins, own.lean_deg),
         *masses(fins),
@@ -84,6 +84,10 @@ FIN = Kind(
     form="plate",
     first_edge="the inner one",
     cure="move the fins by fins.from_mm and fins.to_mm, make them thinner, or change their direction",
+    frame=(
+        "Origin at the inner corner of end A, x along the inner side to end B, y outwards; the plate lies "
+        "between z = 0 and its thickness."
+    ),
     empty_details=FinDetails(
         nodes=np.zeros((0, 2), dtype=np.int64),
         cut_angles_deg=np.zeros((0, 2)),

@@ -204,6 +204,7 @@ NODE = Kind(
     letter="N",
     colour=(0.80, 0.42, 0.16),
     form="block",
+    frame="Origin at the vertex of the mesh of its layer, z along the node axis outwards, x towards facet 1.",
     empty_details=NodeDetails(
         beams=Ragged.of([], dtype=np.int64),
         azimuths_deg=Ragged.of([]),

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from fabkit.kinds.columns import (
     LEFT_OUT,
@@ -26,7 +27,20 @@ from fabkit.kinds.columns import (
     texts,
 )
 from fabkit.kinds.faces import panel_faces
-from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Turns, blanks, shifted
+from fabkit.parts import (
+    Column,
+    Details,
+    Finish,
+    Kind,
+    Measure,
+    Parts,
+    Ragged,
+    Surroundings,
+    Symmetry,
+    Turns,
+    blanks,
+    shifted,
+)
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["PANEL", "PanelDetails", "neighbour_names", "panel_outlines", "panel_sides"]
@@ -41,12 +55,12 @@ class PanelDetails(Details):
     edge k from corner k to corner k+1.
 
     layer (n,): counted from the outermost one, 0. pane (n,): which one of its layer, counted from the outermost one, 0;
-    a layer with gaps has several. thickness_mm, area_mm2 (n,): area of the lower side. underside_mm (n,): height of the
-    lower side above the mesh face. edge_lengths_mm: of the lower side. corner_angles_deg: inner angle at each corner.
-    dihedrals_deg: as for beams. least_seats_mm, largest_seats_mm: free height between the panel and what stands highest
-    under it along the edge: a wedge over the width of the beam; NaN where it lies on none. steps_mm: how far the upper
-    side of the panel across stands above that of this one, NaN where there is none. beams: the mesh edges. neighbours:
-    the faces across, -1 where none.
+    a layer with gaps has several. finish (n,): the `Finish` of each. thickness_mm, area_mm2 (n,): area of the lower
+    side. underside_mm (n,): height of the lower side above the mesh face. edge_lengths_mm: of the lower side.
+    corner_angles_deg: inner angle at each corner. dihedrals_deg: as for beams. least_seats_mm, largest_seats_mm: free
+    height between the panel and what stands highest under it along the edge: a wedge over the width of the beam; NaN
+    where it lies on none. steps_mm: how far the upper side of the panel across stands above that of this one, NaN where
+    there is none. beams: the mesh edges. neighbours: the faces across, -1 where none.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -58,6 +72,7 @@ class PanelDetails(Details):
 
     layer: IntArray
     pane: IntArray
+    finish: npt.NDArray[np.object_]
     thickness_mm: FloatArray
     underside_mm: FloatArray
     area_mm2: FloatArray
@@ -132,9 +147,11 @@ def _turns(panels: Parts[PanelDetails], corners: FloatArray) -> Turns:
     return Turns(starts, along, shifted(np.tile(np.arange(n), (len(panels), 1)), n))
 
 
-def _turned_over(turns: Turns, corners: FloatArray) -> Turns:
+def _turned_over(panels: Parts[PanelDetails], turns: Turns, corners: FloatArray) -> Turns:
     """With as many turns more, in which the plate lies on its other face and edge t is in front, run through backwards:
-    its mirror image has the same outline then."""
+    its mirror image has the same outline then. Without these where the faces of the panels differ."""
+    if not all(each.has_equal_faces for each in panels.details.finish.tolist()):
+        return turns
     n = corners.shape[1] // 2
 
     def of_all(parts: IntArray, turn: IntArray, chosen: IntArray) -> IntArray:
@@ -158,7 +175,8 @@ def _columns(panels: Parts[PanelDetails], around: Surroundings) -> list[Column]:
     return [
         *marks_and_counts(panels),
         materials(panels),
-        of_first("Thickness (mm)", 1, panels, own.thickness_mm),
+        of_first("Thickness (mm)", 2, panels, own.thickness_mm),
+        *_finishes(panels),
         *_sizes(panels),
         Column("Area each (m2)", 4, area.tolist()),
         Column("Area (m2)", 4, areas, float(sum(areas))),
@@ -170,6 +188,21 @@ def _columns(panels: Parts[PanelDetails], around: Surroundings) -> list[Column]:
         Column("Sheets", None, [""] * len(firsts) if sheets is None else _sheets(panels, sheets), several=True),
         files(panels, around.panel_file),
     ]
+
+
+def _finishes(panels: Parts[PanelDetails]) -> list[Column]:
+    """Of each mark its build-up, its edge work, and which surface is coated."""
+    found: list[Finish] = panels.details.finish[panels.firsts].tolist()
+    return [
+        Column("Build-up", None, [each.build_up for each in found]),
+        Column("Edge work", None, ["" if each.edge_work == "none" else each.edge_work for each in found]),
+        Column("Coating", 0, [each.coating or None for each in found]),
+        Column("Coated side", None, [each.coated_side for each in found]),
+    ]
+
+
+def _words(panels: Parts[PanelDetails]) -> list[str]:
+    return [each.words for each in panels.details.finish.tolist()]
 
 
 def _sizes(panels: Parts[PanelDetails]) -> list[Column]:
@@ -236,9 +269,13 @@ PANEL = Kind(
     first_edge="the longest",
     one_per_element=False,
     apart_by=("layer", "pane"),
+    frame=(
+        "Origin at corner 1, x along edge 1, the longest; z outwards; the plate lies between z = 0 and its thickness."
+    ),
     empty_details=PanelDetails(
         layer=np.zeros(0, dtype=np.int64),
         pane=np.zeros(0, dtype=np.int64),
+        finish=np.zeros(0, dtype=object),
         thickness_mm=np.zeros(0),
         underside_mm=np.zeros(0),
         area_mm2=np.zeros(0),
@@ -272,4 +309,5 @@ PANEL = Kind(
     labels=_labels,
     faces=panel_faces,
     stock=stock_of_plates,
+    finishes=_words,
 )

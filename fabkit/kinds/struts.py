@@ -46,8 +46,8 @@ def _columns(struts: Parts[StrutDetails], around: Surroundings) -> list[Column]:
         *marks_and_counts(struts),
         Column("Section", None, [section.name for section in own.section[struts.firsts]]),
         materials(struts),
-        of_first("Length (mm)", 2, struts, own.length_mm),
-        of_first("End A (deg)", 2, struts, own.cut_angle_deg),
+        of_first("Length (mm)", 3, struts, own.length_mm),
+        of_first("End A (deg)", 3, struts, own.cut_angle_deg),
         counted("Nodes", struts, [" ".join(marks) for marks in zip(*ends, strict=True)]),
         *masses(struts),
         files(struts, "parts/{}.step"),
@@ -80,6 +80,10 @@ STRUT = Kind(
     colour=(0.42, 0.52, 0.36),
     form="bar",
     cure="take a thinner section for second_layer.strut, or another second_layer.distance_mm",
+    frame=(
+        "x along the node axis from end A, at the inner node, to end B; its centre line lies at y = 0 and z = "
+        "minus half its diameter, and meets end A at x = 0."
+    ),
     empty_details=StrutDetails(section=np.zeros(0, dtype=object), length_mm=np.zeros(0), cut_angle_deg=np.zeros(0)),
     columns=_columns,
     measures=_measures,

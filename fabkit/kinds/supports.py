@@ -68,8 +68,8 @@ def _plate_columns(plates: Parts[BasePlateDetails], around: Surroundings) -> lis
     return [
         *marks_and_counts(plates),
         materials(plates),
-        of_first("Side (mm)", 1, plates, own.side_mm),
-        of_first("Thickness (mm)", 1, plates, own.thickness_mm),
+        of_first("Side (mm)", 2, plates, own.side_mm),
+        of_first("Thickness (mm)", 2, plates, own.thickness_mm),
         Column("Bores", None, own.bores[plates.firsts].tolist()),
         _nodes(plates, around),
         *masses(plates),
@@ -83,8 +83,8 @@ def _stub_columns(stubs: Parts[StubDetails], around: Surroundings) -> list[Colum
         *marks_and_counts(stubs),
         Column("Section", None, [section.name for section in own.section[stubs.firsts]]),
         materials(stubs),
-        of_first("Length (mm)", 2, stubs, own.length_mm),
-        of_first("End B (deg)", 2, stubs, own.cut_angle_deg),
+        of_first("Length (mm)", 3, stubs, own.length_mm),
+        of_first("End B (deg)", 3, stubs, own.cut_angle_deg),
         _nodes(stubs, around),
         *masses(stubs),
         files(stubs, "parts/{}.step"),
@@ -99,6 +99,7 @@ BASE_PLATE = Kind(
     colour=(0.28, 0.33, 0.38),
     form="plate",
     cure=CURE,
+    frame="Origin in the middle of the underside, z towards the stub, x along an edge.",
     empty_details=BasePlateDetails(
         side_mm=np.zeros(0), thickness_mm=np.zeros(0), bores=np.zeros(0, dtype=object), lean_deg=np.zeros(0)
     ),
@@ -115,6 +116,10 @@ STUB = Kind(
     colour=(0.33, 0.44, 0.52),
     form="bar",
     cure=CURE,
+    frame=(
+        "x along the node axis from end A, at the node, to end B, at the plate; its centre line lies at y = 0 "
+        "and z = minus half its diameter or height, and meets end A at x = 0."
+    ),
     empty_details=StubDetails(section=np.zeros(0, dtype=object), length_mm=np.zeros(0), cut_angle_deg=np.zeros(0)),
     columns=_stub_columns,
     measures=lambda stubs: [],

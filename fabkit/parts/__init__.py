@@ -2,8 +2,9 @@
 degrees."""
 
 from fabkit.parts.assembly import LEFT_OUT_COLOUR, Assembly, LeftOut, Surroundings
-from fabkit.parts.build_up import BuildUp, Pane
+from fabkit.parts.build_up import BuildUp, Pane, plate_of_glass
 from fabkit.parts.curves import Curves
+from fabkit.parts.finish import CoatedSide, EdgeWork, Finish
 from fabkit.parts.frame import Frame
 from fabkit.parts.kind import Cell, Column, Details, Kind, Measure, in_layer
 from fabkit.parts.material import Material
@@ -36,9 +37,12 @@ __all__ = [
     "Assembly",
     "BuildUp",
     "Cell",
+    "CoatedSide",
     "Column",
     "Curves",
     "Details",
+    "EdgeWork",
+    "Finish",
     "Frame",
     "Kind",
     "LeftOut",
@@ -62,6 +66,7 @@ __all__ = [
     "in_layer",
     "moved",
     "other_end",
+    "plate_of_glass",
     "prism_topology",
     "prism_vertices",
     "profile_topology",

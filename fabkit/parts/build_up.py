@@ -15,7 +15,7 @@ from functools import cached_property
 from fabkit.errors import ProjectError
 from fabkit.parts.material import Material
 
-__all__ = ["BuildUp", "Pane"]
+__all__ = ["BuildUp", "Pane", "plate_of_glass"]
 
 FOIL_MM = 0.38
 """Thickness in mm of one foil of PVB in a laminate, as in 33.1 or 44.2."""
@@ -28,6 +28,10 @@ FLOAT_GLASS_MM = (2, 3, 4, 5, 6, 8, 10, 12, 15, 19, 25)
 
 LAMINATED_PLIES_MM = (2, 3, 4, 5, 6, 8, 10, 12, 15, 19)
 """Nominal thicknesses in mm of the plies of a laminate: with these its digits can be read in one way only."""
+
+WHOLE_PLIES_MM = 0.005
+"""Largest difference in mm of a thickness without its foils from whole millimetres of glass, of a laminate whose
+thickness is given to two decimals."""
 
 MOST_FOILS = 8
 """Largest number of foils between two plies: 3.04 mm of PVB."""
@@ -64,6 +68,11 @@ class Pane:
     @property
     def thickness_mm(self) -> float:
         return round(sum(self.plies_mm) + FOIL_MM * sum(self.foils), 2)
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether it is the same pane turned over."""
+        return self.plies_mm == self.plies_mm[::-1] and self.foils == self.foils[::-1]
 
     def mass_kg_m2(self, density_kg_m3: float) -> float:
         """Mass of a square metre; density_kg_m3: of the glass."""
@@ -161,6 +170,23 @@ class BuildUp:
     def mass_kg_m2(self, density_kg_m3: float) -> float:
         """Mass of a square metre; density_kg_m3: of the glass."""
         return sum(pane.mass_kg_m2(density_kg_m3) for pane in self.panes)
+
+
+def plate_of_glass(thickness_mm: float, glass: Material) -> Material:
+    """The material of a plate of glass of which only the thickness is known: a laminate, if plies of whole millimetres
+    have this thickness only with foils between them.
+
+    >>> from fabkit.parts import Material
+    >>> laminate = plate_of_glass(8.76, Material("glass", 2500))
+    >>> laminate.name, round(laminate.density_kg_m3), plate_of_glass(8.0, Material("glass", 2500)).name
+    ('laminated glass', 2376, 'glass')
+    """
+    for foils in range(1, MOST_FOILS + 1):
+        plies = thickness_mm - FOIL_MM * foils
+        if plies >= 2 * min(LAMINATED_PLIES_MM) and abs(plies - round(plies)) < WHOLE_PLIES_MM:
+            mass = plies * glass.density_kg_m3 + FOIL_MM * foils * FOIL_DENSITY_KG_M3
+            return Material(f"laminated {glass.name}", mass / thickness_mm)
+    return glass
 
 
 def _elements(text: str) -> list[str]:

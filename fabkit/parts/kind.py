@@ -127,12 +127,14 @@ class Kind(Generic[P]):
     fields. layer: word for the layer of beams and nodes that the parts belong to, with which their names begin; empty
     for the first layer, and for parts that belong to none. cure: what to do where a part of this kind shares volume
     with another one, as far as the kind knows it. first_edge: of plates that are cut out of sheets, prisms from z = 0
-    upwards, which edge of their outlines is the first, in words; empty for other kinds. directions: normals of the
+    upwards, which edge of their outlines is the first, in words; empty for other kinds. frame: where the own frames of
+    the parts lie, in a sentence for the legend. directions: normals of the
     faces on which beams stand, one for each place of the ring, unit vectors in the parts' own frames; None where no
     beam does.
 
-    columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words. faces:
-    names (k, F) of the faces of the solids, all of one topology, of k parts, for STEP files.
+    columns: of the cut list, with one cell for each mark. stock: what each part is made from, in a few words;
+    finishes: what is done to each besides its shape, in which parts with one mark agree, in words that may be empty.
+    faces: names (k, F) of the faces of the solids, all of one topology, of k parts, for STEP files.
     measures: numbers for colours and histograms. labels: one line about each part. The functions for columns and labels
     also take the `Surroundings` of the parts.
 
@@ -154,10 +156,12 @@ class Kind(Generic[P]):
     layer: str = ""
     cure: str = ""
     first_edge: str = ""
+    frame: str = ""
     columns: Callable[[P, Any], Sequence[Column]]
     measures: Callable[[P], Sequence[Measure]]
     labels: Callable[[P, Any], Sequence[str]]
     stock: Callable[[P], Sequence[str]] | None = None
+    finishes: Callable[[P], Sequence[str]] | None = None
     faces: Callable[[P, Any], Any] | None = None
     directions: Callable[[P], Ragged] | None = None
 

@@ -57,9 +57,10 @@ class Symmetry(Generic[P]):
     ring_fields: names of the details with a value for each place of the ring, as rows of a Ragged or of an array (n,
     places). azimuth_fields: those of them that are angles in degrees from the x axis. turns: a function of parts with
     one topology and equally many places, and of their corners (n, c, 3) in their own frames, that returns their turns.
-    turned_over: a function of these turns and corners that returns them with as many more, in which the part is turned
-    over and place t is in front, those before it following; None for parts that have an outer side. corner_fields:
-    names of the ring fields whose values belong to the beginnings of places.
+    turned_over: a function of the parts, these turns and corners that returns the turns with as many more, in which the
+    part is turned over and place t is in front, those before it following, or as they are where the parts have an outer
+    side; None where all of the kind have one. corner_fields: names of the ring fields whose values belong to the
+    beginnings of places.
 
     >>> from fabkit.kinds import NODE
     >>> NODE.symmetry.ring_fields, NODE.symmetry.azimuth_fields
@@ -69,7 +70,7 @@ class Symmetry(Generic[P]):
     ring_fields: tuple[str, ...]
     azimuth_fields: tuple[str, ...]
     turns: Callable[[P, FloatArray], Turns]
-    turned_over: Callable[[Turns, FloatArray], Turns] | None = None
+    turned_over: Callable[[P, Turns, FloatArray], Turns] | None = None
     corner_fields: tuple[str, ...] = ()
 
 

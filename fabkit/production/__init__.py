@@ -1,6 +1,6 @@
 """From parts to shop documents, still as data: marks, nests, cut lists, drawings, the facts of a build."""
 
-from fabkit.production.cut_lists import CutList, Table, cut_list
+from fabkit.production.cut_lists import CutList, Table, cut_list, table_file
 from fabkit.production.drawing import CUT, MARK, SHEET, Drawing, panel_drawings, sheet_drawings
 from fabkit.production.erection import Erection, erection_order
 from fabkit.production.facts import (
@@ -81,5 +81,6 @@ __all__ = [
     "plate_drawings",
     "share_equal_parts",
     "sheet_drawings",
+    "table_file",
     "too_large",
 ]

@@ -13,14 +13,14 @@ from fabkit.kinds.columns import texts
 from fabkit.parts import Assembly, Cell, Column, Parts, Surroundings
 from fabkit.production.nesting.nests import Nest
 
-__all__ = ["CutList", "Table", "cut_list"]
+__all__ = ["CutList", "Table", "cut_list", "table_file"]
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells. title: one word in small letters.
+    """Rows of cells. title: words in small letters.
 
     columns: names with their units. decimals: number of decimals shown in each column; None for columns of text.
     totals: one cell for each column, None where there is nothing to add up; empty for a table without totals.
@@ -42,6 +42,11 @@ class Table:
     totals: tuple[Cell, ...] = ()
     left_out: tuple[str, ...] = ()
     several: frozenset[str] = frozenset()
+
+    @property
+    def file(self) -> str:
+        """The name of its CSV file, as `table_file` gives it."""
+        return table_file(self.title)
 
     @cached_property
     def texts(self) -> tuple[tuple[str, ...], ...]:
@@ -69,6 +74,16 @@ class Table:
             totals=of(self.totals) if self.totals else (),
             several=frozenset(),
         )
+
+
+def table_file(title: str) -> str:
+    """The name of the CSV file of the table with this title, which may have blanks.
+
+    >>> from fabkit.production import table_file
+    >>> table_file("base plates")
+    'base_plates.csv'
+    """
+    return f"{title.replace(' ', '_')}.csv"
 
 
 @dataclass(frozen=True)

@@ -179,7 +179,8 @@ def _plate_drawings(every: Parts[Any], labels: Labels, corner_mm: float, title: 
     across = _common_neighbours(every) if every.kind is PANEL else [""] * len(outlines.values)
     strokes, panel_of_stroke = _marks(every.mark_names, outlines, across, labels, corner_mm)
     stocks = every.kind.stock(every) if every.kind.stock else [""] * len(every)
-    made_of = [stocks[k] for k in every.firsts.tolist()]
+    finishes = every.kind.finishes(every) if every.kind.finishes else [""] * len(every)
+    made_of = [", ".join(filter(None, (stocks[k], finishes[k]))) for k in every.firsts.tolist()]
     notes = (
         "Contours are nominal, without allowance for the kerf.",
         "Millimetres. Outer side up. Layers: CUT contour, MARK open strokes, TITLE text.",

@@ -54,7 +54,11 @@ def node_facets(nodes: Parts[NodeDetails], assembly: Assembly) -> list[Column]:
         Column("Setback (mm)", 3, made.setbacks_mm.values.tolist()),
         Column("Inclination (deg)", 3, own.inclinations_deg.values.tolist()),
         *(
-            Column(f"Facet {what} (mm)", 2, [None if value != value else value for value in sizes[:, k].tolist()])
+            Column(
+                f"Facet {what} (mm)",
+                COORDINATE_DECIMALS,
+                [None if value != value else value for value in sizes[:, k].tolist()],
+            )
             for k, what in enumerate(("top", "bottom", "width"))
         ),
         Column("Bolts", None, _bolts(nodes, assembly)),

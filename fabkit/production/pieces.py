@@ -175,7 +175,7 @@ def _panel_edges(assembly: Assembly) -> Table:
             Column("Pane", 0, own.pane[row].tolist()),
             Column("Edge", 0, (own.edge_lengths_mm.place + 1).tolist()),
             Column("Length (mm)", 3, made.edge_lengths_mm.values.tolist()),
-            Column("Corner (deg)", 3, made.corner_angles_deg.values.tolist()),
+            Column("Corner (deg)", TURN_DECIMALS, made.corner_angles_deg.values.tolist()),
             Column("Dihedral (deg)", 3, _cells(own.dihedrals_deg.values)),
             Column("Least seat (mm)", 3, _cells(own.least_seats_mm.values)),
             Column("Largest seat (mm)", 3, _cells(own.largest_seats_mm.values)),

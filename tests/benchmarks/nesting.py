@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from fabkit.kinds import PANEL, PanelDetails
-from fabkit.parts import Frame, Material, Part, Parts, Solid, prism_topology, prism_vertices
+from fabkit.parts import Finish, Frame, Material, Part, Parts, Solid, prism_topology, prism_vertices
 from fabkit.production.nesting.nests import Sheet
 from fabkit.production.nesting.sheet_nesting import nest_panels
 
@@ -39,6 +39,7 @@ def _panel(mark: str, outline: np.ndarray) -> Part:
     details = PanelDetails(
         layer=0,
         pane=0,
+        finish=Finish(),
         thickness_mm=8.0, underside_mm=0.0, area_mm2=solid.volume_mm3 / 8.0,
         edge_lengths_mm=tuple(np.linalg.norm(edges, axis=1)), corner_angles_deg=(0.0,) * n,
         dihedrals_deg=(0.0,) * n, least_seats_mm=(0.0,) * n, largest_seats_mm=(0.0,) * n, steps_mm=(0.0,) * n,

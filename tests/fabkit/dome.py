@@ -7,6 +7,7 @@ import numpy as np
 from fabkit.kinds import BEAM, NODE, PANEL, BeamDetails, NodeDetails, PanelDetails
 from fabkit.parts import (
     Assembly,
+    Finish,
     Frame,
     Material,
     Part,
@@ -74,6 +75,7 @@ def make_beam(edge: int, ends: IntArray, points: FloatArray, axes: FloatArray) -
             long_point_mm=float(np.ptp(x)),
             short_point_mm=float(np.ptp(x)),
             flange_points_mm=(np.nan, np.nan),
+            flange_backs_mm=(np.nan, np.nan),
             dihedral_deg=0.0,
             height_deviation_mm=0.0,
             twist_deg=0.0,
@@ -142,6 +144,7 @@ def make_panel(face: int, corners: FloatArray, beams: tuple[int, ...]) -> Part:
         details=PanelDetails(
             layer=0,
             pane=0,
+            finish=Finish(),
             thickness_mm=THICKNESS,
             underside_mm=LIFT,
             area_mm2=0.0,

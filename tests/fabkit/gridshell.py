@@ -11,6 +11,7 @@ from scipy.spatial import ConvexHull
 from fabkit.kinds import BEAM, NODE, PANEL, BeamDetails, NodeDetails, PanelDetails
 from fabkit.parts import (
     Assembly,
+    Finish,
     Frame,
     LeftOut,
     Material,
@@ -99,6 +100,7 @@ def beam(vertices: FloatArray, normals: FloatArray, marks: Marks, edge: int, end
             long_point_mm=max(top, low),
             short_point_mm=min(top, low),
             flange_points_mm=(np.nan, np.nan),
+            flange_backs_mm=(np.nan, np.nan),
             dihedral_deg=float(np.degrees(np.arccos(np.clip(axes[0] @ axes[1], -1, 1)))),
             height_deviation_mm=height * (float(np.mean(axes @ u)) - 1),
             twist_deg=0.0,
@@ -166,6 +168,7 @@ def panel(vertices: FloatArray, marks: Marks, face: int, corners: IntArray, edge
         details=PanelDetails(
             layer=0,
             pane=0,
+            finish=Finish(),
             thickness_mm=THICKNESS,
             underside_mm=LIFT,
             area_mm2=solid.volume_mm3 / THICKNESS,

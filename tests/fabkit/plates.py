@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from fabkit.kinds import BEAM, NODE, PANEL, BeamDetails, NodeDetails, PanelDetails
 from fabkit.parts import (
+    Finish,
     Frame,
     Material,
     Part,
@@ -59,6 +60,7 @@ def plate(
         details=PanelDetails(
             layer=0,
             pane=0,
+            finish=Finish(),
             thickness_mm=thickness,
             underside_mm=10.0,
             area_mm2=solid.volume_mm3 / thickness,
@@ -107,6 +109,7 @@ def bar(mark: str, element: int, nodes: tuple[int, int], **changes: object) -> P
             long_point_mm=1000.0,
             short_point_mm=1000.0,
             flange_points_mm=(np.nan, np.nan),
+            flange_backs_mm=(np.nan, np.nan),
             dihedral_deg=5.0,
             height_deviation_mm=0.0,
             twist_deg=0.0,

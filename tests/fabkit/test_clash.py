@@ -19,6 +19,7 @@ from fabkit.errors import DetailingError
 from fabkit.kinds import PANEL, PanelDetails
 from fabkit.parts import (
     Assembly,
+    Finish,
     Frame,
     Material,
     Part,
@@ -51,6 +52,7 @@ def assembly(solids: Sequence[Solid], placement: Frame | None = None) -> Assembl
             details=PanelDetails(
                 layer=0,
                 pane=0,
+                finish=Finish(),
                 thickness_mm=0.0,
                 underside_mm=0.0,
                 area_mm2=0.0,

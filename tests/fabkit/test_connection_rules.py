@@ -12,8 +12,7 @@ from fabkit import Project, design
 from fabkit.detailing import detail
 from fabkit.errors import DetailingError, ProjectError
 from fabkit.kinds import NODE
-from fabkit.layer_rules import LayerRules
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, LayerRules, NodeRules
 from geometry.mesh.shapes import dome
 from tests.fabkit.test_detail import flat_grid
 

@@ -12,10 +12,9 @@ import pytest
 import shapely
 
 from fabkit.detailing.assembling import detail
-from fabkit.layer_rules import LayerRules
 from fabkit.parts import Assembly, Surroundings
 from fabkit.production import share_equal_parts
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, LayerRules, NodeRules
 from geometry.arrays import FloatArray
 from geometry.gauss.support_structure import SupportStructure
 from tests.fabkit.part21 import written

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
-from fabkit.layer_rules import LayerRules
-from fabkit.rules import BeamRules, NodeRules
+from fabkit.rules import BeamRules, LayerRules, NodeRules
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh

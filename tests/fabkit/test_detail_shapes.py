@@ -10,9 +10,9 @@ import pytest
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import DetailingError
-from fabkit.layer_rules import LayerRules
 from fabkit.parts import Assembly
 from fabkit.production.marks import share_equal_parts
+from fabkit.rules import LayerRules
 from geometry.gauss import SupportStructure, approximate_pair
 from geometry.mesh import Mesh, shapes
 from geometry.meshing import planarise

@@ -15,7 +15,6 @@ from fabkit.checking import violations
 from fabkit.checking.solid_rules import solid_rules
 from fabkit.detailing import detail
 from fabkit.errors import ProjectError
-from fabkit.layer_rules import LayerRules
 from fabkit.parts import (
     Measures,
     Section,
@@ -27,7 +26,7 @@ from fabkit.parts import (
     profile_vertices,
 )
 from fabkit.production import share_equal_parts
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, LayerRules, NodeRules
 from geometry.arrays import FloatArray
 from tests.fabkit.round_solids import SOLIDS, profile
 from tests.fabkit.solids import frame

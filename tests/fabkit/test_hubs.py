@@ -91,6 +91,10 @@ def test_hubs_whose_tubes_are_equal_differ_where_their_beams_are_welded() -> Non
         own = beam.solid.vertices[np.abs(beam.solid.vertices[:, 1]) > 30]
         reaches = [np.ptp(own[np.isclose(own[:, 2], level)][:, 0]) for level in (0.0, -10.0)]
         assert sorted(beam.details.flange_points_mm) == pytest.approx(sorted(reaches))
+        under = beam.solid.vertices[np.isclose(beam.solid.vertices[:, 2], -10.0)]
+        web, flange = under[:, 0], under[np.abs(under[:, 1]) > 30, 0]
+        backs = (flange.min() - web.min(), web.max() - flange.max())
+        assert beam.details.flange_backs_mm.tolist() == pytest.approx(backs)
     contact = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     assert np.isnan(contact.assembly["beams"].details.flange_points_mm).all()
     assert len(built.assembly["nodes"].mark_names) == len(contact.assembly["nodes"].mark_names)

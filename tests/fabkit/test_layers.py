@@ -14,11 +14,10 @@ from fabkit.checking import violations
 from fabkit.detailing import detail
 from fabkit.errors import DetailingError, ProjectError
 from fabkit.kinds import PANEL, PanelDetails, neighbour_names
-from fabkit.layer_rules import LayerRules
 from fabkit.parts import Assembly, Frame, Part, Parts
 from fabkit.production import panel_drawings, piece_tables, share_equal_parts
 from fabkit.project import load_project
-from fabkit.rules import DetailingRules
+from fabkit.rules import DetailingRules, LayerRules
 from geometry import ParallelSpace
 from geometry.arrays import FloatArray
 from geometry.files import write_mesh

@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from fabkit import Built, Project, build, design
 from fabkit.errors import FolderError, ProjectError
 from fabkit.formats.finished import kept_marks
-from fabkit.mark_rules import MarkOrder, MarkRules
 from fabkit.parts import Assembly, Parts
 from fabkit.production.marks import KeptMarks, element_ranks, mark_points, share_equal_parts
 from fabkit.production.pieces import mark_table
+from fabkit.rules import MarkOrder, MarkRules
 from geometry.mesh import Mesh, shapes
 from tests.fabkit.plates import plates
 

@@ -15,7 +15,7 @@ import pytest
 from fabkit import Project, build
 from fabkit.errors import ProjectError
 from fabkit.formats.finished import check_folder
-from fabkit.site_rules import SiteRules
+from fabkit.rules import SiteRules
 from geometry.mesh import shapes
 
 OUTSIDE = Path(__file__).parents[1] / "outside"
@@ -62,10 +62,10 @@ def test_they_import_nothing_of_ours() -> None:
             assert {name.split(".")[0] for name in names} <= allowed, path.name
 
 
-def test_beams_cut_from_their_table_and_all_pieces_in_place_meet_the_model(folder: Path) -> None:
+def test_beams_and_panels_cut_from_their_tables_and_all_pieces_in_place_meet_the_model(folder: Path) -> None:
     found = said_by("put_together.py", folder)
     assert found["n_beams"] == len(shapes.dome(8, 3).combinatorics.edges)
-    assert max(found["beams"], found["others"]) < WITHIN_MM
+    assert max(found["beams"], found["panels"], found["others"]) < WITHIN_MM
 
 
 def test_nodes_set_out_from_the_survey_meet_the_model(folder: Path) -> None:

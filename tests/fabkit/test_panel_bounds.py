@@ -8,8 +8,7 @@ import pytest
 
 from fabkit.checking.panel_bounds import panels_crossing_support_planes
 from fabkit.detailing.assembling import detail
-from fabkit.layer_rules import LayerRules
-from fabkit.rules import DetailingRules
+from fabkit.rules import DetailingRules, LayerRules
 from geometry.gauss import Pair, SupportStructure, approximate_pair
 from geometry.mesh import shapes
 

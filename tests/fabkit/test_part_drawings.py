@@ -17,12 +17,11 @@ from fabkit.detailing import detail
 from fabkit.formats.drawings import write_dxf
 from fabkit.formats.shown.triangles import facets
 from fabkit.kinds import plain_kind
-from fabkit.layer_rules import LayerRules
 from fabkit.parts import Assembly, Frame, Measures, Part, Parts, Section, Solid, SolidArray, Solids
 from fabkit.production import CUT, HIDDEN, LABEL, MARK, VISIBLE, cut_list, part_drawings, plate_drawings
 from fabkit.production.part_drawing import FROM_ABOVE, FROM_SIDE
 from fabkit.production.part_views import views
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, LayerRules, NodeRules
 from tests.fabkit.round_solids import SOLIDS, plate_with_bores, profile
 from tests.fabkit.solids import STEEL
 from tests.fabkit.test_detail import flat_grid

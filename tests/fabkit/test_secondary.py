@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from itertools import combinations
 from pathlib import Path
@@ -295,5 +296,9 @@ def test_a_project_file_alone_builds_all_of_it(tmp_path: Path) -> None:
     step = (tmp_path / "roof" / "model.step").read_text()
     for group in ("lower beams", "lower nodes", "struts", "fins"):
         assert f"'{group}'" in step
-        assert (tmp_path / "roof" / f"{group}.csv").exists()
+        assert (tmp_path / "roof" / f"{group.replace(' ', '_')}.csv").exists()
         assert len(built.assembly[group])
+    assert not [path for path in (tmp_path / "roof").rglob("*") if " " in path.name]
+    table = tmp_path / "roof" / "lower_beams.csv"
+    table.write_text(re.sub(r"^(LB001),(\d+)", r"\1,1\2", table.read_text(), flags=re.MULTILINE))
+    assert any("lower_beams.csv has 1" in sentence for sentence in check_folder(tmp_path / "roof", hashes=False))

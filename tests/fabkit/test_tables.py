@@ -12,14 +12,14 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from fabkit.document_rules import TableRules
 from fabkit.errors import ProjectError
 from fabkit.formats.legend_table import legend
 from fabkit.formats.tables import spreadsheet_safe, write_csv
-from fabkit.kinds import BEAM
-from fabkit.parts import Assembly
+from fabkit.kinds import BEAM, BOLT
+from fabkit.parts import Assembly, in_layer
 from fabkit.production import Nest, Sheet, Table, cut_list, nest_panels, piece_tables
 from fabkit.project import project_from
+from fabkit.rules import TableRules
 from tests.fabkit.gridshell import gridshell
 
 DIALECTS = [
@@ -149,3 +149,10 @@ def test_numbers_stay_numbers(number: float, decimals: int) -> None:
 
 def is_number(text: str) -> bool:
     return bool(re.fullmatch(r"[-+]?[0-9]+(\.[0-9]*)?(e[-+]?[0-9]+)?", text))
+
+
+def test_the_legend_tells_of_the_frames_of_the_kinds_that_there_are() -> None:
+    rows = dict(legend(kinds=(BEAM, in_layer(BEAM, "lower"), BOLT)).rows)
+    assert rows["Mark"].endswith("B beam, LB lower beam, S bolt.")  # type: ignore[union-attr]
+    assert {"Own frame of beams, lower beams", "Own frame of bolts"} <= set(rows)
+    assert "Own frame of panels" not in rows

@@ -14,8 +14,7 @@ from fabkit import Project
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.errors import ProjectError
-from fabkit.layer_rules import LayerRules
-from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
+from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, LayerRules, NodeRules
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh

@@ -12,10 +12,10 @@ from pathlib import Path
 import openpyxl
 import pytest
 
-from fabkit.document_rules import TitleBlock
 from fabkit.formats.workbook import CUT_OFF, LONGEST_CELL, write_xlsx
 from fabkit.parts import Assembly
 from fabkit.production import BuildFacts, Nest, Sheet, Table, build_facts, cut_list, nest_panels, piece_tables
+from fabkit.rules import TitleBlock
 from tests.fabkit.gridshell import gridshell, gridshell_summary
 
 RED = "FFFF0000"
@@ -104,11 +104,25 @@ def test_xlsx_without_nest_says_so(parts: Assembly, lists: list[Table], tmp_path
 
 
 def test_texts_are_no_formulas(tmp_path: Path) -> None:
-    table = Table("t", ("Mark", "Count", "Mass (kg)"), (None, 0, 1), (("=1+1", 1, 2.5),), ("Total", 1, 2.5), ())
+    issued, left_out = TitleBlock(author='=HYPERLINK("x")'), ("=2+2", "http://a", "{=1}")
+    table = Table("t", ("Mark", "Count", "Mass (kg)"), (None, 0, 1), (("=1+1", 1, 2.5),), ("Total", 1, 2.5), left_out)
     panels = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
-    write_xlsx(tmp_path / "a.xlsx", [table, Table("u", *table_parts(table)), panels], gridshell_summary(), NO_FACTS)
-    cell = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]["A2"]
-    assert (cell.value, cell.data_type) == ("=1+1", "s")
+    lists = [table, Table("u", *table_parts(table)), panels]
+    write_xlsx(tmp_path / "a.xlsx", lists, gridshell_summary(), NO_FACTS, issued)
+    book = openpyxl.load_workbook(tmp_path / "a.xlsx")
+    assert (book["T"]["A2"].value, book["T"]["A2"].data_type) == ("=1+1", "s")
+    cells = [cell for sheet in book for row in sheet.iter_rows() for cell in row]
+    assert [cell.coordinate for cell in cells if cell.data_type == "f"] == []
+    assert {cell.value for cell in cells} >= {issued.author, *left_out}
+
+
+def test_columns_that_say_nothing_are_hidden(tmp_path: Path) -> None:
+    columns = ("Mark", "Flange (mm)", "Mass (kg)", "File")
+    table = Table("t", columns, (None, 1, 1, None), (("B1", None, 2.5, "parts/B1.step"),), ("Total", None, 2.5, None))
+    write_xlsx(tmp_path / "a.xlsx", [table], gridshell_summary(), NO_FACTS)
+    sheet = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]
+    assert tuple(cell.value for cell in sheet[1]) == columns
+    assert [sheet.column_dimensions[letter].hidden for letter in "ABCD"] == [False, True, False, True]
 
 
 def test_any_text_and_number_reads_back_from_xlsx(tmp_path: Path) -> None:

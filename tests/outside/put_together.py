@@ -1,4 +1,5 @@
-"""Cut every beam from the table of beams, put all pieces at their places, and say how far that is from the model.
+"""Cut every beam and every panel with square edges from its table, put all pieces at their places, and say how far that
+is from the model.
 
 Given a folder of `fabkit build`, and nothing else: python put_together.py FOLDER
 """
@@ -37,25 +38,41 @@ def beam_corners(row: dict[str, str]) -> np.ndarray:
     return np.concatenate([first, last])
 
 
+def panel_corners(edges: list[dict[str, str]], thickness: float) -> np.ndarray:
+    """Of a plate in its own frame: corner 1 at zero, edge 1 along x, corner k at the start of edge k."""
+    inner = np.radians([float(row["Corner (deg)"]) for row in edges])
+    turns = np.concatenate([[0.0], np.cumsum(np.pi - inner[1:])])
+    steps = np.array([float(row["Length (mm)"]) for row in edges])[:, None] * np.stack(
+        [np.cos(turns), np.sin(turns)], axis=1
+    )
+    outline = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)[:-1]])
+    return np.array([(*corner, level) for level in (0.0, thickness) for corner in outline])
+
+
 def main(path: Path) -> dict[str, float]:
     folder, model = Folder(path), Part21(path / "model.step").placed()
     beams = {row["Mark"]: beam_corners(row) for row in folder.rows("beams")}
+    edges: dict[str, list[dict[str, str]]] = {}
+    for row in folder.rows("panel_edges"):
+        edges.setdefault(row["Panel"], []).append(row)
+    thicknesses = {row["Mark"]: float(row["Thickness (mm)"]) for row in folder.rows("panels")}
     kinds = {row["Piece"]: row["Kind"] for row in folder.rows("pieces")}
     solids: dict[str, np.ndarray] = {}
-    largest = {"beams": 0.0, "others": 0.0}
+    largest = {"beams": 0.0, "panels": 0.0, "others": 0.0}
     placements = folder.rows("placements")
     if {row["Piece"] for row in placements} != set(model) or set(kinds) != set(model):
         raise ValueError("the pieces of the tables are not those of the model")
     for row in placements:
-        mark, is_beam = row["Mark"], kinds[row["Piece"]] == "beam"
-        if mark not in solids:
-            own = beams.get(mark) if is_beam else None
-            if own is None:
-                ((_, own),) = Part21(path / "parts" / f"{mark}.step").solids().values()
-            solids[mark] = own
+        mark, kind = row["Mark"], kinds[row["Piece"]]
+        if mark not in solids and kind == "beam":
+            solids[mark] = beams[mark]
+        elif mark not in solids and kind == "panel":
+            solids[mark] = panel_corners(edges[row["Piece"]], thicknesses[mark])
+        elif mark not in solids:
+            ((_, solids[mark]),) = Part21(path / "parts" / f"{mark}.step").solids().values()
         place = frame(vector(row, "Origin", " (mm)"), vector(row, "X axis"), vector(row, "Z axis"))
         off = distance(at(place, solids[mark]), model[row["Piece"]])
-        key = "beams" if is_beam else "others"
+        key = f"{kind}s" if kind in ("beam", "panel") else "others"
         largest[key] = max(largest[key], off)
     counts = {"n_beams": sum(kind == "beam" for kind in kinds.values()), "n_others": len(kinds)}
     counts["n_others"] -= counts["n_beams"]

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from fabkit import Project, build, design
-from fabkit.mark_rules import MarkRules
 from fabkit.production import share_equal_parts
+from fabkit.rules import MarkRules
 from tests.fabkit.test_outside import WELDED, WITHIN_MM, said_by
 from tests.real_data.meshes import CONICAL, DATA, needs_data
 

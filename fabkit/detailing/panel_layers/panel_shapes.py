@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from fabkit.detailing.shapes.bar_sections import BarSections
-from fabkit.layer_rules import LayerRules
+from fabkit.rules import LayerRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
 

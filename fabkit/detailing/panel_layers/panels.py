@@ -92,6 +92,7 @@ def _pane(
     details = PanelDetails(
         layer=np.full(n, place[0]),
         pane=np.full(n, place[1]),
+        finish=np.full(n, layer.rules.finishes[place[1]], dtype=object),
         thickness_mm=np.full(n, shapes.thickness),
         underside_mm=(layer.base + shapes.underside)[faces],
         area_mm2=areas,

@@ -166,8 +166,8 @@ def _text(version: Version, line: str, at: FloatArray, height: float, owner: str
 
 @lru_cache(maxsize=4096)
 def shown_text(line: str, version: Version) -> str:
-    """A line of text as it is written: without the codes of such texts; for R12, which has no UTF-8, what is not ASCII as
-    \\U+00DF.
+    """A line of text as it is written: without the codes of such texts; for R12, which has no UTF-8, what is not ASCII
+    as \\U+00DF.
 
     >>> from fabkit.formats.drawings import shown_text
     >>> shown_text("50 %% gr\u00fcn", "R12")

@@ -16,9 +16,10 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from fabkit.document_rules import TableRules
 from fabkit.errors import FolderError
 from fabkit.formats.manifest import MANIFEST
+from fabkit.production import table_file
+from fabkit.rules import TableRules
 
 __all__ = ["Contents", "FolderTable", "workbook_tables"]
 
@@ -101,26 +102,27 @@ class Contents:
     def tables_of_marks(self) -> Iterator[tuple[str, FolderTable]]:
         """The groups that have a table of marks, and these."""
         for name in self.files:
-            group = name.removesuffix(".csv")
+            group = name.removesuffix(".csv").replace("_", " ")
             if group in self.manifest["counts"] and name.endswith(".csv"):
                 yield group, self.table(group)
 
     def _table(self, name: str) -> FolderTable:
-        text = self.text(f"{name}.csv")
+        file = table_file(name)
+        text = self.text(file)
         if not text.endswith("\n"):
-            raise FolderError(f"{name}.csv is cut off: its last line has no end")
+            raise FolderError(f"{file} is cut off: its last line has no end")
         reader = csv.reader(io.StringIO(text, newline=""), delimiter=self.rules.delimiter)
         try:
             head, *rows = list(reader)
         except (ValueError, csv.Error):
-            raise FolderError(f"{name}.csv is empty or damaged") from None
+            raise FolderError(f"{file} is empty or damaged") from None
         for number, row in enumerate(rows, start=2):
             if len(row) != len(head):
-                raise FolderError(f"row {number} of {name}.csv has {len(row)} cells, its heading {len(head)}")
+                raise FolderError(f"row {number} of {file} has {len(row)} cells, its heading {len(head)}")
         if self.rules.decimal == ",":
             rows = [[cell.replace(",", ".") if _COMMA_NUMBER.fullmatch(cell) else cell for cell in row] for row in rows]
         if len(set(head)) != len(head):
-            raise FolderError(f"two columns of {name}.csv have the same name")
+            raise FolderError(f"two columns of {file} have the same name")
         own = [dict(zip(head, row, strict=True)) for row in rows]
         first = head[0]
         totals = next((row for row in own if row[first] == "Total"), {})

@@ -7,12 +7,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from fabkit.document_rules import TitleBlock
 from fabkit.errors import FolderError
 from fabkit.formats.drawings import shown_text
 from fabkit.formats.finished.contents import Contents
 from fabkit.formats.finished.dxf_checks import (
-    Texts,
     check_around,
     check_panel,
     check_plate,
@@ -24,6 +22,7 @@ from fabkit.formats.finished.dxf_files import DxfFile, dxf_file
 from fabkit.formats.finished.picture_checks import report_data
 from fabkit.formats.finished.step_checks import PartFile
 from fabkit.formats.finished.view_checks import check_views
+from fabkit.rules import TitleBlock
 from geometry.arrays import FloatArray
 
 __all__ = ["check_drawings"]
@@ -145,7 +144,7 @@ def _of_part(name: str, file: DxfFile, part: PartFile, tables: _Tables) -> Itera
     elif folder == "plates":
         yield from check_plate(name, file, part.solid, ([mark],) if tables.labels != "none" else ())
     elif group:
-        labels = ("A", "B")
+        labels: tuple[str, ...] = ("A", "B")
         if group.endswith("nodes"):
             labels = tuple(map(str, range(1, int(row["Valence"]) + 1))) if group == "nodes" else ()
         yield from check_views(name, file, part.solid, labels)

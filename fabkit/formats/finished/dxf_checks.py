@@ -23,7 +23,7 @@ STROKE_TOLERANCE_MM = 1e-6
 """Largest distance in mm of a point of a stroke from that of the same letter, turned and scaled; 9 decimals are
 written."""
 
-UPRIGHT_COSINE = 0.9
+TOWARDS_EYE_COSINE = 0.9
 """Cosine of the angle between the z axis and a normal up to which a plate is drawn with z upwards."""
 
 Texts = Sequence[Collection[str]]
@@ -48,13 +48,13 @@ def check_titles(files: Mapping[str, DxfFile], kinds: Mapping[str, str], project
     for name, file in files.items():
         stem = name.rpartition("/")[2].removesuffix(".dxf").removesuffix("-mm")
         own = re.escape(stem) if "sheets/" not in name else rf"sheet {int(stem.rpartition('-')[2])} of {len(files)}"
-        lines = [re.sub(rf"{own}$", "*", line) for line in file.title[:1]] + list(file.title[1:])
+        lines = tuple(re.sub(rf"{own}$", "*", line) for line in file.title[:1]) + file.title[1:]
         if lines and not (lines[0].startswith(project) and lines[0].endswith("*")):
             yield f"{name} has the title {file.title[0]!r}, in which {stem} or the project is not named"
             continue
         if name in kinds:
-            patterns[name] = tuple(lines)
-            known[kinds[name]][tuple(lines)] += 1
+            patterns[name] = lines
+            known[kinds[name]][lines] += 1
     for name, lines in patterns.items():
         ((usual, count),) = known[kinds[name]].most_common(1)
         if lines != usual and count > 1:
@@ -120,7 +120,8 @@ def check_panel(name: str, file: DxfFile, outline: FloatArray, texts: Texts) -> 
 def _check_marks(name: str, file: DxfFile, texts: Texts) -> Iterator[str]:
     strokes = file.curves.get(MARK, [])
     if any(is_closed for is_closed, _ in strokes) or not are_texts([points for _, points in strokes], texts):
-        yield f"what is engraved on {name} is not {' and '.join(choices[0] for choices in map(list, texts[:2])) or 'nothing'}"
+        wanted = " and ".join(next(iter(choices)) for choices in texts[:1]) or "nothing"
+        yield f"what is engraved on {name} is not {wanted}"
     others = (file.curves.keys() | file.circles.keys()) - {CUT, MARK, SHEET}
     if others:
         yield f"{name} has layers {', '.join(sorted(others))}"
@@ -137,7 +138,7 @@ def check_plate(name: str, file: DxfFile, solid: PartSolid, texts: Texts) -> Ite
 
 def _fits(cut: list[Curve], rings: list[FloatArray], solid: PartSolid, normal: FloatArray) -> bool:
     """Whether the curves and circles are those of a solid that is seen along a normal, from either side."""
-    up = np.array([0.0, 1.0, 0.0] if abs(normal[2]) > UPRIGHT_COSINE else [0.0, 0.0, 1.0])
+    up = np.array([0.0, 1.0, 0.0] if abs(normal[2]) > TOWARDS_EYE_COSINE else [0.0, 0.0, 1.0])
     x = np.cross(up, normal)
     length = float(np.linalg.norm(x))
     if length == 0.0:

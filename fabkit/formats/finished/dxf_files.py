@@ -17,7 +17,7 @@ __all__ = ["OUTLINE_TOLERANCE_MM", "Curve", "DxfFile", "dxf_file"]
 OUTLINE_TOLERANCE_MM = 0.0025
 """Largest distance in mm of a corner of a contour from where solid and tables have it: places of panels have 3
 decimals, their turns 6, on sheets of 10 m."""
-TITLE_SHARE, TITLE_LINES = 0.015, 1.6
+BELOW_SHARE, TITLE_LINES = 0.015, 1.6
 """Height of the letters below a drawing over the larger side of its curves, and distance of the lines over that."""
 VIEW_SHARE = 1.05
 """Height of the view with which a file opens, over the larger side of its extents."""
@@ -104,9 +104,7 @@ def dxf_file(contents: Contents, name: str, known: list[tuple[str, ...]]) -> Dxf
     return DxfFile(curves, circles, tuple(each[14] for each in found if each[10]), (*around, *owners))
 
 
-def _curves(
-    found: list[tuple[str, ...]], is_r12: bool
-) -> tuple[dict[str, list[Curve]], dict[str, list[FloatArray]]]:
+def _curves(found: list[tuple[str, ...]], is_r12: bool) -> tuple[dict[str, list[Curve]], dict[str, list[FloatArray]]]:
     curves: dict[str, list[Curve]] = defaultdict(list)
     circles: dict[str, list[FloatArray]] = defaultdict(list)
     for each in found:
@@ -163,7 +161,7 @@ def _check_extents(
         raise FolderError(f"{name} has no curves")
     every = np.concatenate(points)
     least, largest = every.min(axis=0), every.max(axis=0)
-    letters = TITLE_SHARE * float((largest - least).max())
+    letters = BELOW_SHARE * float((largest - least).max())
     lines = 1.0 + np.arange(len(places))[:, None]
     wanted = np.hstack([least - lines * [0.0, TITLE_LINES * letters], np.full((len(places), 1), letters)])
     if np.abs(places - wanted).max(initial=0.0) > EXTENT_TOLERANCE_MM:

@@ -23,7 +23,8 @@ from fabkit.formats.finished.step_checks import (
     part_file,
 )
 from fabkit.formats.manifest import foreign_files
-from fabkit.site_rules import SiteRules
+from fabkit.production import table_file
+from fabkit.rules import SiteRules
 from geometry.arrays import FloatArray
 
 __all__ = ["check_folder"]
@@ -92,21 +93,22 @@ def _of_tables(contents: Contents) -> Iterator[str]:
         yield "pieces.csv has a piece twice"
     listed: set[str] = set()
     for group, table in contents.tables_of_marks():
+        file = table_file(group)
         listed |= {row["Mark"] for row in table}
         for row in table:
             mark, count, each = row["Mark"], int(row["Count"]), float(row["Mass each (kg)"])
             if count != counts[mark]:
-                yield f"{group}.csv has {count} of {mark}, pieces.csv {counts[mark]}"
+                yield f"{file} has {count} of {mark}, pieces.csv {counts[mark]}"
             if each != float(masses.get(mark, "nan")):
-                yield f"the masses of {mark} in {group}.csv and pieces.csv differ"
+                yield f"the masses of {mark} in {file} and pieces.csv differ"
             if abs(count * each - float(row["Mass (kg)"])) > (count + 1) * MASS_TOLERANCE_KG:
-                yield f"the mass of {mark} in {group}.csv is not that of one times {count}"
+                yield f"the mass of {mark} in {file} is not that of one times {count}"
         for column, text in list(table.totals.items())[1:]:
             half = 0.51 * 10.0 ** -len(text.partition(".")[2])
             if text and abs(sum(float(row[column]) for row in table) - float(text)) > (len(table.rows) + 1) * half:
-                yield f"the total of {column} in {group}.csv is not the sum of its rows"
+                yield f"the total of {column} in {file} is not the sum of its rows"
         if int(table.totals["Count"]) != contents.manifest["counts"][group]:
-            yield f"{group}.csv has {table.totals['Count']} parts, the manifest {contents.manifest['counts'][group]}"
+            yield f"{file} has {table.totals['Count']} parts, the manifest {contents.manifest['counts'][group]}"
     for mark in counts.keys() ^ listed:
         yield f"{mark} is in pieces.csv or in a table of marks, but not in both"
     for row in pieces:

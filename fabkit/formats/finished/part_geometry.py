@@ -78,10 +78,14 @@ def measured(name: str, data: str) -> PartSolid:
                 raise FolderError(f"{name} states a {key} of {stated[key]:.6g}, its faces have {found:.6g}")
     triples = np.arange(3)
     corners, every = numbers[of.vertices[:, None] + triples], numbers[of.planes[:, 1, None] + triples]
-    rounds = np.concatenate([numbers[of.rounds[:, k, None] + triples[:size]] for k, size in enumerate((3, 3, 1))], axis=1)
+    rounds = np.concatenate(
+        [numbers[of.rounds[:, k, None] + triples[:size]] for k, size in enumerate((3, 3, 1))], axis=1
+    )
     edges = numbers[of.lines[:, :2, None] + triples]
     mass = stated["volume measure"] * stated["density measure"] * 1e-6
-    return PartSolid(mass, numbers[of.centre + triples], corners, edges, every, rounds, numbers[of.centres[:, None] + triples])
+    return PartSolid(
+        mass, numbers[of.centre + triples], corners, edges, every, rounds, numbers[of.centres[:, None] + triples]
+    )
 
 
 def _check_lines(name: str, of: _Reading, numbers: FloatArray) -> None:
@@ -100,8 +104,8 @@ class _Reading:
     the direction of each straight edge, and of the length of the direction. points (C,): of the corners of the planar
     faces with straight edges only, loop after loop; corner_face (C,); planes (F, 2): of their points and normals.
     stated: of the measures; vertices: of all points of corners; rounds (C, 3): of points and directions of the axes of
-    cylinders, and of their radii; centres: of circles; centre: of the centre of mass. is_whole: whether each line is an entity of its own
-    number; missing: references to entities that are not there."""
+    cylinders, and of their radii; centres: of circles; centre: of the centre of mass. is_whole: whether each line is an
+    entity of its own number; missing: references to entities that are not there."""
 
     is_whole: bool
     missing: frozenset[int]

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
+from fabkit.production import table_file
 
 __all__ = ["check_glb", "check_report", "report_data", "same_text"]
 
@@ -123,7 +124,7 @@ def check_report(contents: Contents) -> Iterator[str]:
         return
     around = zip(("node_facets", "panel_edges"), (each[1] for each in page["around"]), strict=True)
     for name, table in [*page["tables"].items(), ("pieces", page["pieces"]), *around]:
-        if f"{name}.csv" in contents.files:
+        if table_file(name) in contents.files:
             yield from _check_cells(contents, name, table)
     counts = [layer["count"] for layer in page["model"]["layers"]]
     size = 36 * sum(counts) + 12 * page["model"]["points"] + 8 * page["model"]["shapes"]
@@ -150,4 +151,4 @@ def _check_cells(contents: Contents, name: str, table: dict[str, Any]) -> Iterat
             continue
         own = [row[column] for row in rows]
         if len(own) != len(cells) or not all(map(same_text, own, cells)):
-            yield f"{column} in {name}.csv is not that in report.html"
+            yield f"{column} in {table_file(name)} is not that in report.html"

@@ -25,8 +25,8 @@ VIEWS_APART_MM, LETTERS_MM = 60.0, 12.0
 
 
 def check_views(name: str, file: DxfFile, solid: PartSolid, texts: tuple[str, ...]) -> Iterator[str]:
-    """Each line is an edge of the solid as it is seen, and each edge is drawn, visible or hidden; rounds are arcs. texts:
-    ends or facets, which are labelled in their order."""
+    """Each line is an edge of the solid as it is seen, and each edge is drawn, visible or hidden; rounds are arcs.
+    texts: ends or facets, which are labelled in their order."""
     others = (file.curves.keys() | file.circles.keys()) - {VISIBLE, HIDDEN, LABEL}
     if others or any(is_closed for own in file.curves.values() for is_closed, _ in own):
         yield f"{name} has a closed line, or layers {', '.join(sorted(others))}"

@@ -13,15 +13,15 @@ from fabkit.kinds.look_alikes import dot_vertices
 from fabkit.parts import Measures, Parts, Ragged, SolidArray
 from geometry.arrays import FloatArray
 
-__all__ = ["KeptMarks", "MarkPoints", "compared_points", "mark_points", "only_ones"]
+__all__ = ["KeptMarks", "MarkPoints", "compared_points", "makes", "mark_points", "only_ones"]
 
 
 @dataclass(frozen=True, eq=False)
 class MarkPoints:
     """By what a mark is recognised.
 
-    material: its name. corners (c, 3): of its solid in mm, in its own frame, as `compared_points` gives them.
-    directions (t, 3): unit vectors along the beams that stand on it.
+    material: its name, and the finish if there is any. corners (c, 3): of its solid in mm, in its own frame, as
+    `compared_points` gives them. directions (t, 3): unit vectors along the beams that stand on it.
 
     >>> from fabkit.production.marks import MarkPoints
     >>> MarkPoints("steel", np.zeros((8, 3)), np.eye(3)).shape
@@ -34,7 +34,7 @@ class MarkPoints:
 
     @property
     def shape(self) -> tuple[str, int, int]:
-        """Material, and numbers of corners and directions."""
+        """Material with its finish, and numbers of corners and directions."""
         return self.material, len(self.corners), len(self.directions)
 
 
@@ -73,6 +73,15 @@ def compared_points(solids: SolidArray) -> FloatArray:
     return points
 
 
+def makes(parts: Parts[Any]) -> list[str]:
+    """The material of each part, and its finish if it has any, in words."""
+    materials = [parts.materials[k].name for k in parts.material.tolist()]
+    if parts.kind.finishes is None:
+        return materials
+    both = zip(materials, parts.kind.finishes(parts), strict=True)
+    return [", ".join(filter(None, each)) for each in both]
+
+
 def mark_points(parts: Parts[Any]) -> KeptMarks:
     """By what the marks of these parts are recognised in a later build.
 
@@ -89,13 +98,13 @@ def mark_points(parts: Parts[Any]) -> KeptMarks:
     if parts.kind.directions is not None:
         directions = parts.kind.directions(parts)[models]
     found: dict[int, MarkPoints] = {}
+    made_of = makes(parts.take(models))
     for batch in parts.solids.by_topology(parts.shape[models]):
         points = compared_points(batch)
         if parts.kind.directions is not None:  # dots are drilled when marks are known
             points = np.delete(points, dot_vertices(batch.topology), axis=1)
         for mark, corners in zip(batch.parts.tolist(), points, strict=True):
-            material = parts.materials[parts.material[models[mark]]].name
-            found[mark] = MarkPoints(material, corners, directions[mark])
+            found[mark] = MarkPoints(made_of[mark], corners, directions[mark])
     elements = only_ones(zip(parts.elements.tolist(), parts.marks, strict=True))
     return KeptMarks({parts.mark_names[mark]: found[mark] for mark in sorted(found)}, elements)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fabkit.mark_rules import MarkOrder
+from fabkit.rules import MarkOrder
 from geometry.arrays import FloatArray, IntArray
 from geometry.mesh import Mesh
 

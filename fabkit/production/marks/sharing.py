@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from fabkit.mark_rules import MarkRules
 from fabkit.parts import Assembly, Details, Parts, Ragged, SolidArray, Symmetry, Turns, moved
 from fabkit.production.marks.equal_shapes import (
     MAX_COORDINATES_IN_MEMORY,
@@ -17,7 +16,8 @@ from fabkit.production.marks.equal_shapes import (
     equal_shapes,
     may_have_equals,
 )
-from fabkit.production.marks.kept import KeptMarks, compared_points
+from fabkit.production.marks.kept import KeptMarks, compared_points, makes
+from fabkit.rules import MarkRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["EQUAL_WITHIN_MM", "share_equal_parts", "turned_parts", "turned_shapes", "turns_of"]
@@ -106,14 +106,15 @@ class _Sharing:
 
     def shared(self, parts: Parts[D], order: IntArray, kept: KeptMarks | None) -> Parts[D]:
         """Parts grouped where they are equal. order (n,): in which they are visited. Only parts of the same material,
-        topology and number of turns are compared."""
+        finish, topology and number of turns are compared."""
         n = len(parts)
         kept, kept_as = kept or KeptMarks(), np.full(n, -1, dtype=np.int64)
         first, turn = np.arange(n), np.zeros(n, dtype=np.int64)
         starts, along, over = np.zeros((n, 2)), np.tile([1.0, 0.0], (n, 1)), np.full(n, np.nan)
         hidden = np.zeros((n, 2))
         solids: dict[int, FloatArray] = {}
-        keys = np.stack([parts.solids.topology[parts.shape], _n_turns(parts), parts.material], axis=1)[order]
+        made_of = np.unique(makes(parts), return_inverse=True)[1]
+        keys = np.stack([parts.solids.topology[parts.shape], _n_turns(parts), parts.material, made_of], axis=1)[order]
         comparable = np.unique(keys, axis=0, return_inverse=True)[1]
         for rows in (
             [] if n == 0 else np.split(np.argsort(comparable, kind="stable"), np.cumsum(np.bincount(comparable))[:-1])
@@ -149,8 +150,8 @@ class _Sharing:
         if parts.kind.directions is not None:
             reaches = self.reach * parts.kind.directions(parts.take(places)).values.reshape(len(places), -1, 3)
             n_reaches = reaches.shape[1]
-        material = parts.materials[parts.material[places[0]]].name
-        shapes = ((material, n_corners, n_reaches) == each.shape for each in kept.points.values())
+        make = makes(parts.take(places[:1]))[0]
+        shapes = ((make, n_corners, n_reaches) == each.shape for each in kept.points.values())
         numbers = np.flatnonzero(np.fromiter(shapes, dtype=bool, count=len(kept.points)))
         known = list(kept.points.values())
         earlier = np.zeros((len(numbers), n_corners + n_reaches, 3))
@@ -214,7 +215,7 @@ def turns_of(parts: Parts[D], corners: FloatArray, *, over: bool = False) -> Tur
     symmetry = parts.kind.symmetry
     if symmetry is not None and len(_n_turns(parts)) and _n_turns(parts)[0] > 0:
         turns = symmetry.turns(parts, corners)
-        return symmetry.turned_over(turns, corners) if over and symmetry.turned_over else turns
+        return symmetry.turned_over(parts, turns, corners) if over and symmetry.turned_over else turns
     starts, along = np.zeros((len(parts), 1, 2)), np.tile([1.0, 0.0], (len(parts), 1, 1))
     return Turns(starts, along, lambda parts, turns, chosen: np.broadcast_to(chosen, (len(parts), len(chosen))))
 

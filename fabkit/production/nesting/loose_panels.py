@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from fabkit.errors import NestingError
 from fabkit.kinds import PANEL, PanelDetails
-from fabkit.parts import Material, Parts, Ragged, Solids
+from fabkit.parts import Finish, Material, Parts, Ragged, Solids
 from fabkit.production.nesting.nests import outline_areas
 from geometry.errors import described, finite_number
 
@@ -64,6 +64,7 @@ def panels_from_outlines(
         details=PanelDetails(
             layer=np.zeros(n, dtype=np.int64),
             pane=np.zeros(n, dtype=np.int64),
+            finish=np.full(n, Finish(), dtype=object),
             thickness_mm=thickness,
             underside_mm=np.zeros(n),
             area_mm2=outline_areas(rows),

@@ -29,7 +29,7 @@ class SiteRules:
     origin_mm: where zero of the mesh file lies on the site. turn_deg: by how much the file is turned about the vertical
     axis, counter-clockwise seen from above; or axes: the directions of its x, y and z axes on the site.
 
-    >>> from fabkit.site_rules import SiteRules
+    >>> from fabkit.rules import SiteRules
     >>> SiteRules(origin_mm=(1000, 2000, 0), turn_deg=90).frame.to_world(np.array([10.0, 0, 5])).round(6).tolist()
     [1000.0, 2010.0, 5.0]
     """

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from fabkit.lengths import Level, NotNegative, Positive
+from fabkit.rules.lengths import Level, NotNegative, Positive
 
 __all__ = ["FinRules"]
 
@@ -28,7 +28,7 @@ class FinRules:
     gap_mm: minimum clear distance of neighbouring fins at a node. clearance_mm: minimum distance to the panels of the
     two faces at the edge. least_length_mm: minimum length of a fin between its two cuts.
 
-    >>> from fabkit.fin_rules import FinRules
+    >>> from fabkit.rules import FinRules
     >>> rules = FinRules(from_mm=60, to_mm=300, suns=[(180, 45), (270, 30)])
     >>> [[round(part, 2) + 0.0 for part in sun] for sun in rules.sun_vectors]
     [[0.0, -0.71, 0.71], [-0.87, 0.0, 0.5]]

@@ -1,4 +1,4 @@
-"""The parameters of the shop; all default dimensions are here.
+"""The parameters of beams, nodes, sheets and second layers; those of all parts together are `DetailingRules`.
 
 By default, hollow sections of S355 are welded to trimmed node blocks, under one pane of laminated glass 44.2.
 Values are checked when a rule is made; pydantic's ValidationError names the key and the bound.
@@ -12,19 +12,16 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from fabkit.connection_rules import CONNECTION_KINDS, ConnectionKind, ConnectionRules
-from fabkit.fin_rules import FinRules
-from fabkit.layer_rules import LayerRules, problem_of_layers
-from fabkit.lengths import Level, NotNegative, Positive
 from fabkit.parts import Material, Section
-from fabkit.support_rules import SupportRules
+from fabkit.rules.connections import ConnectionRules
+from fabkit.rules.fins import FinRules
+from fabkit.rules.layers import LayerRules, problem_of_layers
+from fabkit.rules.lengths import Level, NotNegative, Positive
+from fabkit.rules.supports import SupportRules
 from fabkit.wording import echo, one_line
 
 __all__ = [
-    "CONNECTION_KINDS",
     "BeamRules",
-    "ConnectionKind",
-    "ConnectionRules",
     "DetailingRules",
     "HeightReference",
     "NodeEnd",
@@ -114,6 +111,10 @@ class NodeRules:
     the tops of the beams, lowered as far as the panels need it when they lie as low as the beams permit. bottom: the
     same of the inner side; a "trimmed" one follows the bottoms of the beams and encloses them. Hubs enclose the webs of
     their beams in either case.
+
+    >>> from fabkit.rules import NodeRules
+    >>> NodeRules(top="enclosing", clearance_mm=8.0).clearance
+    8.0
     """
 
     clearance_mm: Positive | None = None
@@ -211,7 +212,13 @@ class SecondLayerRules:
 @dataclass(frozen=True, config=_STRICT)
 class DetailingRules:
     """All parameters of the shop. layers: of panels, from outside to inside. densities_kg_m3: by the name of the
-    material. second_layer, fins, supports: None where there are none."""
+    material. second_layer, fins, supports: None where there are none.
+
+    >>> from fabkit.rules import BeamRules, DetailingRules, LayerRules
+    >>> rules = DetailingRules(beams=BeamRules(section="rhs 100x50x5"), layers=(LayerRules(thickness_mm=10.0),))
+    >>> rules.beams.profile.name, rules.material("S355").density_kg_m3
+    ('rhs 100x50x5', 7850.0)
+    """
 
     beams: BeamRules = field(default_factory=BeamRules)
     connection: ConnectionRules = field(default_factory=ConnectionRules)

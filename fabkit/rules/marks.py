@@ -38,7 +38,7 @@ class MarkRules:
     of the mesh, in rings from its boundary inwards, or in rows along its longer side. prefix, start: of marks, such as
     NO1-B100. keep: an earlier folder, whose marks equal pieces keep; others get numbers that it never had.
 
-    >>> from fabkit.mark_rules import MarkRules
+    >>> from fabkit.rules import MarkRules
     >>> MarkRules(prefix="NO1-", start=100).far_end_mm
     0.5
     """

@@ -8,8 +8,8 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_v
 from pydantic.dataclasses import dataclass
 
 from fabkit.connections import LEAST_EDGE_RATIO
-from fabkit.lengths import Level, Positive
 from fabkit.parts import Section
+from fabkit.rules.lengths import Level, Positive
 
 __all__ = ["SupportRules"]
 
@@ -40,7 +40,7 @@ class SupportRules:
     square plate; plate_thickness_mm; hole_mm: diameter of its four holes, hole_edge_mm: from their axes to both edges.
     The plate is level where the node axis is within 60 degrees of the vertical, and square to the axis elsewhere.
 
-    >>> from fabkit.support_rules import SupportRules
+    >>> from fabkit.rules import SupportRules
     >>> SupportRules(loop=0).stub, SupportRules(vertices=[3, 7], stub="RHS 80 x 80 x 6").stub
     ('chs 48.3x5', 'rhs 80x80x6')
     """

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, model_validator
 from pydantic.dataclasses import dataclass
 
-from fabkit.lengths import Level, NotNegative, Positive
-from fabkit.parts import BuildUp, Material
+from fabkit.parts import BuildUp, CoatedSide, EdgeWork, Finish, Material, plate_of_glass
+from fabkit.rules.lengths import Level, NotNegative, Positive
 from fabkit.wording import echo
 
-__all__ = ["LayerRules", "problem_of_layers"]
+__all__ = ["LayerRules", "problem_of_layers", "problem_of_mirrored_panes"]
 
 DEFAULT_BUILD_UP = "44.2"
 """Laminated glass: two plies of 4 mm and two foils of 0.38 mm (EN ISO 12543)."""
@@ -23,6 +24,16 @@ def _as_text(given: Any) -> Any:
     """44.2 without quotes is a number."""
     return f"{given:.10g}" if isinstance(given, int | float) and not isinstance(given, bool) else given
 
+
+def _in_order(given: Any) -> Any:
+    """A single surface, or several in order."""
+    numbers = given if isinstance(given, list | tuple) else (given,)
+    are_whole = all(isinstance(each, int) and not isinstance(each, bool) for each in numbers)
+    return tuple(sorted(set(numbers))) if are_whole else numbers
+
+
+Surfaces = Annotated[tuple[int, ...], BeforeValidator(_in_order)]
+"""Numbers of coated surfaces: one of them, or a list."""
 
 BuildUpName = Annotated[str, BeforeValidator(_as_text), AfterValidator(lambda text: BuildUp.of(text).name)]
 
@@ -44,10 +55,12 @@ class LayerRules:
     joint_mm: gap between two panels, by default a clearance of 5 mm to a clamping strip on either side of its web of
     10 mm. edges: "square", or "mitred" parallel to the support planes, so that the joint is constant through the
     thickness. rim_step_mm: by how much the edges at the rim are cut back further. least_edge_mm: minimum length of an
-    edge of a panel. least_bearing_mm: minimum width over which a panel of the layer next above the beams lies above the
+    edge of a panel. edge_work: of all edges, "arrissed", "ground", "smooth ground" or "polished" (EN 12150-1). coating:
+    number of the coated surface, counted from outside, two for each ply, or several of different panes.
+    least_bearing_mm: minimum width over which a panel of the layer next above the beams lies above the
     beam at each of its edges; negative for panels that are held otherwise, and may end beside it.
 
-    >>> from fabkit.layer_rules import LayerRules
+    >>> from fabkit.rules import LayerRules
     >>> LayerRules(build_up="8 / 16 Ar / 44.2").total_mm, LayerRules(thickness_mm=10).panes_mm
     (32.76, ((0.0, 10.0),))
     """
@@ -65,6 +78,8 @@ class LayerRules:
     least_edge_mm: Positive = 1.0
     least_bearing_mm: Level = 10.0
     material: str = "glass"
+    edge_work: EdgeWork = "none"
+    coating: Surfaces = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> LayerRules:
@@ -85,6 +100,8 @@ class LayerRules:
             raise ValueError(
                 f"lift is 'each', but {self.heights[0]} says where the layer lies: take out one of the two"
             )
+        if problem := self._problem_of_coatings():
+            raise ValueError(problem)
         return self
 
     @property
@@ -118,7 +135,58 @@ class LayerRules:
     def pane_materials(self, density_kg_m3: float) -> tuple[Material, ...]:
         """The material of each pane, the outermost one first; density_kg_m3: of the material."""
         material = Material(self.material, density_kg_m3)
-        return (material,) if self.unit is None else tuple(pane.material(material) for pane in self.unit.panes)
+        if self.unit is not None:
+            found = tuple(pane.material(material) for pane in self.unit.panes)
+        elif self.material == "glass":
+            found = (plate_of_glass(self.total_mm, material),)
+        else:
+            found = (material,)
+        return tuple(
+            replace(each, name=f"{each.name} {finish.coated}".strip())
+            for each, finish in zip(found, self.finishes, strict=True)
+        )
+
+    @property
+    def finishes(self) -> tuple[Finish, ...]:
+        """The finish of each pane, the outermost one first."""
+        panes = (None,) if self.unit is None else self.unit.panes
+        build_up = "" if self.unit is None else f"{self.material} {self.unit.name}"
+        found, first = [], 1
+        for pane in panes:
+            last = first + 2 * (1 if pane is None else len(pane.plies_mm)) - 1
+            coating = next((number for number in self.coating if first <= number <= last), 0)
+            sides: dict[int, CoatedSide] = {0: "", first: "outside", last: "inside"}
+            is_equal = not coating and (pane is None or pane.is_symmetric)
+            found.append(Finish(build_up, self.edge_work, coating, sides.get(coating, "interlayer"), is_equal))
+            first = last + 1
+        return tuple(found)
+
+    def _problem_of_coatings(self) -> str:
+        """Why there are no such coatings, in a sentence; empty if there are."""
+        plies = [1] if self.unit is None else [len(pane.plies_mm) for pane in self.unit.panes]
+        panes = [number for number, count in enumerate(plies) for _ in range(2 * count)]
+        name = self.unit.name if self.unit else f"a plate of {self.material}"
+        if wrong := [number for number in self.coating if not 1 <= number <= len(panes)]:
+            return (
+                f"coating is {wrong[0]}, but {name} has surfaces 1 (outside) to {len(panes)}, two for each ply: take "
+                "one of these"
+            )
+        on = [panes[number - 1] for number in self.coating]
+        if twice := [pane for pane in on if on.count(pane) > 1]:
+            return f"coating names two surfaces of pane {twice[0]} (counted from 0) of {name}: leave one of them out"
+        return ""
+
+
+def problem_of_mirrored_panes(layers: Sequence[LayerRules]) -> str:
+    """Why no panes of these layers may be turned over, in a sentence; empty if some may."""
+    if any(finish.has_equal_faces for layer in layers for finish in layer.finishes):
+        return ""
+    coated = next((layer.coating for layer in layers if layer.coating), ())
+    why = f"surface {coated[0]} is coated" if coated else "the plies of the laminate differ"
+    return (
+        f"marks.mirrored_panes is true, but the two faces of every pane differ ({why}), so that a mirror image is "
+        "another piece: take out mirrored_panes"
+    )
 
 
 def problem_of_layers(layers: Sequence[LayerRules], *, is_below_glass: bool) -> str:

@@ -8,8 +8,8 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from fabkit.connections import LEAST_EDGE_RATIO, LEAST_PITCH_RATIO, TUBE_DIAMETERS_MM, BoltGroup, least_radius_for_end
-from fabkit.lengths import NotNegative, Positive
 from fabkit.parts import Section
+from fabkit.rules.lengths import NotNegative, Positive
 
 __all__ = ["CONNECTION_KINDS", "ConnectionKind", "ConnectionRules"]
 

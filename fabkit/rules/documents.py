@@ -41,7 +41,7 @@ class TitleBlock:
 
     date: as 2026-03-01, never that of today, so that the same project gives the same bytes.
 
-    >>> from fabkit.document_rules import TitleBlock
+    >>> from fabkit.rules import TitleBlock
     >>> TitleBlock(author="A. Meier", date="2026-03-01", revision="B").issue
     'revision B, 2026-03-01'
     """
@@ -64,7 +64,7 @@ class TableRules:
     separator: comma, semicolon, tab or bar between cells. decimal: point or comma. bom: whether the files begin with a
     byte order mark, without which Excel reads names beyond ASCII wrongly.
 
-    >>> from fabkit.document_rules import TableRules
+    >>> from fabkit.rules import TableRules
     >>> TableRules(separator=";", decimal=",", bom=True)
     TableRules(separator=';', decimal=',', bom=True)
     """
@@ -94,7 +94,7 @@ class DrawingRules:
     "corner" of the panel no larger than corner_mm, where the frame covers them, in the "middle" for plates that nobody
     looks through, or "none".
 
-    >>> from fabkit.document_rules import DrawingRules
+    >>> from fabkit.rules import DrawingRules
     >>> DrawingRules().suffix, DrawingRules(version="R12").suffix
     ('.dxf', '-mm.dxf')
     """
@@ -113,7 +113,7 @@ class DrawingRules:
 class StepRules:
     """STEP files. schema: AP242, or AP214 for programs that do not read it.
 
-    >>> from fabkit.document_rules import StepRules
+    >>> from fabkit.rules import StepRules
     >>> StepRules(schema="AP214").schema
     'AP214'
     """
@@ -125,7 +125,7 @@ class StepRules:
 class DocumentRules:
     """Which documents are written, and how.
 
-    >>> from fabkit.document_rules import DocumentRules
+    >>> from fabkit.rules import DocumentRules
     >>> DocumentRules(documents=("tables", "step")).documents, len(DocumentRules().documents)
     (('tables', 'step'), 11)
     """

@@ -1,0 +1,58 @@
+"""What a shop decides, and what a project file may therefore set: a file for each subject, with all default values."""
+
+from fabkit.rules.connections import CONNECTION_KINDS, ConnectionKind, ConnectionRules
+from fabkit.rules.detailing import (
+    BeamRules,
+    Densities,
+    DetailingRules,
+    NodeRules,
+    SecondLayerRules,
+    SheetRules,
+    SheetSize,
+)
+from fabkit.rules.documents import (
+    DOCUMENTS,
+    Document,
+    DocumentRules,
+    DrawingRules,
+    StepRules,
+    TableRules,
+    TitleBlock,
+)
+from fabkit.rules.fins import FinRules
+from fabkit.rules.layers import LayerRules, problem_of_mirrored_panes
+from fabkit.rules.lengths import LARGEST_LENGTH_MM, Level, NotNegative, Positive
+from fabkit.rules.marks import MarkOrder, MarkRules
+from fabkit.rules.site import SiteRules
+from fabkit.rules.supports import SupportRules
+
+__all__ = [
+    "CONNECTION_KINDS",
+    "DOCUMENTS",
+    "LARGEST_LENGTH_MM",
+    "BeamRules",
+    "ConnectionKind",
+    "ConnectionRules",
+    "Densities",
+    "DetailingRules",
+    "Document",
+    "DocumentRules",
+    "DrawingRules",
+    "FinRules",
+    "LayerRules",
+    "Level",
+    "MarkOrder",
+    "MarkRules",
+    "NodeRules",
+    "NotNegative",
+    "Positive",
+    "SecondLayerRules",
+    "SheetRules",
+    "SheetSize",
+    "SiteRules",
+    "StepRules",
+    "SupportRules",
+    "TableRules",
+    "TitleBlock",
+    "problem_of_mirrored_panes",
+]
