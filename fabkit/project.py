@@ -213,6 +213,11 @@ class Project(BaseModel):
             )
         if self.surface is not None and any(layer.parallel for layer in self.layers):
             raise ValueError("a layer with parallel needs a mesh that is given, and this one is laid on a surface")
+        if self.nesting.mode == "best" and self.sheets.process == "saw":
+            raise ValueError(
+                "nesting.mode is 'best', which does not keep to cuts from edge to edge, and sheets.process is 'saw': "
+                "take the quick nest, which does, or another process"
+            )
         if self.marks.mirrored_panes and (problem := problem_of_mirrored_panes(self.layers)):
             raise ValueError(problem)
         _ = self.rules, self.document_rules  # they check each other

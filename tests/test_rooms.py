@@ -514,12 +514,13 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.rules": ("lengths", "connections documents fins layers marks site supports", "detailing"),
+    "fabkit.rules": ("lengths", "connections documents fins layers marks sheets site supports", "detailing"),
     "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production.nesting": (
         "nests remaining_rectangles",
         "guillotine",
         "irregular loose_panels",
+        "filling",
         "sheet_nesting",
     ),
     "fabkit.production": (

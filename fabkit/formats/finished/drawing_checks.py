@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -48,8 +48,8 @@ def check_drawings(contents: Contents, parts: Mapping[str, PartFile]) -> Iterato
             mark = _stem(name)
             if mark in parts:
                 yield from _of_part(name, file, parts[mark], tables)
-            if folder == "drawings" and mark in tables.words:
-                yield from _of_words(name, file, tables.words[mark], tables)
+        if folder == "drawings":
+            yield from _of_words(files, tables)
         if folder != "drawings" and tables.project:
             kinds = {name: tables.material[_stem(name)] for name in files if _stem(name) in tables.material}
             kinds |= {name: tables.on_sheet[_stem(name)] for name in files if _stem(name) in tables.on_sheet}
@@ -150,14 +150,25 @@ def _of_part(name: str, file: DxfFile, part: PartFile, tables: _Tables) -> Itera
         yield from check_views(name, file, part.solid, labels)
 
 
-def _of_words(name: str, file: DxfFile, words: tuple[str, ...], tables: _Tables) -> Iterator[str]:
-    wanted = [shown_text(word, tables.version) for word in (*([tables.project] if tables.project else []), *words)]
-    for line, own in zip(wanted, file.title, strict=False):
-        if line != own:
-            yield f"{name} says {own!r}, the report {line!r}"
-            return
-    if len(wanted) != len(file.title):
-        yield f"{name} has {len(file.title)} lines of text, {len(wanted)} are needed"
+def _of_words(files: Mapping[str, DxfFile], tables: _Tables) -> Iterator[str]:
+    """The lines below a drawing begin with the project and the row of the mark, and end alike."""
+    ends: dict[str, str] = {}
+    for name, file in files.items():
+        said, words = "".join(file.title), tables.words.get(_stem(name))
+        if words is None:
+            continue
+        project = [tables.project] if tables.project else []
+        wanted = "".join(shown_text(word, tables.version) for word in (*project, *words))
+        bare, row = said.replace(" ", ""), wanted.replace(" ", "")
+        if bare.startswith(row):
+            ends[name] = bare[len(row) :]
+        else:
+            at = next((k for k, (one, other) in enumerate(zip(bare, row, strict=False)) if one != other), len(bare))
+            yield f"{name} says {bare[max(0, at - 20) : at + 20]!r}, the report {row[max(0, at - 20) : at + 20]!r}"
+    for usual, _ in Counter(ends.values()).most_common(1):
+        yield from (
+            f"the last line of text in {name} is not that of the others" for name in ends if ends[name] != usual
+        )
 
 
 def _of_sheets(files: Mapping[str, DxfFile], tables: _Tables, outlines: dict[str, FloatArray]) -> Iterator[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import lru_cache
@@ -43,22 +42,21 @@ def check_around(files: Mapping[str, DxfFile]) -> Iterator[str]:
 
 def check_titles(files: Mapping[str, DxfFile], kinds: Mapping[str, str], project: str) -> Iterator[str]:
     """Titles name the project and the file, and are otherwise the same where the material is. kinds: by file."""
-    known: dict[str, Counter[tuple[str, ...]]] = defaultdict(Counter)
-    patterns: dict[str, tuple[str, ...]] = {}
+    known: dict[str, Counter[str]] = defaultdict(Counter)
+    patterns: dict[str, str] = {}
     for name, file in files.items():
-        stem = name.rpartition("/")[2].removesuffix(".dxf").removesuffix("-mm")
-        own = re.escape(stem) if "sheets/" not in name else rf"sheet {int(stem.rpartition('-')[2])} of {len(files)}"
-        lines = tuple(re.sub(rf"{own}$", "*", line) for line in file.title[:1]) + file.title[1:]
-        if lines and not (lines[0].startswith(project) and lines[0].endswith("*")):
-            yield f"{name} has the title {file.title[0]!r}, in which {stem} or the project is not named"
-            continue
-        if name in kinds:
-            patterns[name] = lines
-            known[kinds[name]][lines] += 1
-    for name, lines in patterns.items():
+        said, stem = "".join(file.title), name.rpartition("/")[2].removesuffix(".dxf").removesuffix("-mm")
+        own = stem if "sheets/" not in name else f"sheet {int(stem.rpartition('-')[2])} of {len(files)}"
+        bare, own = said.replace(" ", ""), own.replace(" ", "")
+        if not bare.startswith(project.replace(" ", "")) or own not in bare:
+            yield f"{name} has the title {said!r}, in which {stem} or the project is not named"
+        elif name in kinds:
+            patterns[name] = bare.replace(own, "*")
+            known[kinds[name]][patterns[name]] += 1
+    for name, pattern in patterns.items():
         ((usual, count),) = known[kinds[name]].most_common(1)
-        if lines != usual and count > 1:
-            yield f"{name} has the title {', '.join(lines)!r}, others of its material have {', '.join(usual)!r}"
+        if pattern != usual and count > 1:
+            yield f"{name} has the title {''.join(files[name].title)!r}, unlike others of its material"
 
 
 def marks_on(mark: str, labels: str, neighbours: Collection[str] = (), n_edges: int = 0) -> Texts:

@@ -17,8 +17,9 @@ __all__ = ["OUTLINE_TOLERANCE_MM", "Curve", "DxfFile", "dxf_file"]
 OUTLINE_TOLERANCE_MM = 0.0025
 """Largest distance in mm of a corner of a contour from where solid and tables have it: places of panels have 3
 decimals, their turns 6, on sheets of 10 m."""
-BELOW_SHARE, TITLE_LINES = 0.015, 1.6
-"""Height of the letters below a drawing over the larger side of its curves, and distance of the lines over that."""
+BELOW_SHARE, TITLE_LINES, WIDE_LETTERS = 0.015, 1.6, 1.0
+"""Height of the letters below a drawing over the larger side of its curves; distance of the lines, and width of a
+letter, over that."""
 VIEW_SHARE = 1.05
 """Height of the view with which a file opens, over the larger side of its extents."""
 EXTENT_TOLERANCE_MM = 1e-6
@@ -40,6 +41,7 @@ _LATER = re.compile(
     rf"|(  0\nTEXT\n{_OWNED}TITLE\n100\nAcDbText\n{_PLACE}  1\n([^\n]*)\n100\nAcDbText\n)"
 )
 """The entities of files: polylines, circles and texts."""
+_CODED = re.compile(r"\\U\+[0-9A-F]{4}|% %|\^ ")
 _HANDLE = re.compile(r"^  5\n([0-9A-F]+)$", re.MULTILINE)
 _OWNER = re.compile(r"^330\n(\w+)$", re.MULTILINE)
 _VERTEX = re.compile(rf"^ 10\n({_N})\n 20\n({_N})$", re.MULTILINE)
@@ -96,12 +98,13 @@ def dxf_file(contents: Contents, name: str, known: list[tuple[str, ...]]) -> Dxf
     handles = [int(each, 16) for each in _HANDLE.findall(body)]
     if handles != list(range(seed - len(handles), seed)):
         raise FolderError(f"{name} has handles that do not follow on each other up to {seed:X}")
-    _check_extents(name, curves, circles, places, low, high)
+    title = tuple(each[14] for each in found if each[10])
+    _check_extents(name, curves, circles, places, title, np.stack([low, high]))
     if np.abs(view - [*(low + high) / 2, VIEW_SHARE * (high - low).max()]).max() > EXTENT_TOLERANCE_MM:
         raise FolderError(f"{name} opens with a view that is not that of its curves")
     if slots[8:] not in ([], slots[:4]):
         raise FolderError(f"{name} has two extents that differ")
-    return DxfFile(curves, circles, tuple(each[14] for each in found if each[10]), (*around, *owners))
+    return DxfFile(curves, circles, title, (*around, *owners))
 
 
 def _curves(found: list[tuple[str, ...]], is_r12: bool) -> tuple[dict[str, list[Curve]], dict[str, list[FloatArray]]]:
@@ -150,10 +153,10 @@ def _check_extents(
     curves: dict[str, list[Curve]],
     circles: dict[str, list[FloatArray]],
     places: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
+    title: tuple[str, ...],
+    extents: FloatArray,
 ) -> None:
-    """The extents against the curves and circles, and the lines of text below these."""
+    """The extents (2, 2) against the curves, circles and lines of text, and the places of these below the others."""
     rings = [ring for own in circles.values() for ring in own]
     points = [points for own in curves.values() for _, points in own]
     points += [ring[None, :2] + side * ring[2] for ring in rings for side in (-1, 1)]
@@ -166,6 +169,14 @@ def _check_extents(
     wanted = np.hstack([least - lines * [0.0, TITLE_LINES * letters], np.full((len(places), 1), letters)])
     if np.abs(places - wanted).max(initial=0.0) > EXTENT_TOLERANCE_MM:
         raise FolderError(f"{name} has a line of text that is not below its curves")
-    down = np.array([0.0, TITLE_LINES * letters * len(places)])
-    if max(np.abs(low - (least - down)).max(), np.abs(high - largest).max()) > EXTENT_TOLERANCE_MM:
+    least = least - [0.0, TITLE_LINES * letters * len(places)]
+    written = max(map(len, title), default=0)
+    drawn = max((len(_CODED.sub("*", line)) for line in title), default=0)  # letters that are written as several
+    widths = letters * WIDE_LETTERS * np.array([drawn, written])
+    right = np.maximum(largest[0], least[0] + widths)
+    off = np.abs([*(extents[0] - least), extents[1, 1] - largest[1]]).max()
+    if (
+        off > EXTENT_TOLERANCE_MM
+        or not -EXTENT_TOLERANCE_MM <= extents[1, 0] - right[0] <= np.ptp(right) + EXTENT_TOLERANCE_MM
+    ):
         raise FolderError(f"{name} has extents that are not those of its curves")
