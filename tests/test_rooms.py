@@ -184,6 +184,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.production.marks": {
+        "fabkit.errors",
         "fabkit.rules",
         "fabkit.kinds",
         "fabkit.parts",
@@ -202,6 +203,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.formats.finished": {
+        "fabkit.wording",
         "fabkit.production.marks",
         "fabkit.rules",
         "fabkit.formats",
@@ -447,10 +449,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "conjugate_networks",
     ),
     "geometry.layout": (
-        "quarter_turns integer_lattices",
+        "quarter_turns integer_lattices windings",
         "seams twists quality",
         "exact_maps integration open_rims singular_points",
-        "grid_points",
+        "grid_points rim_gaps",
         "rays",
         "cells",
         "drafts",
