@@ -204,9 +204,9 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "fabkit.formats.finished": {
         "fabkit.wording",
-        "fabkit.production.marks",
         "fabkit.rules",
         "fabkit.formats",
+        "fabkit.formats.drawings",
         "fabkit.formats.report",
         "fabkit.formats.step",
         "fabkit.production",
@@ -534,7 +534,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.formats.finished": (
         "contents part_geometry",
-        "dxf_checks earlier_marks picture_checks step_checks",
+        "dxf_files earlier_marks picture_checks step_checks",
+        "dxf_checks",
+        "view_checks",
+        "drawing_checks",
         "differences folder_checks",
     ),
     "fabkit.formats.step": ("text p_curves", "solid", "entities", "writer", "files"),

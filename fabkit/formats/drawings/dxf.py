@@ -26,7 +26,7 @@ from fabkit.parts import Curves, Ragged
 from fabkit.production import CUT, HIDDEN, LABEL, MARK, SHEET, VISIBLE, Drawing
 from geometry.arrays import FloatArray
 
-__all__ = ["write_dxf", "write_dxfs"]
+__all__ = ["shown_text", "write_dxf", "write_dxfs"]
 
 Version = Literal["R2018", "R2010", "R12"]
 
@@ -125,7 +125,7 @@ def _files(drawings: Sequence[Drawing], version: Version) -> Iterator[bytes]:
         words = _wrapped(drawing.title)
         for line in words:
             y -= 1.6 * letters
-            entities.append(entity % (next(handles), y, _shown(line, version)))
+            entities.append(entity % (next(handles), y, shown_text(line, version)))
         right, top = high.tolist()
         right = max(right, x + LETTER_WIDTH * letters * max(map(len, words), default=0))
         yield template.fill("".join(entities), (x, y), (right, top), next(handles)).encode()
@@ -213,8 +213,14 @@ def _wrapped(title: Sequence[str]) -> list[str]:
     return [part for line in title for part in (wrap(line, TITLE_LETTERS) if len(line) > TITLE_LETTERS else [line])]
 
 
-def _shown(line: str, version: Version) -> str:
-    """The line without the codes of such texts; for R12, which has no UTF-8, what is not ASCII as \\U+00DF."""
+def shown_text(line: str, version: Version) -> str:
+    """A line of text as it is written: without the codes of such texts; for R12, which has no UTF-8, what is not ASCII
+    as \\U+00DF.
+
+    >>> from fabkit.formats.drawings import shown_text
+    >>> shown_text("50 %% gr\u00fcn", "R12")
+    '50 % % gr\\\\U+00FCn'
+    """
     plain = _CODE.sub("/", line.replace("%%", "% %").replace("^", "^ "))
     if plain.isascii() and plain.isprintable():
         return plain
