@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -75,7 +75,7 @@ def compared_points(solids: SolidArray) -> FloatArray:
 
 def makes(parts: Parts[Any]) -> list[str]:
     """The material of each part, its stock and its finish if it has any, in words."""
-    words = [[parts.materials[k].name for k in parts.material.tolist()]]
+    words: list[Sequence[str]] = [[parts.materials[k].name for k in parts.material.tolist()]]
     words += [of(parts) for of in (parts.kind.stock, parts.kind.finishes) if of is not None]
     return [", ".join(filter(None, each)) for each in zip(*words, strict=True)]
 
