@@ -204,7 +204,6 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "fabkit.formats.finished": {
         "fabkit.wording",
-        "fabkit.production.marks",
         "fabkit.rules",
         "fabkit.formats",
         "fabkit.formats.drawings",
