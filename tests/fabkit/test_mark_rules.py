@@ -230,6 +230,12 @@ def test_kept_marks_of_one_kind_are_no_names_of_another() -> None:
         share_equal_parts(built.nominal, rules=MarkRules(prefix="X"), kept=kept)
 
 
+def test_a_prefix_that_makes_marks_numbers_is_refused() -> None:
+    with pytest.raises(ProjectError, match=r"takes marks such as 12E001 for numbers.*'12-'"):
+        Project(mesh=shapes.dome(4, 1), marks={"prefix": "12"}, **SIZES)
+    assert Project(mesh=shapes.dome(4, 1), marks={"prefix": "12-"}, **SIZES).marks.prefix == "12-"
+
+
 @pytest.mark.parametrize("prefix", ["a/b", "=1", "-A", "x" * 17, "é", "a b", "a.", "_", "\n"])
 def test_a_prefix_that_no_file_can_have_is_refused(prefix: str) -> None:
     with pytest.raises(ProjectError, match=r"marks.prefix is .*names of files"):
