@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabkit import Built, Project, build, design
+from fabkit.checking import violations
 from fabkit.errors import DetailingError, FolderError, ProjectError
 from fabkit.formats.finished import kept_marks
 from fabkit.parts import Assembly, Parts
@@ -109,6 +110,17 @@ def changed(parts: Parts[Any], rng: np.random.Generator) -> tuple[Parts[Any], np
     moves = np.where(np.isin(vertices.row, which)[:, None], rng.uniform(-5, 5, vertices.values.shape), 0.0)
     solids = replace(parts.solids, vertices=vertices.with_values(vertices.values + moves))
     return replace(parts, solids=solids), np.setdiff1d(np.arange(len(parts)), which)
+
+
+def test_what_marks_hide_is_no_trouble_of_the_design(rough: Built) -> None:
+    assert violations(rough.nominal) == ()
+    shared = share_equal_parts(rough.nominal, within_mm=3.0, rules=MarkRules(far_end_mm=9.0))
+    assert max(parts.hidden_mm.max() for parts in shared.groups) > 1
+    found = violations(shared)
+    assert found
+    assert all("have the solids of their marks here" in each.sentence for each in found)
+    exact = share_equal_parts(rough.nominal, within_mm=1e-7)
+    assert violations(exact) == ()
 
 
 @settings(max_examples=10)
