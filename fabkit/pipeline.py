@@ -251,7 +251,7 @@ def _unusual_parts(
         block_heights(nodes, height, rules),
         slots(nodes, rules) if project.connection.kind in ("welded", "hub") else None,
         uncovered(nodes, rules),
-        going_in(beams, erection_order(assembly).closing(beams), project.connection.gap_mm, rules),
+        going_in(beams, erection_order(assembly).is_closing[BEAM.group], project.connection.gap_mm, rules),
         underside(detailed.needed_mm, marks, height, rules) if is_raised_by_blocks else None,
         corners(panels, rules),
         short_edges(panels, rules),
@@ -263,10 +263,12 @@ def _unusual_parts(
 
 def _rules_near_zero(project: Project, origin_mm: FloatArray) -> DetailingRules:
     """The rules of a project with heights above the origin that is taken out."""
-    rules = project.rules
-    if rules.supports is None or rules.supports.below_mm is None:
-        return rules
-    return replace(rules, supports=replace(rules.supports, below_mm=rules.supports.below_mm - float(origin_mm[2])))
+    rules, level = project.rules, float(origin_mm[2])
+    supports, zones = rules.supports, rules.zones
+    if supports is not None and supports.below_mm is not None:
+        supports = replace(supports, below_mm=supports.below_mm - level)
+    zones = tuple(zone if zone.below_mm is None else replace(zone, below_mm=zone.below_mm - level) for zone in zones)
+    return replace(rules, supports=supports, zones=zones)
 
 
 def _scale(project: Project, mesh: Mesh) -> float:

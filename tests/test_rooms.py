@@ -493,6 +493,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "build_up plates kind curves",
         "solids",
         "parts",
+        "zones",
         "assembly",
     ),
     "fabkit.checking": (
@@ -503,7 +504,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "panel_bounds",
     ),
     "fabkit.detailing": (
-        "ends",
+        "ends zones",
         "beams joining",
         "hubs fins",
         "nodes",
@@ -513,7 +514,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.rules": ("lengths", "connections documents fins layers marks site supports", "detailing"),
+    "fabkit.rules": ("lengths", "connections documents fins layers marks site supports zones", "detailing"),
     "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production.nesting": (
         "nests remaining_rectangles",

@@ -25,6 +25,7 @@ from fabkit.rules.lengths import LARGEST_LENGTH_MM, Level, NotNegative, Positive
 from fabkit.rules.marks import MarkOrder, MarkRules
 from fabkit.rules.site import SiteRules
 from fabkit.rules.supports import SupportRules
+from fabkit.rules.zones import ZoneRules, problem_of_zones
 
 __all__ = [
     "CONNECTION_KINDS",
@@ -54,5 +55,6 @@ __all__ = [
     "SupportRules",
     "TableRules",
     "TitleBlock",
+    "ZoneRules",
     "problem_of_mirrored_panes",
 ]
