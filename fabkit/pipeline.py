@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -93,6 +94,12 @@ def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path
     _check_project(project)
     if project.out is None:
         raise ProjectError("there is no output folder: give -o FOLDER, or out = 'FOLDER' in the project file")
+    keep = project.marks.keep
+    if keep is not None and Path(os.path.realpath(keep)) in Path(os.path.realpath(project.out)).parents:
+        raise ProjectError(
+            f"{project.out} lies in {keep}, the folder whose marks are kept, which would no longer be as it was "
+            "written: choose another folder"
+        )
     strokes = None if project.surface is None else project.surface.strokes
     files = (project.mesh, project.gauss_image.file, strokes, *(layer.parallel for layer in project.layers))
     inputs = [path for path in files if isinstance(path, Path)]

@@ -25,7 +25,7 @@ from fabkit.gauss_image import GaussImageRules
 from fabkit.optimisation import OptimiseRules
 from fabkit.overrides import layer_tables, with_overrides
 from fabkit.production import EQUAL_WITHIN_MM
-from fabkit.refused_settings import problems
+from fabkit.refused_settings import problems, truth_for_number
 from fabkit.rules import (
     DOCUMENTS,
     BeamRules,
@@ -125,7 +125,7 @@ class Project(BaseModel):
 
     mesh: MeshSource
     out: Path | None = None
-    name: Annotated[str, AfterValidator(one_line)] = ""
+    name: Annotated[str, Field(max_length=120), AfterValidator(one_line)] = ""
     unit: Unit | None = None
     mean_edge_mm: Positive | None = None
     flip: bool = False
@@ -163,6 +163,8 @@ class Project(BaseModel):
                 super().__init__(**settings)
             except ValidationError as error:
                 raise ProjectError(problems(error, Project)) from None
+            if wrong := truth_for_number(settings, self):
+                raise ProjectError(wrong)
 
     @model_validator(mode="before")
     @classmethod
@@ -216,6 +218,11 @@ class Project(BaseModel):
             )
         if self.surface is not None and any(layer.parallel for layer in self.layers):
             raise ValueError("a layer with parallel needs a mesh that is given, and this one is laid on a surface")
+        if self.nesting.mode == "best" and self.sheets.process == "saw":
+            raise ValueError(
+                "nesting.mode is 'best', which does not keep to cuts from edge to edge, and sheets.process is 'saw': "
+                "take the quick nest, which does, or another process"
+            )
         if self.marks.mirrored_panes and (problem := problem_of_mirrored_panes(self.layers)):
             raise ValueError(problem)
         if self.title in {zone.name for zone in self.zones}:

@@ -184,6 +184,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.production.marks": {
+        "fabkit.errors",
         "fabkit.rules",
         "fabkit.kinds",
         "fabkit.parts",
@@ -202,6 +203,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.formats.finished": {
+        "fabkit.wording",
         "fabkit.production.marks",
         "fabkit.rules",
         "fabkit.formats",
@@ -514,12 +516,13 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.rules": ("lengths", "connections documents fins layers marks site supports zones", "detailing"),
+    "fabkit.rules": ("lengths", "connections documents fins layers marks sheets site supports zones", "detailing"),
     "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production.nesting": (
         "nests remaining_rectangles",
         "guillotine",
         "irregular loose_panels",
+        "filling",
         "sheet_nesting",
     ),
     "fabkit.production": (
@@ -532,6 +535,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "fabkit.formats.finished": (
         "contents part_geometry",
         "dxf_checks earlier_marks picture_checks step_checks",
+        "zone_checks",
         "differences folder_checks",
     ),
     "fabkit.formats.step": ("text p_curves", "solid", "entities", "writer", "files"),

@@ -36,20 +36,26 @@ def _of_faces(mesh: Mesh, rules: Sequence[ZoneRules]) -> IntArray:
         own = np.array(zone.faces or (), dtype=np.int64)
         if len(own) and own.max() >= c.n_faces:
             raise DetailingError(
-                f"zone {echo(zone.name)} has face {own.max()}, which the mesh does not have: faces are counted from 0 to "
-                f"{c.n_faces - 1}"
+                f"zone {echo(zone.name)} has face {own.max()}, which the mesh does not have: faces are counted from 0 "
+                f"to {c.n_faces - 1}"
             )
         of_faces[own] = number
     heights = np.bincount(c.corner_face, weights=mesh.vertices[c.corners, 2], minlength=c.n_faces) / c.face_sizes
     for number, zone in enumerate(rules):
         if zone.below_mm is not None:
-            of_faces[(of_faces < 0) & (heights < zone.below_mm)] = number
+            left = of_faces < 0
+            of_faces[left & (heights < zone.below_mm)] = number
+            if left.any() and not (of_faces == number).any():
+                raise DetailingError(
+                    f"zone {echo(zone.name)} has no face: the lowest middle of those that no other zone has is "
+                    f"{heights[left].min() - zone.below_mm:.1f} mm above its below_mm; raise it by more"
+                )
     others = [number for number, zone in enumerate(rules) if not zone.chooses]
     of_faces[of_faces < 0] = others[0] if others else -1
     if len(without := np.flatnonzero(of_faces < 0)):
         raise DetailingError(
-            f"{len(without)} of {c.n_faces} faces are in no zone, the first of them face {without[0]} (counted from 0): "
-            "add them to one, or add a last zone with a name alone, which has all others"
+            f"{len(without)} of {c.n_faces} faces are in no zone, the first of them face {without[0]} (counted from "
+            "0): add them to one, or add a zone with a name alone, which has all others"
         )
     counts = np.bincount(of_faces, minlength=len(rules))
     if len(empty := np.flatnonzero(counts == 0)):

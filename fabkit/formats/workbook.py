@@ -28,15 +28,15 @@ sheet as wide as below is printed at 8/9 of its size."""
 PORTRAIT_PIXELS, LANDSCAPE_PIXELS, LARGE_PIXELS = 800, 1170, 1680
 """Widths in pixels (96 per inch) of sheets that are printed at 8 points or more: on A4 upright, A4 across, A3
 across; the printed widths less borders of 1 cm, times 9/8."""
-EM_PIXELS = 12
-"""Height in pixels of that font."""
+EM_PIXELS = 12.6
+"""Height in pixels of that font, 12, and a twentieth more, by which LibreOffice makes columns narrower than Excel."""
 CELL_PIXELS, INDENT_PIXELS = 12, 9
 """Widths in pixels of the space beside a text, and of that before the text in columns of text."""
 BOLD_WIDTH = 1.1
 """Width of bold letters over that of others."""
-WIDEST_TEXT_PIXELS, NARROWEST_TEXT_PIXELS = 560, 100
-"""Largest width in pixels of a column of text, whose cells then have several lines; the same where the sheet would
-else be too wide."""
+WIDEST_TEXT_PIXELS, UPRIGHT_TEXT_PIXELS, NARROWEST_TEXT_PIXELS = 560, 400, 100
+"""Largest width in pixels of a column of text, whose cells then have several lines; the same where the sheet then fits
+A4 upright, and where it would else be too wide."""
 LINE_POINTS = 12.5
 """Height in points of a line of text in a cell."""
 MAX_HEADER_LETTERS = 55
@@ -182,7 +182,7 @@ def _write_table(workbook: Any, table: Table, project: str, issued: TitleBlock) 
 def _widths(table: Table) -> list[int]:
     """Width of each column in pixels: its longest text and the longest word of its heading. 0 of a column that is
     hidden: one without any text, and that of files, which have the names of the marks. Where the sheet would be wider
-    than A4 across, and then A3 across, its texts take several lines."""
+    than A4 upright, A4 across, and then A3 across, its texts take several lines."""
     columns = list(zip(*table.texts, strict=True)) or [()] * len(table.columns)
     totals = table.total_texts or ("",) * len(table.columns)
     beside = [INDENT_PIXELS if decimals is None else 0 for decimals in table.decimals]
@@ -195,8 +195,12 @@ def _widths(table: Table) -> list[int]:
         max(head, _pixels(total, bold=True), *map(_pixels, {*texts} or {""}))
         for head, total, texts in zip(heads, totals, columns, strict=True)
     ]
-    for paper in (LANDSCAPE_PIXELS, LARGE_PIXELS):
-        for limit in range(WIDEST_TEXT_PIXELS, NARROWEST_TEXT_PIXELS - 1, -20):
+    for paper, least in (
+        (PORTRAIT_PIXELS, UPRIGHT_TEXT_PIXELS),
+        (LANDSCAPE_PIXELS, NARROWEST_TEXT_PIXELS),
+        (LARGE_PIXELS, NARROWEST_TEXT_PIXELS),
+    ):
+        for limit in range(WIDEST_TEXT_PIXELS, least - 1, -20):
             widths = [
                 0 if hidden else math.ceil(extra + (max(min(width, limit), head) if extra else width))
                 for width, head, extra, hidden in zip(natural, heads, beside, hide, strict=True)
@@ -213,9 +217,9 @@ def _pixels(text: str, bold: bool = False) -> float:
 
 def _lines(text: str, width: float, bold: bool = False) -> int:
     """Number of lines that a text takes in a cell of this width, with room for words that do not end there."""
-    if _pixels(text, bold) + INDENT_PIXELS <= width + 1 and "\n" not in text:
+    room, lines, blank = width - CELL_PIXELS / 2 - INDENT_PIXELS, 0, _pixels(" ") - CELL_PIXELS
+    if _pixels(text, bold) - CELL_PIXELS <= room and "\n" not in text:
         return 1
-    room, lines, blank = width - CELL_PIXELS - INDENT_PIXELS, 0, _pixels(" ") - CELL_PIXELS
     for paragraph in text.split("\n"):
         used, lines = 0.0, lines + 1
         for word in paragraph.split(" "):
@@ -258,7 +262,7 @@ def _pattern(decimals: int | None) -> dict[str, Any]:
     return {"num_format": "0." + "0" * decimals if decimals else "0", "align": "right"}
 
 
-SUMMARY_PIXELS = (300, 170, 320)
+SUMMARY_PIXELS = (325, 165, 310)
 """Widths in pixels of the columns of the summary: names, values, notes."""
 
 

@@ -151,7 +151,7 @@ def sheet_drawings(
 
 def _title(project: str, made_of: str, which: str, labels: Labels, first_edge: str) -> tuple[str, ...]:
     arrow = () if labels == "none" else (f"arrow: from corner 1 along edge 1, {first_edge}",)
-    return (", ".join(word for word in (project, made_of, which) if word), *arrow)
+    return (project, ", ".join(word for word in (made_of, which) if word), *arrow)
 
 
 def panel_drawings(

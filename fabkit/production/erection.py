@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 
-from fabkit.kinds import BASE_PLATE, BEAM, FIN, NODE, PANEL, STRUT, STUB, BeamDetails, NodeDetails, PanelDetails
+from fabkit.kinds import BASE_PLATE, BEAM, FIN, NODE, PANEL, STRUT, STUB, NodeDetails, PanelDetails
 from fabkit.parts import Assembly, Parts
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.mesh.spanning_forests import spanning_forest
@@ -32,7 +32,6 @@ class _Stage(IntEnum):
     PANELS = 2
     FINS = 3
     OTHERS = 4
-
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +90,7 @@ def erection_order(assembly: Assembly, supports: IntArray | None = None) -> Erec
 
 
 def _steps(parts: Parts[Any], assembly: Assembly, walks: Mapping[str, _Walk]) -> IntArray:
-    """(n, 5) by what these parts are ordered: zone, stage, layer, place in it, and the face of those that lie on one."""
+    """(n, 5) what orders these parts: zone, stage, layer, place in it, and the face of those that lie on one."""
     kind, layers = parts.kind, list(walks)
     inner, panelled = walks[layers[0]], walks[""]
     stage, layer, place, own = _Stage.OTHERS, np.array(0), parts.elements, np.array(0)
@@ -264,9 +263,7 @@ def _layers_of_panels(panels: Parts[PanelDetails], assembly: Assembly) -> IntArr
     if not len(panels) or not len(beams):
         return np.zeros(len(panels), dtype=np.int64)
     met = beams.find(around.values)
-    apart = np.einsum(
-        "nk,nk->n", _middles(panels)[around.row] - _middles(beams)[met], panels.axes[around.row, 2]
-    )
+    apart = np.einsum("nk,nk->n", _middles(panels)[around.row] - _middles(beams)[met], panels.axes[around.row, 2])
     counts = np.bincount(layer[around.row], weights=met >= 0)
     heights = np.bincount(layer[around.row], weights=np.where(met >= 0, apart, 0.0)) / np.maximum(counts, 1)
     rank = np.empty(len(heights), dtype=np.int64)

@@ -32,16 +32,15 @@ LABEL_MM = 12.0
 SAME_LINE_MM = 1e-3
 """Distance in mm of the ends of two lines up to which they are one: the shortest edge of a solid is as long."""
 
-NOTES = (
-    "Millimetres, 1:1. Above the view from the side, outer side up; below the view from outside. Layers: VISIBLE and "
-    "HIDDEN edges, LABEL ends and facets, TITLE text.",
-)
+VIEWS = "Above: from the side, outer side up. Below: from outside."
+NOTES = (f"Millimetres, 1:1. {VIEWS} Layers: VISIBLE and HIDDEN edges, LABEL ends and facets, TITLE text.",)
 
 
 def part_drawings(assembly: Assembly, lists: CutList, *, title: str = "") -> Iterator[Drawing]:
     """One drawing for each mark of bars and blocks, named like the mark: the view from the side and, below it, the one
     from outside, in the own frame of the first part of the mark, with hidden edges; A and B at the ends of bars,
-    numbers at the facets of nodes. title: first words below each; then comes the row of the mark in its cut list.
+    numbers at the facets of nodes. title: first words below each; then come the row of the mark in its cut list and
+    what the views are.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -78,7 +77,7 @@ def _of_group(parts: Parts[Any], table: Table, title: str) -> Iterator[Drawing]:
             mark,
             {**{layer: Curves.joined(own) for layer, own in curves.items()}, LABEL: labels},
             NOTES,
-            (title, *words) if title else tuple(words),
+            (title, *words, VIEWS) if title else tuple(words),
             {layer: np.concatenate(own) for layer, own in circles.items()},
         )
 

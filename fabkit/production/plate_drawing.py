@@ -63,9 +63,9 @@ def _of_group(parts: Parts[Any], labels: bool, title: str) -> Iterator[Drawing]:
     for mark, material, (curves, circles, thickness), own in zip(
         parts.mark_names, made_of, ordered, strokes, strict=True
     ):
-        words = (title, f"{thickness:.6g} mm {material}", f"{parts.kind.name} {mark}")
+        words = (title, f"{thickness:.6g} mm {material}, {parts.kind.name} {mark}")
         layers = {CUT: curves[CUT], MARK: Curves.joined([curves[MARK], own])}
-        yield Drawing(mark, layers, NOTES, (", ".join(words),) if title else (), circles)
+        yield Drawing(mark, layers, NOTES, words if title else (), circles)
 
 
 _Side = tuple[dict[str, Curves], dict[str, FloatArray], float]

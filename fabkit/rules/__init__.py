@@ -7,8 +7,6 @@ from fabkit.rules.detailing import (
     DetailingRules,
     NodeRules,
     SecondLayerRules,
-    SheetRules,
-    SheetSize,
 )
 from fabkit.rules.documents import (
     DOCUMENTS,
@@ -23,9 +21,10 @@ from fabkit.rules.fins import FinRules
 from fabkit.rules.layers import LayerRules, problem_of_mirrored_panes
 from fabkit.rules.lengths import LARGEST_LENGTH_MM, Level, NotNegative, Positive
 from fabkit.rules.marks import MarkOrder, MarkRules
+from fabkit.rules.sheets import CuttingProcess, SheetRules, SheetSize
 from fabkit.rules.site import SiteRules
 from fabkit.rules.supports import SupportRules
-from fabkit.rules.zones import ZoneRules, problem_of_zones
+from fabkit.rules.zones import ZoneRules
 
 __all__ = [
     "CONNECTION_KINDS",
@@ -34,6 +33,7 @@ __all__ = [
     "BeamRules",
     "ConnectionKind",
     "ConnectionRules",
+    "CuttingProcess",
     "Densities",
     "DetailingRules",
     "Document",

@@ -9,14 +9,15 @@ from __future__ import annotations
 from dataclasses import field
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, model_validator
 from pydantic.dataclasses import dataclass
 
 from fabkit.parts import Material, Section
 from fabkit.rules.connections import ConnectionRules
 from fabkit.rules.fins import FinRules
 from fabkit.rules.layers import LayerRules, problem_of_layers
-from fabkit.rules.lengths import Level, NotNegative, Positive
+from fabkit.rules.lengths import Level, Positive
+from fabkit.rules.sheets import SheetRules
 from fabkit.rules.supports import SupportRules
 from fabkit.rules.zones import ZoneRules, problem_of_zones
 from fabkit.wording import echo, one_line
@@ -29,7 +30,6 @@ __all__ = [
     "NodeRules",
     "SecondLayerRules",
     "Setbacks",
-    "SheetRules",
 ]
 
 BESIDE_HAND_HOLE_MM = 190.0
@@ -128,48 +128,6 @@ class NodeRules:
     def clearance(self) -> float:
         """What is added to the minimum distance of the facets from the axis in mm, where beams are in contact."""
         return 5.0 if self.clearance_mm is None else self.clearance_mm
-
-
-@dataclass(frozen=True, config=_STRICT)
-class SheetSize:
-    """A size of stock sheets. count: how many there are of each thickness and material, None for any number.
-
-    >>> from fabkit.rules import SheetSize
-    >>> SheetSize(3210, 2250).count is None
-    True
-    """
-
-    length_mm: Positive
-    width_mm: Positive
-    count: Annotated[int, Field(ge=0)] | None = None
-
-
-@dataclass(frozen=True, config=_STRICT)
-class SheetRules:
-    """Stock sheets, by default a jumbo of float glass (EN 572-2).
-
-    gap_mm: between panels, by default room to break laminated glass along each cut. border_mm: to the edge of the
-    sheet, by default what is trimmed off each edge before cutting. rotation: "free"; "half" for panels that may be
-    turned by half a turn only, "fixed" for those that may not: edge 1 then lies along the sheet, as its grain does.
-    sizes: in the place of length_mm and width_mm, each with a count if there are so many only.
-
-    >>> from fabkit.rules import SheetRules
-    >>> SheetRules(sizes=({"length_mm": 3210, "width_mm": 2250, "count": 4},)).sizes[0].count
-    4
-    """
-
-    length_mm: Positive = 6000.0
-    width_mm: Positive = 3210.0
-    gap_mm: NotNegative = 20.0
-    border_mm: NotNegative = 25.0
-    rotation: Literal["free", "half", "fixed"] = "free"
-    sizes: tuple[SheetSize, ...] = ()
-
-    @model_validator(mode="after")
-    def _one_way(self) -> SheetRules:
-        if self.sizes and (self.length_mm, self.width_mm) != (6000.0, 3210.0):
-            raise ValueError("sheets have both sizes and a length or width of their own: give one of them")
-        return self
 
 
 @dataclass(frozen=True, config=_STRICT)

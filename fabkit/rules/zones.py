@@ -28,7 +28,8 @@ def _name(text: str) -> str:
         raise ValueError("a name begins and ends with a letter, a digit or a sign, not with a blank")
     if _RUNS.search(text):
         raise ValueError(
-            "a spreadsheet would run what begins with =, +, - or @, here or after a semicolon: begin with a letter or digit"
+            "a spreadsheet would run what begins with =, +, - or @, here or after a semicolon: begin with a "
+            "letter or a digit"
         )
     if len(text) > LONGEST_ZONE_NAME:
         raise ValueError(f"a name of a zone has at most {LONGEST_ZONE_NAME} letters, and this one has {len(text)}")
@@ -72,8 +73,8 @@ def problem_of_zones(zones: Sequence[ZoneRules]) -> str:
         for face in zone.faces or ():
             if owner.setdefault(face, zone.name) != zone.name:
                 return (
-                    f"face {face} (counted from 0) is in zones {echo(owner[face])} and {echo(zone.name)}: take it out of "
-                    "one of the two"
+                    f"face {face} (counted from 0) is in zones {echo(owner[face])} and {echo(zone.name)}: take it "
+                    "out of one of the two"
                 )
     rest = [zone.name for zone in zones if not zone.chooses]
     if len(rest) > 1:

@@ -166,6 +166,19 @@ def test_gdal_reads_the_same_panels(version: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("version", VERSIONS)
+def test_long_titles_are_wrapped_and_lie_in_the_extents(version: str, tmp_path: Path) -> None:
+    title = r"\_/ \U+0041 \M+1 " + 30 * "Bahnhofsdach "
+    outline = Curves.of([np.array([[0.0, 0], [40, 0], [40, 100], [0, 100], [0, 0]])])
+    write_dxf(tmp_path / "a.dxf", Drawing("a", {CUT: outline}, (), (title, "end")), version=version)  # type: ignore[arg-type]
+    document = ezdxf.readfile(tmp_path / "a.dxf")
+    lines = document.modelspace().query("TEXT")
+    assert " ".join(line.dxf.text for line in lines) == rf"\_/ /U+0041 /M+1 {title[17:]}end"
+    right, top = tuple(document.header["$EXTMAX"])[:2]
+    assert top == 100
+    assert right == max(line.dxf.insert.x + line.dxf.height * len(line.dxf.text) for line in lines) > 40
+
+
+@pytest.mark.parametrize("version", VERSIONS)
 def test_the_title_stands_below_the_sheet(version: str, tmp_path: Path) -> None:
     title = "Dach (\u00df), 100 %% \U0001f3e0"
     panels = pieces()
@@ -177,11 +190,12 @@ def test_the_title_stands_below_the_sheet(version: str, tmp_path: Path) -> None:
         audit = document.audit()
         assert not audit.errors
         assert not audit.fixes
-        first, second = document.modelspace().query("TEXT")
-        assert decode_dxf_unicode(first.plain_text()).startswith("Dach (\u00df), 100 % % ?, 8 mm glass, sheet ")
-        assert first.plain_text().endswith(f"sheet {number} of {len(drawings)}")
+        project, first, second = document.modelspace().query("TEXT")
+        assert decode_dxf_unicode(project.plain_text()) == "Dach (\u00df), 100 % % ?"
+        assert first.plain_text() == f"8 mm glass, sheet {number} of {len(drawings)}"
         assert second.plain_text() == "arrow: from corner 1 along edge 1, the longest"
         assert first.dxf.layer == second.dxf.layer == "TITLE"
-        assert first.dxf.insert.y + first.dxf.height < 0
+        assert project.dxf.insert.y + project.dxf.height < 0
+        assert first.dxf.insert.y + first.dxf.height < project.dxf.insert.y
         assert second.dxf.insert.y + second.dxf.height < first.dxf.insert.y
         assert tuple(document.header["$EXTMIN"])[:2] == tuple(second.dxf.insert)[:2]

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabkit import Built, Project, build, design
-from fabkit.errors import FolderError, ProjectError
+from fabkit.errors import DetailingError, FolderError, ProjectError
 from fabkit.formats.finished import kept_marks
 from fabkit.parts import Assembly, Parts
 from fabkit.production.marks import KeptMarks, element_ranks, mark_points, share_equal_parts
@@ -179,10 +179,20 @@ def test_marks_are_kept_from_a_folder(tmp_path: Path) -> None:
     assert not fresh & set(read)
 
 
+def edit(folder: Path, one: str, other: str) -> None:
+    path = folder / "mark_points.csv"
+    assert one in path.read_text()
+    path.write_text(path.read_text().replace(one, other))
+
+
 @pytest.mark.parametrize(
     ("damage", "sentence"),
     [
-        (lambda folder: (folder / "mark_points.csv").write_text("Mark,x\nB001,1"), "is damaged"),
+        (lambda folder: (folder / "mark_points.csv").write_text("Mark,x\nB001,1"), r"kept: .* is cut off"),
+        (lambda folder: edit(folder, ",corner,", ",cornr,"), r"cannot be kept: .* damaged, near 'cornr'"),
+        (lambda folder: edit(folder, "B001", "../../B001"), r"damaged, near '../../B001'"),
+        (lambda folder: edit(folder, "-120.000000000", "1e999"), "damaged, near '1e999'"),
+        (lambda folder: edit(folder, "-120.000000000", "one"), "damaged, near 'one'"),
         (lambda folder: (folder / "manifest.json").unlink(), "has no manifest.json"),
         (lambda folder: folder.rename(folder.parent / "elsewhere"), "is not a folder"),
         (
@@ -200,6 +210,22 @@ def test_a_folder_whose_marks_cannot_be_kept_is_named(tmp_path: Path, damage: An
     with pytest.raises(FolderError, match=sentence):
         build(Project(mesh=shapes.dome(4, 1), out=tmp_path / "second", marks={"keep": out}, **SIZES))
     assert not (tmp_path / "second").exists()
+
+
+def test_nothing_is_built_into_the_folder_whose_marks_are_kept(tmp_path: Path) -> None:
+    out = tmp_path / "first"
+    build(Project(mesh=shapes.dome(4, 1), out=out, documents=["tables"], **SIZES))
+    with pytest.raises(ProjectError, match=r"lies in .*first, the folder whose marks"):
+        build(Project(mesh=shapes.dome(4, 1), out=out / "second", marks={"keep": out}, **SIZES))
+    assert not (out / "second").exists()
+
+
+def test_kept_marks_of_one_kind_are_no_names_of_another() -> None:
+    built = design(Project(mesh=shapes.dome(4, 1), **SIZES))
+    nodes = mark_points(built.assembly["nodes"]).points.values()
+    kept = {"nodes": KeptMarks({f"xb{number:03d}": each for number, each in enumerate(nodes, start=1)})}
+    with pytest.raises(DetailingError, match=r"the mark xb001 of a node would be .* XB001 of a beam"):
+        share_equal_parts(built.nominal, rules=MarkRules(prefix="X"), kept=kept)
 
 
 @pytest.mark.parametrize("prefix", ["a/b", "=1", "-A", "x" * 17, "é", "a b", "a.", "_", "\n"])

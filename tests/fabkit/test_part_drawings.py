@@ -71,7 +71,7 @@ def test_a_plate_has_its_holes_as_circles_to_cut(version: Any, tmp_path: Path) -
     assert outline.is_closed
     points = [tuple(p)[:2] for p in (outline.get_points() if version != "R12" else [v.dxf.location for v in outline])]
     assert shapely.Polygon(points).area == pytest.approx((200 + 180) / 2 * 150)
-    assert drawing.title == ("one, 15 mm S355, gusset G1",)
+    assert drawing.title == ("one", "15 mm S355, gusset G1")
     free = shapely.Polygon(points).difference(
         shapely.union_all([shapely.Point(x, y).buffer(r) for _, r, x, y in circles])
     )
@@ -102,6 +102,8 @@ def test_each_mark_of_beams_and_nodes_has_a_drawing_that_reads_back(tmp_path: Pa
         assert {each.dxf.layer for each in document.modelspace()} == {VISIBLE, HIDDEN, LABEL, "TITLE"}
         words = [text.dxf.text for text in document.modelspace().query("TEXT")]
         assert words[:2] == ["grid", f"Mark: {drawing.name}"]
+        assert [word for word in words if word.startswith("Ends: ")] == [w for w in drawing.title if "Ends: " in w]
+        assert words[-1].endswith("Below: from outside.")
     beam = assembly["beams"][0].solid.vertices
     of_beam = np.concatenate([drawings[0].layers[layer].values for layer in (VISIBLE, HIDDEN)])
     upper = of_beam[of_beam[:, 1] >= beam[:, 2].min() - 1]

@@ -7,7 +7,7 @@ import time
 from dataclasses import replace
 from importlib.util import find_spec
 from itertools import combinations
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -15,14 +15,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon, affinity
 
-from fabkit.errors import NestingError
+from fabkit import Project
+from fabkit.errors import NestingError, ProjectError
 from fabkit.kinds import PANEL, PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
 from fabkit.production.nesting import irregular, sheet_nesting
 from fabkit.production.nesting.guillotine import smallest_rectangles
 from fabkit.production.nesting.nests import NEST_TOLERANCE_MM, Nest, Placement, Sheet, Stock, check_nest
 from fabkit.production.nesting.sheet_nesting import nest_panels
+from fabkit.rules import SheetRules
 from geometry.arrays import FloatArray
+from geometry.mesh.shapes import dome
 from tests.fabkit.plates import outlines, plate, plates
 
 SHEET = Sheet(3000.0, 2000.0)
@@ -361,10 +364,71 @@ def test_sheets_of_several_sizes_are_used_up_to_their_counts() -> None:
         )
     with pytest.raises(NestingError, match="largest of 2 sheets offers 400 x 300 mm"):
         nest_panels(panels, [Sheet(300.0, 300.0), Sheet(400.0, 300.0)], gap_mm=0.0, border_mm=0.0)
-    with pytest.raises(NestingError, match="for one size of sheets"):
-        nest_panels(panels, [large, small], gap_mm=0.0, border_mm=0.0, mode="best")
+    with pytest.raises(NestingError, match="500 x 500 mm are given twice"):
+        nest_panels(panels, [small, replace(small, count=2)], gap_mm=0.0, border_mm=0.0)
+    fewer = tuple(replace(sheet, count=2) if sheet.length_mm == 500 else sheet for sheet in nest.sheets)
+    with pytest.raises(NestingError, match=r"has 3 sheets of 500 x 500 mm .* and there are 2"):
+        check_nest(replace(nest, sheets=fewer), panels)
     with pytest.raises(NestingError, match="no size of sheets"):
         nest_panels(panels, [], gap_mm=0.0, border_mm=0.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "gap", "border"),
+    [
+        ({}, 20, 25),
+        ({"process": "saw"}, 4.4, 20),
+        ({"process": "plasma", "gap_mm": 12}, 12, 20),
+        ({"process": "waterjet", "border_mm": 0}, 2.4, 0),
+    ],
+)
+def test_the_process_gives_gap_and_border_where_they_are_not_given(
+    given: dict[str, Any], gap: float, border: float
+) -> None:
+    rules = SheetRules(**given)
+    assert (rules.gap_mm, rules.border_mm) == (gap, border)
+
+
+def test_a_saw_does_not_cut_best_nests() -> None:
+    with pytest.raises(ProjectError, match=r"nesting.mode is 'best'.* sheets.process is 'saw'"):
+        Project(mesh=dome(4, 1), unit="m", nesting={"mode": "best"}, sheets={"process": "saw"})
+    with pytest.raises(ProjectError, match=r"sheets.process is 'scissors'.*'glass', 'laser'"):
+        Project(mesh=dome(4, 1), unit="m", sheets={"process": "scissors"})
+    with pytest.raises(ProjectError, match=r"sheets.gap_mm is nan"):
+        Project(mesh=dome(4, 1), unit="m", sheets={"gap_mm": float("nan")})
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@settings(deadline=None, max_examples=2)
+@given(some=st.lists(outlines(), min_size=8, max_size=14), counts=st.tuples(st.integers(0, 3), st.integers(0, 3)))
+def test_best_nests_of_several_sizes_keep_the_counts_and_need_no_more_area(
+    engine: type[irregular.Engine], some: list[FloatArray], counts: tuple[int, int]
+) -> None:
+    panels = plates([outline * 0.7 for outline in some])
+    sizes = [Sheet(2000.0, 1300.0, counts[0]), Sheet(1500.0, 1400.0, counts[1]), SHEET]
+    quick = nest_panels(panels, sizes, gap_mm=3.0, border_mm=10.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sheet_nesting, "installed_engine", engine)
+        best = nest_panels(panels, sizes, gap_mm=3.0, border_mm=10.0, mode="best", seconds=1.0)
+    assert_sound(best, panels)
+    assert all(best.sheets.count(size) <= size.count for size in sizes if size.count is not None)
+    area = [sum(sheet.length_mm * sheet.width_mm for sheet in nest.sheets) for nest in (quick, best)]
+    assert area[1] <= area[0]
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_engine_may_do_where_sheets_do_not_suffice_for_rectangles(
+    engine: type[irregular.Engine], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sheet_nesting, "installed_engine", engine)
+    panels = plates([np.array([[0, 0], [900, 0], [300, 800]])] * 11)
+    sizes = [Sheet(2000.0, 1900.0, 2), Sheet(1000.0, 800.0)]  # a large one holds four rectangles, a small one none
+    with pytest.raises(NestingError, match="the sheets do not suffice"):
+        nest_panels(panels, sizes, gap_mm=5, border_mm=10)
+    best = nest_panels(panels, sizes, gap_mm=5, border_mm=10, mode="best", seconds=3.0)
+    assert_sound(best, panels)
+    assert best.engine == engine.name
+    assert best.sheets == (sizes[0],) * 2
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -12,6 +12,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from fabkit import Project, design
+from fabkit.detailing.shapes.dots import DOT_DEPTH_MM, DOT_DIAMETER_MM, DOT_INSET_MM
 from fabkit.errors import ProjectError
 from fabkit.formats.legend_table import legend
 from fabkit.formats.tables import spreadsheet_safe, write_csv
@@ -20,6 +22,7 @@ from fabkit.parts import Assembly, in_layer
 from fabkit.production import Nest, Sheet, Table, cut_list, nest_panels, piece_tables
 from fabkit.project import project_from
 from fabkit.rules import TableRules
+from geometry.mesh.shapes import dome
 from tests.fabkit.gridshell import gridshell
 
 DIALECTS = [
@@ -151,8 +154,46 @@ def is_number(text: str) -> bool:
     return bool(re.fullmatch(r"[-+]?[0-9]+(\.[0-9]*)?(e[-+]?[0-9]+)?", text))
 
 
+@pytest.fixture(scope="module")
+def welded() -> Assembly:
+    return design(Project(mesh=dome(4, 2), mean_edge_mm=1500)).assembly
+
+
+def test_the_legend_explains_every_heading(welded: Assembly) -> None:
+    signs = {sign.lower() for row in legend().rows for sign in str(row[0]).split(", ")}
+    headings = {
+        re.sub(r"^(Least|Largest) |( each| [xyz])?( \(.*\))?$", "", name).lower()
+        for table in [*cut_list(welded, None).tables, *piece_tables(welded, None)]
+        for name in table.of_single_values().columns
+    }
+    assert headings - signs == set()
+
+
+def test_the_legend_knows_the_dots_of_nodes() -> None:
+    (dot,) = (str(row[1]) for row in legend().rows if row[0] == "Could be mounted")
+    sizes = re.findall(r"(\d+) mm", dot)
+    assert sizes == [f"{size:g}" for size in (DOT_INSET_MM, DOT_DIAMETER_MM, DOT_DEPTH_MM)]
+
+
+def test_beams_end_on_the_levels_of_their_facets(welded: Assembly) -> None:
+    """The middle of the outer side of an end, from its solid, is that level above the point on the mesh."""
+    (facets,) = (table for table in piece_tables(welded, None) if table.title == "node_facets")
+    beams, nodes = (dict(zip(welded[group].piece_names, welded[group], strict=True)) for group in ("beams", "nodes"))
+    column = facets.columns.index
+    checked = 0
+    for row in facets.rows:
+        node, beam = nodes[str(row[column("Node")])].placement, beams[str(row[column("Beam")])]
+        corners = beam.solid.vertices
+        outer = corners[np.isclose(corners[:, 2], 0.0, atol=1e-6)]
+        at_end = np.argsort(outer[:, 0])[:2] if row[column("End")] == "A" else np.argsort(outer[:, 0])[-2:]
+        middle = beam.placement.to_world(outer[at_end].mean(axis=0))
+        assert row[column("Beam level (mm)")] == pytest.approx((middle - node.origin) @ node.axes[2], abs=0.01)
+        checked += 1
+    assert checked == 2 * len(beams)
+
+
 def test_the_legend_tells_of_the_frames_of_the_kinds_that_there_are() -> None:
     rows = dict(legend(kinds=(BEAM, in_layer(BEAM, "lower"), BOLT)).rows)
-    assert rows["Mark"].endswith("B beam, LB lower beam, S bolt.")  # type: ignore[union-attr]
+    assert rows["Mark"].startswith("B beam, LB lower beam, S bolt. ")  # type: ignore[union-attr]
     assert {"Own frame of beams, lower beams", "Own frame of bolts"} <= set(rows)
     assert "Own frame of panels" not in rows

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from io import StringIO
 from pathlib import Path
+from textwrap import wrap
 from typing import Literal, TextIO
 
 import numpy as np
@@ -35,12 +36,18 @@ DASHES = (4.5, 3.0, -1.5)
 TITLE_SHARE = 0.015
 """Height of the letters of a title over the larger side of the drawing."""
 
+TITLE_LETTERS, LETTER_WIDTH = 66, 1.0
+"""Largest number of letters of a line of a title, so that it is no longer than the larger side of the drawing; width of
+a letter over its height, as wide as any program draws them."""
+
 DXF_DECIMALS = 9
 """Decimals of coordinates in DXF files: 1e-9 mm, the precision of double numbers on a sheet of 10 m."""
 
 SLOTS = tuple(9e9 + k for k in range(7))
 """Numbers that stand in a template for the extents (low, high) and for the middle and height of the view."""
 ENTITIES = "  2\nENTITIES\n"
+_CODE = re.compile(r"\\(?=[UM]\+)")
+"""Begins a letter by its number; all other backslashes are themselves, and the signs of ends have them."""
 
 
 def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2010") -> None:
@@ -76,9 +83,12 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
     points = np.concatenate([curves.values, *(each[None] for each in reach)])
     low, high = points.min(axis=0), points.max(axis=0)
     letters = TITLE_SHARE * float((high - low).max())
-    for line in drawing.title:
+    lines = [part for line in drawing.title for part in wrap(line, TITLE_LETTERS)]
+    for line in lines:
         low = low - [0.0, 1.6 * letters]
         entities.append(_text(version, line, low, letters, template.owner, handles))
+    width = LETTER_WIDTH * letters * max(map(len, lines), default=0)
+    high = np.maximum(high, low + np.array([width, 0.0]))
     text = template.fill("".join(entities), low, high, next(handles))
     if isinstance(target, Path):
         target.write_bytes(text.encode())
@@ -167,7 +177,7 @@ def _text(version: Version, line: str, at: FloatArray, height: float, owner: str
 @lru_cache(maxsize=4096)
 def _shown(line: str, version: Version) -> str:
     """The line without the codes of such texts; for R12, which has no UTF-8, what is not ASCII as \\U+00DF."""
-    plain = line.replace("%%", "% %").replace("^", "^ ").replace("\\", "/")
+    plain = _CODE.sub("/", line.replace("%%", "% %").replace("^", "^ "))
     known = "".join(letter if letter.isprintable() and letter <= "\uffff" else "?" for letter in plain)
     return "".join(letter if letter.isascii() or version != "R12" else f"\\U+{ord(letter):04X}" for letter in known)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections import defaultdict
 from pathlib import Path
 
@@ -11,8 +13,11 @@ from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
 from fabkit.production import KeptMarks, MarkPoints
 from fabkit.production.marks import only_ones
+from fabkit.wording import echo
 
 __all__ = ["kept_marks"]
+
+_MARK = re.compile(r"[\w-]+")
 
 
 def kept_marks(folder: Path) -> dict[str, KeptMarks]:
@@ -37,14 +42,15 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
     materials: dict[tuple[str, str], str] = {}
     try:
         for row in contents.table("mark_points"):
-            mark = row["Group"], row["Mark"]
+            mark = row["Group"], _mark(row["Mark"])
             materials[mark] = row["Material"].removeprefix("'")
-            points[mark][row["Point"]].append([float(row[axis]) for axis in "xyz"])
+            points[mark][row["Point"]].append([_number(row[axis]) for axis in "xyz"])
         pieces = [(row["Mark"], int(row["Element"])) for row in contents.table("pieces")]
+    except FolderError as error:
+        raise FolderError(f"the marks of {folder} cannot be kept: {error}") from None
     except (KeyError, ValueError) as error:
         raise FolderError(
-            f"mark_points.csv or pieces.csv of {folder} is damaged, so its marks cannot be kept: there is no {error} "
-            "where one is needed"
+            f"the marks of {folder} cannot be kept: mark_points.csv or pieces.csv there is damaged, near {error}"
         ) from None
     found: dict[str, dict[str, MarkPoints]] = defaultdict(dict)
     for (group, name), each in points.items():
@@ -54,3 +60,21 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
     for group, marks in found.items():
         kept[group] = KeptMarks(marks, only_ones((element, mark) for mark, element in pieces if mark in marks))
     return kept
+
+
+def _mark(text: str) -> str:
+    """A mark, which is the name of files. Raises ValueError for another text."""
+    if not _MARK.fullmatch(text):
+        raise ValueError(echo(text))
+    return text
+
+
+def _number(text: str) -> float:
+    """Raises ValueError for what is no finite number."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise ValueError(echo(text))
+    return number

@@ -1,10 +1,11 @@
 """STEP files (ISO 10303-21, AP242 or AP214) of parts with planar and round faces, written without a CAD kernel.
 
-One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / zone /
-group / part, or structure / group / part where there are no zones; no loose faces; p-curves only where a round bar ends obliquely. One placement, which the groups share, moves the
-structure to the coordinates of the mesh file; the parts are placed near zero within it. A product has the name of its
-mark, an instance of it that in `Parts.piece_names`. Each product carries its volume, surface area and centroid as
-geometric validation properties, its material and density, and the colour of its kind on its solid.
+One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / group /
+part, or structure / zone / group / part; no loose faces; p-curves only where a round bar ends obliquely. One placement,
+which the groups share, moves the structure to the coordinates of the mesh file; the parts are placed near zero within
+it. A product has the name of its mark, an instance of it that in `Parts.piece_names`. Each product carries its volume,
+surface area and centroid as geometric validation properties, its material and density, and the colour of its kind on
+its solid.
 
 Text is written in batches, so memory grows only by a few integers for each mark and one for each part.
 The same parts and arguments give the same bytes.
@@ -64,8 +65,8 @@ def write_step(
     author, organisation, time_stamp (as in ISO 8601): of the header; revision: of the products. Names beyond ASCII are
     encoded, but marks must be ASCII.
     Raises OutputError where the file cannot be written (a file that was there stays as it was), there are no parts,
-    one mark stands for different parts, a mark is not ASCII or is the name of the structure, a zone or a group, a placement
-    is not a rigid motion, or a solid has an edge too short or a face not plane to 1e-7 mm.
+    one mark stands for different parts, a mark is not ASCII or is the name of the structure, a zone or a group, a
+    placement is not a rigid motion, or a solid has an edge too short or a face not plane to 1e-7 mm.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome

@@ -284,7 +284,7 @@ def check_name(mark: str) -> None:
 
 
 def _taken(mark: str) -> OutputError:
-    return OutputError(f"mark {mark} is also the name of the structure, a zone or a group; names must be unique")
+    return OutputError(f"mark {mark} is also the name of the structure or a group or zone; names must be unique")
 
 
 def solid_texts(parts: Parts[Any], chosen: IntArray, names: Sequence[str]) -> list[tuple[Template, list[str]]]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 
+from fabkit.errors import DetailingError
 from fabkit.parts import Assembly, Details, Parts, Ragged, SolidArray, Symmetry, Turns, moved
 from fabkit.production.marks.equal_shapes import (
     MAX_COORDINATES_IN_MEMORY,
@@ -47,7 +48,7 @@ def share_equal_parts(
     turned about its normal, and where the rules say that both faces of panes are equal, a panel turned over. The first
     of equal parts keeps its own frame; the frames of the others are turned to match it. Each part stays where it was,
     so that one that shares a solid may be off by the tolerance, and by twice as much where a mark is kept whose first
-    part is no more; `Parts.hidden_mm` says how much.
+    part is no more; `Parts.hidden_mm` says how much. Raises DetailingError where marks of two kinds would be one name.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -63,7 +64,21 @@ def share_equal_parts(
     for parts in assembly.groups:
         rank = parts.elements if ranks is None else ranks[parts.kind.element][parts.elements]
         groups.append(sharing.shared(parts, np.argsort(rank, kind="stable"), (kept or {}).get(parts.kind.group)))
+    _check_apart(groups)
     return replace(assembly, groups=tuple(groups))
+
+
+def _check_apart(groups: Sequence[Parts[Any]]) -> None:
+    """Raise DetailingError where two marks are the same name of a file, on systems that do not tell a from A."""
+    seen: dict[str, tuple[str, str]] = {}
+    for parts in groups:
+        for mark in parts.mark_names:
+            other, name = seen.setdefault(mark.casefold(), (mark, parts.kind.name))
+            if (other, name) != (mark, parts.kind.name):
+                raise DetailingError(
+                    f"the mark {mark} of a {parts.kind.name} would be the same name of a file as {other} of a {name}: "
+                    "take another prefix (marks.prefix), or do not keep these marks (marks.keep)"
+                )
 
 
 def _bar_lengths(assembly: Assembly) -> FloatArray:

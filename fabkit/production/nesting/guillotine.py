@@ -134,17 +134,6 @@ class Guillotine:
         """
         return self.fill_from(pool, self.remaining(pool))
 
-    def sheets(self, pool: IntArray) -> list[list[Placement]]:
-        """All outlines of the pool, one list for each sheet; every outline must fit onto an empty sheet."""
-        remaining, fillings, n_placed = self.remaining(pool), [], 0
-        place = dict(zip(pool.tolist(), range(len(pool)), strict=True))
-        while n_placed < len(pool):
-            fillings.append(self.fill_from(pool, remaining))
-            for each in fillings[-1]:
-                remaining.take(place[each.panel])
-            n_placed += len(fillings[-1])
-        return fillings
-
     def remaining(self, pool: IntArray) -> RemainingRectangles:
         """The rectangles of the pool, all of them free."""
         return RemainingRectangles(self.sizes[pool] + self.stock.gap_mm, RECTANGLE_ROUNDING_MM)

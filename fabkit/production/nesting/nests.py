@@ -8,7 +8,8 @@ outer side up, turned and moved, never mirrored.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -162,8 +163,8 @@ def stock_numbers(panels: Parts[PanelDetails]) -> IntArray:
 
 
 def check_nest(nest: Nest, panels: Parts[PanelDetails]) -> None:
-    """Raise a NestingError, with marks and values, unless each panel lies once, on a sheet of its stock, inside it less
-    the border, and apart from its neighbours by the gap; all to NEST_TOLERANCE_MM."""
+    """Raise a NestingError, with marks and values, unless each panel lies once, on a sheet of its stock, of which there
+    are as many, inside it less the border, and apart from its neighbours by the gap; all to NEST_TOLERANCE_MM."""
     if [placement.panel for placement in nest.placements] != list(range(len(panels))):
         raise NestingError(f"the nest places {len(nest.placements)} panels in a wrong order or number, "
                            f"there are {len(panels)}; each panel must be placed once")  # fmt: skip
@@ -174,10 +175,12 @@ def check_nest(nest: Nest, panels: Parts[PanelDetails]) -> None:
         raise NestingError(f"panel {panels.marks[unknown[0]]} is on sheet {sheets[unknown[0]] + 1}, but there are "
                            f"{nest.n_sheets}")  # fmt: skip
     _check_turns(nest, panels.marks)
-    of_sheets = np.unique(np.stack([sheets, stocks], axis=1), axis=0)[:, 0]
+    of_sheets_and_stocks = np.unique(np.stack([sheets, stocks], axis=1), axis=0)
+    of_sheets = of_sheets_and_stocks[:, 0]
     if len(mixed := of_sheets[1:][np.diff(of_sheets) == 0]):
         marks = ", ".join(dict.fromkeys(panels.marks[k] for k in np.flatnonzero(sheets == mixed[0])[:10].tolist()))
         raise NestingError(f"sheet {mixed[0] + 1} has panels that differ in thickness or material: {marks}")
+    _check_counts(nest, dict(of_sheets_and_stocks.tolist()))
     outlines = panel_outlines(panels)
     angles = np.deg2rad([place.angle_deg for place in nest.placements])[outlines.row]
     cosines, sines = np.cos(angles), np.sin(angles)
@@ -186,6 +189,17 @@ def check_nest(nest: Nest, panels: Parts[PanelDetails]) -> None:
     placed = outlines.with_values(np.stack([x * cosines - y * sines, x * sines + y * cosines], axis=1) + offsets)
     _check_inside(nest, panels.marks, placed)
     _check_gaps(nest, panels.marks, placed)
+
+
+def _check_counts(nest: Nest, stocks: Mapping[int, int]) -> None:
+    """stocks: by the number of a sheet."""
+    used = Counter((stocks[number], sheet) for number, sheet in enumerate(nest.sheets))
+    for (_, sheet), count in used.items():
+        if sheet.count is not None and count > sheet.count:
+            raise NestingError(
+                f"the nest has {count} sheets of {sheet.length_mm:g} x {sheet.width_mm:g} mm of one thickness and "
+                f"material, and there are {sheet.count}"
+            )
 
 
 def _check_turns(nest: Nest, marks: Sequence[str]) -> None:

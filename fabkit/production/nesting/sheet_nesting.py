@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from numbers import Real
@@ -14,28 +13,23 @@ import shapely
 from fabkit.errors import NestingError
 from fabkit.kinds import PanelDetails, panel_outlines
 from fabkit.parts import Parts, Ragged
+from fabkit.production.nesting.filling import Filler, Filling
 from fabkit.production.nesting.guillotine import Guillotine
-from fabkit.production.nesting.irregular import Engine, installed_engine, suits_engines
+from fabkit.production.nesting.irregular import Engine, installed_engine
 from fabkit.production.nesting.nests import (
     Nest,
-    Placement,
     Rotation,
     Sheet,
     Stock,
     check_nest,
-    moved,
     outline_areas,
     polygons,
     stock_numbers,
 )
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import IntArray
 from geometry.errors import described
 
 __all__ = ["nest_panels", "too_large"]
-
-POOL_SHEETS = 3
-"""Area of the panels that an engine chooses from, over the usable area of a sheet: enough to combine, few enough to be
-quick."""
 
 
 def nest_panels(
@@ -52,18 +46,19 @@ def nest_panels(
     """Lay all panels on as few sheets as can be found, turned but never mirrored. Panels that differ in thickness or
     material lie on different sheets.
 
-    sheet: one size, or several, each with as many sheets as its count says; then sheet after sheet the size is taken
-    that is used best. rotation: "free", "half" for panels that may be turned by half a turn only, "fixed" for those
-    that may not be turned: the x axes of their own frames, edge 1, then lie along the sheet, as its grain does.
+    sheet: one size, or several, each with as many sheets as its count says for each stock; sheet after sheet the size
+    is taken that is used best. rotation: "free", "half" for panels that may be turned by half a turn only, "fixed" for
+    those that may not be turned: the x axes of their own frames, edge 1, then lie along the sheet, as its grain does.
 
     mode "quick": the smallest rectangles of the panels, cut from edge to edge; deterministic. mode "best": starts from
     the quick nest and spends up to about `seconds` on placing the outlines themselves closer together with
-    packingsolver or spyrrow, whichever is installed. It is never worse than quick; `Nest.engine` names the program
-    that found the nest; the result depends on the speed of the computer. progress is called with the fraction done and
-    a sentence. All gaps and borders of the result have been checked.
+    packingsolver or spyrrow, whichever is installed. It never needs more area of sheets than quick, and may do where
+    the sheets do not suffice for quick; `Nest.engine` names the program that found the nest; the result depends on the
+    speed of the computer. progress is called with the fraction done and a sentence. All gaps and borders of the result
+    have been checked.
 
     Raises NestingError where a panel fits on no sheet, an outline crosses itself, the sheet, gap or border is invalid,
-    or no engine is installed for best; where the sheets that there are do not suffice; and for best with several sizes.
+    or no engine is installed for best; and where the sheets that there are do not suffice.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -75,7 +70,7 @@ def nest_panels(
     """
     sizes = _sizes(sheet)
     stocks = [Stock(size, gap_mm, border_mm, rotation) for size in sizes]
-    _check_stocks(stocks, mode)
+    _check_stocks(stocks)
     engine = installed_engine() if mode == "best" else None
     if not len(panels):
         return Nest((), gap_mm, border_mm, (), "none", 0.0, rotation)
@@ -84,117 +79,42 @@ def nest_panels(
     guillotines = [Guillotine.of(outlines, stock) for stock in stocks]
     _check_sizes(panels, guillotines)
     areas = outline_areas(outlines)
-    fillings: list[tuple[Sheet, list[Placement]]] = []
+    filler, fillings = Filler(guillotines, areas), list[Filling]()
     name, numbers = "guillotine", stock_numbers(panels)
     for number in range(int(numbers.max()) + 1):
         alike = np.flatnonzero(numbers == number)
-        if len(sizes) > 1 or sizes[0].count is not None:
-            own = _mixed(guillotines, alike, areas, panels)
-        else:
-            quick = guillotines[0].sheets(alike)
-            if engine is not None:
-                share = seconds * float(areas[alike].sum() / areas.sum())
-                improved = _improved(guillotines[0], engine, quick, areas, share, progress)
-                quick, name = (quick, name) if improved is quick else (improved, engine.name)
-            own = [(sizes[0], filling) for filling in quick]
-        fillings += sorted(own, key=lambda filled: -_area(filled[1], areas))
+        share = seconds * float(areas[alike].sum() / areas.sum())
+        own, is_better = _fill(filler, alike, panels, engine, share, progress)
+        name = engine.name if engine is not None and is_better else name
+        fillings += sorted(own, key=lambda filling: -filler.area(filling))
     placements = [replace(place, sheet=k) for k, (_, filling) in enumerate(fillings) for place in filling]
     placements.sort(key=lambda place: place.panel)
-    used = tuple(size for size, _ in fillings)
+    used = tuple(sizes[size] for size, _ in fillings)
     nest = Nest(used, gap_mm, border_mm, tuple(placements), name, float(areas.sum()), rotation)
     check_nest(nest, panels)
     return nest
 
 
-def _mixed(
-    guillotines: Sequence[Guillotine], pool: IntArray, areas: FloatArray, panels: Parts[PanelDetails]
-) -> list[tuple[Sheet, list[Placement]]]:
-    """Sheets of several sizes: one after the other, of the size that is used best, while there are any of it."""
-    left = [guillotine.stock.sheet.count for guillotine in guillotines]
-    remaining = [guillotine.remaining(pool) for guillotine in guillotines]
-    place = dict(zip(pool.tolist(), range(len(pool)), strict=True))
-    done: list[tuple[Sheet, list[Placement]]] = []
-    n_placed = 0
-    while n_placed < len(pool):
-        best, best_use = -1, 0.0
-        filling: list[Placement] = []
-        for k, guillotine in enumerate(guillotines):
-            found = guillotine.fill_from(pool, remaining[k]) if left[k] != 0 else []
-            use = _area(found, areas) / guillotine.stock.sheet.area_mm2 if found else 0.0
-            if use > best_use:
-                best, best_use, filling = k, use, found
-        if best < 0:
-            missing = np.setdiff1d(pool, [each.panel for _, own in done for each in own])
-            marks = ", ".join(dict.fromkeys(panels.marks[k] for k in missing[:10].tolist()))
-            raise NestingError(
-                f"the sheets do not suffice: after {len(done)} of them {len(missing)} panels are left, such as {marks}"
-                ", and none of the sizes of which there are more holds any of them; give more sheets, or leave out the "
-                "count of a size"
-            )
-        left[best] = None if left[best] is None else left[best] - 1  # type: ignore[operator]
-        for each in filling:
-            for rectangles in remaining:
-                rectangles.take(place[each.panel])
-        n_placed += len(filling)
-        done.append((guillotines[best].stock.sheet, filling))
-    return done
-
-
-def _improved(
-    guillotine: Guillotine,
-    engine: Engine,
-    quick: list[list[Placement]],
-    areas: FloatArray,
+def _fill(
+    filler: Filler,
+    pool: IntArray,
+    panels: Parts[PanelDetails],
+    engine: Engine | None,
     seconds: float,
     progress: Callable[[float, str], None] | None,
-) -> list[list[Placement]]:
-    """Release the panels of the quick sheets, beginning with the emptiest, and let the engine fill one sheet after the
-    other from them, until all panels are placed again or the time is up. Returns the best of all nests found on the
-    way, `quick` included."""
-    start = time.monotonic()
-    inside = float(np.prod(guillotine.stock.inside))
-    waiting = sorted(quick, key=lambda filling: -_area(filling, areas))
-    suitable = suits_engines(guillotine.outlines)
-    done: list[list[Placement]] = []
-    pool = np.zeros(0, dtype=np.int64)
-    best, best_score = quick, _score(quick, guillotine, areas)
-    while waiting or len(pool):
-        while waiting and areas[pool].sum() < POOL_SHEETS * inside:
-            pool = np.union1d(pool, [place.panel for place in waiting.pop()])
-        filling = guillotine.fill(pool)
-        if len(filling) < len(pool):
-            seconds_left = seconds - (time.monotonic() - start)
-            if seconds_left < engine.min_seconds:
-                break
-            sheets_left = len(waiting) + areas[pool].sum() / inside
-            share = max(engine.min_seconds, seconds_left / sheets_left)
-            chosen = pool[suitable[pool]].tolist()
-            some = guillotine.outlines[np.array(chosen, dtype=np.int64)]
-            found = engine.fill(some, guillotine.stock, share) if chosen else []
-            found = [replace(place, panel=chosen[place.panel]) for place in found]
-            filling = max(filling, found, key=lambda candidate: _area(candidate, areas))
-        done.append(filling)
-        pool = np.setdiff1d(pool, [place.panel for place in filling])
-        state = done + waiting + guillotine.sheets(pool)
-        if (score := _score(state, guillotine, areas)) < best_score:
-            best, best_score = state, score
-        if progress is not None:
-            fraction = min(1.0, (time.monotonic() - start) / seconds)
-            progress(fraction, f"{engine.name}: {len(best)} sheets; {len(quick)} when cut from edge to edge")
-    return best
-
-
-def _area(filling: Sequence[Placement], areas: FloatArray) -> float:
-    return float(areas[[place.panel for place in filling]].sum())
-
-
-def _score(fillings: list[list[Placement]], guillotine: Guillotine, areas: FloatArray) -> tuple[int, float]:
-    """Number of sheets, then the share of the emptiest sheet that is used if the rest is cut off by one straight
-    cut."""
-    last = min(fillings, key=lambda filling: _area(filling, areas))
-    ends = np.concatenate([moved(guillotine.outlines[place.panel], place) for place in last]).max(axis=0)
-    sheet = guillotine.stock.sheet
-    return len(fillings), float(min(ends[0] / sheet.length_mm, ends[1] / sheet.width_mm))
+) -> tuple[list[Filling], bool]:
+    """Sheets for the panels in the pool, and whether an engine found them. Raises NestingError where there are too
+    few."""
+    quick, missing = filler.quick(pool)
+    found = quick if engine is None else filler.improved(quick, missing, engine, seconds, progress)
+    if found is quick and len(missing):
+        marks = ", ".join(dict.fromkeys(panels.marks[k] for k in missing[:10].tolist()))
+        raise NestingError(
+            f"the sheets do not suffice: after {len(quick)} of them {len(missing)} panels are left, such as {marks}, "
+            "and none of the sizes of which there are more holds any of them; give more sheets, or leave out the count "
+            "of a size"
+        )
+    return found, found is not quick
 
 
 def _sizes(sheet: Sheet | Sequence[Sheet]) -> tuple[Sheet, ...]:
@@ -205,15 +125,16 @@ def _sizes(sheet: Sheet | Sequence[Sheet]) -> tuple[Sheet, ...]:
     raise NestingError(f"the sheet is {described(sheet)}: write Sheet(length_mm=3210, width_mm=2250)")
 
 
-def _check_stocks(stocks: Sequence[Stock], mode: str) -> None:
+def _check_stocks(stocks: Sequence[Stock]) -> None:
     if not stocks:
         raise NestingError("there is no size of sheets: give one, such as Sheet(length_mm=3210, width_mm=2250)")
     for stock in stocks:
         _check_stock(stock)
-    if mode == "best" and (len(stocks) > 1 or stocks[0].sheet.count is not None):
+    sizes = [(stock.sheet.length_mm, stock.sheet.width_mm) for stock in stocks]
+    if twice := [size for size in sizes if sizes.count(size) > 1]:
         raise NestingError(
-            "the best nest is found for one size of sheets, of which there is any number: give one size without a "
-            "count, or choose the quick nest"
+            f"sheets of {twice[0][0]:g} x {twice[0][1]:g} mm are given twice: give this size once, with the sum of the "
+            "counts"
         )
 
 
