@@ -131,7 +131,10 @@ def test_layers_go_up_from_the_beams_outwards_and_then_inwards() -> None:
         ([{"name": "A", "faces": [3]}, {"name": "B", "faces": [3]}], r"face 3 .* is in zones 'A' and 'B': take it out"),
         ([{"name": "A"}, {"name": "B"}], "zones 'A' and 'B' both say nothing of their faces"),
         ([{"name": "A"}, {"name": "a", "faces": [1]}], "zones 0 and 1 .* have the same name, 'a': give each its own"),
-        ([{"name": "A"}, {"name": "B", "below_mm": -1e6}], r"zone 'B' has no face: the lowest .* is 1\d{6}\.\d mm above"),
+        (
+            [{"name": "A"}, {"name": "B", "below_mm": -1e6}],
+            r"zone 'B' has no face: the lowest .* is 1\d{6}\.\d mm above",
+        ),
         ([{"name": "A", "below_mm": 1e6}, {"name": "B"}], "zone 'B' has no face, as none is left for it"),
         ([{"name": "A"}, {"name": "B", "faces": []}], "zone 'B' has no face"),
         ([{"name": ""}], "a zone needs a name, such as 'North'"),
