@@ -9,7 +9,6 @@ import numpy as np
 from fabkit.errors import DetailingError
 from fabkit.parts import Zones
 from fabkit.rules import ZoneRules
-from fabkit.wording import echo
 from geometry.arrays import IntArray
 from geometry.mesh import Mesh
 
@@ -36,7 +35,7 @@ def _of_faces(mesh: Mesh, rules: Sequence[ZoneRules]) -> IntArray:
         own = np.array(zone.faces or (), dtype=np.int64)
         if len(own) and own.max() >= c.n_faces:
             raise DetailingError(
-                f"zone {echo(zone.name)} has face {own.max()}, which the mesh does not have: faces are counted from 0 "
+                f"zone {zone.name!r} has face {own.max()}, which the mesh does not have: faces are counted from 0 "
                 f"to {c.n_faces - 1}"
             )
         of_faces[own] = number
@@ -47,7 +46,7 @@ def _of_faces(mesh: Mesh, rules: Sequence[ZoneRules]) -> IntArray:
             of_faces[left & (heights < zone.below_mm)] = number
             if left.any() and not (of_faces == number).any():
                 raise DetailingError(
-                    f"zone {echo(zone.name)} has no face: the lowest middle of those that no other zone has is "
+                    f"zone {zone.name!r} has no face: the lowest middle of those that no other zone has is "
                     f"{heights[left].min() - zone.below_mm:.1f} mm above its below_mm; raise it by more"
                 )
     others = [number for number, zone in enumerate(rules) if not zone.chooses]
@@ -60,6 +59,6 @@ def _of_faces(mesh: Mesh, rules: Sequence[ZoneRules]) -> IntArray:
     counts = np.bincount(of_faces, minlength=len(rules))
     if len(empty := np.flatnonzero(counts == 0)):
         raise DetailingError(
-            f"zone {echo(rules[empty[0]].name)} has no face, as none is left for it: give it faces, or take it out"
+            f"zone {rules[empty[0]].name!r} has no face, as none is left for it: give it faces, or take it out"
         )
     return of_faces
