@@ -56,7 +56,7 @@ def html_page(
 
 def _css_text(text: str) -> str:
     """A plain text between quotes of a style sheet; letters that could end it, or the element, as their numbers."""
-    return "".join(letter if letter.isalnum() or letter in " ,.-" else f"\\{ord(letter):06x}" for letter in text)
+    return "".join(letter if letter.isalnum() or letter in " ,.-" else f"\\{ord(letter):06x} " for letter in text)
 
 
 def css_name(group: str) -> str:

@@ -28,7 +28,7 @@ __all__ = ["report_html"]
 
 PRINTED_SHEETS = 96
 """Largest number of sheets whose pictures are printed with the report: more than fit two pages help nobody."""
-_AROUND = (("Ends and facets", "node_facets", "Node", "Beam"), ("Edges", "panel_edges", "Panel", "Beam"))
+_AROUND = (("Ends and facets", "node_facets", "Node", "Beam"), ("Edges of panels", "panel_edges", "Panel", "Beam"))
 """What is shown around a part that is picked: heading, table, and the columns that may name the part."""
 
 
