@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,6 +12,7 @@ import numpy as np
 
 from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
+from fabkit.detailing.second_layer import rules_of_second_layer
 from fabkit.detailing.shapes.dots import stamped
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
@@ -93,6 +96,12 @@ def _output_folder(project: Project, force: bool) -> AbstractContextManager[Path
     _check_project(project)
     if project.out is None:
         raise ProjectError("there is no output folder: give -o FOLDER, or out = 'FOLDER' in the project file")
+    keep = project.marks.keep
+    if keep is not None and Path(os.path.realpath(keep)) in Path(os.path.realpath(project.out)).parents:
+        raise ProjectError(
+            f"{project.out} lies in {keep}, the folder whose marks are kept, which would no longer be as it was "
+            "written: choose another folder"
+        )
     strokes = None if project.surface is None else project.surface.strokes
     files = (project.mesh, project.gauss_image.file, strokes, *(layer.parallel for layer in project.layers))
     inputs = [path for path in files if isinstance(path, Path)]
@@ -242,16 +251,12 @@ def _unusual_parts(
     project: Project, detailed: Detailed, assembly: Assembly, reasons: dict[int, str]
 ) -> tuple[Finding, ...]:
     rules, height = project.fitness, project.beams.profile.height_mm
-    beams, nodes, panels = assembly.of(BEAM), assembly.of(NODE), assembly.of(PANEL)
+    nodes, panels = assembly.of(NODE), assembly.of(PANEL)
     marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
-    is_raised_by_blocks = project.layers[0].is_at_lift and project.nodes.top == "enclosing"
+    is_raised_by_blocks = any(layer.is_at_lift for layer in project.layers) and project.nodes.top == "enclosing"
     found = (
-        mitres_of(beams, rules),
-        block_heights(nodes, height, rules),
-        slots(nodes, rules) if project.connection.kind in ("welded", "hub") else None,
-        uncovered(nodes, rules),
-        going_in(beams, erection_order(assembly).closing(beams), project.connection.gap_mm, rules),
+        *_unusual_frame(project, assembly),
         underside(detailed.needed_mm, marks, height, rules) if is_raised_by_blocks else None,
         corners(panels, rules),
         short_edges(panels, rules),
@@ -259,6 +264,20 @@ def _unusual_parts(
         sheets(reasons, panels, "refused" if is_refused else "note"),
     )
     return tuple(finding for finding in found if finding)
+
+
+def _unusual_frame(project: Project, assembly: Assembly) -> Iterator[Finding | None]:
+    """Of beams and nodes, layer by layer."""
+    rules, erection = project.fitness, erection_order(assembly)
+    second = project.rules.second_layer
+    own_rules = [project.rules, *([rules_of_second_layer(project.rules, second)] if second else [])]
+    layers = zip(assembly.of_layers(BEAM), assembly.of_layers(NODE), own_rules, strict=True)
+    for beams, nodes, own in layers:
+        yield mitres_of(beams, rules)
+        yield block_heights(nodes, own.beams.profile.height_mm, rules)
+        yield slots(nodes, rules) if own.connection.kind in ("welded", "hub") else None
+        yield uncovered(nodes, rules)
+        yield going_in(beams, erection.closing(beams), own.connection.gap_mm, rules)
 
 
 def _rules_near_zero(project: Project, origin_mm: FloatArray) -> DetailingRules:

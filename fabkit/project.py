@@ -25,7 +25,7 @@ from fabkit.gauss_image import GaussImageRules
 from fabkit.optimisation import OptimiseRules
 from fabkit.overrides import layer_tables, with_overrides
 from fabkit.production import EQUAL_WITHIN_MM
-from fabkit.refused_settings import problems
+from fabkit.refused_settings import problems, truth_for_number
 from fabkit.rules import (
     DOCUMENTS,
     BeamRules,
@@ -123,7 +123,7 @@ class Project(BaseModel):
 
     mesh: MeshSource
     out: Path | None = None
-    name: Annotated[str, AfterValidator(one_line)] = ""
+    name: Annotated[str, Field(max_length=120), AfterValidator(one_line)] = ""
     unit: Unit | None = None
     mean_edge_mm: Positive | None = None
     flip: bool = False
@@ -160,6 +160,8 @@ class Project(BaseModel):
                 super().__init__(**settings)
             except ValidationError as error:
                 raise ProjectError(problems(error, Project)) from None
+            if wrong := truth_for_number(settings, self):
+                raise ProjectError(wrong)
 
     @model_validator(mode="before")
     @classmethod

@@ -11,16 +11,17 @@ from pydantic import BaseModel, ValidationError
 
 from fabkit.wording import echo
 
-__all__ = ["problems"]
+__all__ = ["problems", "truth_for_number"]
 
 PLAIN = {
     "path_type": "A path in quotes is needed, as in 'roof.obj'",
-    "tuple_type": "A list in brackets is needed, as in ['moves']",
-    "dict_type": "A table is needed, as in { steel = 7850 }",
+    "tuple_type": "A list in brackets is needed",
+    "too_long": "It has more than {max_length} entries",
+    "dict_type": "A table is needed, as in {{ steel = 7850 }}",
     "model_type": "A table is needed",
     "dataclass_type": "A table is needed",
 }
-"""Sentences in place of those in which pydantic speaks of Python, by its types of errors."""
+"""Sentences in place of those in which pydantic speaks of Python, by its types of errors; its numbers in braces."""
 
 MAX_NAMED_KEYS = 24
 """Largest number of known keys that a sentence names: two lines of a terminal."""
@@ -37,6 +38,24 @@ def problems(error: ValidationError, project: type[BaseModel]) -> str:
     count = max(1, sum(length <= MAX_PROBLEM_LETTERS for length in lengths))
     more = len(sentences) - count
     return "; ".join(sentences[:count]) + (f"; and {more} more things" if more else "")
+
+
+def truth_for_number(given: Any, made: Any, where: str = "") -> str:
+    """A sentence about the first true or false of the settings from which something else was made, which pydantic takes
+    for 1 and 0; empty where there is none."""
+    if isinstance(given, bool):
+        return "" if isinstance(made, bool) else f"{where} is {given}: a number is needed, not true or false"
+    if isinstance(given, Mapping):
+        parts = [
+            (key, each, made.get(key, each) if isinstance(made, Mapping) else getattr(made, key, each))
+            for key, each in given.items()
+        ]
+    elif isinstance(given, list | tuple) and isinstance(made, list | tuple):
+        parts = [(number, *both) for number, both in enumerate(zip(given, made, strict=False))]
+    else:
+        return ""
+    found = (truth_for_number(one, other, f"{where}.{key}".lstrip(".")) for key, one, other in parts)
+    return next(filter(None, found), "")
 
 
 def _table(parent: str, project: type[BaseModel]) -> Any:
@@ -61,7 +80,10 @@ def _sentence(problem: dict[str, Any], project: type[BaseModel]) -> str:
         return f"unknown key {echo(key)} in {place}; {hint}"
     if problem["type"] == "missing":
         return f"{where} is missing, and has to be given"
-    message = PLAIN.get(problem["type"], problem["msg"].removeprefix("Value error, "))
-    if not where or (problem["type"] == "value_error" and isinstance(problem["input"], Mapping)):
+    plain, given = PLAIN.get(problem["type"]), problem["input"]
+    message = plain.format(**problem.get("ctx", {})) if plain else problem["msg"].removeprefix("Value error, ")
+    if problem["type"] == "tuple_type" and given and isinstance(given, str):
+        message += f", as in [{echo(given)}]"
+    if not where or (problem["type"] == "value_error" and isinstance(given, Mapping)):
         return f"[{where}] {message}" if where else str(message)
-    return f"{where} is {echo(problem['input'])}: {message[0].lower()}{message[1:]}"
+    return f"{where} is {echo(given)}: {message[0].lower()}{message[1:]}"

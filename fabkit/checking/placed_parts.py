@@ -280,20 +280,28 @@ def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name
 
 
 def _cure(first: Part, second: Part, vertices: ElementVertices) -> str:
-    cures = [part.kind.cure for part in (first, second) if part.kind.cure]
+    kinds = {part.kind.name: part.kind for part in (second, first)}
+    cures = list(dict.fromkeys(kind.cure for kind in kinds.values() if kind.cure))
     if cures:
-        return cures[-1]
+        return ", or ".join(cures + [CURE_OF_LAYERS] * (PANEL.name in kinds))
     known = (BEAM, NODE, PANEL)
     own = [part.kind.name for part in (first, second) if not part.kind.layer and part.kind not in known]
     if own:
         return f"change the origins, the axes or the size of each {own[0]}"
     are_distant = vertices.of(first).isdisjoint(vertices.of(second))
-    return CURE_OF_DISTANT_PARTS if are_distant else CURE_OF_NEIGHBOURS
+    if are_distant:
+        return CURE_OF_DISTANT_PARTS
+    return CURE_OF_PANELS if PANEL.name in kinds else CURE_OF_NEIGHBOURS
 
 
-CURE_OF_NEIGHBOURS = (
+CURE_OF_LAYERS = "give that layer of panels another z_mm or a wider joint_mm ([[layers]])"
+CURE_OF_PANELS = (
     "increase the slot between beams ([connection] slot_mm, or --clearance where they are in contact), the seat or the "
-    "joint, or leave one of the parts out with --skip-unbuildable"
+    f"joint, {CURE_OF_LAYERS}, or leave one of the parts out with --skip-unbuildable"
+)
+CURE_OF_NEIGHBOURS = (
+    "increase the slot between beams ([connection] slot_mm, or --clearance where they are in contact), or leave one of "
+    "the parts out with --skip-unbuildable"
 )
 CURE_OF_DISTANT_PARTS = (
     "they share no vertex of the mesh, which intersects itself or folds back there: separate the mesh there, or leave "

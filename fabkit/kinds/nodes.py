@@ -149,12 +149,20 @@ def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
         each_value("Setbacks (mm)", 2, nodes, own.setbacks_mm),
         each_value("Uncovered (%)", 1, nodes, own.uncovered_percent),
         of_first("Height (mm)", 2, nodes, own.height_mm),
+        *_ends(nodes),
         _could_be_mounted(nodes),
         *over_all("Step between tops (mm)", 2, nodes, own.top_step_mm),
         *over_all("Axis misalignment (mm)", 2, nodes, own.axis_misalignment_mm),
         *masses(nodes),
         files(nodes, "parts/{}.step"),
     ]
+
+
+def _ends(nodes: Parts[NodeDetails]) -> list[Column]:
+    """Levels of the ends of each block along its axis, from the point on the mesh."""
+    shapes = nodes.solids.vertices.with_values(nodes.solids.vertices.values[:, 2])
+    levels = (shapes.reduced(function)[nodes.shape] for function in (np.maximum, np.minimum))
+    return [of_first(f"{name} (mm)", 2, nodes, values) for name, values in zip(("Top", "Bottom"), levels, strict=True)]
 
 
 def _could_be_mounted(nodes: Parts[NodeDetails]) -> Column:

@@ -71,7 +71,7 @@ class Assembly:
                 ("name", one.name, other.name),
                 ("letter of marks", one.letter, other.letter),
             ):
-                if first == second:
+                if first.casefold() == second.casefold():
                     raise DetailingError(
                         f"{one.group} and {other.group} have the same {what}, {first!r}, so their parts could not be "
                         "told apart; give each kind its own"

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.kinds import BEAM, BOLT, LEFT_OUT, NodeDetails
+from fabkit.kinds import BEAM, BOLT, LEFT_OUT, BeamDetails, NodeDetails, beam_faces
 from fabkit.parts import Assembly, Cell, Column, Frame, Parts
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["at_ends", "coordinates", "directions", "facet_numbers", "named", "node_facets", "survey"]
 
@@ -44,6 +44,8 @@ def node_facets(nodes: Parts[NodeDetails], assembly: Assembly) -> list[Column]:
     ends = ["" if k < 0 else "A" if head else "B" for k, head in zip(met.tolist(), heads, strict=True)]
     names, marks = nodes.piece_names, nodes.marks
     sizes = _sizes(nodes)
+    on_tubes = np.isnan(sizes[:, 0])
+    sizes[on_tubes] = _on_tubes(nodes, beams, np.where(on_tubes, met, -1), heads)[on_tubes]
     return [
         Column("Node", None, [names[k] for k in row.tolist()]),
         Column("Mark", None, [marks[k] for k in row.tolist()]),
@@ -62,7 +64,7 @@ def node_facets(nodes: Parts[NodeDetails], assembly: Assembly) -> list[Column]:
             for k, what in enumerate(("top", "bottom", "width"))
         ),
         Column("Beam level (mm)", 2, _beam_levels(nodes, beams, met)),
-        Column("Bolts", None, _bolts(nodes, assembly)),
+        *_bolts(nodes, assembly),
     ]
 
 
@@ -103,16 +105,44 @@ def _sizes(nodes: Parts[NodeDetails]) -> FloatArray:
     return found
 
 
-def _bolts(nodes: Parts[NodeDetails], assembly: Assembly) -> list[str]:
-    """The number and size of the bolts in each facet."""
+def _on_tubes(nodes: Parts[NodeDetails], beams: Parts[BeamDetails], met: IntArray, at_head: BoolArray) -> FloatArray:
+    """(K, 3) as `_sizes`, of the end faces of the beams that are welded to tubes: levels of their highest and lowest
+    corner, and their thickness; NaN without a beam. met (K,): the beam at each facet, -1 for none; at_head (K,):
+    whether its end A is there."""
+    row, found = nodes.details.beams.row, np.full((len(met), 3), np.nan)
+    for batch in beams.solids.by_topology(beams.shape):
+        t, here = batch.topology, np.flatnonzero(np.isin(met, batch.parts))
+        if not len(here):
+            continue
+        names = beam_faces(beams.take(batch.parts), batch)
+        own = np.searchsorted(batch.parts, met[here])
+        of_end = names[own] == np.where(at_head[here], "END A", "END B")[:, None]
+        is_in = of_end[:, t.corner_face]
+        points = batch.vertices[own[:, None], t.corners[None]]
+        across = points[..., 1]
+        world = np.einsum("kci,kij->kcj", points, beams.axes[met[here]]) + beams.origins[met[here], None]
+        levels = np.einsum("kcj,kj->kc", world - nodes.origins[row[here], None], nodes.axes[row[here], 2])
+        for column, values in ((0, levels), (1, -levels), (2, across)):
+            found[here, column] = np.where(is_in, values, -np.inf).max(axis=1)
+        found[here, 1] *= -1
+        found[here, 2] -= np.where(is_in, across, np.inf).min(axis=1)
+    return found
+
+
+def _bolts(nodes: Parts[NodeDetails], assembly: Assembly) -> list[Column]:
+    """The number and the size of the bolts in each facet, which are all alike."""
     around = nodes.details.beams
     bolts = assembly.beside(nodes, BOLT)
     facet = facet_numbers(nodes, bolts.details.nodes, bolts.elements) - 1
-    cells: list[list[str]] = [[] for _ in range(len(around.values))]
     at = nodes.find(bolts.details.nodes)
-    for k in np.flatnonzero((facet >= 0) & (at >= 0)).tolist():
-        cells[int(around.starts[at[k]] + facet[k])].append(bolts.details.size[k])
-    return ["; ".join(f"{own.count(size)} {size}" for size in dict.fromkeys(own)) for own in cells]
+    there = np.flatnonzero((facet >= 0) & (at >= 0))
+    numbers = around.starts[at[there]] + facet[there]
+    counts, sizes = np.bincount(numbers, minlength=len(around.values)), np.full(len(around.values), "", dtype=object)
+    sizes[numbers] = bolts.details.size[there]
+    return [
+        Column("Bolts", 0, [count or None for count in counts.tolist()]),
+        Column("Bolt size", None, sizes.tolist()),
+    ]
 
 
 def facet_numbers(nodes: Parts[NodeDetails], vertices: IntArray, edges: IntArray) -> IntArray:

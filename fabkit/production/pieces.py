@@ -108,6 +108,12 @@ def _pieces(
         Column("Sheet y (mm)", COORDINATE_DECIMALS, sheet[2]),
         Column("Sheet turn (deg)", TURN_DECIMALS, sheet[3]),
         Column("Turned over", None, ["yes" if over else "" for over in parts.turned_over.tolist()]),
+        Column("Hidden difference (mm)", 3, parts.hidden_mm[:, 0].tolist()),
+        Column(
+            "Hidden at far ends (mm)",
+            3,
+            [None] * n if parts.kind.directions is None else parts.hidden_mm[:, 1].tolist(),
+        ),
     ]
 
 
@@ -129,15 +135,13 @@ def _going_in(parts: Parts[Any], erection: Erection) -> list[Column]:
 
 def _placements(parts: Parts[Any], origin_mm: FloatArray) -> list[Column]:
     """The own frame of each part and its centre of mass, at the coordinates of the mesh file."""
-    centroids = parts.solids.centroids[parts.shape]
-    centres = parts.origins + (centroids[:, None] @ parts.axes)[:, 0]
     return [
         Column("Piece", None, parts.piece_names),
         Column("Mark", None, parts.marks),
         *coordinates("Origin", parts.origins + origin_mm),
         *directions("X axis", parts.axes[:, 0]),
         *directions("Z axis", parts.axes[:, 2]),
-        *coordinates("Centre", centres + origin_mm),
+        *coordinates("Centre", parts.centres_mm + origin_mm),
     ]
 
 

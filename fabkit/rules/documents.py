@@ -6,7 +6,7 @@ import datetime
 from dataclasses import field
 from typing import Annotated, Literal, get_args
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from fabkit.wording import echo, one_line
@@ -23,13 +23,14 @@ cutlist.xlsx, model.glb, report.html."""
 _STRICT = ConfigDict(extra="forbid")
 
 
-def _date(text: str) -> str:
-    if text:
+def _date(given: object) -> object:
+    """A date of TOML, or a text, as 2026-03-01; what is neither is left to the type."""
+    if given and isinstance(given, str | datetime.date):
         try:
-            datetime.date.fromisoformat(text)
+            return datetime.date.fromisoformat(str(given)).isoformat()
         except ValueError:
             raise ValueError("a date such as 2026-03-01 is needed, year first") from None
-    return text
+    return given
 
 
 Line = Annotated[str, Field(max_length=120), AfterValidator(one_line)]
@@ -48,7 +49,7 @@ class TitleBlock:
 
     author: Line = ""
     organisation: Line = ""
-    date: Annotated[str, AfterValidator(_date)] = ""
+    date: Annotated[str, BeforeValidator(_date)] = ""
     revision: Line = ""
 
     @property

@@ -13,6 +13,7 @@ from geometry.layout.exact_maps import ExactMap
 from geometry.layout.integer_lattices import nearest_integers
 from geometry.layout.integration import Integration
 from geometry.layout.open_rims import Polygons, simplified_rim
+from geometry.layout.rim_gaps import rim_gaps
 from geometry.layout.seams import SeamlessMaps
 from geometry.layout.singular_points import singular_differences
 from geometry.mesh import Mesh
@@ -47,10 +48,11 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
     folded = []
     for factor in EDGE_LENGTH_FACTORS:
         h = factor * np.sqrt(real_solution.predicted / n_faces)
+        differences = singular_differences(network.frames, field, maps, h)
         t = nearest_integers(
-            real_solution.gram, real_solution.values / h, singular_differences(network.frames, field, maps, h)
+            real_solution.gram, real_solution.values / h, differences, *rim_gaps(network, field, maps, h)
         )
-        x = problem.solved(t, h)
+        x = problem.solved(t, h, field.indices)
         exact = ExactMap.of(c, maps, field.turns, x, t)
         folded.append(exact.folded(field.indices))
         if not len(folded[-1]):

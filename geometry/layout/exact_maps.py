@@ -11,6 +11,7 @@ from geometry.arrays import FloatArray, IntArray, integers
 from geometry.errors import GeometryError
 from geometry.layout.quarter_turns import quarter_turned
 from geometry.layout.seams import SeamlessMaps
+from geometry.layout.windings import wrongly_wound
 from geometry.mesh import Combinatorics
 
 __all__ = ["CELL_SIZE", "ExactMap", "cross"]
@@ -71,12 +72,7 @@ class ExactMap:
         turned_over = np.flatnonzero(cross(b - a, c - a) <= 0)
         if len(turned_over):
             return integers(turned_over)
-        points = self.values.astype(np.float64) @ [1, 1j]
-        angles = np.angle((np.roll(points, 1, axis=1) - points) / (np.roll(points, -1, axis=1) - points))
-        c = self.combinatorics
-        quarters = np.rint(np.bincount(c.corners, angles.ravel() / (np.pi / 2), c.n_vertices)).astype(np.int64)
-        is_wrapped = c.is_used & ~c.is_boundary_vertex & (quarters != 4 - indices)
-        return integers(np.flatnonzero(is_wrapped[c.corners.reshape(-1, 3)].any(axis=1)))
+        return integers(np.flatnonzero(wrongly_wound(self.combinatorics, self.values.astype(np.float64), indices)))
 
     @cached_property
     def shifts(self) -> IntArray:

@@ -45,13 +45,16 @@ def integer_kernel(equations: IntArray) -> IntArray:
     return np.asarray(columns[is_free, len(equations) :].T)
 
 
-def nearest_integers(gram: FloatArray, target: FloatArray, differences: IntArray) -> IntArray:
-    """(m,) integers t with small (t - target) . gram (t - target), such that no differences[k] @ t is (0, 0).
+def nearest_integers(
+    gram: FloatArray, target: FloatArray, differences: IntArray, gaps: IntArray, least_gaps: IntArray
+) -> IntArray:
+    """(m,) integers t with small (t - target) . gram (t - target), such that no differences[k] @ t is (0, 0), and
+    gaps @ t >= least_gaps.
 
-    differences (k, 2, m). The integers are rounded one after another, the least change first, and the others adapted;
-    then single integers and pairs of them are changed by 1 while that is an improvement: a search for the closest
-    vector of a lattice [Babai1986]. A difference that is zero costs more than any distance; it may remain zero, which
-    the caller has to check.
+    differences (k, 2, m), gaps (n, m), least_gaps (n,). The integers are rounded one after another, the least change
+    first, and the others adapted; then single integers and pairs of them are changed by 1 while that is an improvement:
+    a search for the closest vector of a lattice [Babai1986]. A difference that is zero, and each 1 that a gap lacks,
+    costs more than any distance; they may remain, which the caller has to check.
     """
     m = len(target)
     gram = gram + LATTICE_REGULARISATION * max(np.trace(gram) / max(m, 1), np.finfo(float).tiny) * np.eye(m)
@@ -59,12 +62,15 @@ def nearest_integers(gram: FloatArray, target: FloatArray, differences: IntArray
     steps = _steps(m)
     step_norms = np.einsum("ki,ij,kj->k", steps, gram, steps)
     difference_steps = np.einsum("pcm,km->kpc", differences, steps)
+    gap_steps = steps @ gaps.T
     penalty = 1 + 4 * float(np.abs(gram).sum())
     for _ in range(MAX_LATTICE_STEPS):
         gains = step_norms + 2 * steps @ (gram @ (t - target))
         values = differences @ t
         added_zeros = (values + difference_steps == 0).all(axis=2).sum(axis=1) - (values == 0).all(axis=1).sum()
-        gains = gains + penalty * added_zeros
+        lacking = least_gaps - gaps @ t
+        added_lacks = (lacking - gap_steps).clip(min=0).sum(axis=1) - lacking.clip(min=0).sum()
+        gains = gains + penalty * (added_zeros + added_lacks)
         best = int(gains.argmin()) if len(gains) else 0
         if not len(gains) or gains[best] >= -GAIN_ROUNDING * step_norms[best]:
             break

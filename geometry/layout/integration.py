@@ -14,8 +14,9 @@ import numpy as np
 import scipy.linalg
 from scipy.sparse import coo_array, csr_array
 
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.layout.seams import SeamlessMaps
+from geometry.layout.windings import wrongly_wound
 from geometry.networks.networks import Network, determinants, forms_of_isolines
 from geometry.optimise import SparseMatrix, apply, factorise
 
@@ -40,11 +41,16 @@ CONJUGACY_NEWTON_STEPS = 2
 LEAST_DETERMINANT, TARGET_DETERMINANT = 0.15, 0.3
 """Determinant p s - q r of a triangle below which it counts as folded, and its target value while it is unfolded."""
 
-MAX_UNFOLDING_ROUNDS = 16
+MAX_UNFOLDING_ROUNDS = 40
 """Largest number of rounds in which folded triangles are unfolded."""
 
+LENIENT_ROUNDS = 16
+"""Number of these rounds after which determinants need only be positive, and triangles at wrongly wound vertices are
+turned towards the network."""
+
 UNFOLDING_WEIGHT = 1.0
-"""Weight of the determinant of a folded triangle in the first round; it doubles while the triangle stays folded."""
+"""Weight of the determinant of a folded triangle in the first round, and of the directions of a wrongly wound one; it
+doubles while the triangle stays so."""
 
 UNFOLDING_STEP = 0.7
 """Share of each Gauss-Newton step that is taken while triangles are unfolded."""
@@ -89,13 +95,16 @@ class Integration:
         jacobian = csr_array(coo_array((np.concatenate(values), places), shape=(4 * n, 6 * n)))
         return csr_array(jacobian @ self.maps.reals), csr_array(jacobian @ self.maps.integers)
 
-    def _quadratic(self, derivatives: FloatArray, unfolding: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _quadratic(
+        self, derivatives: FloatArray, unfolding: FloatArray, directing: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
         """(F, 4, 4) M and (F, 4) m: the energy g . M g - 2 m . g of the derivatives g of each triangle, linearised at
-        the given derivatives (F, 4); unfolding (F,): weights of the determinants."""
+        the given derivatives (F, 4); unfolding (F,): weights of the determinants, directing (F,): added to those of
+        directions and lengths."""
         areas = self.network.frames.areas / self.network.frames.areas.sum()
-        weights = np.array([LENGTH_WEIGHT, 1.0, 1.0, LENGTH_WEIGHT])
-        matrix = np.tile(np.diag(weights), (len(derivatives), 1, 1))
-        right = np.tile(weights * IDENTITY, (len(derivatives), 1))
+        weights = np.array([LENGTH_WEIGHT, 1.0, 1.0, LENGTH_WEIGHT]) + directing[:, None]
+        matrix = weights[:, :, None] * np.eye(4)
+        right = weights * IDENTITY
         value, slope = conjugacy(self.network.forms, derivatives)
         conjugacy_weights = CONJUGACY_WEIGHT / (1 + unfolding)  # less where triangles fold
         matrix += conjugacy_weights[:, None, None] * slope[:, :, None] * slope[:, None]
@@ -131,7 +140,7 @@ class Integration:
 
     def real_solution(self) -> RealSolution:
         derivatives = np.tile(IDENTITY, (self.network.frames.n_triangles, 1))
-        matrix, right = self._quadratic(derivatives, np.zeros(len(derivatives)))
+        matrix, right = self._quadratic(derivatives, *np.zeros((2, len(derivatives))))
         reals, integers = self._derivatives
         _, times_integers, normal = self._normal(matrix)
         factor = factorise(normal)
@@ -155,29 +164,42 @@ class Integration:
         reals, integers = self._derivatives
         return h * (apply(reals, x) + apply(integers, t)).reshape(4, -1).T
 
-    def solved(self, t: IntArray, h: float) -> FloatArray:
-        """(n,) the real unknowns for given integers. Triangles that are turned over are unfolded as far as possible."""
+    def solved(self, t: IntArray, h: float, indices: IntArray) -> FloatArray:
+        """(n,) the real unknowns for given integers. Triangles that are turned over, or at vertices that are wrongly
+        wound, are unfolded as far as possible. indices (N,): of the field, see `CombedField`."""
         n = self.network.frames.n_triangles
-        unfolding = np.zeros(n)
+        unfolding, directing = np.zeros((2, n))
         derivatives, x = np.tile(IDENTITY, (n, 1)), np.zeros(self.maps.reals.shape[1])
         t_values = t.astype(np.float64)
         for _ in range(1 + CONJUGACY_NEWTON_STEPS):
-            x = self._step(derivatives, unfolding, t_values, h)
+            x = self._step(derivatives, unfolding, directing, t_values, h)
             derivatives = self.derivatives(x, t_values, h)
-        best, best_determinant = x, determinants(derivatives).min()
-        for _ in range(MAX_UNFOLDING_ROUNDS):
-            folded = determinants(derivatives) < LEAST_DETERMINANT
-            if not folded.any():
-                return x
-            unfolding = np.where(folded, np.maximum(UNFOLDING_WEIGHT, 2 * unfolding), unfolding)
-            x = x + UNFOLDING_STEP * (self._step(derivatives, unfolding, t_values, h) - x)
+        best, least_folded, best_determinant = x, n + 1, 0.0
+        for unfolding_round in range(MAX_UNFOLDING_ROUNDS):
+            areas = determinants(derivatives)
+            is_wound = self._wrongly_wound(x, t_values, indices)
+            n_folded, least = int(((areas <= 0) | is_wound).sum()), float(areas.min())
+            if (n_folded, -least) < (least_folded, -best_determinant):
+                best, least_folded, best_determinant = x, n_folded, least
+            is_lenient = unfolding_round >= LENIENT_ROUNDS
+            if n_folded == 0 and (least >= LEAST_DETERMINANT or is_lenient):
+                break
+            is_flat = areas < LEAST_DETERMINANT
+            unfolding = np.where(is_flat, np.maximum(UNFOLDING_WEIGHT, 2 * unfolding), unfolding)
+            if is_lenient:
+                directing = np.where(is_wound, np.maximum(UNFOLDING_WEIGHT, 2 * directing), directing)
+            x = x + UNFOLDING_STEP * (self._step(derivatives, unfolding, directing, t_values, h) - x)
             derivatives = self.derivatives(x, t_values, h)
-            least = determinants(derivatives).min()
-            best, best_determinant = (x, least) if least > best_determinant else (best, best_determinant)
         return best
 
-    def _step(self, derivatives: FloatArray, unfolding: FloatArray, t: FloatArray, h: float) -> FloatArray:
-        matrix, right = self._quadratic(derivatives, unfolding)
+    def _wrongly_wound(self, x: FloatArray, t: FloatArray, indices: IntArray) -> BoolArray:
+        c = self.network.frames.combinatorics
+        return wrongly_wound(c, self.maps.values(x, t).reshape(-1, 3, 2), indices)
+
+    def _step(
+        self, derivatives: FloatArray, unfolding: FloatArray, directing: FloatArray, t: FloatArray, h: float
+    ) -> FloatArray:
+        matrix, right = self._quadratic(derivatives, unfolding, directing)
         reals, integers = self._derivatives
         times_reals, _, normal = self._normal(matrix)
         right_side = _transposed_times(reals, right.T.ravel()) - h * _transposed_times(times_reals, apply(integers, t))

@@ -127,7 +127,7 @@ def lay_quads(
     frames = TangentFrames(mesh)
     align = _aligned_edges(mesh, boundary)
     network, field, undirected = conjugate_network(frames, affine_map(affine), align, _strokes(strokes, origin))
-    maps = seamless_maps(mesh.combinatorics, field, _lines(network, align) if align.any() else None)
+    maps = seamless_maps(mesh.combinatorics, field, _lines(network, align))
 
     area = float(frames.areas.sum())
     count = float(n_faces) if n_faces is not None else area / float(edge_length or 1) ** 2

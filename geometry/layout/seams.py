@@ -26,11 +26,13 @@ __all__ = ["SeamlessMaps", "seamless_maps"]
 class SeamlessMaps:
     """All seamless (u, v): the values (2C,) at the corners, u and v alternately, are reals @ x + integers @ t.
 
-    x: real numbers, the (u, v) of vertices that need not be integers, in their first wedge; t: integers.
+    x: real numbers, the (u, v) of vertices that need not be integers, in their first wedge; t: integers. on_lines
+    (C, 2): half-edges along which u (column 0) or v (column 1) is a constant integer.
     """
 
     reals: SparseMatrix
     integers: SparseMatrix
+    on_lines: BoolArray
 
     def values(self, x: FloatArray, t: FloatArray) -> FloatArray:
         """(C, 2) the (u, v) at the corners."""
@@ -59,10 +61,8 @@ class Fans:
 
 
 def seamless_maps(c: Combinatorics, field: CombedField, on_lines: BoolArray | None = None) -> SeamlessMaps:
-    """All maps for a combed field in which singular vertices have integer (u, v).
-
-    on_lines (C, 2): half-edges along which u (column 0) or v (column 1) is a constant integer.
-    """
+    """All maps for a combed field in which singular vertices have integer (u, v). on_lines: see `SeamlessMaps`."""
+    on_lines = np.zeros((c.n_corners, 2), dtype=bool) if on_lines is None else on_lines
     degrees = np.bincount(c.edges[field.is_cut].ravel(), minlength=c.n_vertices)
     is_node = (degrees > 0) & (c.is_boundary_vertex | (field.indices != 0) | (degrees != 2))
     arcs, is_forward = _arcs(c, field.is_cut, is_node)
@@ -75,12 +75,12 @@ def seamless_maps(c: Combinatorics, field: CombedField, on_lines: BoolArray | No
     column = np.full((c.n_vertices, 2), -1)  # columns of (u, v) that are integers
     column[singular] = n_integer + np.arange(2 * len(singular)).reshape(-1, 2)
     n_integer += 2 * len(singular)
-    if on_lines is not None:
+    if on_lines.any():
         column, n_integer = _line_columns(c, fans, on_lines, column, n_integer)
     base, added = _corner_rows(c, fans, column, n_arcs, n_integer)
 
     equations = [_node_equations(fans, is_node & ~c.is_boundary_vertex, column, n_arcs, n_integer)]
-    if on_lines is not None:
+    if on_lines.any():
         equations.append(_line_equations(c, on_lines, added))
     anchored = column[first_singular].ravel()
     equations.append(
@@ -88,7 +88,7 @@ def seamless_maps(c: Combinatorics, field: CombedField, on_lines: BoolArray | No
     )
     rows = np.concatenate([_distinct(part) for part in equations])
     kernel = integer_kernel(np.rint(rows).astype(np.int64))
-    return SeamlessMaps(base, csr_array(added @ csr_array(kernel.astype(np.float64))))
+    return SeamlessMaps(base, csr_array(added @ csr_array(kernel.astype(np.float64))), on_lines)
 
 
 def _distinct(equations: SparseMatrix) -> FloatArray:

@@ -17,7 +17,7 @@ from fabkit.detailing import detail
 from fabkit.errors import DetailingError
 from fabkit.kinds import BOLT, END_PLATE
 from fabkit.parts import Part, Surroundings
-from fabkit.production import share_equal_parts
+from fabkit.production import piece_tables, share_equal_parts
 from fabkit.rules import BeamRules, ConnectionRules, DetailingRules, NodeRules
 from geometry.arrays import FloatArray
 from tests.fabkit.part21 import StepText, coordinates, written
@@ -162,6 +162,8 @@ def test_equal_plates_bolts_and_dowels_share_marks_and_lists_count_them(grid: An
     assert len(shared["nodes"].mark_names) == 3  # of corners, rims and inside
     row = {column.title: column.cells[0] for column in BOLT.columns(shared["bolts"], Surroundings(shared))}
     assert (row["Mark"], row["Count"], row["Size"]) == ("S001", 34, "M20x40")
+    table = next(each for each in piece_tables(shared, None) if each.title == "node_facets")
+    assert {row[-2:] for row in table.rows} == {(1, "M20x40")}
 
 
 def test_a_socket_without_room_is_found(grid: Any) -> None:

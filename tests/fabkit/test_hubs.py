@@ -13,7 +13,7 @@ from fabkit.checking import violations
 from fabkit.connections import TUBE_DIAMETERS_MM
 from fabkit.detailing import beam_ends, detail
 from fabkit.errors import DetailingError
-from fabkit.production import share_equal_parts
+from fabkit.production import piece_tables, share_equal_parts
 from fabkit.rules import BeamRules, ConnectionRules, DetailingRules
 from geometry.mesh.shapes import dome
 from tests.fabkit.test_bolted import cylinders
@@ -82,6 +82,22 @@ def test_a_tee_weighs_what_its_two_plates_weigh(grid: Any) -> None:
     flange, web = x[2] - x[1], x[3] - x[0]
     assert web == pytest.approx(SIDE - 2 * radius)
     assert beam.solid.volume_mm3 == pytest.approx(110 * 8 * web + 80 * 10 * flange)
+
+
+def test_the_table_of_facets_has_the_webs_on_the_tubes() -> None:
+    """Webs of tees 120x80x10x8 are 110 high and 8 thick, and are cut along the tube."""
+    built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500, beams={"section": TEE}, connection={"kind": "hub"}))
+    tables = {each.title: each for each in piece_tables(built.assembly, None)}
+    rows: list[Any] = [dict(zip(tables["node_facets"].columns, row, strict=True)) for row in tables["node_facets"].rows]
+    tubes: dict[Any, Any] = {row[0]: row for row in tables["survey"].rows}
+    assert len(rows) == 2 * len(built.assembly["beams"])
+    for row in rows:
+        top, bottom = row["Facet top (mm)"], row["Facet bottom (mm)"]
+        along = 110 / np.cos(np.radians(row["Inclination (deg)"]))
+        assert top - bottom == pytest.approx(along, abs=2 * built.summary.equal_within_mm)
+        assert row["Facet width (mm)"] == pytest.approx(8)
+        high, low = tubes[row["Node"]][-2:]
+        assert low - 0.5 <= bottom < top <= high + 0.5  # of beams of one mark, made alike to half a millimetre
 
 
 def test_hubs_whose_tubes_are_equal_differ_where_their_beams_are_welded() -> None:

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabkit import Built, Project, build, design
-from fabkit.errors import FolderError, ProjectError
+from fabkit.errors import DetailingError, FolderError, ProjectError
 from fabkit.formats.finished import kept_marks
 from fabkit.parts import Assembly, Parts
 from fabkit.production.marks import KeptMarks, element_ranks, mark_points, share_equal_parts
@@ -179,10 +179,22 @@ def test_marks_are_kept_from_a_folder(tmp_path: Path) -> None:
     assert not fresh & set(read)
 
 
+def edit(folder: Path, one: str, other: str) -> None:
+    path = folder / "mark_points.csv"
+    assert one in path.read_text()
+    path.write_text(path.read_text().replace(one, other))
+
+
 @pytest.mark.parametrize(
     ("damage", "sentence"),
     [
-        (lambda folder: (folder / "mark_points.csv").write_text("Mark,x\nB001,1"), "is damaged"),
+        (lambda folder: (folder / "mark_points.csv").write_text("Mark,x\nB001,1"), r"kept: .* is cut off"),
+        (lambda folder: edit(folder, ",corner,", ",cornr,"), r"cannot be kept: .* damaged, near 'cornr'"),
+        (lambda folder: edit(folder, "B001", "../../B001"), r"damaged, near '../../B001'"),
+        (lambda folder: edit(folder, "-120.000000000", "1e999"), "damaged, near '1e999'"),
+        (lambda folder: edit(folder, "-120.000000000", "one"), "damaged, near 'one'"),
+        (lambda folder: edit(folder, "-120.000000000", "-120.000000001"), r"kept: mark_points.csv there was changed"),
+        (lambda folder: (folder / "placements.csv").unlink(), r"kept: placements.csv cannot be read"),
         (lambda folder: (folder / "manifest.json").unlink(), "has no manifest.json"),
         (lambda folder: folder.rename(folder.parent / "elsewhere"), "is not a folder"),
         (
@@ -200,6 +212,28 @@ def test_a_folder_whose_marks_cannot_be_kept_is_named(tmp_path: Path, damage: An
     with pytest.raises(FolderError, match=sentence):
         build(Project(mesh=shapes.dome(4, 1), out=tmp_path / "second", marks={"keep": out}, **SIZES))
     assert not (tmp_path / "second").exists()
+
+
+def test_nothing_is_built_into_the_folder_whose_marks_are_kept(tmp_path: Path) -> None:
+    out = tmp_path / "first"
+    build(Project(mesh=shapes.dome(4, 1), out=out, documents=["tables"], **SIZES))
+    with pytest.raises(ProjectError, match=r"lies in .*first, the folder whose marks"):
+        build(Project(mesh=shapes.dome(4, 1), out=out / "second", marks={"keep": out}, **SIZES))
+    assert not (out / "second").exists()
+
+
+def test_kept_marks_of_one_kind_are_no_names_of_another() -> None:
+    built = design(Project(mesh=shapes.dome(4, 1), **SIZES))
+    nodes = mark_points(built.assembly["nodes"]).points.values()
+    kept = {"nodes": KeptMarks({f"xb{number:03d}": each for number, each in enumerate(nodes, start=1)})}
+    with pytest.raises(DetailingError, match=r"the mark xb001 of a node would be .* XB001 of a beam"):
+        share_equal_parts(built.nominal, rules=MarkRules(prefix="X"), kept=kept)
+
+
+def test_a_prefix_that_makes_marks_numbers_is_refused() -> None:
+    with pytest.raises(ProjectError, match=r"takes marks such as 12E001 for numbers.*'12-'"):
+        Project(mesh=shapes.dome(4, 1), marks={"prefix": "12"}, **SIZES)
+    assert Project(mesh=shapes.dome(4, 1), marks={"prefix": "12-"}, **SIZES).marks.prefix == "12-"
 
 
 @pytest.mark.parametrize("prefix", ["a/b", "=1", "-A", "x" * 17, "é", "a b", "a.", "_", "\n"])
@@ -240,20 +274,59 @@ def test_mirrored_panes_are_one_mark_where_the_rules_say_so(n: int, seed: int) -
         assert one == pytest.approx(other, abs=1e-6)
 
 
+SQUARE = np.array([[0.0, 0.0], [900.0, 0.0], [880.0, 700.0], [10.0, 690.0]])
+
+
+def panes(longer: list[float], order: list[int] | None = None) -> Parts[Any]:
+    """Plates, longer than a square by these mm, two metres apart; in another order on mesh elements that follow it."""
+    made = plates([SQUARE + np.outer([0.0, 0.0, each, 0.0], [1.0, 0.0]) for each in longer])
+    made = replace(made, origins=np.outer(np.arange(len(longer)), [0.0, 2000.0, 0.0]))
+    return made if order is None else replace(made.take(np.array(order)), elements=np.arange(len(order)))
+
+
+def shared_panes(parts: Parts[Any], kept: KeptMarks | None = None) -> Parts[Any]:
+    known = None if kept is None else {"panels": kept}
+    return share_equal_parts(Assembly("plates", (parts,)), within_mm=0.5, kept=known)["panels"]
+
+
 def test_a_piece_that_crosses_the_tolerance_by_little_keeps_its_mark() -> None:
     """The second plate is all but 0.5 mm longer than the first, then a little more; a third one has always been."""
-    square = np.array([[0.0, 0.0], [900.0, 0.0], [880.0, 700.0], [10.0, 690.0]])
-
-    def plates_with(*longer: float) -> Parts[Any]:
-        return plates([square + np.outer([0.0, 0.0, each, 0.0], [1.0, 0.0]) for each in longer])
-
-    def shared(parts: Parts[Any], kept: KeptMarks | None = None) -> list[str]:
-        known = None if kept is None else {"panels": kept}
-        return share_equal_parts(Assembly("plates", (parts,)), within_mm=0.5, kept=known)["panels"].marks
-
-    first = share_equal_parts(Assembly("plates", (plates_with(0.0, 0.499, 0.51),)), within_mm=0.5)["panels"]
+    first = shared_panes(panes([0.0, 0.499, 0.51]))
     assert first.marks == ["P001", "P001", "P002"]
     kept = mark_points(first)
-    assert shared(plates_with(0.0, 0.503, 0.51), kept) == ["P001", "P001", "P002"]
-    assert shared(plates_with(0.0, 0.503, 0.51), KeptMarks(kept.points)) == ["P001", "P002", "P002"]
-    assert shared(plates_with(0.0, 0.56, 0.51), kept) == ["P001", "P002", "P002"]
+    assert shared_panes(panes([0.0, 0.503, 0.51]), kept).marks == ["P001", "P001", "P002"]
+    assert shared_panes(panes([0.0, 0.503, 0.51]), KeptMarks(kept.points)).marks == ["P001", "P002", "P002"]
+    assert shared_panes(panes([0.0, 0.99, 0.51]), kept).marks == ["P001", "P001", "P002"]  # it changes by 0.491
+    assert shared_panes(panes([0.0, 1.003, 0.51]), kept).marks == ["P001", "P002", "P002"]  # by more than the tolerance
+    not_off_before, more_than_twice_apart = [0.503, 0.499, 0.51], [-0.45, 0.6, 0.51]
+    assert shared_panes(panes(not_off_before), kept).marks == ["P002", "P001", "P002"]
+    assert shared_panes(panes(more_than_twice_apart), kept).marks == ["P001", "P002", "P002"]
+
+
+@settings(max_examples=60)
+@given(
+    st.lists(st.tuples(st.integers(0, 60), st.integers(-60, 60)), min_size=1, max_size=9),
+    st.integers(0, 2**32 - 1),
+)
+def test_what_changes_by_less_than_the_tolerance_keeps_its_mark(pairs: list[tuple[int, int]], seed: int) -> None:
+    """Lengths in steps of a 31st of a millimetre, so that none is on an edge of the tolerance of 0.5 mm; all pieces are
+    renumbered; and once more, where nothing has changed. A second time is as the first."""
+    rng, step, within = np.random.default_rng(seed), 1 / 31, 0.5
+    before, change = (step * np.array(pairs, dtype=float)).T
+    first = shared_panes(panes(before.tolist()))
+    order = rng.permutation(len(pairs))
+    second = shared_panes(panes((before + change).tolist(), order.tolist()), mark_points(first))
+    marks = dict(zip(order.tolist(), second.marks, strict=True))
+    after = before + change
+    of_mark = {mark: [after[k] for k in marks if marks[k] == mark] for mark in marks.values()}
+    assert all(max(lengths) - min(lengths) <= 2 * within for lengths in of_mark.values())
+    assert second.hidden_mm.max() <= 2 * within
+    for k, old in enumerate(first.marks):
+        stay = [after[j] for j in range(len(pairs)) if first.marks[j] == old]
+        if abs(change[k]) <= within and max(abs(after[k] - each) for each in stay) <= within:
+            assert marks[k] == old
+    assert shared_panes(panes(before.tolist(), order.tolist()), mark_points(first)).marks == [
+        first.marks[k] for k in order.tolist()
+    ]
+    again = shared_panes(panes(after.tolist()), mark_points(second))
+    assert again.marks == [marks[k] for k in range(len(pairs))]

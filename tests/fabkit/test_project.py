@@ -131,7 +131,15 @@ SINGLE_QUOTES = "write backslashes in single quotes"
         (b"mesh = 1979-05-27\nunit = 'm'", r"mesh is 1979-05-27: a path in quotes is needed, as in 'roof\.obj'"),
         (GOOD.encode().replace(b"[beams]", b"[fitness.a]"), "unknown key 'a' in \\[fitness\\]"),
         (b"mesh = 'a.obj'\nunit = 'm'\nbeams = 07:32:00", "beams is 07:32:00: a table is needed"),
-        (b"mesh = 'a.obj'\nunit = 'm'\naccept = ''", r"accept is '': a list in brackets is needed, as in \['moves'\]"),
+        (b"mesh = 'a.obj'\nunit = 'm'\naccept = 'lean'", r"accept is 'lean': a list in brackets .* as in \['lean'\]"),
+        (
+            b"mesh = 'a.obj'\nunit = 'm'\nsite = { origin_mm = [1, 2, 3, 4] }",
+            r"origin_mm is \[1, 2, 3, 4\]: it has more than 3 entries",
+        ),
+        (b"mesh = 'a.obj'\nunit = 'm'\ntitle_block = { date = 2026-03-01T10:00:00 }", "a date such as 2026-03-01"),
+        (b"mesh = 'a.obj'\nunit = 'm'\ntitle_block = { date = 20260301 }", "input should be a valid string"),
+        (b"mesh = 'a.obj'\nunit = 'm'\nmarks = { start = true }", "marks.start is True: a number is needed"),
+        (b"mesh = 'a.obj'\nunit = 'm'\nlayers = [{ joint_mm = false }]", "layers.0.joint_mm is False: a number"),
     ],
 )
 def test_what_no_project_file_says_gets_one_short_sentence(tmp_path: Path, text: bytes, sentence: str) -> None:
@@ -213,3 +221,10 @@ def test_names_have_no_control_characters(given: dict[str, object]) -> None:
     with pytest.raises(ProjectError, match="control characters cannot stand in a name or title; take them out"):
         Project(mesh="roof.obj", unit="m", **given)  # type: ignore[arg-type]
     assert Project(mesh="roof.obj", unit="m", name="Dach (ß) 1").title == "Dach (ß) 1"
+
+
+@pytest.mark.parametrize("date", ["2026-03-01", "'2026-03-01'", "'20260301'"])
+def test_a_date_may_be_one_of_toml(tmp_path: Path, date: str) -> None:
+    path = tmp_path / "roof.toml"
+    path.write_text(f"mesh = 'a.obj'\nunit = 'm'\n[title_block]\ndate = {date}")
+    assert load_project(path, {}).title_block.date == "2026-03-01"

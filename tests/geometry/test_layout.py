@@ -13,6 +13,7 @@ from geometry.arrays import FloatArray
 from geometry.errors import GeometryError
 from geometry.layout import LaidMesh, lay_quads
 from geometry.mesh import Mesh, shapes
+from geometry.mesh.polygons import face_centroids
 from geometry.surface import Surface
 from tests.geometry.design_surfaces import KNOWN, ball, chart, cylinder, off_conjugate, sphere_cap, torus, triangle_mesh
 
@@ -82,6 +83,38 @@ def test_the_boundary_can_be_made_of_lines() -> None:
         outer = c.is_boundary_vertex
         assert (c.vertex_degrees[outer] == 2).sum() == corners
         assert set(c.vertex_degrees[outer].tolist()) <= {2, 3}
+
+
+def ring_with_a_small_hole() -> Surface:
+    def point(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
+        radius = 0.25 + 0.75 * v
+        x, y = radius * np.cos(2 * np.pi * u) + 0.3 * (1 - v), radius * np.sin(2 * np.pi * u)
+        return x, y, -0.6 * x**2 - 0.4 * y**2 + 0.1 * x**3
+
+    return chart(40, 12, point, rings="u")
+
+
+def waves() -> Surface:
+    def point(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
+        return 3 * u - 1.5, 2 * v - 1, 0.5 * np.sin(1.7 * (3 * u - 1.5)) * np.sin(1.7 * (2 * v - 1))
+
+    return chart(30, 20, point)
+
+
+@pytest.mark.parametrize(("surface", "n_faces"), [(ring_with_a_small_hole(), 120), (waves(), 150)])
+def test_singular_points_near_an_aligned_boundary_do_not_fold_faces(surface: Surface, n_faces: int) -> None:
+    """Some are nearer to it than half an edge length, and would be put on its line by rounding alone."""
+    result = lay_quads(surface, n_faces=n_faces, boundary="aligned")
+    c, triangles = result.mesh.combinatorics, surface.triangulated
+    assert len(result.singularities) >= 4
+    assert result.quality.quad_share > 0.95
+    assert c.euler_characteristic == triangles.combinatorics.euler_characteristic
+    assert (
+        np.einsum("fi,fi->f", result.mesh.face_normals, surface.closest(face_centroids(result.mesh.vertices, c))[1])
+        > 0.5
+    ).all()
+    areas = [np.linalg.norm(mesh.vector_areas, axis=1).sum() for mesh in (result.mesh, triangles)]
+    assert abs(areas[0] / areas[1] - 1) < 0.03  # nothing is covered twice or left out
 
 
 def test_an_edge_length_is_reached() -> None:

@@ -16,6 +16,7 @@ from geometry.layout.exact_maps import CELL_SIZE, ExactMap, cross
 from geometry.layout.integer_lattices import integer_kernel, nearest_integers
 from geometry.layout.quarter_turns import quarter_turned
 from geometry.layout.seams import SeamlessMaps, seamless_maps
+from geometry.layout.windings import wrongly_wound
 from geometry.networks.combed_fields import CombedField, comb
 from geometry.networks.conjugate_networks import conjugate_network
 from geometry.networks.cross_fields import cross_field
@@ -112,12 +113,33 @@ def test_nearest_integers(seed: int) -> None:
     def energy(t: FloatArray) -> float:
         return float((t - wanted) @ gram @ (t - wanted))
 
-    found = nearest_integers(gram, wanted, np.zeros((0, 2, 3), dtype=np.int64))
+    no_differences, no_gaps = np.zeros((0, 2, 3), dtype=np.int64), np.zeros((0, 3), dtype=np.int64)
+    found = nearest_integers(gram, wanted, no_differences, no_gaps, no_gaps[:, 0])
     best = min((energy(np.array(t)) for t in product(range(-5, 6), repeat=3)), default=0.0)
     assert energy(found) <= 1.5 * best + 1e-9
     assert all(energy(found) <= energy(found + sign * step) + 1e-9 for step in np.eye(3) for sign in (1, -1))
     apart = np.stack([np.eye(3, dtype=np.int64)[:2]])
-    assert nearest_integers(np.eye(3), np.array([0.1, -0.2, 0.4]), apart)[:2].any()
+    assert nearest_integers(np.eye(3), np.array([0.1, -0.2, 0.4]), apart, no_gaps, no_gaps[:, 0])[:2].any()
+    gaps, least = rng.permuted(np.array([[1, -1, 0], [0, 1, 1]]), axis=1), np.array([1, 3])
+    assert (gaps @ nearest_integers(gram, wanted, no_differences, gaps, least) >= least).all()
+
+
+def test_fans_that_surround_a_vertex_by_a_wrong_angle_are_found() -> None:
+    """The map z -> z^k turns k times around 0; about a vertex of index 1, three quarters are right."""
+    mesh = disc(3, lambda x, y: 0 * x).mesh
+    c, at_centre = mesh.combinatorics, (mesh.combinatorics.corners == 0).reshape(-1, 3).any(axis=1)
+    corners = (mesh.vertices[:, 0] + 1j * mesh.vertices[:, 1])[c.corners.reshape(-1, 3)]
+    indices = np.zeros(c.n_vertices, dtype=np.int64)
+
+    def found(power: float, index: int) -> list[bool]:
+        indices[0] = index
+        turned = np.abs(corners) ** power * np.exp(1j * power * np.unwrap(np.angle(corners), axis=1))
+        return wrongly_wound(c, np.stack([turned.real, turned.imag], axis=2), indices).tolist()
+
+    assert not any(found(1, 0))
+    assert not any(found(0.75, 1))
+    assert found(2, 0) == at_centre.tolist()
+    assert found(1, 1) == at_centre.tolist()
 
 
 @given(seeds)
