@@ -277,15 +277,17 @@ def _unusual_frame(project: Project, assembly: Assembly) -> Iterator[Finding | N
         yield block_heights(nodes, own.beams.profile.height_mm, rules)
         yield slots(nodes, rules) if own.connection.kind in ("welded", "hub") else None
         yield uncovered(nodes, rules)
-        yield going_in(beams, erection.closing(beams), own.connection.gap_mm, rules)
+        yield going_in(beams, erection.is_closing[beams.kind.group], own.connection.gap_mm, rules)
 
 
 def _rules_near_zero(project: Project, origin_mm: FloatArray) -> DetailingRules:
     """The rules of a project with heights above the origin that is taken out."""
-    rules = project.rules
-    if rules.supports is None or rules.supports.below_mm is None:
-        return rules
-    return replace(rules, supports=replace(rules.supports, below_mm=rules.supports.below_mm - float(origin_mm[2])))
+    rules, level = project.rules, float(origin_mm[2])
+    supports, zones = rules.supports, rules.zones
+    if supports is not None and supports.below_mm is not None:
+        supports = replace(supports, below_mm=supports.below_mm - level)
+    zones = tuple(zone if zone.below_mm is None else replace(zone, below_mm=zone.below_mm - level) for zone in zones)
+    return replace(rules, supports=supports, zones=zones)
 
 
 def _scale(project: Project, mesh: Mesh) -> float:

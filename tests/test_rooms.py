@@ -495,6 +495,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "build_up plates kind curves",
         "solids",
         "parts",
+        "zones",
         "assembly",
     ),
     "fabkit.checking": (
@@ -505,7 +506,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "panel_bounds",
     ),
     "fabkit.detailing": (
-        "ends",
+        "ends zones",
         "beams joining",
         "hubs fins",
         "nodes",
@@ -515,7 +516,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.rules": ("lengths", "connections documents fins layers marks sheets site supports", "detailing"),
+    "fabkit.rules": ("lengths", "connections documents fins layers marks sheets site supports zones", "detailing"),
     "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production.nesting": (
         "nests remaining_rectangles",
@@ -533,7 +534,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.formats.finished": (
         "contents part_geometry",
-        "dxf_files earlier_marks picture_checks step_checks",
+        "dxf_files earlier_marks picture_checks step_checks zone_checks",
         "dxf_checks",
         "view_checks",
         "drawing_checks",

@@ -22,6 +22,7 @@ from fabkit.formats.finished.step_checks import (
     check_part,
     part_file,
 )
+from fabkit.formats.finished.zone_checks import check_zones
 from fabkit.formats.manifest import foreign_files
 from fabkit.production import table_file
 from fabkit.rules import SiteRules
@@ -54,7 +55,7 @@ def check_folder(folder: Path, *, hashes: bool = True) -> tuple[str, ...]:
     """
     contents = Contents(folder)
     found = list(_of_files(contents, hashes))
-    for check in (_of_tables, _of_workbook, _of_shapes, _of_meshes, _of_pictures):
+    for check in (_of_tables, _of_workbook, _of_shapes, _of_meshes, _of_pictures, check_zones):
         found += _caught(check, contents)
     return tuple(dict.fromkeys(found))
 
