@@ -10,7 +10,6 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -21,10 +20,10 @@ from fabkit.formats.manifest import MANIFEST
 from fabkit.production import table_file
 from fabkit.rules import TableRules
 
-__all__ = ["Contents", "FolderTable", "workbook_tables"]
+__all__ = ["Contents", "FolderTable", "in_words", "workbook_tables"]
 
-_NEEDED = ("files", "folders", "settings", "counts", "origin", "versions")
-"""Keys of a manifest that the checks read."""
+_NEEDED = {"files": dict, "folders": list, "settings": dict, "counts": dict, "origin": dict, "versions": dict}
+"""Keys of a manifest that the checks read, and the types of their values."""
 _COMMA_NUMBER = re.compile(r"-?\d+,\d+")
 _SHEET = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
@@ -57,11 +56,12 @@ class Contents:
             )
         try:
             manifest = json.loads(path.read_bytes())
-            missing = [key for key in _NEEDED if not isinstance(manifest[key], dict | list)]
-        except (ValueError, KeyError, TypeError, RecursionError):
-            missing = list(_NEEDED)
-            manifest = {}
-        if missing or "tables" not in manifest["settings"]:
+            damaged = any(not isinstance(manifest[key], kind) for key, kind in _NEEDED.items())
+            damaged = damaged or not all(isinstance(text, str) for text in manifest["files"].values())
+            rules = None if damaged else TableRules(**manifest["settings"]["tables"])
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+            rules = None
+        if rules is None:
             raise FolderError(
                 f"{path} cannot be read as that of a build: it is damaged, or of another version of fabkit; build the "
                 "folder again"
@@ -73,16 +73,13 @@ class Contents:
                 "that version, or build the folder again"
             )
         self.manifest: dict[str, Any] = manifest
+        self.rules = rules
         self._tables: dict[str, FolderTable] = {}
 
     @property
     def files(self) -> dict[str, str]:
         """The hash of each file by its path, as the manifest lists them."""
         return dict(self.manifest["files"])
-
-    @cached_property
-    def rules(self) -> TableRules:
-        return TableRules(**self.manifest["settings"]["tables"])
 
     def text(self, name: str) -> str:
         """The text of a file. Raises FolderError where it is missing or no text."""
@@ -128,6 +125,11 @@ class Contents:
         totals = next((row for row in own if row[first] == "Total"), {})
         kept = [row for row in own if row[first] != "Total" and not row[first].startswith("left out:")]
         return FolderTable(tuple(head), tuple(kept), totals)
+
+
+def in_words(error: Exception) -> str:
+    """What was wrong with a row or a cell that could not be read."""
+    return f"there is no {error} where one is needed" if isinstance(error, KeyError) else str(error)
 
 
 def workbook_tables(path: Path) -> dict[str, list[list[str]]]:

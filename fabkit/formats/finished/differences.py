@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents
+from fabkit.formats.finished.contents import Contents, in_words
 from fabkit.formats.finished.picture_checks import report_data
 from fabkit.formats.finished.step_checks import COORDINATE_TOLERANCE_MM
 from fabkit.formats.report import ShownModel, differences_html
@@ -161,9 +161,7 @@ def _pieces(contents: Contents) -> list[_Piece]:
             )
             found.append(piece)
     except (KeyError, ValueError) as error:
-        raise FolderError(
-            f"the tables of {contents.folder} are damaged: there is no {error} where one is needed"
-        ) from None
+        raise FolderError(f"the tables of {contents.folder} are damaged: {in_words(error)}") from None
     return found
 
 

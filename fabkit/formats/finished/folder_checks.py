@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents, workbook_tables
+from fabkit.formats.finished.contents import Contents, in_words, workbook_tables
 from fabkit.formats.finished.drawing_checks import check_drawings
 from fabkit.formats.finished.picture_checks import check_glb, check_report, same_text
 from fabkit.formats.finished.step_checks import (
@@ -23,7 +23,7 @@ from fabkit.formats.finished.step_checks import (
     part_file,
 )
 from fabkit.formats.finished.zone_checks import check_zones
-from fabkit.formats.manifest import foreign_files
+from fabkit.formats.manifest import MANIFEST, foreign_files
 from fabkit.production import table_file
 from fabkit.rules import SiteRules
 from geometry.arrays import FloatArray
@@ -55,32 +55,42 @@ def check_folder(folder: Path, *, hashes: bool = True) -> tuple[str, ...]:
     """
     contents = Contents(folder)
     found = list(_of_files(contents, hashes))
-    for check in (_of_tables, _of_workbook, _of_shapes, _of_meshes, _of_pictures, check_zones):
-        found += _caught(check, contents)
+    for what, check in (
+        ("tables", _of_tables),
+        ("the workbook", _of_workbook),
+        ("shapes", _of_shapes),
+        ("meshes", _of_meshes),
+        ("pictures", _of_pictures),
+        ("zones", check_zones),
+    ):
+        found += _caught(what, check(contents))
     return tuple(dict.fromkeys(found))
 
 
-def _caught(check: Callable[[Contents], Iterator[str]], contents: Contents) -> Iterator[str]:
-    """What a check finds, up to a file that cannot be read, or a cell that is none."""
+def _caught(what: str, findings: Iterator[str]) -> Iterator[str]:
+    """What a check of something finds, up to a file that cannot be read, or a cell that is none."""
     try:
-        yield from check(contents)
+        yield from findings
     except FolderError as error:
         yield str(error)
     except (KeyError, ValueError, IndexError, TypeError) as error:
-        yield f"{check.__name__.removeprefix('_of_')} cannot be compared: there is no {error} where one is needed"
+        yield f"{what} cannot be compared: {in_words(error)}"
 
 
 def _of_files(contents: Contents, hashes: bool) -> Iterator[str]:
     for name in contents.files:
         if not os.path.isfile(contents.folder / name):
             yield f"{name} is missing"
-    if hashes:
-        for name in foreign_files(contents.folder):
+    others = list(foreign_files(contents.folder)) if hashes else []
+    if hashes and not any(name.startswith(f"{MANIFEST} (") for name in others):
+        for name in others:
             yield f"{name} is not as it was written" if "(" in name else f"{name} was added"
         return
+    if hashes:
+        yield f"{MANIFEST} is not as it was written, so that its hashes say nothing of other files"
     for path in sorted(contents.folder.rglob("*")):
         name = path.relative_to(contents.folder).as_posix()
-        if path.is_file() and name not in contents.files and name != "manifest.json":
+        if path.is_file() and name not in contents.files and name != MANIFEST:
             yield f"{name} was added"
 
 
@@ -163,8 +173,8 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
         if mark in rows:
             yield from check_part(contents, part, rows[mark])
     if "model.step" in contents.files and parts and "placements.csv" in contents.files:
-        yield from _caught(lambda known: check_model(known, parts), contents)
-    yield from _caught(lambda known: check_drawings(known, parts), contents)
+        yield from _caught("model.step", check_model(contents, parts))
+    yield from _caught("drawings", check_drawings(contents, parts))
     yield from _of_panel_edges(contents, {mark: part.solid.outline for mark, part in parts.items()})
 
 
@@ -233,6 +243,6 @@ def _obj(contents: Contents, name: str) -> tuple[FloatArray, list[str]]:
 def _of_pictures(contents: Contents) -> Iterator[str]:
     """model.glb and report.html."""
     if "model.glb" in contents.files:
-        yield from _caught(check_glb, contents)
+        yield from _caught("model.glb", check_glb(contents))
     if "report.html" in contents.files:
-        yield from _caught(check_report, contents)
+        yield from _caught("report.html", check_report(contents))
