@@ -80,7 +80,7 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
         raise GeometryError(
             f"a hole or connected part of the surface is too small for faces of edge length {h:.3g}: its rim would "
             f"become a point or an edge (the Euler characteristic becomes {chi} instead of {c.euler_characteristic}"
-            f"{_short_loops(surface, h)}); fill the hole, or give a shorter edge length",
+            f"{_short_loops(surface, h)}); fill the hole, align its boundary, or give a shorter edge length",
             value=float(chi),
             bound=float(c.euler_characteristic),
         )
