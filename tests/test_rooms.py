@@ -204,9 +204,9 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "fabkit.formats.finished": {
         "fabkit.wording",
-        "fabkit.production.marks",
         "fabkit.rules",
         "fabkit.formats",
+        "fabkit.formats.drawings",
         "fabkit.formats.report",
         "fabkit.formats.step",
         "fabkit.production",
@@ -499,6 +499,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "build_up plates kind curves",
         "solids",
         "parts",
+        "zones",
         "assembly",
     ),
     "fabkit.checking": (
@@ -509,7 +510,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "panel_bounds",
     ),
     "fabkit.detailing": (
-        "ends",
+        "ends zones",
         "beams joining",
         "hubs fins",
         "nodes",
@@ -519,7 +520,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.rules": ("lengths", "connections documents fins layers marks sheets site supports", "detailing"),
+    "fabkit.rules": ("lengths", "connections documents fins layers marks sheets site supports zones", "detailing"),
     "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production.nesting": (
         "nests remaining_rectangles",
@@ -537,7 +538,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.formats.finished": (
         "contents part_geometry",
-        "dxf_checks earlier_marks picture_checks step_checks",
+        "dxf_files earlier_marks picture_checks step_checks zone_checks",
+        "dxf_checks",
+        "view_checks",
+        "drawing_checks",
         "differences folder_checks",
     ),
     "fabkit.formats.step": ("text p_curves", "solid", "entities", "writer", "files"),

@@ -58,7 +58,8 @@ class Finding:
     name: the criterion, one of `CRITERIA`. level: "note" (a build goes ahead), "refused" (a build stops) or "accepted"
     (it would be refused, but the user accepts it). value, bound: the value found, and the value from which it is noted
     or refused, both in `unit`. sentence: value and place in words; cure: what to do about it. noun, elements: the
-    vertices, edges or faces concerned, the worst first, counted from 0.
+    vertices, edges or faces concerned, the worst first, counted from 0. layer: "lower" or "upper" where it concerns
+    the beams and nodes of a second layer.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -77,6 +78,7 @@ class Finding:
     cure: str
     noun: str = ""
     elements: tuple[int, ...] = ()
+    layer: str = ""
 
     @property
     def may_be_accepted(self) -> bool:

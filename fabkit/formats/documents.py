@@ -131,6 +131,7 @@ def write_documents(
                 pieces=pieces,
                 sheets=pictures,
                 left_out_lines=missing,
+                issue=issued.issue,
             )
             (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
 

@@ -122,8 +122,10 @@ _SIGNS = (
     ),
     (
         "Order, Closing",
-        "Number in the order of erection; whether a beam comes last between two nodes that stand.",
+        "Number in the order of erection, the same for what goes up together; whether a beam comes last between two "
+        "nodes that stand.",
     ),
+    ("Zone", "Part of the structure; zones are put up one after the other. Between two of them: of the first one."),
     (
         "Hidden difference, Hidden at far ends",
         "Largest difference of a piece from the shape of its mark: of its corners in each coordinate, and of the far "

@@ -259,6 +259,12 @@ class Parts(Sequence[Part], Generic[D]):
         densities = np.array([material.density_kg_m3 for material in self.materials])
         return floats(densities[self.material] * self.volumes_mm3 * 1e-9)
 
+    @cached_property
+    def centres_mm(self) -> FloatArray:
+        """(n, 3) centres of mass of the placed parts."""
+        centroids = self.solids.centroids[self.shape]
+        return floats(self.origins + (centroids[:, None] @ self.axes)[:, 0])
+
     def placed(self) -> list[SolidArray]:
         """The parts in world coordinates, by topology; SolidArray.parts: positions in the group."""
         return [

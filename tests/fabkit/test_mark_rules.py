@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fabkit import Built, Project, build, design
+from fabkit.checking import violations
 from fabkit.errors import DetailingError, FolderError, ProjectError
 from fabkit.formats.finished import kept_marks
 from fabkit.parts import Assembly, Parts
@@ -111,6 +112,17 @@ def changed(parts: Parts[Any], rng: np.random.Generator) -> tuple[Parts[Any], np
     return replace(parts, solids=solids), np.setdiff1d(np.arange(len(parts)), which)
 
 
+def test_what_marks_hide_is_no_trouble_of_the_design(rough: Built) -> None:
+    assert violations(rough.nominal) == ()
+    shared = share_equal_parts(rough.nominal, within_mm=3.0, rules=MarkRules(far_end_mm=9.0))
+    assert max(parts.hidden_mm.max() for parts in shared.groups) > 1
+    found = violations(shared)
+    assert found
+    assert all("have the solids of their marks here" in each.sentence for each in found)
+    exact = share_equal_parts(rough.nominal, within_mm=1e-7)
+    assert violations(exact) == ()
+
+
 @settings(max_examples=10)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([1e-3, 0.5, 3.0]), st.sampled_from(["elements", "rings"]))
 def test_what_does_not_change_keeps_its_mark(rough: Built, seed: int, within: float, order: MarkOrder) -> None:
@@ -193,6 +205,8 @@ def edit(folder: Path, one: str, other: str) -> None:
         (lambda folder: edit(folder, "B001", "../../B001"), r"damaged, near '../../B001'"),
         (lambda folder: edit(folder, "-120.000000000", "1e999"), "damaged, near '1e999'"),
         (lambda folder: edit(folder, "-120.000000000", "one"), "damaged, near 'one'"),
+        (lambda folder: edit(folder, "-120.000000000", "-120.000000001"), r"kept: mark_points.csv there was changed"),
+        (lambda folder: (folder / "placements.csv").unlink(), r"kept: placements.csv cannot be read"),
         (lambda folder: (folder / "manifest.json").unlink(), "has no manifest.json"),
         (lambda folder: folder.rename(folder.parent / "elsewhere"), "is not a folder"),
         (
@@ -226,6 +240,12 @@ def test_kept_marks_of_one_kind_are_no_names_of_another() -> None:
     kept = {"nodes": KeptMarks({f"xb{number:03d}": each for number, each in enumerate(nodes, start=1)})}
     with pytest.raises(DetailingError, match=r"the mark xb001 of a node would be .* XB001 of a beam"):
         share_equal_parts(built.nominal, rules=MarkRules(prefix="X"), kept=kept)
+
+
+def test_a_prefix_that_makes_marks_numbers_is_refused() -> None:
+    with pytest.raises(ProjectError, match=r"takes marks such as 12E001 for numbers.*'12-'"):
+        Project(mesh=shapes.dome(4, 1), marks={"prefix": "12"}, **SIZES)
+    assert Project(mesh=shapes.dome(4, 1), marks={"prefix": "12-"}, **SIZES).marks.prefix == "12-"
 
 
 @pytest.mark.parametrize("prefix", ["a/b", "=1", "-A", "x" * 17, "é", "a b", "a.", "_", "\n"])
@@ -266,20 +286,59 @@ def test_mirrored_panes_are_one_mark_where_the_rules_say_so(n: int, seed: int) -
         assert one == pytest.approx(other, abs=1e-6)
 
 
+SQUARE = np.array([[0.0, 0.0], [900.0, 0.0], [880.0, 700.0], [10.0, 690.0]])
+
+
+def panes(longer: list[float], order: list[int] | None = None) -> Parts[Any]:
+    """Plates, longer than a square by these mm, two metres apart; in another order on mesh elements that follow it."""
+    made = plates([SQUARE + np.outer([0.0, 0.0, each, 0.0], [1.0, 0.0]) for each in longer])
+    made = replace(made, origins=np.outer(np.arange(len(longer)), [0.0, 2000.0, 0.0]))
+    return made if order is None else replace(made.take(np.array(order)), elements=np.arange(len(order)))
+
+
+def shared_panes(parts: Parts[Any], kept: KeptMarks | None = None) -> Parts[Any]:
+    known = None if kept is None else {"panels": kept}
+    return share_equal_parts(Assembly("plates", (parts,)), within_mm=0.5, kept=known)["panels"]
+
+
 def test_a_piece_that_crosses_the_tolerance_by_little_keeps_its_mark() -> None:
     """The second plate is all but 0.5 mm longer than the first, then a little more; a third one has always been."""
-    square = np.array([[0.0, 0.0], [900.0, 0.0], [880.0, 700.0], [10.0, 690.0]])
-
-    def plates_with(*longer: float) -> Parts[Any]:
-        return plates([square + np.outer([0.0, 0.0, each, 0.0], [1.0, 0.0]) for each in longer])
-
-    def shared(parts: Parts[Any], kept: KeptMarks | None = None) -> list[str]:
-        known = None if kept is None else {"panels": kept}
-        return share_equal_parts(Assembly("plates", (parts,)), within_mm=0.5, kept=known)["panels"].marks
-
-    first = share_equal_parts(Assembly("plates", (plates_with(0.0, 0.499, 0.51),)), within_mm=0.5)["panels"]
+    first = shared_panes(panes([0.0, 0.499, 0.51]))
     assert first.marks == ["P001", "P001", "P002"]
     kept = mark_points(first)
-    assert shared(plates_with(0.0, 0.503, 0.51), kept) == ["P001", "P001", "P002"]
-    assert shared(plates_with(0.0, 0.503, 0.51), KeptMarks(kept.points)) == ["P001", "P002", "P002"]
-    assert shared(plates_with(0.0, 0.56, 0.51), kept) == ["P001", "P002", "P002"]
+    assert shared_panes(panes([0.0, 0.503, 0.51]), kept).marks == ["P001", "P001", "P002"]
+    assert shared_panes(panes([0.0, 0.503, 0.51]), KeptMarks(kept.points)).marks == ["P001", "P002", "P002"]
+    assert shared_panes(panes([0.0, 0.99, 0.51]), kept).marks == ["P001", "P001", "P002"]  # it changes by 0.491
+    assert shared_panes(panes([0.0, 1.003, 0.51]), kept).marks == ["P001", "P002", "P002"]  # by more than the tolerance
+    not_off_before, more_than_twice_apart = [0.503, 0.499, 0.51], [-0.45, 0.6, 0.51]
+    assert shared_panes(panes(not_off_before), kept).marks == ["P002", "P001", "P002"]
+    assert shared_panes(panes(more_than_twice_apart), kept).marks == ["P001", "P002", "P002"]
+
+
+@settings(max_examples=60)
+@given(
+    st.lists(st.tuples(st.integers(0, 60), st.integers(-60, 60)), min_size=1, max_size=9),
+    st.integers(0, 2**32 - 1),
+)
+def test_what_changes_by_less_than_the_tolerance_keeps_its_mark(pairs: list[tuple[int, int]], seed: int) -> None:
+    """Lengths in steps of a 31st of a millimetre, so that none is on an edge of the tolerance of 0.5 mm; all pieces are
+    renumbered; and once more, where nothing has changed. A second time is as the first."""
+    rng, step, within = np.random.default_rng(seed), 1 / 31, 0.5
+    before, change = (step * np.array(pairs, dtype=float)).T
+    first = shared_panes(panes(before.tolist()))
+    order = rng.permutation(len(pairs))
+    second = shared_panes(panes((before + change).tolist(), order.tolist()), mark_points(first))
+    marks = dict(zip(order.tolist(), second.marks, strict=True))
+    after = before + change
+    of_mark = {mark: [after[k] for k in marks if marks[k] == mark] for mark in marks.values()}
+    assert all(max(lengths) - min(lengths) <= 2 * within for lengths in of_mark.values())
+    assert second.hidden_mm.max() <= 2 * within
+    for k, old in enumerate(first.marks):
+        stay = [after[j] for j in range(len(pairs)) if first.marks[j] == old]
+        if abs(change[k]) <= within and max(abs(after[k] - each) for each in stay) <= within:
+            assert marks[k] == old
+    assert shared_panes(panes(before.tolist(), order.tolist()), mark_points(first)).marks == [
+        first.marks[k] for k in order.tolist()
+    ]
+    again = shared_panes(panes(after.tolist()), mark_points(second))
+    assert again.marks == [marks[k] for k in range(len(pairs))]

@@ -24,7 +24,7 @@ from fabkit.parts import Curves
 from fabkit.production import CUT, HIDDEN, LABEL, MARK, SHEET, VISIBLE, Drawing
 from geometry.arrays import FloatArray
 
-__all__ = ["write_dxf"]
+__all__ = ["shown_text", "write_dxf"]
 
 Version = Literal["R2018", "R2010", "R12"]
 
@@ -166,7 +166,7 @@ def _texts(curves: Curves) -> Iterator[tuple[list[str], int]]:
 
 def _text(version: Version, line: str, at: FloatArray, height: float, owner: str, handles: Iterator[int]) -> str:
     """A line of text."""
-    shown = _shown(line, version)
+    shown = shown_text(line, version)
     place = f" 10\n{float(at[0])!r}\n 20\n{float(at[1])!r}\n 30\n0.0\n 40\n{height!r}\n  1\n{shown}\n"
     if version == "R12":
         return f"  0\nTEXT\n  5\n{next(handles):X}\n  8\n{TITLE}\n{place}"
@@ -175,8 +175,14 @@ def _text(version: Version, line: str, at: FloatArray, height: float, owner: str
 
 
 @lru_cache(maxsize=4096)
-def _shown(line: str, version: Version) -> str:
-    """The line without the codes of such texts; for R12, which has no UTF-8, what is not ASCII as \\U+00DF."""
+def shown_text(line: str, version: Version) -> str:
+    """A line of text as it is written: without the codes of such texts; for R12, which has no UTF-8, what is not ASCII
+    as \\U+00DF.
+
+    >>> from fabkit.formats.drawings import shown_text
+    >>> shown_text("50 %% gr\u00fcn", "R12")
+    '50 % % gr\\\\U+00FCn'
+    """
     plain = _CODE.sub("/", line.replace("%%", "% %").replace("^", "^ "))
     known = "".join(letter if letter.isprintable() and letter <= "\uffff" else "?" for letter in plain)
     return "".join(letter if letter.isascii() or version != "R12" else f"\\U+{ord(letter):04X}" for letter in known)

@@ -99,6 +99,13 @@ class Contents:
             self._tables[name] = self._table(name)
         return self._tables[name]
 
+    def tables_of_marks(self) -> Iterator[tuple[str, FolderTable]]:
+        """The groups that have a table of marks, and these."""
+        for name in self.files:
+            group = name.removesuffix(".csv").replace("_", " ")
+            if group in self.manifest["counts"] and name.endswith(".csv"):
+                yield group, self.table(group)
+
     def _table(self, name: str) -> FolderTable:
         file = table_file(name)
         text = self.text(file)

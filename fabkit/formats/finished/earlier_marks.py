@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import re
 from collections import defaultdict
@@ -12,12 +13,14 @@ import numpy as np
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
 from fabkit.production import KeptMarks, MarkPoints
-from fabkit.production.marks import only_ones
 from fabkit.wording import echo
 
 __all__ = ["kept_marks"]
 
 _MARK = re.compile(r"[\w-]+")
+_TABLES = ("mark_points.csv", "placements.csv", "pieces.csv")
+_CENTRE = ("Centre x (mm)", "Centre y (mm)", "Centre z (mm)")
+_HIDDEN = ("Hidden difference (mm)", "Hidden at far ends (mm)")
 
 
 def kept_marks(folder: Path) -> dict[str, KeptMarks]:
@@ -40,17 +43,22 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
         )
     points: dict[tuple[str, str], dict[str, list[list[float]]]] = defaultdict(lambda: {"corner": [], "direction": []})
     materials: dict[tuple[str, str], str] = {}
+    pieces: dict[str, list[tuple[list[float], list[float]]]] = defaultdict(list)
     try:
         for row in contents.table("mark_points"):
             mark = row["Group"], _mark(row["Mark"])
             materials[mark] = row["Material"].removeprefix("'")
             points[mark][row["Point"]].append([_number(row[axis]) for axis in "xyz"])
-        pieces = [(row["Mark"], int(row["Element"])) for row in contents.table("pieces")]
+        off = {row["Piece"]: [_number(row[name] or "0") for name in _HIDDEN] for row in contents.table("pieces")}
+        for row in contents.table("placements"):
+            pieces[row["Mark"]].append(([_number(row[name]) for name in _CENTRE], off[row["Piece"]]))
+        _check_unchanged(contents)
     except FolderError as error:
         raise FolderError(f"the marks of {folder} cannot be kept: {error}") from None
     except (KeyError, ValueError) as error:
         raise FolderError(
-            f"the marks of {folder} cannot be kept: mark_points.csv or pieces.csv there is damaged, near {error}"
+            f"the marks of {folder} cannot be kept: {', '.join(_TABLES[:2])} or {_TABLES[2]} there is damaged, near "
+            f"{error}"
         ) from None
     found: dict[str, dict[str, MarkPoints]] = defaultdict(dict)
     for (group, name), each in points.items():
@@ -58,8 +66,18 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
         found[group][name] = MarkPoints(materials[group, name], corners, directions)
     kept: dict[str, KeptMarks] = {}
     for group, marks in found.items():
-        kept[group] = KeptMarks(marks, only_ones((element, mark) for mark, element in pieces if mark in marks))
+        own = tuple(mark for mark in marks for _ in pieces[mark])
+        centres = np.array([centre for mark in marks for centre, _ in pieces[mark]]).reshape(-1, 3)
+        hidden = np.array([each for mark in marks for _, each in pieces[mark]]).reshape(-1, 2)
+        kept[group] = KeptMarks(marks, own, centres, hidden)
     return kept
+
+
+def _check_unchanged(contents: Contents) -> None:
+    """Raise FolderError unless the tables that are read are those that were written."""
+    for name in _TABLES:
+        if hashlib.sha256((contents.folder / name).read_bytes()).hexdigest() != contents.files.get(name):
+            raise FolderError(f"{name} there was changed after it was written; take an untouched copy of the folder")
 
 
 def _mark(text: str) -> str:

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents, FolderTable, workbook_tables
-from fabkit.formats.finished.dxf_checks import check_heads, check_panel, check_sheet, dxf_curves
+from fabkit.formats.finished.contents import Contents, workbook_tables
+from fabkit.formats.finished.drawing_checks import check_drawings
 from fabkit.formats.finished.picture_checks import check_glb, check_report, same_text
 from fabkit.formats.finished.step_checks import (
     COORDINATE_TOLERANCE_MM,
@@ -22,6 +22,7 @@ from fabkit.formats.finished.step_checks import (
     check_part,
     part_file,
 )
+from fabkit.formats.finished.zone_checks import check_zones
 from fabkit.formats.manifest import foreign_files
 from fabkit.production import table_file
 from fabkit.rules import SiteRules
@@ -54,7 +55,7 @@ def check_folder(folder: Path, *, hashes: bool = True) -> tuple[str, ...]:
     """
     contents = Contents(folder)
     found = list(_of_files(contents, hashes))
-    for check in (_of_tables, _of_workbook, _of_shapes, _of_meshes, _of_pictures):
+    for check in (_of_tables, _of_workbook, _of_shapes, _of_meshes, _of_pictures, check_zones):
         found += _caught(check, contents)
     return tuple(dict.fromkeys(found))
 
@@ -92,7 +93,7 @@ def _of_tables(contents: Contents) -> Iterator[str]:
     if len({row["Piece"] for row in pieces}) != len(pieces.rows):
         yield "pieces.csv has a piece twice"
     listed: set[str] = set()
-    for group, table in _of_marks(contents):
+    for group, table in contents.tables_of_marks():
         file = table_file(group)
         listed |= {row["Mark"] for row in table}
         for row in table:
@@ -115,13 +116,6 @@ def _of_tables(contents: Contents) -> Iterator[str]:
         folder = row["File"].partition("/")[0]
         if folder in contents.manifest["folders"] and row["File"] not in contents.files:
             yield f"there is no {row['File']}, the file of {row['Piece']}"
-
-
-def _of_marks(contents: Contents) -> Iterator[tuple[str, FolderTable]]:
-    for name in contents.files:
-        group = name.removesuffix(".csv").replace("_", " ")
-        if group in contents.manifest["counts"] and name.endswith(".csv"):
-            yield group, contents.table(group)
 
 
 def _of_workbook(contents: Contents) -> Iterator[str]:
@@ -164,14 +158,14 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
             yield str(error)
     for usual, _ in Counter(part.header for part in parts.values()).most_common(1):
         yield from (f"the header of parts/{each.mark}.step differs" for each in parts.values() if each.header != usual)
-    rows = {row["Mark"]: row for _, table in _of_marks(contents) for row in table}
+    rows = {row["Mark"]: row for _, table in contents.tables_of_marks() for row in table}
     for mark, part in parts.items():
         if mark in rows:
             yield from check_part(contents, part, rows[mark])
     if "model.step" in contents.files and parts and "placements.csv" in contents.files:
         yield from _caught(lambda known: check_model(known, parts), contents)
-    yield from _of_drawings(contents, {mark: part.blank for mark, part in parts.items()})
-    yield from _of_panel_edges(contents, {mark: part.outline for mark, part in parts.items()})
+    yield from _caught(lambda known: check_drawings(known, parts), contents)
+    yield from _of_panel_edges(contents, {mark: part.solid.outline for mark, part in parts.items()})
 
 
 def _of_panel_edges(contents: Contents, outlines: dict[str, FloatArray]) -> Iterator[str]:
@@ -188,27 +182,6 @@ def _of_panel_edges(contents: Contents, outlines: dict[str, FloatArray]) -> Iter
         sides = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
         if len(sides) != len(lengths) or np.abs(sides - np.array(lengths, dtype=float)).max() > COORDINATE_TOLERANCE_MM:
             yield f"panel_edges.csv does not have the edges of {piece}"
-
-
-def _of_drawings(contents: Contents, outlines: dict[str, FloatArray]) -> Iterator[str]:
-    heads: dict[str, dict[str, str]] = {name: {} for name in ("sheets", "panels", "plates", "drawings")}
-    if contents.manifest["settings"]["drawings"]["version"] == "R12":
-        return
-    pieces = contents.table("pieces") if "pieces.csv" in contents.files else ()
-    for name in [name for name in contents.files if name.endswith(".dxf") and name.partition("/")[0] in heads]:
-        folder, _, stem = name.removesuffix(".dxf").partition("/")
-        try:
-            curves, heads[folder][name] = dxf_curves(contents, name)
-        except FolderError as error:
-            yield str(error)
-            continue
-        if folder == "panels" and stem in outlines:
-            yield from check_panel(name, curves, outlines[stem])
-        elif folder == "sheets" and pieces and outlines:
-            own = [row for row in pieces if row["Sheet"] and int(row["Sheet"]) == int(stem.partition("-")[2])]
-            yield from check_sheet(name, curves, own, outlines)
-    for each in heads.values():
-        yield from check_heads(each)
 
 
 def _of_meshes(contents: Contents) -> Iterator[str]:

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from fabkit.errors import FolderError
 from geometry.arrays import FloatArray, IntArray, integers
 
-__all__ = ["NUMBER", "REFERENCE", "measured"]
+__all__ = ["NUMBER", "REFERENCE", "PartSolid", "measured"]
 
 VOLUME_TOLERANCE, FACE_TOLERANCE_MM = 1e-9, 1e-6
 """Largest relative difference of a stated volume or area, and largest distance in mm of a corner from its face, that
@@ -23,10 +23,36 @@ NUMBER = re.compile(r"-?\d+\.\d*(?:E-?\d+)?")
 REFERENCE = re.compile(r"#(\d+)")
 
 
-def measured(name: str, data: str) -> tuple[float, FloatArray, FloatArray]:
-    """Mass in kg from the stated volume and density, the outline: (k, 2) corners at z = 0, and of a plate that of its
-    upper side; after comparing volume,
-    area, lines and planes. data: entities, one a line. Raises FolderError with what is wrong."""
+@dataclass(frozen=True)
+class PartSolid:
+    """What a part file says of its solid, in mm. mass_kg: of the stated volume and density; centre (3,): of mass, as
+    stated; corners (V, 3); edges (E, 2, 3): the straight ones; normals (F, 3): of planar faces; rounds (C, 7): a point
+    and the direction of each axis, and the radius; centres
+    (n, 3): of circles and ellipses."""
+
+    mass_kg: float
+    centre: FloatArray
+    corners: FloatArray
+    edges: FloatArray
+    normals: FloatArray
+    rounds: FloatArray
+    centres: FloatArray
+
+    @cached_property
+    def outline(self) -> FloatArray:
+        """(k, 2) the corners at z = 0, in their order."""
+        return self.corners[self.corners[:, 2] == 0.0, :2]
+
+    @cached_property
+    def upper(self) -> FloatArray:
+        """(k, 2) of a plate those of its other side, else the same."""
+        found = self.corners[self.corners[:, 2] == self.corners[:, 2].max(initial=0.0), :2]
+        return found if len(self.corners) == 2 * len(found) == 2 * len(self.outline) else self.outline
+
+
+def measured(name: str, data: str) -> PartSolid:
+    """The solid of a part file, after comparing volume, area, lines and planes. data: entities, one a line. Raises
+    FolderError with what is wrong."""
     numbers = np.array([float(found) for found in NUMBER.findall(data)])
     of = _reading(NUMBER.sub("~", data))
     if not of.is_whole:
@@ -50,11 +76,16 @@ def measured(name: str, data: str) -> tuple[float, FloatArray, FloatArray]:
         for key, found in (("volume measure", heights @ areas / 3), ("surface area measure", areas.sum())):
             if abs(found - stated[key]) > VOLUME_TOLERANCE * abs(stated[key]):
                 raise FolderError(f"{name} states a {key} of {stated[key]:.6g}, its faces have {found:.6g}")
-    vertices = numbers[of.vertices[:, None] + np.arange(3)]
+    triples = np.arange(3)
+    corners, every = numbers[of.vertices[:, None] + triples], numbers[of.planes[:, 1, None] + triples]
+    rounds = np.concatenate(
+        [numbers[of.rounds[:, k, None] + triples[:size]] for k, size in enumerate((3, 3, 1))], axis=1
+    )
+    edges = numbers[of.lines[:, :2, None] + triples]
     mass = stated["volume measure"] * stated["density measure"] * 1e-6
-    lower, upper = (vertices[vertices[:, 2] == level, :2] for level in (0.0, vertices[:, 2].max(initial=0.0)))
-    is_plate = len(vertices) == 2 * len(lower) == 2 * len(upper)
-    return mass, lower, upper if is_plate else lower
+    return PartSolid(
+        mass, numbers[of.centre + triples], corners, edges, every, rounds, numbers[of.centres[:, None] + triples]
+    )
 
 
 def _check_lines(name: str, of: _Reading, numbers: FloatArray) -> None:
@@ -72,8 +103,9 @@ class _Reading:
     """Where the numbers of a part file are, counted from its first. lines (E, 5): of the start, the end, the point and
     the direction of each straight edge, and of the length of the direction. points (C,): of the corners of the planar
     faces with straight edges only, loop after loop; corner_face (C,); planes (F, 2): of their points and normals.
-    stated: of the measures; vertices: of all points of corners. is_whole: whether each line is an entity of its own
-    number; missing: references to entities that are not there."""
+    stated: of the measures; vertices: of all points of corners; rounds (C, 3): of points and directions of the axes of
+    cylinders, and of their radii; centres: of circles; centre: of the centre of mass. is_whole: whether each line is an
+    entity of its own number; missing: references to entities that are not there."""
 
     is_whole: bool
     missing: frozenset[int]
@@ -85,6 +117,9 @@ class _Reading:
     planes: IntArray = field(default_factory=lambda: integers([]))
     stated: tuple[tuple[str, int], ...] = ()
     vertices: IntArray = field(default_factory=lambda: integers([]))
+    rounds: IntArray = field(default_factory=lambda: integers([]))
+    centres: IntArray = field(default_factory=lambda: integers([]))
+    centre: int = 0
     is_plane: bool = False
 
 
@@ -138,6 +173,10 @@ def _reading(data: str) -> _Reading:
             following += [*range(first + 1, len(points)), first]
             faces += [len(planes)] * len(loop)
         planes.append([places[point], places[axis]])
+    rounds = []
+    for surface in named("CYLINDRICAL_SURFACE"):
+        point, axis, _ = refs(refs(surface)[0])
+        rounds.append([places[point], places[axis], places[surface]])
     stated = tuple((entities[each].split("'")[1], places[each]) for each in named("MEASURE_REPRESENTATION_ITEM"))
     return _Reading(
         is_whole,
@@ -149,5 +188,8 @@ def _reading(data: str) -> _Reading:
         np.array(planes, dtype=np.int64).reshape(-1, 2),
         stated,
         np.array([places[refs(each)[0]] for each in named("VERTEX_POINT")], dtype=np.int64),
-        not named("CYLINDRICAL_SURFACE"),
+        np.array(rounds, dtype=np.int64).reshape(-1, 3),
+        np.array([places[refs(refs(each)[0])[0]] for each in named("CIRCLE", "ELLIPSE")], dtype=np.int64),
+        places[named("CARTESIAN_POINT('centre point'")[0]],
+        not rounds,
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
-from fabkit.formats.finished.part_geometry import REFERENCE, measured
+from fabkit.formats.finished.part_geometry import REFERENCE, PartSolid, measured
 from fabkit.formats.step.entities import FIRST_FREE_ID
 from fabkit.parts import Ragged, blanks
 from geometry.arrays import FloatArray
@@ -41,21 +41,18 @@ measures."""
 
 @dataclass(frozen=True)
 class PartFile:
-    """A part file as read. block: its product; around: all other entities, without references; header; outline: points
-    (k, 2) of its corners at z = 0, in their order; upper: of a plate, those of its other side."""
+    """A part file as read. block: its product; around: all other entities, without references; header; solid."""
 
     mark: str
     block: Block
     around: frozenset[str]
     header: str
-    mass_kg: float
-    outline: FloatArray
-    upper: FloatArray
+    solid: PartSolid
 
     @property
     def blank(self) -> FloatArray:
         """(k, 2) the outline from which a panel is cut."""
-        return blanks(*(Ragged.of([side], shape=(2,)) for side in (self.outline, self.upper))).values
+        return blanks(*(Ragged.of([side], shape=(2,)) for side in (self.solid.outline, self.solid.upper))).values
 
 
 def part_file(contents: Contents, name: str) -> PartFile:
@@ -68,13 +65,13 @@ def part_file(contents: Contents, name: str) -> PartFile:
     if not first or f"PRODUCT('{mark}'," not in text or f"MANIFOLD_SOLID_BREP('{mark}'," not in text:
         raise FolderError(f"{name} does not hold the part {mark}")
     try:
-        mass, outline, upper = measured(name, data.removesuffix(_END).replace(f"'{mark}", "'"))
+        solid = measured(name, data.removesuffix(_END).replace(f"'{mark}", "'"))
     except (ValueError, KeyError, IndexError):
         raise FolderError(f"{name} has an entity that cannot be read") from None
     around, _, number = before.rpartition("\n#")
     own = _relative(f"#{number}{first}{block.removesuffix(_END)}", int(number))
     others = frozenset(REFERENCE.sub("#", around).splitlines())
-    return PartFile(mark, own, others, head.replace(f"'{mark}'", "''"), mass, outline, upper)
+    return PartFile(mark, own, others, head.replace(f"'{mark}'", "''"), solid)
 
 
 def _relative(block: str, first: int) -> Block:
@@ -95,8 +92,8 @@ def _same(one: Block, other: Block) -> bool:
 
 def check_part(contents: Contents, part: PartFile, row: dict[str, str]) -> Iterator[str]:
     """A part against its row in the table of marks."""
-    if abs(part.mass_kg - float(row["Mass each (kg)"])) > MASS_TOLERANCE_KG:
-        yield f"parts/{part.mark}.step has {part.mass_kg:.3f} kg, its table {row['Mass each (kg)']} kg"
+    if abs(part.solid.mass_kg - float(row["Mass each (kg)"])) > MASS_TOLERANCE_KG:
+        yield f"parts/{part.mark}.step has {part.solid.mass_kg:.3f} kg, its table {row['Mass each (kg)']} kg"
 
 
 def check_model(contents: Contents, parts: dict[str, PartFile]) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Marks: which parts are equal, how marks are numbered, and which an earlier folder had."""
 
-from fabkit.production.marks.kept import KeptMarks, MarkPoints, mark_points, only_ones
+from fabkit.production.marks.kept import KeptMarks, MarkPoints, mark_points
 from fabkit.production.marks.numbering import element_ranks
 from fabkit.production.marks.sharing import EQUAL_WITHIN_MM, share_equal_parts
 
@@ -10,6 +10,5 @@ __all__ = [
     "MarkPoints",
     "element_ranks",
     "mark_points",
-    "only_ones",
     "share_equal_parts",
 ]

@@ -23,9 +23,6 @@ DISTANCE_ROUNDING = 1e-13
 SAME_DEVIATION = 0.01
 """Difference of the deviations of two turns of a shape, over the tolerance, up to which they are equally good: so
 rounding does not decide between the turns of a symmetric shape."""
-SLACK = 0.1
-"""How far a shape may be off beyond the tolerance, over it, and keep the mark that it had: a tenth of what a workshop
-could not tell apart anyway."""
 MOST_TURNED_CORNERS = 20_000
 """Largest number of corners of a shape in all its turns, for which each shape is compared with the one that it was
 before: more have only round plates."""
@@ -67,7 +64,10 @@ def may_have_equals(corners: FloatArray, within: float) -> BoolArray:
 
 
 def equal_shapes(
-    shapes: TurnedShapes, within: float, earlier: FloatArray | None = None, own_before: IntArray | None = None
+    shapes: TurnedShapes,
+    within: float,
+    earlier: FloatArray | None = None,
+    own_before: tuple[IntArray, FloatArray] | None = None,
 ) -> tuple[IntArray, IntArray, IntArray]:
     """(P,) the first shape to which each shape is equal, itself where there is none; (P,) the turn that brings the
     shape onto this first one best, the smallest of equally good ones; (P,) the earlier shape that it has, -1 for none.
@@ -78,8 +78,10 @@ def equal_shapes(
     visited by `within` at most, even where many shapes form a chain of small differences. The first shape of an earlier
     one is the nearest to it, and the turns are those that bring shapes onto the earlier one.
 
-    own_before (P,): the earlier shape that each shape had before, -1 where it is not known. It keeps that one before
-    any is visited, up to SLACK beyond the tolerance, since a shape that hardly changes may cross it.
+    own_before: the earlier shape (P,) that each shape had before, -1 where it is not known, and how far (P,) it was off
+    that one. It keeps it before any is visited, and may be off by `within` more than it was: so what changes by less
+    keeps it. What is off by more than `within` then joins the others of its group only where no coordinate of any two
+    of them differs by more than twice that.
     """
     parts, turns = (index.ravel() for index in np.indices((shapes.n_shapes, shapes.n_turns)))
     compared_first = np.unique(np.linspace(0, shapes.n_corners - 1, TREE_CORNERS).astype(np.int64))
@@ -105,11 +107,19 @@ def equal_shapes(
         return equal
 
     if earlier is not None and len(earlier):
+        beyond = np.zeros(0, dtype=np.int64)
         if own_before is not None:
-            rows, turned = _as_before(shapes, within, earlier, own_before)
-            turn[rows], kept[rows], ungrouped[rows] = turned, own_before[rows], False
-        for number, own in enumerate(earlier):
-            kept[join(near(own[compared_first].ravel()), own)] = number
+            rows, beyond = _as_before(shapes, within, earlier, *own_before, turn)
+            kept[rows], ungrouped[rows], ungrouped[beyond] = own_before[0][rows], False, False
+        fitting = np.zeros(1, dtype=bool)
+        while not fitting.all():
+            for number, own in enumerate(earlier):
+                kept[join(near(own[compared_first].ravel()), own)] = number
+            if own_before is not None:
+                kept[beyond] = own_before[0][beyond]
+            fitting = _near_to_all(shapes, within, kept, turn, beyond)
+            kept[beyond[~fitting]], ungrouped[beyond[~fitting]] = -1, True
+            beyond = beyond[fitting]
         rows = np.flatnonzero(kept >= 0)
         deviation = _deviations(shapes, rows, turn[rows], earlier[kept[rows]])
         nearest = np.full(len(earlier), -1, dtype=np.int64)
@@ -136,22 +146,35 @@ def _deviations(shapes: TurnedShapes, parts: IntArray, turns: IntArray, own: Flo
 
 
 def _as_before(
-    shapes: TurnedShapes, within: float, earlier: FloatArray, own_before: IntArray
+    shapes: TurnedShapes, within: float, earlier: FloatArray, before: IntArray, off_before: FloatArray, turn: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """The shapes that keep the earlier shape that they had, and their turns. What is beyond the tolerance keeps it only
-    where another one is as much nearer, so that no two of them differ by more than twice the tolerance."""
-    rows = np.flatnonzero(own_before >= 0)
+    """The shapes that are within the tolerance of the earlier shape that they had, and those that are beyond it by no
+    more than they were off before, or than the tolerance; their best turns are written into turn (P,)."""
+    rows = np.flatnonzero(before >= 0)
     if shapes.n_turns * shapes.n_corners > MOST_TURNED_CORNERS or not len(rows):
         return rows[:0], rows[:0]
     every = np.repeat(rows, shapes.n_turns), np.tile(np.arange(shapes.n_turns), len(rows))
-    deviation = _deviations(shapes, *every, earlier[own_before[every[0]]]).reshape(len(rows), shapes.n_turns)
+    deviation = _deviations(shapes, *every, earlier[before[every[0]]]).reshape(len(rows), shapes.n_turns)
     least = deviation.min(axis=1)
-    turn = (deviation <= least[:, None] + SAME_DEVIATION * within).argmax(axis=1)
-    nearest = np.full(len(earlier), np.inf)
-    np.minimum.at(nearest, own_before[rows], least)
-    beyond = least > within
-    same = (least <= (1 + SLACK) * within) & (~beyond | (nearest[own_before[rows]] <= (1 - SLACK) * within))
-    return rows[same], turn[same]
+    turn[rows] = (deviation <= least[:, None] + SAME_DEVIATION * within).argmax(axis=1)
+    is_beyond = (least > within) & (least <= within + np.minimum(off_before[rows], within))
+    return rows[least <= within], rows[is_beyond]
+
+
+def _near_to_all(shapes: TurnedShapes, within: float, group: IntArray, turn: IntArray, some: IntArray) -> BoolArray:
+    """Which of some shapes differ by at most twice the tolerance, in each coordinate, from all others of their group
+    (P,), each in its turn (P,)."""
+    groups = np.unique(group[some])
+    rows = np.flatnonzero(np.isin(group, groups))
+    number, corners = np.searchsorted(groups, group[rows]), np.arange(shapes.n_corners)
+    points = shapes.at(rows, turn[rows], corners)
+    low, high = (np.full((len(groups), *points.shape[1:]), bound) for bound in (np.inf, -np.inf))
+    np.minimum.at(low, number, points)
+    np.maximum.at(high, number, points)
+    own, place = np.searchsorted(groups, group[some]), np.searchsorted(rows, some)
+    off = np.maximum(high[own] - points[place], points[place] - low[own])
+    near: BoolArray = off.max(axis=(1, 2), initial=0.0) <= 2 * within
+    return near
 
 
 def _best_first(hits: IntArray, n_turns: int, deviation: FloatArray, within: float) -> IntArray:

@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from fabkit.kinds.look_alikes import dot_vertices
 from fabkit.parts import Measures, Parts, Ragged, SolidArray
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["KeptMarks", "MarkPoints", "compared_points", "makes", "mark_points", "only_ones"]
+__all__ = ["KeptMarks", "MarkPoints", "compared_points", "makes", "mark_points"]
 
 
 @dataclass(frozen=True, eq=False)
 class MarkPoints:
     """By what a mark is recognised.
 
-    material: its name, and the finish if there is any. corners (c, 3): of its solid in mm, in its own frame, as
+    material: its name, stock and finish if there are any. corners (c, 3): of its solid in mm, in its own frame, as
     `compared_points` gives them. directions (t, 3): unit vectors along the beams that stand on it.
 
     >>> from fabkit.production.marks import MarkPoints
@@ -38,11 +39,12 @@ class MarkPoints:
         return self.material, len(self.corners), len(self.directions)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class KeptMarks:
-    """The marks that a kind had in an earlier build, by their names.
+    """The marks that a kind had in an earlier build, by their names, and its pieces.
 
-    elements: the mark of the piece on each mesh element that has only one.
+    marks: of each piece. centres_mm (n, 3): their centres of mass at the coordinates of the mesh file. hidden_mm
+    (n, 2): how far each was from the shape of its mark, as in `Parts`.
 
     >>> from fabkit.production.marks import KeptMarks
     >>> KeptMarks({"NO1-B009": None, "B011": None}).next_number, KeptMarks().next_number
@@ -50,13 +52,26 @@ class KeptMarks:
     """
 
     points: dict[str, MarkPoints] = field(default_factory=dict)
-    elements: dict[int, str] = field(default_factory=dict)
+    marks: tuple[str, ...] = ()
+    centres_mm: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    hidden_mm: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def next_number(self) -> int:
         """The first number that none of them has, nor any larger one."""
         ends = (re.search(r"\d+$", name) for name in self.points)
         return 1 + max((int(end.group()) for end in ends if end), default=0)
+
+    def in_the_place_of(self, centres_mm: FloatArray) -> IntArray:
+        """(q,) the earlier piece in whose place there is now one with this centre (q, 3): of both, the other one is the
+        nearest; -1 for none."""
+        if not len(self.centres_mm) or not len(centres_mm):
+            return np.full(len(centres_mm), -1, dtype=np.int64)
+        nearest, back = (
+            np.asarray(cKDTree(near).query(points)[1], dtype=np.int64)
+            for near, points in ((self.centres_mm, centres_mm), (centres_mm, self.centres_mm))
+        )
+        return np.where(back[nearest] == np.arange(len(centres_mm)), nearest, -1)
 
 
 def compared_points(solids: SolidArray) -> FloatArray:
@@ -74,16 +89,14 @@ def compared_points(solids: SolidArray) -> FloatArray:
 
 
 def makes(parts: Parts[Any]) -> list[str]:
-    """The material of each part, and its finish if it has any, in words."""
-    materials = [parts.materials[k].name for k in parts.material.tolist()]
-    if parts.kind.finishes is None:
-        return materials
-    both = zip(materials, parts.kind.finishes(parts), strict=True)
-    return [", ".join(filter(None, each)) for each in both]
+    """The material of each part, its stock and its finish if it has any, in words."""
+    words: list[Sequence[str]] = [[parts.materials[k].name for k in parts.material.tolist()]]
+    words += [of(parts) for of in (parts.kind.stock, parts.kind.finishes) if of is not None]
+    return [", ".join(filter(None, each)) for each in zip(*words, strict=True)]
 
 
-def mark_points(parts: Parts[Any]) -> KeptMarks:
-    """By what the marks of these parts are recognised in a later build.
+def mark_points(parts: Parts[Any], origin_mm: FloatArray | None = None) -> KeptMarks:
+    """By what the marks of these parts are recognised in a later build. origin_mm (3,): that of their assembly.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -105,18 +118,6 @@ def mark_points(parts: Parts[Any]) -> KeptMarks:
             points = np.delete(points, dot_vertices(batch.topology), axis=1)
         for mark, corners in zip(batch.parts.tolist(), points, strict=True):
             found[mark] = MarkPoints(made_of[mark], corners, directions[mark])
-    elements = only_ones(zip(parts.elements.tolist(), parts.marks, strict=True))
-    return KeptMarks({parts.mark_names[mark]: found[mark] for mark in sorted(found)}, elements)
-
-
-def only_ones(pieces: Iterable[tuple[int, str]]) -> dict[int, str]:
-    """The marks by elements, of pieces (element, mark) that are alone on theirs.
-
-    >>> from fabkit.production.marks import only_ones
-    >>> only_ones([(7, "B001"), (8, "B002"), (8, "B003")])
-    {7: 'B001'}
-    """
-    found: dict[int, str | None] = {}
-    for element, mark in pieces:
-        found[element] = None if element in found else mark
-    return {element: mark for element, mark in found.items() if mark is not None}
+    centres = parts.centres_mm if origin_mm is None else parts.centres_mm + origin_mm
+    by_name = {parts.mark_names[mark]: found[mark] for mark in sorted(found)}
+    return KeptMarks(by_name, tuple(parts.marks), centres, parts.hidden_mm)

@@ -12,7 +12,6 @@ from fabkit.errors import DetailingError
 from fabkit.parts import Assembly, Details, Parts, Ragged, SolidArray, Symmetry, Turns, moved
 from fabkit.production.marks.equal_shapes import (
     MAX_COORDINATES_IN_MEMORY,
-    SLACK,
     TurnedShapes,
     equal_shapes,
     may_have_equals,
@@ -42,13 +41,15 @@ def share_equal_parts(
 
     within_mm: largest difference in each coordinate of the corners of parts that count as equal; rules: what else has
     to agree, and how marks are numbered. ranks: the order of vertices, edges and faces, as `element_ranks` gives it.
-    kept: by groups, the marks of an earlier build that equal parts keep, within the same tolerance.
+    kept: by groups, the marks of an earlier build that parts keep, as `mark_points` gives them.
 
     A part in one of the turns of its kind's symmetry is the same piece: a beam turned end for end, a node or panel
     turned about its normal, and where the rules say that both faces of panes are equal, a panel turned over. The first
     of equal parts keeps its own frame; the frames of the others are turned to match it. Each part stays where it was,
-    so that one that shares a solid may be off by the tolerance, and by twice as much where a mark is kept whose first
-    part is no more; `Parts.hidden_mm` says how much. Raises DetailingError where marks of two kinds would be one name.
+    so that one that shares a solid may be off by the tolerance, and by twice as much where it keeps an earlier mark;
+    `Parts.hidden_mm` says how much. A part in the place of an earlier one keeps its mark unless it has changed by more
+    than the tolerance, or differs from another part that has the mark by more than twice that. Raises
+    DetailingError where marks of two kinds would be one name.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -63,7 +64,9 @@ def share_equal_parts(
     groups = []
     for parts in assembly.groups:
         rank = parts.elements if ranks is None else ranks[parts.kind.element][parts.elements]
-        groups.append(sharing.shared(parts, np.argsort(rank, kind="stable"), (kept or {}).get(parts.kind.group)))
+        own = (kept or {}).get(parts.kind.group, KeptMarks())
+        order = np.argsort(rank, kind="stable")
+        groups.append(sharing.shared(parts, order, own, own.in_the_place_of(parts.centres_mm + assembly.origin_mm)))
     _check_apart(groups)
     return replace(assembly, groups=tuple(groups))
 
@@ -119,11 +122,11 @@ class _Sharing:
         """Length of a direction, so that differences at the far end of the longest beam compare as those of corners."""
         return max(1.0, float(self.bar_lengths_mm.max())) * self.within_mm / self.rules.far_end_mm
 
-    def shared(self, parts: Parts[D], order: IntArray, kept: KeptMarks | None) -> Parts[D]:
-        """Parts grouped where they are equal. order (n,): in which they are visited. Only parts of the same material,
-        finish, topology and number of turns are compared."""
+    def shared(self, parts: Parts[D], order: IntArray, kept: KeptMarks, before: IntArray) -> Parts[D]:
+        """Parts grouped where they are equal. order (n,): in which they are visited; before (n,): the earlier pieces in
+        their places. Only parts of the same material, finish, topology and number of turns are compared."""
         n = len(parts)
-        kept, kept_as = kept or KeptMarks(), np.full(n, -1, dtype=np.int64)
+        kept_as = np.full(n, -1, dtype=np.int64)
         first, turn = np.arange(n), np.zeros(n, dtype=np.int64)
         starts, along, over = np.zeros((n, 2)), np.tile([1.0, 0.0], (n, 1)), np.full(n, np.nan)
         hidden = np.zeros((n, 2))
@@ -140,8 +143,8 @@ class _Sharing:
                 continue
             places = places[alike.solids.parts]
             seen = alike.seen(compared_points(alike.solids))
-            before = _marks_before(parts.elements[places], kept, numbers)
-            own_first, own_turn, own_kept = equal_shapes(seen, self.within_mm, earlier, before)
+            own_before = self._own_before(kept, numbers, before[places])
+            own_first, own_turn, own_kept = equal_shapes(seen, self.within_mm, earlier, own_before)
             first[places], turn[places] = places[own_first], own_turn
             kept_as[places] = np.append(numbers, -1)[own_kept]
             every = np.arange(len(places))
@@ -173,7 +176,7 @@ class _Sharing:
         for row, number in enumerate(numbers.tolist()):
             earlier[row] = np.concatenate([known[number].corners, self.reach * known[number].directions])
         corners = np.concatenate([compared_points(solids[0]), earlier[:, :n_corners]])
-        chosen = may_have_equals(corners, (1 + SLACK) * self.within_mm)[: len(places)]
+        chosen = may_have_equals(corners, (2 if len(earlier) else 1) * self.within_mm)[: len(places)]
         if not chosen.any():
             return None, numbers, earlier
         own = solids[0][chosen]
@@ -184,6 +187,14 @@ class _Sharing:
             numbers,
             earlier,
         )
+
+    def _own_before(self, kept: KeptMarks, numbers: IntArray, pieces: IntArray) -> tuple[IntArray, FloatArray]:
+        """Which of these kept marks, given by their numbers, the earlier pieces (q,) had, -1 for another; and how far
+        they were off the shape of it."""
+        place = {mark: row for row, mark in enumerate(np.array(list(kept.points), dtype=object)[numbers].tolist())}
+        marks = np.array([*(place.get(mark, -1) for mark in kept.marks), -1], dtype=np.int64)
+        off = (kept.hidden_mm * [1.0, self.within_mm / self.rules.far_end_mm]).max(axis=1)
+        return marks[pieces], np.append(off, 0.0)[pieces]
 
     def _hidden(self, parts: Parts[D], alike: _Alike, first: IntArray, turn: IntArray) -> FloatArray:
         """(n, 2) for each of the parts, those that were compared, how far its corners and the far ends of its beams are
@@ -205,14 +216,6 @@ class _Sharing:
             hidden[some, 0] = off[:, :n_corners].max(axis=1)
             hidden[some, 1] = (off[:, n_corners:] * lengths[some]).max(axis=1, initial=0.0)
         return hidden
-
-
-def _marks_before(elements: IntArray, kept: KeptMarks, numbers: IntArray) -> IntArray:
-    """(q,) which of these kept marks, given by their numbers, the pieces on these elements (q,) had; -1 for another."""
-    names = list(kept.points)
-    place = {names[number]: row for row, number in enumerate(numbers.tolist())}
-    marks = (kept.elements.get(element, "") for element in elements.tolist())
-    return np.fromiter((place.get(mark, -1) for mark in marks), dtype=np.int64, count=len(elements))
 
 
 def _n_turns(parts: Parts[D]) -> IntArray:
