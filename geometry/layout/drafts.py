@@ -19,7 +19,7 @@ from geometry.layout.singular_points import singular_differences
 from geometry.mesh import Mesh
 from geometry.networks.combed_fields import CombedField
 from geometry.networks.networks import Network
-from geometry.surface import surface_corners, on_curved_triangles
+from geometry.surface import on_curved_triangles, surface_corners
 
 __all__ = ["Draft", "draft"]
 

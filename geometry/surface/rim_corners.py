@@ -1,4 +1,4 @@
-"""Corners of the boundary: vertices that smoothing and subdivision keep in place, and which of them laid meshes keep."""
+"""Corners of the boundary: those that smoothing and subdivision keep in place, and those that laid meshes keep."""
 
 from __future__ import annotations
 

@@ -256,7 +256,7 @@ def punched(*triangles: int) -> Surface:
 def test_holes_smaller_than_a_face_are_kept_where_they_are_aligned(surface: Surface, n_faces: int) -> None:
     given = surface.mesh.combinatorics
     words = ["open"] + ["aligned"] * (len(given.boundary_loops) - 1)
-    with pytest.raises(GeometryError, match="fill .*, align .*, or give a shorter edge length"):
+    with pytest.raises(GeometryError, match=r"fill .*, align .*, or give a shorter edge length"):
         lay_quads(surface, n_faces=n_faces)
     result = lay_quads(surface, n_faces=n_faces, boundary=words)  # type: ignore[arg-type]
     assert result.mesh.combinatorics.euler_characteristic == given.euler_characteristic
