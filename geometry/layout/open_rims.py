@@ -133,7 +133,7 @@ def _costs(polygons: Polygons, c: Combinatorics) -> FloatArray:
     loses_edge = (c.face_sizes[c.corner_face] == 3) & ~c.is_boundary_vertex[third]
     possible[c.corner_edge[loses_edge]] = False
     smallest = [loop for loop in c.boundary_loops if len(loop) <= FEWEST_RIM_EDGES]
-    is_of_hole = np.isin(c.edges, np.concatenate(smallest or [[]])).all(axis=1)
+    is_of_hole = np.isin(c.edges, np.concatenate([np.zeros(0, dtype=np.int64), *smallest])).all(axis=1)
     possible[is_of_hole & c.is_boundary_edge] = False
     sharpest = _smallest_angles(polygons, c)
     costs = np.where(possible, lengths, np.inf)
