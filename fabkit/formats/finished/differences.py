@@ -16,6 +16,7 @@ from fabkit.formats.finished.step_checks import COORDINATE_TOLERANCE_MM
 from fabkit.formats.report import ShownModel, differences_html
 from fabkit.parts import Cell
 from fabkit.production import Table
+from fabkit.wording import echo
 from geometry.arrays import FloatArray
 
 __all__ = ["differences_page", "folder_differences"]
@@ -160,10 +161,10 @@ def _pieces(contents: Contents) -> list[_Piece]:
                 angles,
             )
             found.append(piece)
+    except FolderError as error:
+        raise FolderError(f"the tables of {contents.folder} cannot be compared: {error}") from None
     except (KeyError, ValueError) as error:
-        raise FolderError(
-            f"the tables of {contents.folder} are damaged: there is no {error} where one is needed"
-        ) from None
+        raise FolderError(f"the tables of {contents.folder} are damaged, near {echo(str(error))}") from None
     return found
 
 
