@@ -417,6 +417,14 @@ def test_colouring_by_a_measure_paints_and_explains(browser: Browser) -> None:
     assert browser.evaluate("state.scale.words.size") == len(
         set(column_of(embedded(report())["pieces"], "Node A")[: len(gridshell(6, 5, left_out=LEFT_OUT)["beams"])])
     )
+    browser.evaluate(choose.format("Order"))  # of parts of all kinds
+    orders = [int(cell) for cell in column_of(embedded(report())["pieces"], "Order")]
+    least, most = browser.evaluate("[state.scale.least, state.scale.most]")
+    assert (least, most) == (min(orders), max(orders))
+    firsts = browser.evaluate("layers.filter((l) => l.first !== null).map((l) => l.first)")
+    shown = browser.evaluate("layers.filter((l) => l.first !== null).map((l) => columnColour(l, 0).slice(0, 3))")
+    shares = [(orders[first] - least) / (most - least) for first in firsts]
+    assert shown == browser.evaluate(f"{shares}.map((share) => colourAt(state.scale.ramp, share))")
     browser.evaluate("chooseColumn(null)")
     np.testing.assert_array_equal(canvas_pixels(browser), by_kind)
 

@@ -21,14 +21,13 @@ from fabkit.formats import glb_bytes
 from fabkit.formats.finished import check_folder, folder_differences
 from fabkit.kinds import BEAM, NODE, PANEL
 from fabkit.parts import Assembly, Zones
-from fabkit.production import erection_order
+from fabkit.production import build_facts, erection_order, piece_tables
 from geometry.arrays import IntArray
 from geometry.mesh.shapes import dome
 from tests.fabkit.occt import HAS_KERNEL, read_step
 
 MESH = dome(6, 3)
 ZONES = [{"name": "Zone 1", "faces": [0, 1, 2, 3]}, {"name": "Höhe", "below_mm": 1200.0}, {"name": "St John's"}]
-NAMES = [zone["name"] for zone in ZONES]
 
 
 @pytest.fixture(scope="module")
@@ -153,6 +152,16 @@ def test_layers_go_up_from_the_beams_outwards_and_then_inwards() -> None:
 def test_zones_that_cannot_be_are_told_in_a_sentence(zones: Any, sentence: str) -> None:
     with pytest.raises(FabkitError, match=sentence):
         design(Project(mesh=MESH, mean_edge_mm=1500, zones=zones))
+
+
+def test_facts_count_the_parts_of_each_zone(secondary: Assembly) -> None:
+    (pieces,) = (table for table in piece_tables(secondary, None) if table.title == "pieces")
+    zone, mass = (pieces.columns.index(title) for title in ("Zone", "Mass (kg)"))
+    own = [row for row in pieces.rows if row[zone] == "Höhe"]
+    summary = design(Project(mesh=dome(4, 1), mean_edge_mm=1500)).summary
+    (fact,) = (fact for fact in build_facts(summary, secondary, None).parts if fact.name == "Parts in Höhe")
+    assert fact.values == (len(own),)
+    assert fact.note == f"{sum(float(row[mass] or 0) for row in own):,.0f} kg"
 
 
 # --- files

@@ -38,10 +38,11 @@ function channels(text) {
   return [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16));
 }
 
+const ALL_PARTS = "all parts"; // the group of columns that parts of all kinds have
+
 /** All that parts can be coloured by: {group, title, unit, decimals, signed, values}, a value for each part. */
 function colourColumns() {
-  const found = data.measures.map((measure) => ({ ...measure }));
-  const known = new Set(found.map(({ group, title }) => `${group} ${title}`));
+  const found = [], known = new Set(data.measures.map(({ group, title }) => `${group} ${title}`));
   const add = (group, title, values) => {
     if (known.has(`${group} ${title}`) || new Set(values).size < 2) return;
     known.add(`${group} ${title}`);
@@ -51,6 +52,8 @@ function colourColumns() {
     const [, name, unit] = title.match(/^(.*?)(?: \((\S+)\))?$/);
     found.push({ group, title: name, unit: unit ?? "", decimals, signed: false, values: numeric ? numbers : values });
   };
+  for (const title of ["Zone", "Order"]) add(ALL_PARTS, title, pieces[data.pieces.columns.indexOf(title)]);
+  found.push(...data.measures.map((measure) => ({ ...measure })));
   for (const layer of layers.filter(({ first }) => first !== null)) {
     const own = (texts) => texts.slice(layer.first, layer.first + layer.count);
     const table = data.tables[layer.name], rowOf = new Map(columnOf(table, "Mark").map((mark, row) => [mark, row]));
@@ -82,8 +85,9 @@ function columnColour(layer, row) {
   if (layer.first === null) return own;
   const isPlate = data.forms[layer.name] === "plate"; // which hides what lies below it
   if (!column) return state.wanted !== null && isPlate ? [...own.slice(0, 3), Math.min(own[3], 50)] : own;
-  if (layer.name !== column.group) return isPlate ? MUTED_PLATE : MUTED;
-  const value = column.values[row];
+  const isOfAll = column.group === ALL_PARTS;
+  if (layer.name !== column.group && !isOfAll) return isPlate ? MUTED_PLATE : MUTED;
+  const value = column.values[isOfAll ? layer.first + row : row];
   if (value === null || value === "") return MUTED;
   if (scale.words) return [...channels(scale.words.get(value)), 255];
   const share = scale.most > scale.least ? (value - scale.least) / (scale.most - scale.least) : 0.5;
