@@ -115,7 +115,9 @@ def test_a_changed_manifest_is_one_sentence(made: Path, tmp_path: Path) -> None:
     shutil.copytree(made, copy)
     manifest = json.loads((copy / "manifest.json").read_text())
     (copy / "manifest.json").write_text(json.dumps({**manifest, "mine": 1}))
-    assert check_folder(copy) == ("manifest.json is not as it was written, so that its hashes say nothing",)
+    assert check_folder(copy) == (
+        "manifest.json is not as it was written, so that its hashes say nothing of other files",
+    )
     (copy / "pipe").symlink_to(copy)
     assert check_folder(copy, hashes=False) == ("pipe was added",)
 

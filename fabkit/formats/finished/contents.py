@@ -26,7 +26,7 @@ from fabkit.production import table_file
 from fabkit.rules import DrawingRules, SiteRules, TableRules, TitleBlock
 from fabkit.wording import echo
 
-__all__ = ["Contents", "FolderTable", "workbook_tables"]
+__all__ = ["Contents", "FolderTable", "in_words", "workbook_tables"]
 
 
 def _inside(path: str) -> str:
@@ -61,6 +61,7 @@ class _Manifest:
 
 
 _MANIFEST: TypeAdapter[_Manifest] = TypeAdapter(_Manifest)
+_LONGEST_REASON = 200
 _COMMA_NUMBER = re.compile(r"-?\d+,\d+")
 _SHEET = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
@@ -179,6 +180,13 @@ class Contents:
         totals = next((row for row in own if row[first] == "Total"), {})
         kept = [row for row in own if row[first] != "Total" and not row[first].startswith("left out:")]
         return FolderTable(tuple(head), tuple(kept), totals)
+
+
+def in_words(error: Exception) -> str:
+    """What was wrong with a row or a cell that could not be read."""
+    if isinstance(error, KeyError):
+        return f"there is no {echo(error.args[0])} where one is needed"
+    return " ".join(str(error).split())[:_LONGEST_REASON]
 
 
 def _found(folder: str | Path, prefix: str) -> Iterator[tuple[str, bool]]:

@@ -10,13 +10,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents
+from fabkit.formats.finished.contents import Contents, in_words
 from fabkit.formats.finished.picture_checks import report_data
 from fabkit.formats.finished.step_checks import COORDINATE_TOLERANCE_MM
 from fabkit.formats.report import ShownModel, differences_html
 from fabkit.parts import Cell
 from fabkit.production import Table
-from fabkit.wording import echo
 from geometry.arrays import FloatArray
 
 __all__ = ["differences_page", "folder_differences"]
@@ -164,7 +163,7 @@ def _pieces(contents: Contents) -> list[_Piece]:
     except FolderError as error:
         raise FolderError(f"the tables of {contents.folder} cannot be compared: {error}") from None
     except (KeyError, ValueError) as error:
-        raise FolderError(f"the tables of {contents.folder} are damaged, near {echo(str(error))}") from None
+        raise FolderError(f"the tables of {contents.folder} are damaged: {in_words(error)}") from None
     return found
 
 

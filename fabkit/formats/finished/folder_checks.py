@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents, workbook_tables
+from fabkit.formats.finished.contents import Contents, in_words, workbook_tables
 from fabkit.formats.finished.drawing_checks import check_drawings
 from fabkit.formats.finished.picture_checks import check_glb, check_report, same_text
 from fabkit.formats.finished.step_checks import (
@@ -25,7 +25,6 @@ from fabkit.formats.finished.zone_checks import check_zones
 from fabkit.formats.manifest import MANIFEST, foreign_files
 from fabkit.production import table_file
 from fabkit.rules import SiteRules
-from fabkit.wording import echo
 from geometry.arrays import FloatArray
 
 __all__ = ["check_folder"]
@@ -66,10 +65,8 @@ def _caught(what: str, found: Iterator[str]) -> Iterator[str]:
         yield from found
     except FolderError as error:
         yield str(error)
-    except KeyError as error:
-        yield f"{what} cannot be compared: there is no {echo(str(error.args[0]))} where one is needed"
-    except (ValueError, IndexError, TypeError) as error:
-        yield f"{what} cannot be compared: {echo(str(error))}"
+    except (KeyError, ValueError, IndexError, TypeError) as error:
+        yield f"{what} cannot be compared: {in_words(error)}"
 
 
 def _of_files(contents: Contents, hashes: bool) -> Iterator[str]:
@@ -81,7 +78,7 @@ def _of_files(contents: Contents, hashes: bool) -> Iterator[str]:
                 is_ours = "(" in name or name in contents.files
                 yield f"{name} is not as it was written" if is_ours else f"{name} was added"
             return
-        yield f"{MANIFEST} is not as it was written, so that its hashes say nothing"
+        yield f"{MANIFEST} is not as it was written, so that its hashes say nothing of other files"
     for name, is_file in sorted(contents.found.items()):
         if name not in contents.files and name != MANIFEST:
             yield f"{name} was added"
