@@ -109,7 +109,7 @@ def test_damage_is_named(made: Path, tmp_path: Path, damage: Callable[[Path], ob
 
 def test_an_edited_manifest_is_named_alone(made: Path, tmp_path: Path) -> None:
     shutil.copytree(made, tmp_path / "copy")
-    in_manifest(tmp_path / "copy", name="other")
+    in_manifest(tmp_path / "copy", note="mine")
     assert found_in(tmp_path / "copy", hashes=True) == (
         "manifest.json is not as it was written, so that its hashes say nothing of other files",
     )

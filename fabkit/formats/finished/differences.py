@@ -102,7 +102,7 @@ def differences_page(old: Path, new: Path, table: Table) -> str:
     """
     earlier, later = (_shown(Contents(folder)) for folder in (old, new))
     names = (folder.resolve().name or str(folder) for folder in (old, new))
-    return differences_html(" and ".join(names), table, earlier, later)
+    return differences_html(f"Changes from {' to '.join(names)}", table, earlier, later)
 
 
 def _shown(contents: Contents) -> ShownModel:
