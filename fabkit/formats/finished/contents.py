@@ -61,7 +61,8 @@ class _Manifest:
 
 
 _MANIFEST: TypeAdapter[_Manifest] = TypeAdapter(_Manifest)
-_LONGEST_REASON = 200
+LONGEST_REASON = 200
+"""Largest number of letters of what a library says of a cell that it cannot read."""
 _COMMA_NUMBER = re.compile(r"-?\d+,\d+")
 _SHEET = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
@@ -186,7 +187,7 @@ def in_words(error: Exception) -> str:
     """What was wrong with a row or a cell that could not be read."""
     if isinstance(error, KeyError):
         return f"there is no {echo(error.args[0])} where one is needed"
-    return " ".join(str(error).split())[:_LONGEST_REASON]
+    return " ".join(str(error).split())[:LONGEST_REASON]
 
 
 def _found(folder: str | Path, prefix: str) -> Iterator[tuple[str, bool]]:
