@@ -442,6 +442,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "circular_faces conical_vertices gauss_image_terms planar_faces pair_distances",
         "constant_curvature upright_axes",
     ),
+    "geometry.surface": (
+        "surface rim_corners",
+        "curvature curve curved_triangles smoothing subdivision",
+    ),
     "geometry.networks": (
         "tangent_frames",
         "combed_fields cross_fields networks graded_sizes",

@@ -103,6 +103,32 @@ def test_rings_run_inwards_and_rows_along_the_longer_side() -> None:
     assert element_ranks(closed, "rings")["vertex"][0] == 0
 
 
+@settings(max_examples=20)
+@given(st.integers(3, 12), st.integers(2, 5), st.integers(0, 2**32 - 1))
+def test_rings_of_a_dome_with_an_opening_run_once_around_each(n: int, n_rings: int, seed: int) -> None:
+    """Wherever it is turned: n nodes and panels a ring from the long boundary to the opening; n beams of each ring, and
+    then n that lead inwards; all go around in the same sense, and beside those of the ring before."""
+    upright = shapes.dome(n, n_rings)
+    rotation, triangle = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    rotation *= np.sign(np.diag(triangle)) * np.sign(np.linalg.det(rotation) * np.prod(np.sign(np.diag(triangle))))
+    ranks = element_ranks(upright.with_vertices(upright.vertices @ rotation.T), "rings")
+    c = upright.combinatorics
+    middles = {
+        "vertex": upright.vertices,
+        "edge": upright.vertices[c.edges].mean(axis=1),
+        "face": upright.vertices[np.array(c.faces)].mean(axis=1),
+    }
+    for element, points in middles.items():
+        rings = points[np.argsort(ranks[element])].reshape(-1, n, 3)
+        assert np.ptp(rings[:, :, 2], axis=1).max() < 1e-9  # a ring is level
+        assert (np.diff(rings[:, 0, 2]) > 0).all()
+        angles = np.arctan2(rings[:, :, 1], rings[:, :, 0])
+        steps = np.mod(np.diff(angles, axis=1), 2 * np.pi)
+        assert np.allclose(steps, 2 * np.pi / n)
+        starts = np.mod(angles[1:, 0] - angles[:-1, 0] + np.pi, 2 * np.pi) - np.pi
+        assert np.abs(starts).max() <= 2 * np.pi / n + 1e-9
+
+
 def changed(parts: Parts[Any], rng: np.random.Generator) -> tuple[Parts[Any], np.ndarray]:
     """The parts with some of their solids changed by up to 5 mm, and which are not."""
     which = rng.choice(len(parts), 3, replace=False)

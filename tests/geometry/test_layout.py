@@ -252,6 +252,18 @@ def punched(*triangles: int) -> Surface:
     return Surface(Mesh.from_faces(mesh.vertices, faces))
 
 
+@pytest.mark.parametrize(("surface", "n_faces"), [(punched(37, 431, 822), 60), (ring(0.1), 20), (ring(0.1), 60)])
+def test_holes_smaller_than_a_face_are_kept_where_they_are_aligned(surface: Surface, n_faces: int) -> None:
+    given = surface.mesh.combinatorics
+    words = ["open"] + ["aligned"] * (len(given.boundary_loops) - 1)
+    with pytest.raises(GeometryError, match=r"fill .*, align .*, or give a shorter edge length"):
+        lay_quads(surface, n_faces=n_faces)
+    result = lay_quads(surface, n_faces=n_faces, boundary=words)  # type: ignore[arg-type]
+    assert result.mesh.combinatorics.euler_characteristic == given.euler_characteristic
+    assert len(result.mesh.combinatorics.boundary_loops) == len(words)
+    assert np.degrees(result.quality.corner_angles.min()) > 10
+
+
 @pytest.mark.parametrize(
     ("ask", "says"),
     [
