@@ -157,6 +157,25 @@ def test_zones_that_cannot_be_are_told_in_a_sentence(zones: Any, sentence: str) 
         design(Project(mesh=MESH, mean_edge_mm=1500, zones=zones))
 
 
+def test_nodes_in_the_air_are_named() -> None:
+    mesh = dome(6, 3)
+    middles = np.array([mesh.vertices[face, 2].mean() for face in mesh.combinatorics.faces])
+    top = {"name": "Top", "faces": np.flatnonzero(middles > middles.max() - 1e-6).tolist()}
+    bottom = {"name": "Bottom"}
+
+    def propped(**own: Any) -> list[int]:
+        built = design(Project(mesh=mesh, mean_edge_mm=1500, nesting={"mode": "off"}, **own))
+        found = [finding for finding in built.summary.fitness if finding.name == "props"]
+        assert [finding.level for finding in found] in ([], ["note"])
+        return [vertex for finding in found for vertex in finding.elements]
+
+    on_top = {v for face in top["faces"] for v in mesh.combinatorics.face(face).tolist()}
+    (hanging,) = propped(zones=[top, bottom], supports={"loop": 0})
+    assert hanging in on_top
+    assert propped(zones=[bottom, top], supports={"loop": 0}) == []
+    assert propped(zones=[bottom, top]) == propped() == propped(supports={"loop": 0}) == []
+
+
 def test_facts_count_the_parts_of_each_zone(secondary: Assembly) -> None:
     (pieces,) = (table for table in piece_tables(secondary, None) if table.title == "pieces")
     zone, mass = (pieces.columns.index(title) for title in ("Zone", "Mass (kg)"))
