@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import random
 import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,6 +44,11 @@ def found_in(folder: Path, *, hashes: bool) -> tuple[str, ...]:
 def of_version(folder: Path, version: str) -> None:
     path = folder / "manifest.json"
     path.write_text(re.sub(r'("versions": \{\s*"fabkit": )"[^"]*"', rf'\1"{version}"', path.read_text()))
+
+
+def in_manifest(folder: Path, **changes: Any) -> None:
+    path = folder / "manifest.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
 
 
 def test_a_folder_of_another_version_is_not_compared(made: Path, tmp_path: Path) -> None:
@@ -81,6 +88,11 @@ def test_random_corruptions_are_found(made: Path, tmp_path: Path) -> None:
         (lambda folder: (folder / "manifest.json").unlink(), "has no manifest.json"),
         (lambda folder: (folder / "manifest.json").write_text("{"), "damaged, or of another version"),
         (lambda folder: (folder / "manifest.json").write_text('{"files": {}}'), "damaged, or of another version"),
+        (lambda folder: in_manifest(folder, files=["M.obj"]), "damaged, or of another version"),
+        (lambda folder: in_manifest(folder, files={"M.obj": 5}), "damaged, or of another version"),
+        (lambda folder: in_manifest(folder, settings={"tables": None}), "damaged, or of another version"),
+        (lambda folder: in_manifest(folder, settings={"tables": {"separator": "x"}}), "damaged, or of another"),
+        (lambda folder: in_manifest(folder, origin={"mm": ["a"]}), "'origin.mm"),
         (lambda folder: of_version(folder, "0.0.0"), "was written by fabkit 0.0.0"),
         (lambda folder: (folder / "pieces.csv").unlink(), "pieces.csv is missing"),
         (lambda folder: (folder / "pieces.csv").write_bytes(b"\xff\xfe\x00"), "pieces.csv is not text"),
@@ -93,6 +105,14 @@ def test_damage_is_named(made: Path, tmp_path: Path, damage: Callable[[Path], ob
     damage(tmp_path / "copy")
     found = found_in(tmp_path / "copy", hashes=False)
     assert any(sentence in each for each in found), found
+
+
+def test_an_edited_manifest_is_named_alone(made: Path, tmp_path: Path) -> None:
+    shutil.copytree(made, tmp_path / "copy")
+    in_manifest(tmp_path / "copy", note="mine")
+    assert found_in(tmp_path / "copy", hashes=True) == (
+        "manifest.json is not as it was written, so that its hashes say nothing of other files",
+    )
 
 
 def test_a_build_differs_from_itself_in_nothing_and_from_a_moved_vertex_around_it(made: Path, tmp_path: Path) -> None:

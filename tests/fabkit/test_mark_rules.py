@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import shapely
+import shapely.affinity
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,6 +17,7 @@ from fabkit import Built, Project, build, design
 from fabkit.checking import violations
 from fabkit.errors import DetailingError, FolderError, ProjectError
 from fabkit.formats.finished import kept_marks
+from fabkit.kinds import panel_outlines
 from fabkit.parts import Assembly, Parts
 from fabkit.production.marks import KeptMarks, element_ranks, mark_points, share_equal_parts
 from fabkit.production.pieces import mark_table
@@ -232,7 +235,7 @@ def edit(folder: Path, one: str, other: str) -> None:
         (lambda folder: edit(folder, "-120.000000000", "1e999"), "damaged, near '1e999'"),
         (lambda folder: edit(folder, "-120.000000000", "one"), "damaged, near 'one'"),
         (lambda folder: edit(folder, "-120.000000000", "-120.000000001"), r"kept: mark_points.csv there was changed"),
-        (lambda folder: (folder / "placements.csv").unlink(), r"kept: placements.csv cannot be read"),
+        (lambda folder: (folder / "placements.csv").unlink(), r"kept: placements.csv is missing"),
         (lambda folder: (folder / "manifest.json").unlink(), "has no manifest.json"),
         (lambda folder: folder.rename(folder.parent / "elsewhere"), "is not a folder"),
         (
@@ -312,59 +315,38 @@ def test_mirrored_panes_are_one_mark_where_the_rules_say_so(n: int, seed: int) -
         assert one == pytest.approx(other, abs=1e-6)
 
 
-SQUARE = np.array([[0.0, 0.0], [900.0, 0.0], [880.0, 700.0], [10.0, 690.0]])
+def twins() -> Mesh:
+    """A translational surface of oblique quads, and its mirror image beside it."""
+    u, v = np.arange(4.0), np.arange(3.0)
+    one = np.stack([u, 0 * u, -0.05 * (u - 1) ** 2 + 0.004 * u**3], axis=1)
+    other = np.stack([0.3 * v, v, -0.06 * v**2 + 0.005 * v**3], axis=1)
+    points = (one[:, None] + other[None]).reshape(-1, 3)
+    faces = [[3 * i + j, 3 * i + j + 3, 3 * i + j + 4, 3 * i + j + 1] for i in range(3) for j in range(2)]
+    mirrored = [[len(points) + k for k in face[::-1]] for face in faces]
+    return Mesh.from_faces(np.concatenate([points, points * [-1, 1, 1] - [2, 0, 0]]), faces + mirrored)
 
 
-def panes(longer: list[float], order: list[int] | None = None) -> Parts[Any]:
-    """Plates, longer than a square by these mm, two metres apart; in another order on mesh elements that follow it."""
-    made = plates([SQUARE + np.outer([0.0, 0.0, each, 0.0], [1.0, 0.0]) for each in longer])
-    made = replace(made, origins=np.outer(np.arange(len(longer)), [0.0, 2000.0, 0.0]))
-    return made if order is None else replace(made.take(np.array(order)), elements=np.arange(len(order)))
-
-
-def shared_panes(parts: Parts[Any], kept: KeptMarks | None = None) -> Parts[Any]:
-    known = None if kept is None else {"panels": kept}
-    return share_equal_parts(Assembly("plates", (parts,)), within_mm=0.5, kept=known)["panels"]
-
-
-def test_a_piece_that_crosses_the_tolerance_by_little_keeps_its_mark() -> None:
-    """The second plate is all but 0.5 mm longer than the first, then a little more; a third one has always been."""
-    first = shared_panes(panes([0.0, 0.499, 0.51]))
-    assert first.marks == ["P001", "P001", "P002"]
-    kept = mark_points(first)
-    assert shared_panes(panes([0.0, 0.503, 0.51]), kept).marks == ["P001", "P001", "P002"]
-    assert shared_panes(panes([0.0, 0.503, 0.51]), KeptMarks(kept.points)).marks == ["P001", "P002", "P002"]
-    assert shared_panes(panes([0.0, 0.99, 0.51]), kept).marks == ["P001", "P001", "P002"]  # it changes by 0.491
-    assert shared_panes(panes([0.0, 1.003, 0.51]), kept).marks == ["P001", "P002", "P002"]  # by more than the tolerance
-    not_off_before, more_than_twice_apart = [0.503, 0.499, 0.51], [-0.45, 0.6, 0.51]
-    assert shared_panes(panes(not_off_before), kept).marks == ["P002", "P001", "P002"]
-    assert shared_panes(panes(more_than_twice_apart), kept).marks == ["P001", "P002", "P002"]
-
-
-@settings(max_examples=60)
-@given(
-    st.lists(st.tuples(st.integers(0, 60), st.integers(-60, 60)), min_size=1, max_size=9),
-    st.integers(0, 2**32 - 1),
-)
-def test_what_changes_by_less_than_the_tolerance_keeps_its_mark(pairs: list[tuple[int, int]], seed: int) -> None:
-    """Lengths in steps of a 31st of a millimetre, so that none is on an edge of the tolerance of 0.5 mm; all pieces are
-    renumbered; and once more, where nothing has changed. A second time is as the first."""
-    rng, step, within = np.random.default_rng(seed), 1 / 31, 0.5
-    before, change = (step * np.array(pairs, dtype=float)).T
-    first = shared_panes(panes(before.tolist()))
-    order = rng.permutation(len(pairs))
-    second = shared_panes(panes((before + change).tolist(), order.tolist()), mark_points(first))
-    marks = dict(zip(order.tolist(), second.marks, strict=True))
-    after = before + change
-    of_mark = {mark: [after[k] for k in marks if marks[k] == mark] for mark in marks.values()}
-    assert all(max(lengths) - min(lengths) <= 2 * within for lengths in of_mark.values())
-    assert second.hidden_mm.max() <= 2 * within
-    for k, old in enumerate(first.marks):
-        stay = [after[j] for j in range(len(pairs)) if first.marks[j] == old]
-        if abs(change[k]) <= within and max(abs(after[k] - each) for each in stay) <= within:
-            assert marks[k] == old
-    assert shared_panes(panes(before.tolist(), order.tolist()), mark_points(first)).marks == [
-        first.marks[k] for k in order.tolist()
-    ]
-    again = shared_panes(panes(after.tolist()), mark_points(second))
-    assert again.marks == [marks[k] for k in range(len(pairs))]
+def test_panels_turned_over_are_cut_and_placed_right() -> None:
+    """The contour of the mark, as it is cut, lies turned over where the panel is; on sheets all of a mark lie alike."""
+    built = design(Project(mesh=twins(), mean_edge_mm=1200, marks={"mirrored_panes": True}))
+    panels, nominal = built.assembly["panels"], built.nominal["panels"]
+    assert len(panels.mark_names) == 6
+    assert panels.turned_over.sum() == 6
+    upwards = (panels.axes[:, 2] * nominal.axes[:, 2]).sum(axis=1)
+    assert np.array_equal(upwards > 0, ~panels.turned_over)
+    outlines, every = panel_outlines(panels), np.arange(len(panels))
+    for k, planned in enumerate(corners(nominal, every)):
+        contour = np.pad(outlines[k], ((0, 0), (0, 1)))
+        thickness = nominal.details.thickness_mm[k]
+        cut = np.concatenate([contour, contour + np.array([0, 0, thickness])])
+        made = panels.origins[k] + cut @ panels.axes[k]
+        apart = np.linalg.norm(planned[:, None] - made, axis=2)
+        assert max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= 3**0.5 * panels.hidden_mm[k, 0] + 1e-6
+    assert built.nest is not None
+    on_sheets = [[] for _ in range(built.nest.n_sheets)]  # type: list[list[Any]]
+    for outline, place in zip(outlines, built.nest.placements, strict=True):
+        turned = shapely.affinity.rotate(shapely.Polygon(outline), place.angle_deg, origin=(0, 0))
+        on_sheets[place.sheet].append(shapely.affinity.translate(turned, *place.offset_mm))
+    for own in on_sheets:
+        assert shapely.union_all(own).area == pytest.approx(sum(each.area for each in own))
+        assert min(each.bounds[0] for each in own) >= 0

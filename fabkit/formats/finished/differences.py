@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents
+from fabkit.formats.finished.contents import Contents, in_words
 from fabkit.formats.finished.picture_checks import report_data
 from fabkit.formats.finished.step_checks import COORDINATE_TOLERANCE_MM
 from fabkit.formats.report import ShownModel, differences_html
@@ -102,7 +102,7 @@ def differences_page(old: Path, new: Path, table: Table) -> str:
     """
     earlier, later = (_shown(Contents(folder)) for folder in (old, new))
     names = (folder.resolve().name or str(folder) for folder in (old, new))
-    return differences_html(" and ".join(names), table, earlier, later)
+    return differences_html(f"Changes from {' to '.join(names)}", table, earlier, later)
 
 
 def _shown(contents: Contents) -> ShownModel:
@@ -160,10 +160,10 @@ def _pieces(contents: Contents) -> list[_Piece]:
                 angles,
             )
             found.append(piece)
+    except FolderError as error:
+        raise FolderError(f"the tables of {contents.folder} cannot be compared: {error}") from None
     except (KeyError, ValueError) as error:
-        raise FolderError(
-            f"the tables of {contents.folder} are damaged: there is no {error} where one is needed"
-        ) from None
+        raise FolderError(f"the tables of {contents.folder} are damaged: {in_words(error)}") from None
     return found
 
 

@@ -44,7 +44,7 @@ def differences_html(title: str, table: Table, earlier: ShownModel, later: Shown
     >>> from fabkit.production import Table
     >>> table = Table("differences", ("Change", "Piece now"), (None, None), (("new", "B001 e0"),))
     >>> model = ShownModel(("B001 e0",), {}, "", (0.0, 0.0, 0.0))
-    >>> "<dt>New</dt><dd>1 <" in differences_html("a and b", table, model, model)
+    >>> "<dt>New</dt><dd>1</dd>" in differences_html("Changes from a to b", table, model, model)
     True
     """
     changes = [str(row[0]) for row in table.rows]

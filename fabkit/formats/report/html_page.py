@@ -77,6 +77,6 @@ def model_html(names: Iterable[str], *, find: str, colours: str = "") -> str:
 def key_facts(facts: Iterable[tuple[str, str, str]]) -> str:
     """Names, values and notes, plain texts, as the boxes at the head of a page."""
     return "\n".join(
-        f"<div><dt>{escape(name)}</dt><dd>{escape(value)} <small>{escape(note)}</small></dd></div>"
+        f"<div><dt>{escape(name)}</dt><dd>{escape(value)}{f' <small>{escape(note)}</small>' if note else ''}</dd></div>"
         for name, value, note in facts
     )
