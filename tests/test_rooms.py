@@ -252,6 +252,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.stages",
         "fabkit.wording",
         "fabkit.errors",
+        "geometry.errors",
         "geometry.files",
         "geometry.gauss",
         "geometry.mesh",

@@ -160,6 +160,8 @@ def _pieces(contents: Contents) -> list[_Piece]:
                 angles,
             )
             found.append(piece)
+    except FolderError as error:
+        raise FolderError(f"the tables of {contents.folder} cannot be compared: {error}") from None
     except (KeyError, ValueError) as error:
         raise FolderError(f"the tables of {contents.folder} are damaged: {in_words(error)}") from None
     return found

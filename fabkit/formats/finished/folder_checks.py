@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -55,22 +54,15 @@ def check_folder(folder: Path, *, hashes: bool = True) -> tuple[str, ...]:
     """
     contents = Contents(folder)
     found = list(_of_files(contents, hashes))
-    for what, check in (
-        ("tables", _of_tables),
-        ("the workbook", _of_workbook),
-        ("shapes", _of_shapes),
-        ("meshes", _of_meshes),
-        ("pictures", _of_pictures),
-        ("zones", check_zones),
-    ):
+    for what, check in _CHECKS.items():
         found += _caught(what, check(contents))
     return tuple(dict.fromkeys(found))
 
 
-def _caught(what: str, findings: Iterator[str]) -> Iterator[str]:
-    """What a check of something finds, up to a file that cannot be read, or a cell that is none."""
+def _caught(what: str, found: Iterator[str]) -> Iterator[str]:
+    """What a check finds, up to a file that cannot be read, or a cell that is none."""
     try:
-        yield from findings
+        yield from found
     except FolderError as error:
         yield str(error)
     except (KeyError, ValueError, IndexError, TypeError) as error:
@@ -78,20 +70,20 @@ def _caught(what: str, findings: Iterator[str]) -> Iterator[str]:
 
 
 def _of_files(contents: Contents, hashes: bool) -> Iterator[str]:
-    for name in contents.files:
-        if not os.path.isfile(contents.folder / name):
-            yield f"{name} is missing"
-    others = list(foreign_files(contents.folder)) if hashes else []
-    if hashes and not any(name.startswith(f"{MANIFEST} (") for name in others):
-        for name in others:
-            yield f"{name} is not as it was written" if "(" in name else f"{name} was added"
-        return
+    yield from (f"{name} is missing" for name in contents.files if name not in contents.found)
     if hashes:
+        foreign = list(foreign_files(contents.folder))
+        if not any(name.startswith(f"{MANIFEST} (") for name in foreign):
+            for name in foreign:
+                is_ours = "(" in name or name in contents.files
+                yield f"{name} is not as it was written" if is_ours else f"{name} was added"
+            return
         yield f"{MANIFEST} is not as it was written, so that its hashes say nothing of other files"
-    for path in sorted(contents.folder.rglob("*")):
-        name = path.relative_to(contents.folder).as_posix()
-        if path.is_file() and name not in contents.files and name != MANIFEST:
+    for name, is_file in sorted(contents.found.items()):
+        if name not in contents.files and name != MANIFEST:
             yield f"{name} was added"
+        elif not is_file:
+            yield f"{name} is a link, a pipe or the like"
 
 
 def _of_tables(contents: Contents) -> Iterator[str]:
@@ -132,7 +124,7 @@ def _of_workbook(contents: Contents) -> Iterator[str]:
     """Each table against its sheet."""
     if "cutlist.xlsx" not in contents.files:
         return
-    sheets = workbook_tables(contents.folder / "cutlist.xlsx")
+    sheets = workbook_tables(contents, "cutlist.xlsx")
     for name in contents.files:
         title = name.removesuffix(".csv").capitalize().replace("_", " ")
         if not name.endswith(".csv") or title not in sheets:
@@ -174,7 +166,7 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
             yield from check_part(contents, part, rows[mark])
     if "model.step" in contents.files and parts and "placements.csv" in contents.files:
         yield from _caught("model.step", check_model(contents, parts))
-    yield from _caught("drawings", check_drawings(contents, parts))
+    yield from _caught("the drawings", check_drawings(contents, parts))
     yield from _of_panel_edges(contents, {mark: part.solid.outline for mark, part in parts.items()})
 
 
@@ -246,3 +238,14 @@ def _of_pictures(contents: Contents) -> Iterator[str]:
         yield from _caught("model.glb", check_glb(contents))
     if "report.html" in contents.files:
         yield from _caught("report.html", check_report(contents))
+
+
+_CHECKS = {
+    "the tables": _of_tables,
+    "the workbook": _of_workbook,
+    "the parts": _of_shapes,
+    "M.obj and S.obj": _of_meshes,
+    "the pictures": _of_pictures,
+    "the zones": check_zones,
+}
+"""The checks, by what they compare."""
