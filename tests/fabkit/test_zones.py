@@ -258,6 +258,13 @@ def test_a_piece_in_another_zone_is_a_difference(folder: Path, tmp_path: Path) -
     assert len(changed) > 1
 
 
+def test_names_like_numbers_are_names_with_decimal_commas_too(tmp_path: Path) -> None:
+    own: dict[str, Any] = {"zones": [{"name": "1,5", "faces": [0]}, {"name": "2"}], "documents": ("tables", "step")}
+    tables = {"separator": ";", "decimal": ","}
+    build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out=tmp_path / "a", tables=tables, **own))
+    assert check_folder(tmp_path / "a") == ()
+
+
 def test_a_structure_without_zones_has_none() -> None:
     assembly = design(Project(mesh=dome(4, 1), mean_edge_mm=1500)).assembly
     assert set(assembly.zones.named(assembly.of(BEAM))) == {""}
