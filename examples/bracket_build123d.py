@@ -38,7 +38,7 @@ def main(out: Path = Path("brackets"), marks: tuple[str, ...] = ("N001", "N002",
     export_step(bracket(), str(out / "bracket.step"))
     removed = {}
     for node in roof.assembly["nodes"]:
-        if node.mark in marks and node.mark not in removed:  # equal nodes share a mark and are identical
+        if node.mark in marks and node.mark not in removed:  # nodes that share a mark are made alike
             block = to_build123d(node)  # in its own frame: z is the node axis, outwards, and x along the first beam
             slot = tenon(CLEARANCE_MM).moved(Location((0, 0, block.bounding_box().min.Z)))
             slotted = block - slot

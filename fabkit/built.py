@@ -37,8 +37,8 @@ class Built:
 
     structure: the pair M and S and the beam height, in mm. assembly: the parts as they are made, those of a mark from
     one solid, near zero; add `assembly.origin_mm` to get the coordinates of the mesh file. nominal: the parts before
-    they share solids; their fit was checked. nest: None without nesting. summary: figures of the mesh. seconds: by
-    stage. sha256: of the mesh file as read, empty for a mesh in memory.
+    they share solids, whose fit was checked: `violations(built.nominal)` checks it again. nest: None without nesting.
+    summary: figures of the mesh. seconds: by stage. sha256: of the mesh file as read, empty for a mesh in memory.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,11 +12,12 @@ import numpy as np
 
 from fabkit.built import Built, manifest_of, summary_of
 from fabkit.detailing import Detailed, detail
+from fabkit.detailing.second_layer import rules_of_second_layer
 from fabkit.detailing.shapes.dots import stamped
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
 from fabkit.fitness.panels import corners, panel_masses, short_edges
-from fabkit.fitness.parts import block_heights, going_in, mitres_of, sheets, slots, uncovered, underside
+from fabkit.fitness.parts import block_heights, going_in, mitres_of, props, sheets, slots, uncovered, underside
 from fabkit.formats import EXACT_SUFFIXES, whole_folder, write_documents, write_manifest
 from fabkit.formats.finished import kept_marks
 from fabkit.gauss_image import GivenPair, read_given_pair
@@ -249,16 +251,12 @@ def _unusual_parts(
     project: Project, detailed: Detailed, assembly: Assembly, reasons: dict[int, str]
 ) -> tuple[Finding, ...]:
     rules, height = project.fitness, project.beams.profile.height_mm
-    beams, nodes, panels = assembly.of(BEAM), assembly.of(NODE), assembly.of(PANEL)
+    nodes, panels = assembly.of(NODE), assembly.of(PANEL)
     marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
     is_refused = project.nesting.mode != "off" and not project.skip_unbuildable
-    is_raised_by_blocks = project.layers[0].is_at_lift and project.nodes.top == "enclosing"
+    is_raised_by_blocks = any(layer.is_at_lift for layer in project.layers) and project.nodes.top == "enclosing"
     found = (
-        mitres_of(beams, rules),
-        block_heights(nodes, height, rules),
-        slots(nodes, rules) if project.connection.kind in ("welded", "hub") else None,
-        uncovered(nodes, rules),
-        going_in(beams, erection_order(assembly).closing(beams), project.connection.gap_mm, rules),
+        *_unusual_frame(project, assembly),
         underside(detailed.needed_mm, marks, height, rules) if is_raised_by_blocks else None,
         corners(panels, rules),
         short_edges(panels, rules),
@@ -268,12 +266,29 @@ def _unusual_parts(
     return tuple(finding for finding in found if finding)
 
 
+def _unusual_frame(project: Project, assembly: Assembly) -> Iterator[Finding | None]:
+    """Of beams and nodes, layer by layer."""
+    rules, erection = project.fitness, erection_order(assembly)
+    second = project.rules.second_layer
+    own_rules = [project.rules, *([rules_of_second_layer(project.rules, second)] if second else [])]
+    layers = zip(assembly.of_layers(BEAM), assembly.of_layers(NODE), own_rules, strict=True)
+    for beams, nodes, own in layers:
+        yield mitres_of(beams, rules)
+        yield block_heights(nodes, own.beams.profile.height_mm, rules)
+        yield slots(nodes, rules) if own.connection.kind in ("welded", "hub") else None
+        yield uncovered(nodes, rules)
+        yield going_in(beams, erection.is_closing[beams.kind.group], own.connection.gap_mm, rules)
+    yield props(assembly.of(NODE), erection.propped)
+
+
 def _rules_near_zero(project: Project, origin_mm: FloatArray) -> DetailingRules:
     """The rules of a project with heights above the origin that is taken out."""
-    rules = project.rules
-    if rules.supports is None or rules.supports.below_mm is None:
-        return rules
-    return replace(rules, supports=replace(rules.supports, below_mm=rules.supports.below_mm - float(origin_mm[2])))
+    rules, level = project.rules, float(origin_mm[2])
+    supports, zones = rules.supports, rules.zones
+    if supports is not None and supports.below_mm is not None:
+        supports = replace(supports, below_mm=supports.below_mm - level)
+    zones = tuple(zone if zone.below_mm is None else replace(zone, below_mm=zone.below_mm - level) for zone in zones)
+    return replace(rules, supports=supports, zones=zones)
 
 
 def _scale(project: Project, mesh: Mesh) -> float:

@@ -47,6 +47,7 @@ from fabkit.rules import (
     SupportRules,
     TableRules,
     TitleBlock,
+    ZoneRules,
     problem_of_mirrored_panes,
 )
 from fabkit.surface import SurfaceRules, check_surface
@@ -109,7 +110,8 @@ class Project(BaseModel):
     in the place of the whole table. optimise: mesh and Gauss image together. equal_within_mm: largest difference
     between coordinates of parts that share a mark; marks: what else they have in common, and how they are numbered.
     fitness: bounds from which a finding is noted or refused; accept: findings to accept instead of refusing them.
-    layers: of panels, from outside to inside. second_layer, fins, supports: None for a structure without. site: in
+    layers: of panels, from outside to inside. second_layer, fins, supports: None for a structure without. zones: in
+    the order in which they are put up. site: in
     whose coordinates nodes are set out. documents: what is written; title_block, tables, drawings and step: how, see
     `DocumentRules`.
 
@@ -145,6 +147,7 @@ class Project(BaseModel):
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
     supports: SupportRules | None = None
+    zones: tuple[ZoneRules, ...] = ()
     densities_kg_m3: Densities = Field(default_factory=lambda: DetailingRules().densities_kg_m3)
     site: SiteRules | None = None
     documents: tuple[Document, ...] = DOCUMENTS
@@ -222,6 +225,8 @@ class Project(BaseModel):
             )
         if self.marks.mirrored_panes and (problem := problem_of_mirrored_panes(self.layers)):
             raise ValueError(problem)
+        if self.title in {zone.name for zone in self.zones}:
+            raise ValueError(f"a zone is called {echo(self.title)}, like the structure: give it another name")
         _ = self.rules, self.document_rules  # they check each other
         return self
 
@@ -236,6 +241,7 @@ class Project(BaseModel):
             second_layer=self.second_layer,
             fins=self.fins,
             supports=self.supports,
+            zones=self.zones,
             densities_kg_m3=self.densities_kg_m3,
         )
 

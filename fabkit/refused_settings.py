@@ -82,6 +82,8 @@ def _sentence(problem: dict[str, Any], project: type[BaseModel]) -> str:
         return f"{where} is missing, and has to be given"
     plain, given = PLAIN.get(problem["type"]), problem["input"]
     message = plain.format(**problem.get("ctx", {})) if plain else problem["msg"].removeprefix("Value error, ")
+    if problem["type"] == "tuple_type" and isinstance(given, Mapping):
+        return f"{where} is one table: write [[{where}]] above it, as for the first of a list"
     if problem["type"] == "tuple_type" and given and isinstance(given, str):
         message += f", as in [{echo(given)}]"
     if not where or (problem["type"] == "value_error" and isinstance(given, Mapping)):

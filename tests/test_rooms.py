@@ -253,6 +253,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "fabkit.stages",
         "fabkit.wording",
         "fabkit.errors",
+        "geometry.errors",
         "geometry.files",
         "geometry.gauss",
         "geometry.mesh",
@@ -443,6 +444,10 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "circular_faces conical_vertices gauss_image_terms planar_faces pair_distances",
         "constant_curvature upright_axes",
     ),
+    "geometry.surface": (
+        "surface rim_corners",
+        "curvature curve curved_triangles smoothing subdivision",
+    ),
     "geometry.networks": (
         "tangent_frames",
         "combed_fields cross_fields networks graded_sizes",
@@ -496,6 +501,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "build_up plates kind curves",
         "solids",
         "parts",
+        "zones",
         "assembly",
     ),
     "fabkit.checking": (
@@ -506,7 +512,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "panel_bounds",
     ),
     "fabkit.detailing": (
-        "ends",
+        "ends zones",
         "beams joining",
         "hubs fins",
         "nodes",
@@ -516,7 +522,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
         "secondary",
         "assembling",
     ),
-    "fabkit.rules": ("lengths", "connections documents fins layers marks sheets site supports", "detailing"),
+    "fabkit.rules": ("lengths", "connections documents fins layers marks sheets site supports zones", "detailing"),
     "fabkit.kinds": ("columns faces look_alikes", "beams caps fasteners fins nodes panels plain supports", "struts"),
     "fabkit.production.nesting": (
         "nests remaining_rectangles",
@@ -534,7 +540,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.formats.finished": (
         "contents part_geometry",
-        "dxf_files earlier_marks picture_checks step_checks",
+        "dxf_files earlier_marks picture_checks step_checks zone_checks",
         "dxf_checks",
         "view_checks",
         "drawing_checks",

@@ -44,7 +44,7 @@ def draw_erection(path: Path = PICTURE) -> None:
     panels = [
         Panel(shapes(made, lowest[0], 0.0), View(28.0, 12.0), (10, 50, 560, 580)),
         Panel(
-            by_order(made, {group: erection.of(made[group]) for group in GROUPS}),
+            by_order(made, {group: erection.numbers[group] for group in GROUPS}),
             View(-60.0, 24.0),
             (580, 50, 900, 580),
         ),

@@ -6,7 +6,7 @@ Everything is found from the placed solids and the numbers of their mesh element
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -128,13 +128,17 @@ def violations(
     - Bores keep edge distances, pitches and walls; sockets over the heads of bolts have room.
     - No two parts overlap by more than `fit_mm`.
 
+    The solids are checked as they are. Where parts share the solid of their mark, as in `Built.assembly`, ends are off
+    their facets and parts overlap by about what their marks hide (`Parts.hidden_mm`), and each violation says so:
+    whether a design fits is asked of `Built.nominal`, as `design` did.
+
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> from fabkit.checking import violations
-    >>> violations(built.assembly)
+    >>> violations(built.nominal)
     ()
-    >>> len(violations(built.assembly, shortest_edge_mm=11)) > 0
+    >>> len(violations(built.nominal, shortest_edge_mm=11)) > 0
     True
     """
     name = _by_mark if have_marks else _by_element
@@ -143,20 +147,30 @@ def violations(
     invalid = list(_invalid_solids(positions, every, fit_mm, shortest_edge_mm, name))
     is_valid = np.ones(len(positions), dtype=bool)
     is_valid[[position for position, _ in invalid]] = False
-    valid = [batch[is_valid[batch.parts]] for batch in every]
+    valid, fitting = [batch[is_valid[batch.parts]] for batch in every], positions.where(is_valid)
+    shared = _of_shared_solids(assembly, fit_mm)
     return (
         *_twice(assembly),
         *(violation for _, violation in invalid),
         *_twisted(assembly, twist_deg, name),
         *(found for beams, nodes in _layers(assembly) for found in _unlinked(beams, nodes, name)),
-        *(found for own in _layers(positions.where(is_valid)) for found in _misfitting_ends(*own, fit_mm, name)),
+        *map(shared, (found for own in _layers(fitting) for found in _misfitting_ends(*own, fit_mm, name))),
         *_badly_drilled(positions, valid, name),
-        *_clashing(positions, [batch for batch in valid if len(batch.parts)], fit_mm, name),
+        *map(shared, _clashing(positions, [batch for batch in valid if len(batch.parts)], fit_mm, name)),
     )
 
 
 Name = Callable[[Part], str]
 """A function that gives the name of a part in a sentence."""
+
+
+def _of_shared_solids(assembly: Assembly, fit_mm: float) -> Callable[[Violation], Violation]:
+    """What adds to the cure of a violation of neighbours that parts share solids, if some do so by more than fit_mm."""
+    hidden = max((float(parts.hidden_mm[:, 0].max(initial=0.0)) for parts in assembly.groups), default=0.0)
+    if hidden <= fit_mm:
+        return lambda violation: violation
+    shared = f"parts have the solids of their marks here, {hidden:.2g} mm off at most: check Built.nominal instead, or"
+    return lambda violation: replace(violation, cure=f"{shared} {violation.cure}")
 
 
 def _by_mark(part: Part) -> str:
@@ -280,20 +294,28 @@ def _clashing(positions: Positions, valid: list[SolidArray], fit_mm: float, name
 
 
 def _cure(first: Part, second: Part, vertices: ElementVertices) -> str:
-    cures = [part.kind.cure for part in (first, second) if part.kind.cure]
+    kinds = {part.kind.name: part.kind for part in (second, first)}
+    cures = list(dict.fromkeys(kind.cure for kind in kinds.values() if kind.cure))
     if cures:
-        return cures[-1]
+        return ", or ".join(cures + [CURE_OF_LAYERS] * (PANEL.name in kinds))
     known = (BEAM, NODE, PANEL)
     own = [part.kind.name for part in (first, second) if not part.kind.layer and part.kind not in known]
     if own:
         return f"change the origins, the axes or the size of each {own[0]}"
     are_distant = vertices.of(first).isdisjoint(vertices.of(second))
-    return CURE_OF_DISTANT_PARTS if are_distant else CURE_OF_NEIGHBOURS
+    if are_distant:
+        return CURE_OF_DISTANT_PARTS
+    return CURE_OF_PANELS if PANEL.name in kinds else CURE_OF_NEIGHBOURS
 
 
-CURE_OF_NEIGHBOURS = (
+CURE_OF_LAYERS = "give that layer of panels another z_mm or a wider joint_mm ([[layers]])"
+CURE_OF_PANELS = (
     "increase the slot between beams ([connection] slot_mm, or --clearance where they are in contact), the seat or the "
-    "joint, or leave one of the parts out with --skip-unbuildable"
+    f"joint, {CURE_OF_LAYERS}, or leave one of the parts out with --skip-unbuildable"
+)
+CURE_OF_NEIGHBOURS = (
+    "increase the slot between beams ([connection] slot_mm, or --clearance where they are in contact), or leave one of "
+    "the parts out with --skip-unbuildable"
 )
 CURE_OF_DISTANT_PARTS = (
     "they share no vertex of the mesh, which intersects itself or folds back there: separate the mesh there, or leave "

@@ -15,11 +15,12 @@ from fabkit.detailing.ends import Ends
 from fabkit.detailing.panel_layers.panels import make_panels
 from fabkit.detailing.panel_levels import PanelLevels, on_mesh, panel_levels, seats_of, underside_reason, unfit_panels
 from fabkit.detailing.secondary import Secondary
+from fabkit.detailing.zones import zones_of_mesh
 from fabkit.errors import DetailingError
 from fabkit.fitness import FitnessRules
 from fabkit.fitness.shape import tilt
 from fabkit.kinds import BASE_PLATE, PANEL, STRUT, STUB, PanelDetails
-from fabkit.parts import Assembly, LeftOut, Parts
+from fabkit.parts import Assembly, LeftOut, Parts, Zones
 from fabkit.rules import DetailingRules
 from geometry.arrays import BoolArray, FloatArray, IntArray
 from geometry.gauss import SupportStructure
@@ -109,6 +110,7 @@ class _Plan:
     beams: BoolArray = field(init=False)
     panels: BoolArray = field(init=False)
     secondary: Secondary = field(init=False)
+    zones: Zones = field(init=False)
     left_out: list[LeftOut] = field(init=False, default_factory=list)
 
     def __post_init__(self) -> None:
@@ -117,6 +119,7 @@ class _Plan:
         self.beams = np.ones(self.structure.mesh.n_edges, dtype=bool)
         self.panels = np.ones(self.structure.mesh.n_faces, dtype=bool)
         self.secondary = Secondary.of(self.given, self.rules)
+        self.zones = zones_of_mesh(self.given.mesh, self.rules.zones)
 
     def make(self, name: str) -> Detailed:
         while True:
@@ -131,7 +134,7 @@ class _Plan:
         blocks = self.structure, ends, levels.nodes
         others = self.secondary.parts(blocks, self.beams, panels, self.rules, self._leave_out)
         groups = (*first[:2], panels, *first[2:], *others)
-        assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends))
+        assembly = Assembly(name, groups, tuple(self.left_out) + self._nodes_without_beams(ends), zones=self.zones)
         underside = float(levels.underside[self.panels].min(initial=np.inf))
         reason, fins = underside_reason(self.structure, levels, self.rules), self.secondary.fins
         return Detailed(assembly, underside, levels.needed, reason, None if fins is None else fins.shade)

@@ -42,9 +42,10 @@ class Secondary:
         made = {} if fins is None else {FIN.name: np.ones(n_edges, dtype=bool)}
         if second is not None:
             made[STRUT.name] = np.ones(n_vertices, dtype=bool)
-            made[f"{second.own.name} {BEAM.name}"] = np.ones(n_edges, dtype=bool)
         if rules.supports is not None:
             made[STUB.name] = made[BASE_PLATE.name] = supported_vertices(structure.mesh, rules.supports)
+        if second is not None:
+            made[f"{second.own.name} {BEAM.name}"] = np.ones(n_edges, dtype=bool)
         return cls(second, fins, made)
 
     def parts(

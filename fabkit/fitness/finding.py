@@ -42,6 +42,7 @@ CRITERIA: dict[str, str] = {
     "short-edges": "it is only noted and stops no build",
     "panel-masses": "it is only noted and stops no build",
     "going-in": "it is only noted; these beams go in from inside, or with a larger [connection] gap_mm",
+    "props": "it is only noted; these nodes are propped, or zones and supports chosen otherwise",
     "sheets": "a panel that does not fit on a sheet cannot be cut; leave it out with --skip-unbuildable",
 }
 """The name of each criterion, as `--accept` takes it, and the reason why a finding cannot be accepted, empty if it
@@ -58,7 +59,8 @@ class Finding:
     name: the criterion, one of `CRITERIA`. level: "note" (a build goes ahead), "refused" (a build stops) or "accepted"
     (it would be refused, but the user accepts it). value, bound: the value found, and the value from which it is noted
     or refused, both in `unit`. sentence: value and place in words; cure: what to do about it. noun, elements: the
-    vertices, edges or faces concerned, the worst first, counted from 0.
+    vertices, edges or faces concerned, the worst first, counted from 0. layer: "lower" or "upper" where it concerns
+    the beams and nodes of a second layer.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -77,6 +79,7 @@ class Finding:
     cure: str
     noun: str = ""
     elements: tuple[int, ...] = ()
+    layer: str = ""
 
     @property
     def may_be_accepted(self) -> bool:

@@ -11,13 +11,15 @@ from fabkit.fitness.rules import FitnessRules
 from fabkit.fitness.shape import NOTED_PERCENTILE
 from fabkit.kinds import BeamDetails, NodeDetails, PanelDetails, smallest_gaps
 from fabkit.parts import Parts
-from geometry.arrays import BoolArray, FloatArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["block_heights", "going_in", "mitres", "mitres_of", "sheets", "slots", "uncovered", "underside"]
+__all__ = ["block_heights", "going_in", "mitres", "mitres_of", "props", "sheets", "slots", "uncovered", "underside"]
 
 
-def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rules: FitnessRules) -> Finding | None:
-    """End cuts of beams. cuts_deg (n, 2): cut angles of the beams with these names on these edges."""
+def mitres(
+    cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rules: FitnessRules, *, layer: str = ""
+) -> Finding | None:
+    """End cuts of beams. cuts_deg (n, 2): cut angles of the beams with these names on these edges; layer: of beams."""
     if not len(cuts_deg):
         return None
     angles = np.abs(cuts_deg).max(axis=1)
@@ -32,16 +34,19 @@ def mitres(cuts_deg: FloatArray, names: Sequence[str], edges: Sequence[int], rul
         float(angles[order[0]]),
         rules.mitres_noted_deg,
         "degrees",
-        f"{len(order)} of {len(angles)} beams have an end cut {rules.mitres_noted_deg:g} degrees or more off "
-        f"square, at most {angles[order[0]]:.1f} degrees{by_name}",
+        f"{len(order)} of {len(angles)} {f'{layer} beams'.strip()} have an end cut {rules.mitres_noted_deg:g} degrees "
+        f"or more off square, at most {angles[order[0]]:.1f} degrees{by_name}",
         "make sure that the saw reaches these angles, or open the angles between edges and node axes there",
         "edge",
         tuple(int(edges[k]) for k in order.tolist()),
+        layer,
     )
 
 
 def mitres_of(beams: Parts[BeamDetails], rules: FitnessRules) -> Finding | None:
-    return mitres(beams.details.cut_angles_deg, beams.marks, beams.elements.tolist(), rules)
+    """The same, of all beams of one layer."""
+    layer, cuts = beams.kind.layer, beams.details.cut_angles_deg
+    return mitres(cuts, beams.marks, beams.elements.tolist(), rules, layer=layer)
 
 
 def going_in(beams: Parts[BeamDetails], is_closing: BoolArray, gap_mm: float, rules: FitnessRules) -> Finding | None:
@@ -59,11 +64,34 @@ def going_in(beams: Parts[BeamDetails], is_closing: BoolArray, gap_mm: float, ru
         float(gaps[order[0]]),
         bound,
         "mm",
-        f"{len(order)} of {int(is_closing.sum())} beams that come last between two nodes that stand go straight in "
-        f"from inside only, or from outside with a gap of more than {bound:g} mm at each end: {named(names)}",
-        f"put these beams in from inside, or set [connection] gap_mm = {np.ceil(10 * gaps[order[0]]) / 10:.1f}",
+        f"{len(order)} of {int(is_closing.sum())} {beams.kind.group} that come last between two nodes that stand go "
+        f"straight in from inside only, or from outside with a gap of more than {bound:g} mm at each end: "
+        f"{named(names)}",
+        f"put these beams in from inside, or set {_table('connection', beams.kind.layer)} gap_mm = "
+        f"{np.ceil(10 * gaps[order[0]]) / 10:.1f}",
         "edge",
         tuple(beams.elements[order].tolist()),
+        beams.kind.layer,
+    )
+
+
+def props(nodes: Parts[NodeDetails], vertices: IntArray) -> Finding | None:
+    """Nodes on these vertices, which go up before anything that they could stand on or join."""
+    if not len(vertices):
+        return None
+    marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
+    places = [f"{marks[vertex]} (vertex {vertex}, counted from 0)" for vertex in vertices.tolist()]
+    return Finding(
+        "props",
+        "note",
+        float(len(vertices)),
+        1.0,
+        "nodes",
+        f"{len(vertices)} of {len(nodes)} nodes have to be propped, as they go up before anything on which they could "
+        f"stand or that they could join: {named(places, at_most=3)}",
+        "put zones with supports up first, or choose more nodes under [supports]",
+        "vertex",
+        tuple(vertices.tolist()),
     )
 
 
@@ -81,13 +109,15 @@ def block_heights(nodes: Parts[NodeDetails], beam_height_mm: float, rules: Fitne
         float(sizes[order[0]]),
         rules.block_heights_noted,
         "beam heights",
-        f"{len(order)} of {len(nodes)} node blocks are at least {rules.block_heights_noted:g} times as high as their "
-        f"beams of {beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) is "
-        f"{heights[order[0]]:.0f} mm high",
-        "take narrower beams (--section, --beam) or a smaller slot between them ([connection] slot_mm), so that they "
-        "end nearer to the axes, or make narrow angles between edges wider",
+        f"{len(order)} of {len(nodes)} {nodes.kind.named('node blocks')} are at least {rules.block_heights_noted:g} "
+        f"times as high as their beams of {beam_height_mm:g} mm: {worst.mark} (vertex {worst.element}, counted from 0) "
+        f"is {heights[order[0]]:.0f} mm high",
+        f"take narrower beams ({'[second_layer] section' if nodes.kind.layer else '--section, --beam'}) or a smaller "
+        f"slot between them ({_table('connection', nodes.kind.layer)} slot_mm), so that they end nearer to the axes, "
+        "or make narrow angles between edges wider",
         "vertex",
         tuple(nodes.elements[order].tolist()),
+        nodes.kind.layer,
     )
 
 
@@ -104,12 +134,13 @@ def slots(nodes: Parts[NodeDetails], rules: FitnessRules) -> Finding | None:
         float(angles[order[0]]),
         rules.slots_noted_deg,
         "degrees",
-        f"at {len(order)} of {len(nodes)} nodes two beams that are welded to it are less than "
+        f"at {len(order)} of {len(nodes)} {nodes.kind.group} two beams that are welded to it are less than "
         f"{rules.slots_noted_deg:g} degrees apart, the smallest angle is {angles[order[0]]:.1f} degrees at "
         f"{worst.mark} (vertex {worst.element}, counted from 0)",
         "plan these seams with the welder, or make the angles at these vertices wider",
         "vertex",
         tuple(nodes.elements[order].tolist()),
+        nodes.kind.layer,
     )
 
 
@@ -163,6 +194,11 @@ def underside(
         "vertex",
         (worst,),
     )
+
+
+def _table(name: str, layer: str) -> str:
+    """The table of the project file for beams and nodes of a layer."""
+    return f"[second_layer.{name}]" if layer else f"[{name}]"
 
 
 def sheets(reasons: Mapping[int, str], panels: Parts[PanelDetails], level: Level) -> Finding | None:

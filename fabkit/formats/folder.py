@@ -14,6 +14,7 @@ from pathlib import Path
 from fabkit.errors import OutputError
 from fabkit.formats.manifest import foreign_files
 from fabkit.formats.renaming import exchange, rename_new
+from fabkit.formats.single_files import DRAFTS, naming
 from fabkit.signals import DeferredSignals, exit_if_signalled
 
 if sys.platform == "win32":
@@ -46,7 +47,7 @@ def check_replaceable(out: Path, *, force: bool, inputs: Iterable[Path] = ()) ->
         ...
     fabkit.errors.OutputError: ...old holds files that fabkit did not write...
     """
-    with _naming(out):
+    with naming(out):
         out = _absolute(out)
         _check_parent(out)
         if not _exists(out):
@@ -73,7 +74,7 @@ def whole_folder(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iter
     ['list.csv', 'manifest.json']
     """
     inputs = tuple(inputs)
-    with _naming(out):
+    with naming(out):
         out = _absolute(out)
         _check_parent(out)
         if not force and not _exists(_workspace(out)):
@@ -197,7 +198,7 @@ def _workspace(out: Path) -> Path:
     name = out.name
     if len(os.fsencode(name)) > LONGEST_FOLDER_NAME:
         name = name[: LONGEST_FOLDER_NAME // 8] + hashlib.sha256(os.fsencode(name)).hexdigest()[:16]
-    return out.parent / f".{name}.fabkit"
+    return out.parent / f".{name}{DRAFTS}"
 
 
 def _locked(workspace: Path, out: Path) -> int:
@@ -270,12 +271,3 @@ def _remove_workspace(workspace: Path, out: Path, lock: int) -> None:
     finally:
         if lock >= 0:
             os.close(lock)
-
-
-@contextmanager
-def _naming(out: Path) -> Iterator[None]:
-    """Raise errors of the operating system as OutputError that names the folder."""
-    try:
-        yield
-    except OSError as error:
-        raise OutputError(f"{out} cannot be written: {error.strerror or error}") from error

@@ -50,7 +50,7 @@ def glb_bytes(assembly: Assembly, left_out_lines: FloatArray | None = None) -> b
     """
     scene = _Scene(assembly.name, assembly.origin_mm)
     for parts in assembly.groups:
-        scene.add_group(parts.kind.group, placed_parts(parts))
+        scene.add_group(parts.kind.group, placed_parts(parts), assembly.zones.named(parts))
     scene.add_group("left out", left_out_bars(assembly, left_out_lines))
     return scene.glb()
 
@@ -62,7 +62,7 @@ class _Scene:
         x, y, z = (origin_mm / 1000).tolist()
         place = {"translation": [x, z, 0.0 - y]} if origin_mm.any() else {}
         self.root: Json = {"name": name, **place, "rotation": _Z_UP_TO_Y_UP}
-        self.groups: list[int] = []
+        self.groups: dict[str, list[int]] = {}  # by the names of their zones
         self.nodes: list[str] = []  # in JSON, as are meshes and accessors: there may be hundreds of thousands
         self.meshes: list[str] = []
         self.accessors: list[str] = []
@@ -74,13 +74,18 @@ class _Scene:
         self.n_points = 0
         self.index_offset = 0
 
-    def add_group(self, name: str, placed: Placed) -> None:
-        """A node for the group and one for each thing in it; nothing where it is empty."""
+    def add_group(self, name: str, placed: Placed, zones: Sequence[str] = ()) -> None:
+        """A node for the group, or for its share of each zone, and one for each thing in it; nothing where it is empty.
+        zones: the name of the zone of each thing, empty without one."""
         if not placed.names:
             return
-        group = len(self.nodes) + 1  # after the root
-        self.groups.append(group)
-        self.nodes.append(_json({"name": name, "children": list(range(group + 1, group + 1 + len(placed.names)))}))
+        rows: dict[str, list[int]] = {}
+        for n, zone in enumerate(zones or [""] * len(placed.names)):
+            rows.setdefault(zone, []).append(n)
+        first = len(self.nodes) + 1 + len(rows)  # after the root and the nodes of zones
+        for zone, own in rows.items():
+            self.groups.setdefault(zone, []).append(len(self.nodes) + 1)
+            self.nodes.append(_json({"name": f"{zone} {name}".strip(), "children": [first + n for n in own]}))
         columns = zip(
             placed.names,
             self._add_meshes(placed),
@@ -163,7 +168,11 @@ class _Scene:
         views.append(
             {"buffer": 0, "byteOffset": starts[2], "byteLength": len(blocks[2]), "target": _ELEMENT_ARRAY_BUFFER}
         )
-        root = _json({**self.root, "children": self.groups})
+        children = self.groups.pop("", [])
+        for zone, groups in self.groups.items():
+            children.append(len(self.nodes) + 1)
+            self.nodes.append(_json({"name": zone, "children": groups}))
+        root = _json({**self.root, "children": children})
         members = [
             '"asset":{"version":"2.0","generator":"fabkit"},"scene":0,"scenes":[{"nodes":[0]}]',
             f'"nodes":[{",".join([root, *self.nodes])}]',

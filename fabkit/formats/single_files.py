@@ -8,10 +8,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from fabkit.errors import OutputError
+from fabkit.errors import FabkitError, OutputError
 from fabkit.signals import DeferredSignals
+from geometry.errors import GeometryError
 
-__all__ = ["whole_file"]
+__all__ = ["DRAFTS", "naming", "whole_file"]
+
+DRAFTS = ".fabkit"
+"""End of the names of folders in which drafts are."""
 
 
 @contextmanager
@@ -32,9 +36,9 @@ def whole_file(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iterat
     ['mesh.obj']
     """
     inputs = tuple(inputs)
-    try:
+    with naming(out):
         _check_replaceable(out, force, inputs)
-        with TemporaryDirectory(dir=out.parent, prefix=".", suffix=".fabkit") as folder:
+        with TemporaryDirectory(dir=out.parent, prefix=".", suffix=DRAFTS) as folder, naming(out, folder):
             yield Path(folder, out.name)
             with DeferredSignals():
                 drafts = {out.parent / path.name: path for path in sorted(Path(folder).iterdir())}
@@ -42,8 +46,29 @@ def whole_file(out: Path, *, force: bool, inputs: Iterable[Path] = ()) -> Iterat
                     _check_replaceable(target, force, inputs)
                 for target, draft in drafts.items():
                     os.replace(draft, target)
+
+
+@contextmanager
+def naming(out: Path, drafts: str = DRAFTS) -> Iterator[None]:
+    """Raise errors of the operating system as OutputError that names the file or folder that is asked for. So are those
+    of which a writer made a sentence about a draft, whose path has these drafts in it.
+
+    >>> from pathlib import Path
+    >>> from fabkit.formats.single_files import naming
+    >>> with naming(Path("roof")):
+    ...     Path("none/of/these").mkdir()
+    Traceback (most recent call last):
+        ...
+    fabkit.errors.OutputError: roof cannot be written: No such file or directory
+    """
+    try:
+        yield
     except OSError as error:
         raise OutputError(f"{out} cannot be written: {error.strerror or error}") from error
+    except (FabkitError, GeometryError) as error:
+        if not isinstance(error.__cause__, OSError) or drafts not in str(error):
+            raise
+        raise OutputError(f"{out} cannot be written: {error.__cause__.strerror or error.__cause__}") from error
 
 
 def _check_replaceable(out: Path, force: bool, inputs: tuple[Path, ...]) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from datetime import datetime
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +92,8 @@ def write_xlsx(
     b'PK'
     """
     issued = title_block or TitleBlock()
-    with xlsxwriter.Workbook(path, {"in_memory": True}) as workbook:
+    data = BytesIO()  # so that a full disk is told as it is of all other files
+    with xlsxwriter.Workbook(data, {"in_memory": True}) as workbook:
         workbook.set_properties(
             {"title": summary.name, "author": issued.author, "company": issued.organisation, "created": CREATED}
         )
@@ -106,6 +108,7 @@ def write_xlsx(
         for table in tables:
             if table.title not in apart:
                 _write_table(workbook, table, summary.name, issued)
+    path.write_bytes(data.getvalue())
 
 
 def _sheet_name(table: Table) -> str:

@@ -29,6 +29,7 @@ from fabkit.parts.shapes import (
 )
 from fabkit.parts.solids import Solids
 from fabkit.parts.symmetry import Symmetry, Turns, moved, other_end, shifted
+from fabkit.parts.zones import Zones
 
 __all__ = [
     "BORE",
@@ -61,6 +62,7 @@ __all__ = [
     "Symmetry",
     "Topology",
     "Turns",
+    "Zones",
     "blanks",
     "bore_vertices",
     "in_layer",

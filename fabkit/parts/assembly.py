@@ -12,6 +12,7 @@ import numpy as np
 from fabkit.errors import DetailingError
 from fabkit.parts.kind import Details, Kind, in_layer
 from fabkit.parts.parts import Part, Parts
+from fabkit.parts.zones import Zones
 from geometry.arrays import FloatArray, IntArray, floats
 
 __all__ = ["LEFT_OUT_COLOUR", "Assembly", "LeftOut", "Surroundings"]
@@ -46,7 +47,7 @@ class Assembly:
 
     The parts are placed near zero, where coordinates are most accurate. origin_mm (3,): position of this zero in the
     coordinates of the mesh file, in mm. So a point of a part has the coordinates
-    `part.placement.to_world(point) + origin_mm` there.
+    `part.placement.to_world(point) + origin_mm` there. zones: in which it is put up, none by default.
 
     Raises DetailingError where two kinds share the letter of their marks, their name or that of their group.
 
@@ -62,6 +63,7 @@ class Assembly:
     groups: tuple[Parts[Any], ...]
     left_out: tuple[LeftOut, ...] = ()
     origin_mm: FloatArray = field(default_factory=lambda: np.zeros(3))
+    zones: Zones = field(default_factory=Zones)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "origin_mm", floats(self.origin_mm))

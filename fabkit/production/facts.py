@@ -203,6 +203,7 @@ def _parts(assembly: Assembly) -> Iterator[Fact]:
         yield Fact(f"{name}, mass", (mass,), ",.1f", "kg", shown=in_cells)
         total_mass += mass
     yield Fact("Mass", (total_mass,), ",.0f", "kg")
+    yield from _zones(assembly)
     corners, far_ends = np.concatenate([np.zeros((1, 2)), *(parts.hidden_mm for parts in assembly.groups)]).max(axis=0)
     hidden = "Largest difference hidden in a mark"
     yield Fact(f"{hidden}, of corners", (float(corners),), ".2f", "mm", "in a coordinate", ("hidden_mm.corners",))
@@ -213,6 +214,16 @@ def _parts(assembly: Assembly) -> Iterator[Fact]:
         yield Fact("Area of the panels", (float(panels.details.area_mm2.sum()) * 1e-6,), ".2f", "m²")
         yield from _layers(panels)
     yield Fact("Left out", (len(assembly.left_out),), keys=("counts.left_out",), shown=NOWHERE)
+
+
+def _zones(assembly: Assembly) -> Iterator[Fact]:
+    """How many parts each zone has, and their mass."""
+    zone = np.concatenate([np.zeros(0, dtype=np.int64), *(assembly.zones.of(parts) for parts in assembly.groups)])
+    masses = np.concatenate([np.zeros(0), *(parts.masses_kg for parts in assembly.groups)])
+    for number, name in enumerate(assembly.zones.names):
+        own = zone == number
+        note = f"{masses[own].sum():,.0f} kg"
+        yield Fact(f"Parts in {name}", (int(own.sum()),), note=note, shown=frozenset({REPORT, WORKBOOK}))
 
 
 def _layers(panels: Parts[PanelDetails]) -> Iterator[Fact]:

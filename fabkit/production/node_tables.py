@@ -18,14 +18,15 @@ COORDINATE_DECIMALS, TURN_DECIMALS, DIRECTION_DECIMALS = 3, 6, 9
 0.001 mm."""
 
 
-def survey(nodes: Parts[NodeDetails], origin_mm: FloatArray, site: Frame) -> list[Column]:
+def survey(nodes: Parts[NodeDetails], assembly: Assembly, site: Frame) -> list[Column]:
     """Of each node its point on the mesh of its layer, its axis outwards and the direction of facet 1, in the
     coordinates of the site, and the heights of the block's top and bottom along the axis from that point."""
     heights = nodes.solids.vertices.with_values(nodes.solids.vertices.values[:, 2])[nodes.shape]
     return [
         Column("Node", None, nodes.piece_names),
         Column("Mark", None, nodes.marks),
-        *coordinates("Point", site.to_world(nodes.origins + origin_mm)),
+        Column("Zone", None, assembly.zones.named(nodes)),
+        *coordinates("Point", site.to_world(nodes.origins + assembly.origin_mm)),
         *directions("Axis", nodes.axes[:, 2] @ site.axes),
         *directions("Facet 1", nodes.axes[:, 0] @ site.axes),
         Column("Top (mm)", COORDINATE_DECIMALS, heights.reduced(np.maximum).tolist()),

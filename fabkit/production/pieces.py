@@ -45,14 +45,14 @@ def piece_tables(
     >>> tables = piece_tables(built.assembly, built.nest)
     >>> [(table.title, len(table.rows)) for table in tables]
     [('pieces', 60), ('placements', 60), ('survey', 18), ('node_facets', 60), ('panel_edges', 48)]
-    >>> tables[0].rows[7][:6]
-    ('B001 e7', 'B001', 'beam', 7, 'N001 v3', 1)
+    >>> tables[0].rows[7][:7]
+    ('B001 e7', 'B001', 'beam', '', 7, 'N001 v3', 1)
     """
     erection, on_site = erection_order(assembly), site or Frame.world()
     return (
         _stacked("pieces", [_pieces(parts, assembly, nest, erection, panel_file) for parts in assembly.groups]),
         _stacked("placements", [_placements(parts, assembly.origin_mm) for parts in assembly.groups]),
-        _stacked("survey", [survey(nodes, assembly.origin_mm, on_site) for nodes in assembly.of_layers(NODE)]),
+        _stacked("survey", [survey(nodes, assembly, on_site) for nodes in assembly.of_layers(NODE)]),
         _stacked("node_facets", [node_facets(nodes, assembly) for nodes in assembly.of_layers(NODE)]),
         _panel_edges(assembly),
         *([_supports(assembly, on_site)] if len(assembly.of(BASE_PLATE)) else []),
@@ -97,10 +97,11 @@ def _pieces(
         Column("Piece", None, parts.piece_names),
         Column("Mark", None, parts.marks),
         Column("Kind", None, [parts.kind.name] * n),
+        Column("Zone", None, assembly.zones.named(parts)),
         Column("Element", 0, parts.elements.tolist()),
         *at_ends(parts, assembly.beside(parts, NODE)),
         Column("Mass (kg)", 3, parts.masses_kg.tolist()),
-        Column("Order", 0, [number or None for number in erection.of(parts).tolist()]),
+        Column("Order", 0, [*erection.numbers[parts.kind.group].tolist()]),
         *_going_in(parts, erection),
         Column("File", None, [pattern.format(mark) for mark in parts.marks]),
         Column("Sheet", 0, sheet[0]),
@@ -125,7 +126,7 @@ def _going_in(parts: Parts[Any], erection: Erection) -> list[Column]:
     gaps: Sequence[Cell] = [None] * len(parts)
     if isinstance(parts.details, BeamDetails):
         sides, gaps = parts.details.goes_in_from, parts.details.going_in_gaps_mm[:, 0].tolist()
-        closing = ["yes" if each else "no" for each in erection.closing(parts).tolist()]
+        closing = ["yes" if each else "no" for each in erection.is_closing[parts.kind.group].tolist()]
     return [
         Column("Goes in from", None, sides),
         Column("Closing", None, closing),
@@ -154,6 +155,7 @@ def _supports(assembly: Assembly, site: Frame) -> Table:
         [
             Column("Support", None, plates.piece_names),
             Column("Mark", None, plates.marks),
+            Column("Zone", None, assembly.zones.named(plates)),
             Column("Node", None, named(assembly.of(NODE), plates.elements)),
             *coordinates("Point", site.to_world(plates.origins + assembly.origin_mm)),
             *directions("Axis", plates.axes[:, 2] @ site.axes),

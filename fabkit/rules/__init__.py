@@ -24,6 +24,7 @@ from fabkit.rules.marks import MarkOrder, MarkRules
 from fabkit.rules.sheets import CuttingProcess, SheetRules, SheetSize
 from fabkit.rules.site import SiteRules
 from fabkit.rules.supports import SupportRules
+from fabkit.rules.zones import ZoneRules
 
 __all__ = [
     "CONNECTION_KINDS",
@@ -54,5 +55,6 @@ __all__ = [
     "SupportRules",
     "TableRules",
     "TitleBlock",
+    "ZoneRules",
     "problem_of_mirrored_panes",
 ]

@@ -19,6 +19,7 @@ from fabkit.rules.layers import LayerRules, problem_of_layers
 from fabkit.rules.lengths import Level, Positive
 from fabkit.rules.sheets import SheetRules
 from fabkit.rules.supports import SupportRules
+from fabkit.rules.zones import ZoneRules, problem_of_zones
 from fabkit.wording import echo, one_line
 
 __all__ = [
@@ -170,7 +171,8 @@ class SecondLayerRules:
 @dataclass(frozen=True, config=_STRICT)
 class DetailingRules:
     """All parameters of the shop. layers: of panels, from outside to inside. densities_kg_m3: by the name of the
-    material. second_layer, fins, supports: None where there are none.
+    material. second_layer, fins, supports: None where there are none. zones: in the
+    order in which they are put up.
 
     >>> from fabkit.rules import BeamRules, DetailingRules, LayerRules
     >>> rules = DetailingRules(beams=BeamRules(section="rhs 100x50x5"), layers=(LayerRules(thickness_mm=10.0),))
@@ -186,6 +188,7 @@ class DetailingRules:
     second_layer: SecondLayerRules | None = None
     fins: FinRules | None = None
     supports: SupportRules | None = None
+    zones: tuple[ZoneRules, ...] = ()
     densities_kg_m3: Densities = field(default_factory=lambda: dict(DENSITIES_KG_M3))
 
     @property
@@ -223,6 +226,7 @@ class DetailingRules:
                 f"nodes.clearance_mm (--clearance) is {self.nodes.clearance_mm:g} mm, which only beams in contact with "
                 f"their blocks have, and these are {self.connection.kind}: set connection.slot_mm instead"
             )
+        problem = problem or problem_of_zones(self.zones)
         if problem:
             raise ValueError(problem)
         return self

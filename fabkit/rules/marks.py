@@ -24,6 +24,10 @@ def _prefix(text: str) -> str:
             "marks are names of files and products, and a spreadsheet must not take them for formulas: take up to "
             f"{MAX_PREFIX_LETTERS} of the letters A to Z, digits, - and _, a letter or digit first, as in 'NO1-'"
         )
+    if text.isdigit():
+        raise ValueError(
+            f"a spreadsheet takes marks such as {text}E001 for numbers: add a letter or -, as in '{text}-'"
+        )
     return text
 
 

@@ -95,7 +95,8 @@ def _check_rim(points: GridPoints, face_labels: IntArray, n_rays: int, ends: Int
         others = f" and {len(vertices) - 1} more like it meet" if len(vertices) > 1 else " meets"
         raise GeometryError(
             f"the boundary through vertex {vertices[0]}{others} no line of the mesh: the hole or connected "
-            "part is smaller than a face; fill it or leave it out, or give a shorter edge length",
+            "part is smaller than a face; fill it or leave it out, align the boundary of a hole, or give a shorter "
+            "edge length",
             elements=vertices.tolist(),
         )
 

@@ -19,7 +19,7 @@ from geometry.layout.singular_points import singular_differences
 from geometry.mesh import Mesh
 from geometry.networks.combed_fields import CombedField
 from geometry.networks.networks import Network
-from geometry.surface import boundary_corners, on_curved_triangles
+from geometry.surface import on_curved_triangles, surface_corners
 
 __all__ = ["Draft", "draft"]
 
@@ -70,7 +70,7 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
         )
     cells = cells_between_isolines(exact)
     positions = on_curved_triangles(surface, surface.vertex_normals, cells.triangles, cells.weights)
-    kept = (cells.vertices >= 0) & (boundary_corners(surface) | (field.indices != 0))[cells.vertices]
+    kept = (cells.vertices >= 0) & (surface_corners(surface) | (field.indices != 0))[cells.vertices]
     numbers = integers(np.arange(len(positions)))
     lengths = h * network.sizes[cells.triangles]
     polygons = simplified_rim(Polygons(positions, numbers, lengths, kept, cells.corners, cells.starts))
@@ -80,7 +80,7 @@ def draft(network: Network, field: CombedField, maps: SeamlessMaps, n_faces: flo
         raise GeometryError(
             f"a hole or connected part of the surface is too small for faces of edge length {h:.3g}: its rim would "
             f"become a point or an edge (the Euler characteristic becomes {chi} instead of {c.euler_characteristic}"
-            f"{_short_loops(surface, h)}); fill the hole, or give a shorter edge length",
+            f"{_short_loops(surface, h)}); fill the hole, align its boundary, or give a shorter edge length",
             value=float(chi),
             bound=float(c.euler_characteristic),
         )

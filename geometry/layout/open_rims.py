@@ -21,6 +21,9 @@ SHARP_RIM_CORNER = np.radians(22.0)
 LONGEST_CONTRACTED_EDGE = 0.9
 """Length below which such an edge of a face with a sharp corner is contracted, over the edge length wanted there."""
 
+FEWEST_RIM_EDGES = 4
+"""Number of edges of a boundary loop up to which none of them is contracted, since the hole would be closed."""
+
 MAX_CONTRACTION_ROUNDS = 60
 """Largest number of rounds of contractions at the rim."""
 
@@ -129,6 +132,9 @@ def _costs(polygons: Polygons, c: Combinatorics) -> FloatArray:
     third = c.corners[c.previous_corner]  # the third vertex of a triangle, which loses an edge
     loses_edge = (c.face_sizes[c.corner_face] == 3) & ~c.is_boundary_vertex[third]
     possible[c.corner_edge[loses_edge]] = False
+    smallest = [loop for loop in c.boundary_loops if len(loop) <= FEWEST_RIM_EDGES]
+    is_of_hole = np.isin(c.edges, np.concatenate([np.zeros(0, dtype=np.int64), *smallest])).all(axis=1)
+    possible[is_of_hole & c.is_boundary_edge] = False
     sharpest = _smallest_angles(polygons, c)
     costs = np.where(possible, lengths, np.inf)
     shortest = np.full(c.n_faces, np.inf)

@@ -41,7 +41,8 @@ class Guides:
       the spline through them, see `Curve.through`; ends, corners and crossings of curves keep their positions.
     keep_boundary: the same for all boundary loops; where there is a surface, too, their vertices are attracted to the
       spline instead of bound to it, with a weight of 30: faces at a boundary that crosses the lines of the mesh are
-      planar some hundredths of an edge beside it, or folded on it.
+      planar some hundredths of an edge beside it, or folded on it. So are corners next to other corners, as of a jagged
+      boundary; faces could not become planar between them.
     convex: faces all of whose corners have to turn to the same side, by `result_checks.LEAST_CONVEX_TURN` or more; or
       "all".
 
@@ -162,11 +163,11 @@ class MeshGuides:
             np.concatenate([np.zeros(0, np.int64), *(path for path, _ in paths)]), minlength=len(is_fixed)
         )
         is_fixed |= n_curves > 1
-        for curve, path in made:
-            is_fixed[path[curve.corners]] = True
+        n_exact = len(guides.curves) if guides.surface is not None else len(made)
+        for number, (curve, path) in enumerate(made):
+            is_fixed[path[curve.corners if number < n_exact else _isolated(curve.corners, len(path))]] = True
             is_fixed[path[:0] if curve.closed else path[[0, -1]]] = True
         sliding = [(curve, integers(path[~is_fixed[path]])) for curve, path in made]
-        n_exact = len(guides.curves) if guides.surface is not None else len(made)
         convex = guides.convex
         faces = range(mesh.n_faces) if isinstance(convex, str) and convex == "all" else convex
         return cls(
@@ -188,6 +189,13 @@ class MeshGuides:
         has_free_vertex = np.logical_or.reduceat(free[c.corners], c.face_starts[:-1])
         on_curves = sum(len(vertices) for _, vertices in self.curves)
         return int(3 * free.sum() - (c.face_sizes[has_free_vertex] - 3).sum() - 2 * on_curves)
+
+
+def _isolated(corners: IntArray, n_points: int) -> IntArray:
+    """The corners of a closed curve through n points that are not next to another corner."""
+    is_corner = np.zeros(n_points, dtype=bool)
+    is_corner[corners] = True
+    return integers(np.flatnonzero(is_corner & ~np.roll(is_corner, 1) & ~np.roll(is_corner, -1)))
 
 
 def _check_edges(mesh: Mesh) -> None:

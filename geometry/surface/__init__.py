@@ -3,7 +3,7 @@
 from geometry.surface.curvature import Curvature, Umbilics
 from geometry.surface.curve import Curve
 from geometry.surface.curved_triangles import on_curved_triangles, refined
-from geometry.surface.rim_corners import boundary_corners
+from geometry.surface.rim_corners import boundary_corners, surface_corners
 from geometry.surface.smoothing import SmoothedSurface, smoothed
 from geometry.surface.subdivision import subdivided
 from geometry.surface.surface import Surface
@@ -19,4 +19,5 @@ __all__ = [
     "refined",
     "smoothed",
     "subdivided",
+    "surface_corners",
 ]

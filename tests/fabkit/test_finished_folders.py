@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import random
 import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ import pytest
 from fabkit import Project, build
 from fabkit.errors import FolderError
 from fabkit.formats.finished import check_folder, differences_page, folder_differences
+from fabkit.formats.finished.view_checks import LINE_TOLERANCE_MM, VIEWS_APART_MM, _off_axes
 from geometry.mesh import Mesh
 from geometry.mesh.shapes import dome
 from tests.fabkit.browser import Browser
@@ -42,6 +46,11 @@ def found_in(folder: Path, *, hashes: bool) -> tuple[str, ...]:
 def of_version(folder: Path, version: str) -> None:
     path = folder / "manifest.json"
     path.write_text(re.sub(r'("versions": \{\s*"fabkit": )"[^"]*"', rf'\1"{version}"', path.read_text()))
+
+
+def in_manifest(folder: Path, **changes: Any) -> None:
+    path = folder / "manifest.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | changes))
 
 
 def test_a_folder_of_another_version_is_not_compared(made: Path, tmp_path: Path) -> None:
@@ -81,6 +90,11 @@ def test_random_corruptions_are_found(made: Path, tmp_path: Path) -> None:
         (lambda folder: (folder / "manifest.json").unlink(), "has no manifest.json"),
         (lambda folder: (folder / "manifest.json").write_text("{"), "damaged, or of another version"),
         (lambda folder: (folder / "manifest.json").write_text('{"files": {}}'), "damaged, or of another version"),
+        (lambda folder: in_manifest(folder, files=["M.obj"]), "damaged, or of another version"),
+        (lambda folder: in_manifest(folder, files={"M.obj": 5}), "damaged, or of another version"),
+        (lambda folder: in_manifest(folder, settings={"tables": None}), "damaged, or of another version"),
+        (lambda folder: in_manifest(folder, settings={"tables": {"separator": "x"}}), "damaged, or of another"),
+        (lambda folder: in_manifest(folder, origin={"mm": ["a"]}), "'origin.mm"),
         (lambda folder: of_version(folder, "0.0.0"), "was written by fabkit 0.0.0"),
         (lambda folder: (folder / "pieces.csv").unlink(), "pieces.csv is missing"),
         (lambda folder: (folder / "pieces.csv").write_bytes(b"\xff\xfe\x00"), "pieces.csv is not text"),
@@ -93,6 +107,14 @@ def test_damage_is_named(made: Path, tmp_path: Path, damage: Callable[[Path], ob
     damage(tmp_path / "copy")
     found = found_in(tmp_path / "copy", hashes=False)
     assert any(sentence in each for each in found), found
+
+
+def test_an_edited_manifest_is_named_alone(made: Path, tmp_path: Path) -> None:
+    shutil.copytree(made, tmp_path / "copy")
+    in_manifest(tmp_path / "copy", note="mine")
+    assert found_in(tmp_path / "copy", hashes=True) == (
+        "manifest.json is not as it was written, so that its hashes say nothing of other files",
+    )
 
 
 def test_a_build_differs_from_itself_in_nothing_and_from_a_moved_vertex_around_it(made: Path, tmp_path: Path) -> None:
@@ -141,3 +163,17 @@ def test_pieces_are_found_again_by_their_place(tmp_path: Path) -> None:
     rows = folder_differences(tmp_path / "a", tmp_path / "b").rows
     assert {row[0] for row in rows} <= {"changed"}
     assert all(row[4] < 0.01 and row[5] < 0.02 for row in rows)  # type: ignore[operator]
+
+
+def test_a_bore_that_is_seen_a_little_obliquely_is_a_circle_at_both_of_its_ends() -> None:
+    axis = np.array([3e-4, 0.0, 1.0])
+    solid = SimpleNamespace(
+        rounds=np.array([[10.0, 20.0, 0.0, *axis / np.linalg.norm(axis), 2.5]]),
+        corners=np.array([[0.0, 0.0, -120.0], [60.0, 60.0, 0.0]]),
+        centres=np.zeros((0, 3)),
+    )
+    outside = -120.0 - VIEWS_APART_MM - 60.0
+    rings = np.array(
+        [[10.0 + off, 20.0 + aside + outside, 2.5] for off, aside in ((0, 0), (6e-4, 0), (0, 6e-4), (1, 0))]
+    )
+    assert (_off_axes(rings, solid, 1) < LINE_TOLERANCE_MM).tolist() == [True, True, False, False]  # type: ignore[arg-type]

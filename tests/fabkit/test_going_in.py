@@ -127,7 +127,8 @@ def test_the_solids_of_a_dome_leave_to_the_outside_and_to_no_other_side(roof: As
 def stands(assembly: Assembly, fixed: IntArray | None) -> None:
     """Each part goes in where it may, in the order given."""
     erection, beams, nodes = erection_order(assembly, fixed), assembly.of(BEAM), assembly.of(NODE)
-    of_nodes, of_beams, closing = erection.of(nodes), erection.of(beams), erection.closing(beams)
+    of_nodes, of_beams = (erection.numbers[group] for group in ("nodes", "beams"))
+    closing = erection.is_closing["beams"]
     at_ends = of_nodes[nodes.find(beams.details.nodes)]
     assert len(np.unique(of_nodes)) == len(nodes)
     assert (of_beams >= at_ends.max(axis=1)).all()
@@ -144,7 +145,7 @@ def test_a_dome_begins_with_its_lowest_boundary(roof: Assembly) -> None:
     stands(roof, None)
     nodes, erection = roof.of(NODE), erection_order(roof)
     on_rim = nodes.origins[:, 2] < nodes.origins[:, 2].min() + 1e-6
-    of_nodes = erection.of(nodes)
+    of_nodes = erection.numbers["nodes"]
     assert erection.n_fixed == 1
     assert on_rim.sum() == 6
     assert of_nodes[on_rim].max() < of_nodes[~on_rim].min()
@@ -156,7 +157,8 @@ def test_it_goes_up_from_any_supports(roof: Assembly, fixed: set[int]) -> None:
     stands(roof, own)
     erection = erection_order(roof, own)
     assert erection.n_fixed == len(own)
-    assert sorted(erection.of_vertices[own].tolist()) == erection.of_vertices[own].tolist()
+    numbers = erection.numbers["nodes"][roof.of(NODE).find(own)].tolist()
+    assert sorted(numbers) == numbers
 
 
 def test_beams_with_the_largest_gaps_bring_their_nodes(roof: Assembly) -> None:
@@ -164,7 +166,7 @@ def test_beams_with_the_largest_gaps_bring_their_nodes(roof: Assembly) -> None:
     gaps = np.zeros((len(beams), 2))
     gaps[:, 0] = np.random.default_rng(3).permutation(len(beams)) + 1.0
     tight = roof.with_group(replace(beams, details=replace(beams.details, going_in_gaps_mm=gaps)))
-    closing, ends = erection_order(tight, fixed).closing(beams), beams.details.nodes
+    closing, ends = erection_order(tight, fixed).is_closing["beams"], beams.details.nodes
     ring = np.where(np.isin(np.arange(len(roof.of(NODE))), fixed), 0, 99)
     for _ in ring:
         for a, b in ends.tolist():
@@ -183,9 +185,9 @@ def test_beams_with_the_largest_gaps_bring_their_nodes(roof: Assembly) -> None:
 
 def test_panels_follow_in_the_order_of_their_last_beams(roof: Assembly) -> None:
     erection, panels = erection_order(roof), roof["panels"]
-    numbers = erection.of(panels)
+    numbers = erection.numbers["panels"]
     assert sorted(numbers.tolist()) == list(range(numbers.min(), numbers.min() + len(panels)))
-    assert numbers.min() == 1 + max(erection.of_vertices.max(), erection.of_edges.max())
+    assert numbers.min() == 1 + max(erection.numbers[group].max() for group in ("nodes", "beams"))
     beams = roof.of(BEAM)
-    last = [erection.of(beams)[beams.find(around)].max() for around in panels.details.beams]
+    last = [erection.numbers["beams"][beams.find(around)].max() for around in panels.details.beams]
     assert [last[k] for k in np.argsort(numbers)] == sorted(last)

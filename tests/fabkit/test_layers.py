@@ -226,7 +226,7 @@ def test_a_layer_may_lie_in_any_parallel_mesh(tmp_path: Path) -> None:
     [
         ([{"z_mm": 30}, {}], "layers 0 and 1 cross on 12 of 12 faces: on face"),
         ([{}, {"thickness_mm": 8, "z_mm": 200}], "layers 0 and 1 cross"),
-        ([{}, {"z_mm": -60}], "share volume"),
+        ([{}, {"z_mm": -60}], "in layer 1 share volume.* another z_mm or a wider joint_mm"),
         ([{}, {}], "layers 0 and 1 .* all lie at the lift"),
         ([], "layers is empty"),
         ([{"build_up": "8/16Xe/44.2"}], "XE is no gas.* write 8/16Ar/44.2"),

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fabkit import Project, design
 from fabkit.checking.placed_parts import violations
 from fabkit.detailing.assembling import detail
 from fabkit.parts import Assembly, Frame, Part, Solid, prism_topology, prism_vertices
@@ -16,6 +17,7 @@ from fabkit.rules import BeamRules, ConnectionKind, ConnectionRules, DetailingRu
 from geometry.gauss import Pair
 from geometry.gauss.support_structure import SupportStructure
 from geometry.mesh import Mesh
+from geometry.mesh.shapes import grid
 from tests.fabkit.assemblies import altered, assembled, with_parts
 from tests.fabkit.plain_bars import PLAIN_RULES
 
@@ -241,3 +243,11 @@ def test_bars_of_any_section_are_equal_end_for_end(section: list[list[float]]) -
     assert shared.details.nodes.tolist() == [[0, 9], [9, 1], [2, 9]]
     for before, after in zip(own, shared, strict=True):
         assert np.abs(world(before) - world(after)).max() < 1e-9
+
+
+def test_plates_of_different_stock_have_marks_of_their_own() -> None:
+    thin, thick = ({"thickness_mm": each, "material": "S355", "z_mm": z} for each, z in ((8.0, 40.0), (8.4, -200.0)))
+    built = design(Project(mesh=grid(2, 2), mean_edge_mm=1500, layers=[thin, thick], nesting={"mode": "off"}))
+    panels = built.assembly["panels"]
+    pairs = set(zip(panels.marks, panels.details.thickness_mm.tolist(), strict=True))
+    assert len(pairs) == len(panels.mark_names)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import shutil
+import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -34,6 +36,7 @@ from tests.fabkit.browser import Browser, pixels
 from tests.fabkit.gridshell import gridshell, gridshell_summary, left_out_lines
 
 NAME = "Roof </script><script>alert(1)</script> & <b>co</b>"
+ISSUE = 'revision "B" \\ }</style>'
 LEFT_OUT = 3
 FINDINGS = tuple(
     Finding(
@@ -60,6 +63,7 @@ def report(name: str = NAME, *, left_out: int = LEFT_OUT, assembly: Assembly | N
         pieces=piece_tables(assembly, nest),
         sheets=sheet_drawings(nest, assembly["panels"]),
         left_out_lines=left_out_lines(left_out=left_out),
+        issue=ISSUE,
     )
 
 
@@ -413,6 +417,14 @@ def test_colouring_by_a_measure_paints_and_explains(browser: Browser) -> None:
     assert browser.evaluate("state.scale.words.size") == len(
         set(column_of(embedded(report())["pieces"], "Node A")[: len(gridshell(6, 5, left_out=LEFT_OUT)["beams"])])
     )
+    browser.evaluate(choose.format("Order"))  # of parts of all kinds
+    orders = [int(cell) for cell in column_of(embedded(report())["pieces"], "Order")]
+    least, most = browser.evaluate("[state.scale.least, state.scale.most]")
+    assert (least, most) == (min(orders), max(orders))
+    firsts = browser.evaluate("layers.filter((l) => l.first !== null).map((l) => l.first)")
+    shown = browser.evaluate("layers.filter((l) => l.first !== null).map((l) => columnColour(l, 0).slice(0, 3))")
+    shares = [(orders[first] - least) / (most - least) for first in firsts]
+    assert shown == browser.evaluate(f"{shares}.map((share) => colourAt(state.scale.ramp, share))")
     browser.evaluate("chooseColumn(null)")
     np.testing.assert_array_equal(canvas_pixels(browser), by_kind)
 
@@ -487,3 +499,25 @@ def test_sheets_are_there_and_open_large(browser: Browser) -> None:
     assert browser.evaluate("document.querySelector('dialog svg').getBoundingClientRect().width") > 600
     browser.evaluate("document.querySelector('dialog').close()")
     assert browser.problems == []
+
+
+@pytest.mark.skipif(shutil.which("pdftotext") is None, reason="no pdftotext")
+def test_the_page_prints_on_few_pages_that_say_what_they_are(browser: Browser, tmp_path: Path) -> None:
+    printed = browser.call("Page.printToPDF", preferCSSPageSize=True)["data"]
+    (tmp_path / "a.pdf").write_bytes(base64.b64decode(printed))
+    text, boxes = (
+        subprocess.run(["pdftotext", how, tmp_path / "a.pdf", "-"], check=True, capture_output=True).stdout.decode()
+        for how in ("-layout", "-bbox")
+    )
+    pages = text.split("\f")[:-1]
+    assert 3 < len(pages) <= 10
+    for number, page in enumerate(pages, start=1):
+        foot = " ".join(page.split())
+        assert f"Page {number} of {len(pages)}" in foot
+        assert ISSUE in foot
+    assert "Beams" in text
+    sizes = {tuple(map(float, size)) for size in re.findall(r'<page width="([\d.]+)" height="([\d.]+)"', boxes)}
+    assert len(sizes) == 2
+    assert max(map(max, sizes)) == pytest.approx(842, abs=1)  # A4, tables across
+    heights = [float(low) - float(high) for high, low in re.findall(r'yMin="([\d.]+)" .*?yMax="([\d.]+)"', boxes)]
+    assert np.percentile(heights, 5) > 8 * 1.0  # a box is higher than the size of its letters; notes below are smaller

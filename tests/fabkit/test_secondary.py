@@ -61,6 +61,28 @@ def corners(parts: Parts[Any], k: int) -> FloatArray:
 # --- what every such structure must be
 
 
+def test_beams_and_nodes_of_both_layers_are_judged_and_named() -> None:
+    """With bounds that some of them reach; the lower beams are shallower, so their blocks are judged by their own
+    height, and they have another connection than those above."""
+    bounds = {"mitres_noted_deg": 10, "mitres_listed_deg": 20, "block_heights_noted": 1.1, "slots_noted_deg": 75}
+    found = design(project(second_layer=BELOW, fitness=bounds))
+    for layer, height in (("", 120.0), ("lower", 100.0)):
+        own = {each.name: each for each in found.summary.fitness if each.layer == layer and each.noun != "face"}
+        beams, nodes = (found.assembly[f"{layer} {group}".strip()] for group in ("beams", "nodes"))
+        steep = np.abs(beams.details.cut_angles_deg).max(axis=1)
+        assert set(own["mitres"].elements) == set(beams.elements[steep >= 10].tolist())
+        assert beams.marks[int(steep.argmax())] in own["mitres"].sentence
+        assert f" of {len(beams)} {layer} beams ".replace("  ", " ") in own["mitres"].sentence
+        high = nodes.details.height_mm >= 1.1 * height
+        assert high.any()
+        assert set(own["block-heights"].elements) == set(nodes.elements[high].tolist())
+        narrow = [each for each in own["slots"].elements if nodes.marks[int(nodes.find(np.array([each]))[0])]]
+        assert len(narrow) == len(own["slots"].elements) > 0
+        assert nodes.marks[int(nodes.find(np.array(narrow[:1]))[0])] in own["slots"].sentence
+    touching = design(project(second_layer=BELOW | {"connection": {"kind": "contact"}}, fitness=bounds))
+    assert [each.layer for each in touching.summary.fitness if each.name == "slots"] == [""]
+
+
 @pytest.mark.parametrize(("top", "kind"), [("enclosing", "welded"), ("trimmed", "welded"), ("enclosing", "bolted")])
 def test_all_parts_are_sound_and_none_share_volume(top: str, kind: str) -> None:
     assembly = both(top, kind).assembly
@@ -146,7 +168,7 @@ def test_tables_list_both_layers() -> None:
     assert {row[3][:2] for row in facets} == {"LB"}
     pieces = {row[0]: row for row in tables["pieces"].rows}
     lower = [row for row in pieces.values() if row[2] == "lower beam"]
-    assert all(row[4].startswith("LN") and row[6].startswith("LN") for row in lower)
+    assert all(row[5].startswith("LN") and row[7].startswith("LN") for row in lower)
     ends = [row[0] for row in cut_list(built.assembly, None)["lower beams"].rows]
     assert ends[0] == "LB001"
 
@@ -238,7 +260,11 @@ def test_what_no_project_may_say(settings: dict[str, Any], sentence: str) -> Non
         ({"second_layer": BELOW | {"distance_mm": -90000}}, "turned inside out: edge [0-9]+ .* has no length at -"),
         (
             {"second_layer": BELOW | {"distance_mm": 700}},
-            "strut at vertex .* share volume.*thinner section for second_la",
+            "strut at vertex .* share volume.*thinner section for second_la.* another z_mm or a wider joint_mm",
+        ),
+        (
+            {"second_layer": BELOW, "layers": [{}, {"z_mm": -650, "thickness_mm": 8}]},
+            "in layer 1 and the lower beam on edge .* share volume.* another z_mm",
         ),
         ({"second_layer": BELOW | {"distance_mm": -2950}}, "in the lower layer the beam on edge .* "),
         ({"fins": {"from_mm": 30, "to_mm": 300}}, "fin on edge .* mm, and 10 mm must be clear: set fins.from_mm to"),
@@ -302,3 +328,13 @@ def test_a_project_file_alone_builds_all_of_it(tmp_path: Path) -> None:
     table = tmp_path / "roof" / "lower_beams.csv"
     table.write_text(re.sub(r"^(LB001),(\d+)", r"\1,1\2", table.read_text(), flags=re.MULTILINE))
     assert any("lower_beams.csv has 1" in sentence for sentence in check_folder(tmp_path / "roof", hashes=False))
+
+
+def test_a_support_that_meets_lower_beams_is_left_out_rather_than_they() -> None:
+    thick = {"loop": "rim", "stub": "chs 168.3x5", "plate_mm": 300}
+    with pytest.raises(DetailingError, match=r"lower beam on edge \d+ and the stub .* share volume.* a longer stub"):
+        design(project(second_layer=BELOW, supports=thick))
+    made = design(project(second_layer=BELOW, supports=thick, skip_unbuildable=True)).assembly
+    assert len(made["lower beams"]) == len(made["beams"])
+    assert {part.kind for part in made.left_out} <= {"stub", "base plate"}
+    assert made.left_out

@@ -81,6 +81,17 @@ def off_conjugate(mesh: Mesh, axes: tuple[float, float, float]) -> FloatArray:
     return np.asarray(np.abs((u * v).sum(axis=1)) / np.linalg.norm(u, axis=1) / np.linalg.norm(v, axis=1))
 
 
+def jagged_hole(n: int = 36, m: int = 24) -> Surface:
+    """A vault out of which the triangles in a turned rectangle were cut, so that the rim of the hole zigzags."""
+    mesh = chart(n, m, lambda u, v: (3 * u, 2 * v, -0.4 * (3 * u - 1.5) ** 2 - 0.3 * (2 * v - 1) ** 2)).mesh
+    triangles = mesh.combinatorics.corners.reshape(-1, 3)
+    x, y = (mesh.vertices[triangles].mean(axis=1)[:, :2] - [1.5, 1.0]).T
+    along, across = np.cos(0.4) * x + np.sin(0.4) * y, np.cos(0.4) * y - np.sin(0.4) * x
+    is_cut = (np.abs(along - 0.1) < 0.5) & (np.abs(across) < 0.3)
+    used, numbers = np.unique(triangles[~is_cut], return_inverse=True)
+    return Surface(triangle_mesh(mesh.vertices[used], numbers.reshape(-1, 3)))
+
+
 def torus(n: int = 90, m: int = 36) -> Surface:
     def point(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
         u, v = 2 * np.pi * u, 2 * np.pi * v

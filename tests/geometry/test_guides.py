@@ -101,6 +101,17 @@ def test_too_few_free_vertices_are_the_reason() -> None:
     assert loose - kept == 3 * corners + 2 * (c.is_boundary_vertex.sum() - corners)
 
 
+def test_corners_next_to_each_other_are_attracted_where_there_is_a_surface() -> None:
+    grid = shapes.grid(6, 6)
+    zigzag = np.where((grid.vertices[:, 1] == 0) & (grid.vertices[:, 0] % 2 == 0), -0.9, 0.0)
+    jagged = grid.with_vertices(grid.vertices + zigzag[:, None] * [0, 1, 0])
+    far_corners = np.flatnonzero(np.isin(grid.vertices[:, 0], [0, 6]) & (grid.vertices[:, 1] == 6)).tolist()
+    with_surface = MeshGuides.of(jagged, Guides(surface=Surface(jagged), keep_boundary=True))
+    assert np.flatnonzero(with_surface.is_fixed).tolist() == far_corners
+    assert sum(len(vertices) for _, vertices in with_surface.boundary) == 24 - 2
+    assert MeshGuides.of(jagged, Guides(keep_boundary=True)).is_fixed.sum() == 2 + 7
+
+
 # --- curves
 
 

@@ -14,7 +14,7 @@ from geometry.layout import boundary_lengths, lay_quads
 from geometry.mesh import Mesh
 from geometry.remeshing import affine_stretches, remesh, study_networks
 from geometry.surface import Curvature, Surface
-from tests.geometry.design_surfaces import chart, cylinder, disc, sphere_cap
+from tests.geometry.design_surfaces import chart, cylinder, disc, jagged_hole, sphere_cap
 
 
 def saddle() -> Surface:
@@ -61,6 +61,17 @@ def test_the_mesh_is_planar_and_has_the_boundary_of_the_surface(boundary: str) -
     assert result.surface_distances.max() < 0.1 * result.mesh.mean_edge_length
     assert from_boundary(result.mesh, result.surface).max() < 0.05
     assert result.mesh.combinatorics.euler_characteristic == 1
+
+
+def test_a_hole_cut_along_triangles_is_kept() -> None:
+    given = jagged_hole()
+    result = remesh(given, n_faces=200)
+    triangle = given.mesh.mean_edge_length / result.mesh.mean_edge_length
+    assert result.mesh.planarity.max() < 1e-12
+    assert np.quantile(result.planarised.moves, 0.95) < 0.08
+    assert result.surface_distances.max() < 0.1 * result.mesh.mean_edge_length
+    assert result.mesh.combinatorics.euler_characteristic == 0
+    assert from_boundary(result.mesh, given).max() < 0.2 * triangle  # on the zigzag, not across its teeth
 
 
 def test_rigid_motions_and_scales_change_nothing() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import re
 import zipfile
 import zlib
@@ -12,19 +13,56 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
-from pathlib import Path
-from typing import Any
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any
 from xml.etree import ElementTree
+
+from pydantic import AfterValidator, AllowInfNan, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass as checked
 
 from fabkit.errors import FolderError
 from fabkit.formats.manifest import MANIFEST
 from fabkit.production import table_file
-from fabkit.rules import TableRules
+from fabkit.rules import DrawingRules, SiteRules, TableRules, TitleBlock
+from fabkit.wording import echo
 
-__all__ = ["Contents", "FolderTable", "workbook_tables"]
+__all__ = ["Contents", "FolderTable", "in_words", "workbook_tables"]
 
-_NEEDED = ("files", "folders", "settings", "counts", "origin", "versions")
-"""Keys of a manifest that the checks read."""
+
+def _inside(path: str) -> str:
+    if not path or "\0" in path or PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts:
+        raise ValueError(path)
+    return path
+
+
+_Inside = Annotated[str, AfterValidator(_inside)]
+_Number = Annotated[float, AllowInfNan(False)]
+
+
+@checked(frozen=True)
+class _Settings:
+    tables: TableRules
+    drawings: DrawingRules
+    title_block: TitleBlock
+    site: SiteRules | None
+
+
+@checked(frozen=True)
+class _Manifest:
+    """What the checks read of a manifest."""
+
+    name: str
+    files: dict[_Inside, str]
+    folders: list[_Inside]
+    counts: dict[str, int | dict[str, int]]
+    origin: dict[str, tuple[_Number, _Number, _Number]]
+    settings: _Settings
+    versions: dict[str, str]
+
+
+_MANIFEST: TypeAdapter[_Manifest] = TypeAdapter(_Manifest)
+LONGEST_REASON = 200
+"""Largest number of letters of what a library says of a cell that it cannot read."""
 _COMMA_NUMBER = re.compile(r"-?\d+,\d+")
 _SHEET = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
@@ -51,47 +89,67 @@ class Contents:
         if not folder.is_dir():
             raise FolderError(f"{folder} is not a folder: give one that fabkit build wrote")
         path = folder / MANIFEST
-        if not path.is_file():
+        if path.is_symlink() or not path.is_file():
             raise FolderError(
                 f"{folder} has no {MANIFEST}, so fabkit build did not write it, or its files are incomplete"
             )
+        damaged = (
+            f"{path} cannot be read as that of a build: it is damaged, or of another version of fabkit; build the "
+        )
         try:
             manifest = json.loads(path.read_bytes())
-            missing = [key for key in _NEEDED if not isinstance(manifest[key], dict | list)]
-        except (ValueError, KeyError, TypeError, RecursionError):
-            missing = list(_NEEDED)
-            manifest = {}
-        if missing or "tables" not in manifest["settings"]:
+            written, own = manifest["versions"]["fabkit"], version("fabkit")
+        except (ValueError, LookupError, TypeError, RecursionError):
+            raise FolderError(f"{damaged}folder again") from None
+        if isinstance(written, str) and written != own:
             raise FolderError(
-                f"{path} cannot be read as that of a build: it is damaged, or of another version of fabkit; build the "
-                "folder again"
+                f"{folder} was written by fabkit {written[:40]}, whose files may say other things than those of {own}: "
+                "use that version, or build the folder again"
             )
-        written, own = manifest["versions"].get("fabkit"), version("fabkit")
-        if written != own:
-            raise FolderError(
-                f"{folder} was written by fabkit {written}, whose files may say other things than those of {own}: use "
-                "that version, or build the folder again"
-            )
+        try:
+            _MANIFEST.validate_python(manifest)
+        except ValidationError as error:
+            place = ".".join(map(str, error.errors()[0]["loc"]))
+            raise FolderError(f"{damaged}folder again ({echo(place)} is not as a build writes it)") from None
         self.manifest: dict[str, Any] = manifest
         self._tables: dict[str, FolderTable] = {}
 
-    @property
+    @cached_property
     def files(self) -> dict[str, str]:
         """The hash of each file by its path, as the manifest lists them."""
         return dict(self.manifest["files"])
 
     @cached_property
+    def found(self) -> dict[str, bool]:
+        """Everything in the folder but folders, and whether it is a file: neither a link nor a pipe or the like."""
+        return dict(_found(self.folder, ""))
+
+    @cached_property
     def rules(self) -> TableRules:
         return TableRules(**self.manifest["settings"]["tables"])
+
+    def data(self, name: str) -> bytes:
+        """The bytes of a file. Raises FolderError where it is missing, a link or a pipe, or cannot be read."""
+        if not self.found.get(name, False):
+            why = "is missing" if name not in self.found else "is not read, since it is a link, a pipe or the like"
+            raise FolderError(f"{name} {why}")
+        try:
+            return (self.folder / name).read_bytes()
+        except OSError as error:
+            raise FolderError(f"{name} cannot be read: {error.strerror or error}") from None
 
     def text(self, name: str) -> str:
         """The text of a file. Raises FolderError where it is missing or no text."""
         try:
-            return (self.folder / name).read_text(encoding="utf-8-sig" if name.endswith(".csv") else "utf-8")
+            text = self.data(name).decode("utf-8-sig" if name.endswith(".csv") else "utf-8")
         except UnicodeDecodeError:
             raise FolderError(f"{name} is not text in UTF-8") from None
-        except OSError as error:
-            raise FolderError(f"{name} cannot be read: {error.strerror or error}") from None
+        return text.replace("\r\n", "\n").replace("\r", "\n")
+
+    def as_read(self, cell: str) -> str:
+        """A text as a table has it once it is read, with a decimal point where it looks like a number."""
+        has_comma = self.rules.decimal == "," and _COMMA_NUMBER.fullmatch(cell)
+        return cell.replace(",", ".") if has_comma else cell
 
     def table(self, name: str) -> FolderTable:
         """A table by its name, such as `pieces`, read once. Raises FolderError where it is missing or damaged."""
@@ -120,7 +178,7 @@ class Contents:
             if len(row) != len(head):
                 raise FolderError(f"row {number} of {file} has {len(row)} cells, its heading {len(head)}")
         if self.rules.decimal == ",":
-            rows = [[cell.replace(",", ".") if _COMMA_NUMBER.fullmatch(cell) else cell for cell in row] for row in rows]
+            rows = [[self.as_read(cell) for cell in row] for row in rows]
         if len(set(head)) != len(head):
             raise FolderError(f"two columns of {file} have the same name")
         own = [dict(zip(head, row, strict=True)) for row in rows]
@@ -130,12 +188,29 @@ class Contents:
         return FolderTable(tuple(head), tuple(kept), totals)
 
 
-def workbook_tables(path: Path) -> dict[str, list[list[str]]]:
+def in_words(error: Exception) -> str:
+    """What was wrong with a row or a cell that could not be read."""
+    if isinstance(error, KeyError):
+        return f"there is no {echo(error.args[0])} where one is needed"
+    return " ".join(str(error).split())[:LONGEST_REASON]
+
+
+def _found(folder: str | Path, prefix: str) -> Iterator[tuple[str, bool]]:
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                yield from _found(entry.path, f"{prefix}{entry.name}/")
+            else:
+                yield prefix + entry.name, entry.is_file(follow_symlinks=False)
+
+
+def workbook_tables(contents: Contents, name: str) -> dict[str, list[list[str]]]:
     """The sheets of a workbook by their names, as rows of texts; numbers with all their digits. Raises FolderError."""
+    data = contents.data(name)
     try:
-        with zipfile.ZipFile(path) as files:
+        with zipfile.ZipFile(io.BytesIO(data)) as files:
             if files.testzip() is not None:
-                raise FolderError(f"{path.name} is damaged")
+                raise FolderError(f"{name} is damaged")
             names = [
                 each.get("name", "")
                 for each in ElementTree.fromstring(files.read("xl/workbook.xml")).iter(f"{_SHEET}sheet")
@@ -153,12 +228,11 @@ def workbook_tables(path: Path) -> dict[str, list[list[str]]]:
         zlib.error,
         ElementTree.ParseError,
         KeyError,
-        OSError,
         ValueError,
         IndexError,
         EOFError,
     ):
-        raise FolderError(f"{path.name} is damaged or missing: it cannot be read as a workbook") from None
+        raise FolderError(f"{name} is damaged: it cannot be read as a workbook") from None
 
 
 def _rows(data: bytes, shared: list[str]) -> list[list[str]]:

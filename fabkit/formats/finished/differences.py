@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents
+from fabkit.formats.finished.contents import Contents, in_words
 from fabkit.formats.finished.picture_checks import report_data
 from fabkit.formats.finished.step_checks import COORDINATE_TOLERANCE_MM
 from fabkit.formats.report import ShownModel, differences_html
@@ -26,9 +26,20 @@ OWN_PLACE = 0.5
 """Largest movement of a piece that is found again by its place alone, over the distance to its nearest neighbour of the
 same kind."""
 
-COLUMNS = ("Change", "Kind", "Piece before", "Piece now", "Moved (mm)", "Size (mm)", "Angle (deg)", "Mass (kg)", "Mark")
-DECIMALS = (None, None, None, None, 3, 2, 2, 3, None)
-_NOTHING = (None, None, None, None, "")
+COLUMNS = (
+    "Change",
+    "Kind",
+    "Piece before",
+    "Piece now",
+    "Moved (mm)",
+    "Size (mm)",
+    "Angle (deg)",
+    "Mass (kg)",
+    "Mark",
+    "Zone",
+)
+DECIMALS = (None, None, None, None, 3, 2, 2, 3, None, None)
+_NOTHING = (None, None, None, None, "", "")
 
 
 @dataclass(frozen=True)
@@ -36,6 +47,7 @@ class _Piece:
     name: str
     mark: str
     kind: str
+    zone: str
     element: int
     ends: tuple[str, str]
     centre: FloatArray
@@ -47,10 +59,10 @@ class _Piece:
 def folder_differences(old: Path, new: Path) -> Table:
     """One row for each piece that is new, gone or changed, none where the folders describe the same structure.
 
-    Moved: of the centre of mass; size, angle, mass: the largest differences of its sizes, angles and mass; mark: where
-    it has another one. Pieces are the same where they are on the same element of the mesh, if the beams of both folders
-    have the same nodes at their ends; else where they are nearest to each other. Raises FolderError where one of the
-    folders lacks the tables.
+    Moved: of the centre of mass; size, angle, mass: the largest differences of its sizes, angles and mass; mark, zone:
+    where it has another one. Pieces are the same where they are on the same element of the mesh, if the beams of both
+    folders have the same nodes at their ends; else where they are nearest to each other. Raises FolderError where one
+    of the folders lacks the tables.
 
     >>> from fabkit import Project, build
     >>> from geometry.mesh.shapes import dome
@@ -90,7 +102,7 @@ def differences_page(old: Path, new: Path, table: Table) -> str:
     """
     earlier, later = (_shown(Contents(folder)) for folder in (old, new))
     names = (folder.resolve().name or str(folder) for folder in (old, new))
-    return differences_html(" and ".join(names), table, earlier, later)
+    return differences_html(f"Changes from {' to '.join(names)}", table, earlier, later)
 
 
 def _shown(contents: Contents) -> ShownModel:
@@ -136,13 +148,22 @@ def _pieces(contents: Contents) -> list[_Piece]:
             ends = (row["Node A"].rpartition(" ")[2], row["Node B"].rpartition(" ")[2])
             number, mass = int(row["Element"]), float(row["Mass (kg)"])
             piece = _Piece(
-                row["Piece"], row["Mark"], row["Kind"], number, ends, centres[row["Piece"]], mass, sizes, angles
+                row["Piece"],
+                row["Mark"],
+                row["Kind"],
+                row["Zone"],
+                number,
+                ends,
+                centres[row["Piece"]],
+                mass,
+                sizes,
+                angles,
             )
             found.append(piece)
+    except FolderError as error:
+        raise FolderError(f"the tables of {contents.folder} cannot be compared: {error}") from None
     except (KeyError, ValueError) as error:
-        raise FolderError(
-            f"the tables of {contents.folder} are damaged: there is no {error} where one is needed"
-        ) from None
+        raise FolderError(f"the tables of {contents.folder} are damaged: {in_words(error)}") from None
     return found
 
 
@@ -180,11 +201,14 @@ def _changed(one: _Piece, other: _Piece) -> tuple[Cell, ...] | None:
     moved = float(np.linalg.norm(other.centre - one.centre))
     size, angle = _largest(one.sizes_mm, other.sizes_mm), _largest(one.angles_deg, other.angles_deg)
     mass = other.mass_kg - one.mass_kg
-    mark = "" if one.mark == other.mark else f"{one.mark} now {other.mark}"
+    mark, zone = (
+        "" if before == now else f"{before or 'none'} now {now or 'none'}"
+        for before, now in ((one.mark, other.mark), (one.zone, other.zone))
+    )
     is_same = moved <= 2 * COORDINATE_TOLERANCE_MM and max(size, angle) <= SAME_SIZE and abs(mass) < SAME_SIZE
-    if is_same and not mark:
+    if is_same and not mark and not zone:
         return None
-    return ("changed", one.kind, one.name, other.name, moved, size, angle, mass, mark)
+    return ("changed", one.kind, one.name, other.name, moved, size, angle, mass, mark, zone)
 
 
 def _largest(one: FloatArray, other: FloatArray) -> float:

@@ -76,7 +76,7 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
 def _check_unchanged(contents: Contents) -> None:
     """Raise FolderError unless the tables that are read are those that were written."""
     for name in _TABLES:
-        if hashlib.sha256((contents.folder / name).read_bytes()).hexdigest() != contents.files.get(name):
+        if hashlib.sha256(contents.data(name)).hexdigest() != contents.files.get(name):
             raise FolderError(f"{name} there was changed after it was written; take an untouched copy of the folder")
 
 

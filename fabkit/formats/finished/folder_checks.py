@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents, workbook_tables
+from fabkit.formats.finished.contents import Contents, in_words, workbook_tables
 from fabkit.formats.finished.drawing_checks import check_drawings
 from fabkit.formats.finished.picture_checks import check_glb, check_report, same_text
 from fabkit.formats.finished.step_checks import (
@@ -22,7 +21,8 @@ from fabkit.formats.finished.step_checks import (
     check_part,
     part_file,
 )
-from fabkit.formats.manifest import foreign_files
+from fabkit.formats.finished.zone_checks import check_zones
+from fabkit.formats.manifest import MANIFEST, foreign_files
 from fabkit.production import table_file
 from fabkit.rules import SiteRules
 from geometry.arrays import FloatArray
@@ -54,33 +54,36 @@ def check_folder(folder: Path, *, hashes: bool = True) -> tuple[str, ...]:
     """
     contents = Contents(folder)
     found = list(_of_files(contents, hashes))
-    for check in (_of_tables, _of_workbook, _of_shapes, _of_meshes, _of_pictures):
-        found += _caught(check, contents)
+    for what, check in _CHECKS.items():
+        found += _caught(what, check(contents))
     return tuple(dict.fromkeys(found))
 
 
-def _caught(check: Callable[[Contents], Iterator[str]], contents: Contents) -> Iterator[str]:
+def _caught(what: str, found: Iterator[str]) -> Iterator[str]:
     """What a check finds, up to a file that cannot be read, or a cell that is none."""
     try:
-        yield from check(contents)
+        yield from found
     except FolderError as error:
         yield str(error)
     except (KeyError, ValueError, IndexError, TypeError) as error:
-        yield f"{check.__name__.removeprefix('_of_')} cannot be compared: there is no {error} where one is needed"
+        yield f"{what} cannot be compared: {in_words(error)}"
 
 
 def _of_files(contents: Contents, hashes: bool) -> Iterator[str]:
-    for name in contents.files:
-        if not os.path.isfile(contents.folder / name):
-            yield f"{name} is missing"
+    yield from (f"{name} is missing" for name in contents.files if name not in contents.found)
     if hashes:
-        for name in foreign_files(contents.folder):
-            yield f"{name} is not as it was written" if "(" in name else f"{name} was added"
-        return
-    for path in sorted(contents.folder.rglob("*")):
-        name = path.relative_to(contents.folder).as_posix()
-        if path.is_file() and name not in contents.files and name != "manifest.json":
+        foreign = list(foreign_files(contents.folder))
+        if not any(name.startswith(f"{MANIFEST} (") for name in foreign):
+            for name in foreign:
+                is_ours = "(" in name or name in contents.files
+                yield f"{name} is not as it was written" if is_ours else f"{name} was added"
+            return
+        yield f"{MANIFEST} is not as it was written, so that its hashes say nothing of other files"
+    for name, is_file in sorted(contents.found.items()):
+        if name not in contents.files and name != MANIFEST:
             yield f"{name} was added"
+        elif not is_file:
+            yield f"{name} is a link, a pipe or the like"
 
 
 def _of_tables(contents: Contents) -> Iterator[str]:
@@ -121,7 +124,7 @@ def _of_workbook(contents: Contents) -> Iterator[str]:
     """Each table against its sheet."""
     if "cutlist.xlsx" not in contents.files:
         return
-    sheets = workbook_tables(contents.folder / "cutlist.xlsx")
+    sheets = workbook_tables(contents, "cutlist.xlsx")
     for name in contents.files:
         title = name.removesuffix(".csv").capitalize().replace("_", " ")
         if not name.endswith(".csv") or title not in sheets:
@@ -162,8 +165,8 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
         if mark in rows:
             yield from check_part(contents, part, rows[mark])
     if "model.step" in contents.files and parts and "placements.csv" in contents.files:
-        yield from _caught(lambda known: check_model(known, parts), contents)
-    yield from _caught(lambda known: check_drawings(known, parts), contents)
+        yield from _caught("model.step", check_model(contents, parts))
+    yield from _caught("the drawings", check_drawings(contents, parts))
     yield from _of_panel_edges(contents, {mark: part.solid.outline for mark, part in parts.items()})
 
 
@@ -232,6 +235,17 @@ def _obj(contents: Contents, name: str) -> tuple[FloatArray, list[str]]:
 def _of_pictures(contents: Contents) -> Iterator[str]:
     """model.glb and report.html."""
     if "model.glb" in contents.files:
-        yield from _caught(check_glb, contents)
+        yield from _caught("model.glb", check_glb(contents))
     if "report.html" in contents.files:
-        yield from _caught(check_report, contents)
+        yield from _caught("report.html", check_report(contents))
+
+
+_CHECKS = {
+    "the tables": _of_tables,
+    "the workbook": _of_workbook,
+    "the parts": _of_shapes,
+    "M.obj and S.obj": _of_meshes,
+    "the pictures": _of_pictures,
+    "the zones": check_zones,
+}
+"""The checks, by what they compare."""

@@ -79,10 +79,7 @@ def _check_places(contents: Contents, nodes: list[dict[str, Any]]) -> Iterator[s
 
 def _glb(contents: Contents) -> tuple[dict[str, Any], npt.NDArray[np.uint8]]:
     """What model.glb says, and its numbers. Raises FolderError."""
-    try:
-        data = (contents.folder / "model.glb").read_bytes()
-    except OSError as error:
-        raise FolderError(f"model.glb cannot be read: {error.strerror or error}") from None
+    data = contents.data("model.glb")
     size = int.from_bytes(data[12:16], "little")
     rest = int.from_bytes(data[20 + size : 24 + size], "little")
     names = (data[:4], data[16:20], data[24 + size : 28 + size])

@@ -54,9 +54,10 @@ function facts(heading, rows) {
 /** Rows of a table of facets or edges, without the columns that say whose they are. */
 function rowsAround(heading, table, rows, name) {
   const block = element("section", undefined, "around"), shown = element("table"), head = shown.createTHead().insertRow();
-  const kept = table.columns.map((_, k) => k).filter((k) => table.columns[k] !== "Mark" && rows.some((row) => table.cells[k][row] !== name));
+  const kept = table.columns.map((_, k) => k).filter((k) => table.columns[k] !== "Mark" && rows.some((row) => ![name, ""].includes(table.cells[k][row])));
   for (const k of kept) head.append(element("th", table.columns[k]));
-  const body = shown.createTBody();
+  const body = shown.createTBody(), end = table.cells[table.columns.indexOf("End")];
+  if (end && table.cells[0][rows[0]] !== name) rows.sort((a, b) => NATURAL.compare(end[a], end[b])); // of a beam, A first
   for (const row of rows) {
     const line = body.insertRow();
     for (const k of kept) line.insertCell().append(contentOf(table.columns[k], table.cells[k][row]));

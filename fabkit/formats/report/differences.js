@@ -61,13 +61,6 @@ function chosen(name, model, names, wanted, moved, firstShape, colours) {
   };
 }
 
-function element(tag, text, className) {
-  const made = document.createElement(tag);
-  if (text !== undefined) made.append(text);
-  if (className) made.className = className;
-  return made;
-}
-
 /** Shows a piece by its name before or now; null shows none. Returns how many there are. */
 function pick(name) {
   const at = name === null ? undefined : found.get(name), card = document.getElementById("part");
@@ -87,37 +80,22 @@ function pick(name) {
   return at ? 1 : 0;
 }
 
-function startViewer(canvas) {
-  try {
-    viewer = new Viewer(canvas, comparedModel(CHANGES), new Set(["same"]));
-  } catch (error) {
-    canvas.replaceWith(element("p", `The model cannot be shown here (${error.message}).`, "hint"));
-    return;
-  }
-  for (const { layer } of viewer.shapes) {
-    layer.names.forEach((name, row) => found.set(name, { layer, row }));
-  }
+function startModel() {
+  viewer = startViewer(() => comparedModel(CHANGES), ["same"]);
+  if (!viewer) return;
+  for (const { layer } of viewer.shapes) layer.names.forEach((name, row) => found.set(name, { layer, row }));
   CHANGES.table.cells[0].forEach((change, row) => { // names before, of pieces that are shown as they are now
     const [before, now] = [2, 3].map((column) => CHANGES.table.cells[column][row]);
     if (change === "changed" && !found.has(before)) found.set(before, found.get(now));
   });
   const changed = viewer.shapes.find(({ layer }) => layer.name === "changed")?.layer;
   if (changed) document.querySelector('#layers input[value="changed"]').parentNode.append(element("small", `by up to ${changed.most.toFixed(1)} mm, darker`, "soft"));
-  const under = document.getElementById("under");
-  viewer.onHover = (at) => under.replaceChildren(at ? element("strong", `${at.layer.names[at.row]}: ${at.layer.name}`) : element("span", "Point at a piece to read its name.", "soft"));
-  viewer.onHover(null);
+  viewer.onHover = (at) => (at ? showUnder(at.layer.names[at.row], at.layer.name) : showUnder(null));
   viewer.onClick = (at) => pick(at ? at.layer.names[at.row] : null);
-  for (const box of document.querySelectorAll("#layers input")) box.addEventListener("change", () => viewer.show(box.value, box.checked));
-  for (const button of document.querySelectorAll(".views button")) button.addEventListener("click", () => viewer.showAll(button.value));
-  document.getElementById("apart").addEventListener("input", (event) => viewer.explode(Number(event.target.value)));
 }
 
-document.addEventListener("click", (event) => {
-  const button = event.target.closest("button.mark");
-  if (button && pick(button.textContent) > 0) document.getElementById("model").scrollIntoView({ behavior: "smooth" });
-});
-document.getElementById("mark").addEventListener("change", (event) => pick(event.target.value.trim() || null));
-const box = document.querySelector(".table");
-new LongTable(box, document.querySelector(`input[data-table="${box.id}"]`), CHANGES.table);
-startViewer(document.querySelector("#model canvas"));
+startTables({ differences: CHANGES.table });
+startModel();
+startPicking(pick);
+showUnder(null);
 document.documentElement.dataset.ready = "yes";

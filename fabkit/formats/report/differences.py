@@ -5,20 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from importlib.resources import files
-from string import Template
 from typing import Any
 
+from fabkit.formats.report.html_page import html_page, key_facts, model_html, part_of_page
 from fabkit.formats.report.tables import cells_data, table_html
-from fabkit.formats.report.text import json_text
 from fabkit.production import Table
 
 __all__ = ["ShownModel", "differences_html"]
 
 COLOURS = {"same": (196, 203, 209), "changed": (224, 130, 20), "new": (42, 157, 92), "gone": (206, 42, 42)}
 """Colours of pieces by what became of them: sRGB, 0 to 255."""
-
-_SCRIPTS = ("model.js", "camera.js", "program.js", "viewer.js", "table.js", "differences.js")
 
 
 @dataclass(frozen=True)
@@ -48,26 +44,23 @@ def differences_html(title: str, table: Table, earlier: ShownModel, later: Shown
     >>> from fabkit.production import Table
     >>> table = Table("differences", ("Change", "Piece now"), (None, None), (("new", "B001 e0"),))
     >>> model = ShownModel(("B001 e0",), {}, "", (0.0, 0.0, 0.0))
-    >>> "<dt>New</dt><dd>1</dd>" in differences_html("a and b", table, model, model)
+    >>> "<dt>New</dt><dd>1</dd>" in differences_html("Changes from a to b", table, model, model)
     True
     """
-    room = files("fabkit.formats.report")
     changes = [str(row[0]) for row in table.rows]
     counts = {name: changes.count(name) for name in ("new", "gone", "changed")}
     counts["same"] = len(later.names) - counts["new"] - counts["changed"]
-    colours = " ".join(f"--kind-{name}: rgb{colour};" for name, colour in COLOURS.items())
-    return Template(room.joinpath("differences.html").read_text(encoding="utf-8")).substitute(
+    body = part_of_page(
+        "differences.html",
         title=escape(title),
-        style=f":root {{{colours}}}\n" + room.joinpath("page.css").read_text(encoding="utf-8"),
-        key_facts="".join(f"<div><dt>{name.capitalize()}</dt><dd>{count}</dd></div>" for name, count in counts.items()),
-        layers="\n".join(
-            f'<label><input type="checkbox" value="{name}" checked><i style="background: var(--kind-{name})"></i>'
-            f"{name.capitalize()}</label>"
-            for name in COLOURS
-        ),
+        key_facts=key_facts((name.capitalize(), str(count), "") for name, count in counts.items()),
+        model=model_html(COLOURS, find="Find a piece"),
         table=table_html(table),
-        data=json_text(
-            {"table": cells_data(table), "colours": COLOURS, "earlier": earlier.data, "later": later.data},
-        ),
-        script="".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS),
+    )
+    return html_page(
+        title,
+        body,
+        colours={name: f"rgb{colour}" for name, colour in COLOURS.items()},
+        scripts=("differences.js",),
+        data={"table": cells_data(table), "colours": COLOURS, "earlier": earlier.data, "later": later.data},
     )

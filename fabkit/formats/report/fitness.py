@@ -30,6 +30,7 @@ TITLES = {
     "short-edges": "Short edges of panels",
     "panel-masses": "Heavy panels",
     "going-in": "Beams that do not go in from outside",
+    "props": "Nodes that have to be propped",
     "sheets": "Panels larger than the sheets",
 }
 
@@ -68,7 +69,8 @@ def _bar(finding: Finding) -> str:
 
 def _buttons(finding: Finding, assembly: Assembly) -> str:
     """Buttons that show the parts on the elements concerned in the model."""
-    groups = [group for group in assembly.groups if group.kind.element == finding.noun][:1]
+    of_layer = (group for group in assembly.groups if group.kind.layer == finding.layer)
+    groups = [group for group in of_layer if group.kind.element == finding.noun][:1]
     marks: dict[int, list[str]] = {}
     for element, mark in (
         (e, m) for group in groups for e, m in zip(group.elements.tolist(), group.marks, strict=True)

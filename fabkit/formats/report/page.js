@@ -38,10 +38,11 @@ function channels(text) {
   return [1, 3, 5].map((k) => parseInt(text.slice(k, k + 2), 16));
 }
 
+const ALL_PARTS = "all parts"; // the group of columns that parts of all kinds have
+
 /** All that parts can be coloured by: {group, title, unit, decimals, signed, values}, a value for each part. */
 function colourColumns() {
-  const found = data.measures.map((measure) => ({ ...measure }));
-  const known = new Set(found.map(({ group, title }) => `${group} ${title}`));
+  const found = [], known = new Set(data.measures.map(({ group, title }) => `${group} ${title}`));
   const add = (group, title, values) => {
     if (known.has(`${group} ${title}`) || new Set(values).size < 2) return;
     known.add(`${group} ${title}`);
@@ -51,6 +52,8 @@ function colourColumns() {
     const [, name, unit] = title.match(/^(.*?)(?: \((\S+)\))?$/);
     found.push({ group, title: name, unit: unit ?? "", decimals, signed: false, values: numeric ? numbers : values });
   };
+  for (const title of ["Zone", "Order"]) add(ALL_PARTS, title, pieces[data.pieces.columns.indexOf(title)]);
+  found.push(...data.measures.map((measure) => ({ ...measure })));
   for (const layer of layers.filter(({ first }) => first !== null)) {
     const own = (texts) => texts.slice(layer.first, layer.first + layer.count);
     const table = data.tables[layer.name], rowOf = new Map(columnOf(table, "Mark").map((mark, row) => [mark, row]));
@@ -82,8 +85,9 @@ function columnColour(layer, row) {
   if (layer.first === null) return own;
   const isPlate = data.forms[layer.name] === "plate"; // which hides what lies below it
   if (!column) return state.wanted !== null && isPlate ? [...own.slice(0, 3), Math.min(own[3], 50)] : own;
-  if (layer.name !== column.group) return isPlate ? MUTED_PLATE : MUTED;
-  const value = column.values[row];
+  const isOfAll = column.group === ALL_PARTS;
+  if (layer.name !== column.group && !isOfAll) return isPlate ? MUTED_PLATE : MUTED;
+  const value = column.values[isOfAll ? layer.first + row : row];
   if (value === null || value === "") return MUTED;
   if (scale.words) return [...channels(scale.words.get(value)), 255];
   const share = scale.most > scale.least ? (value - scale.least) / (scale.most - scale.least) : 0.5;
@@ -109,20 +113,6 @@ function paint() {
 
 function say(value, decimals) {
   return value === null ? "\u2013" : typeof value === "string" ? value : value.toFixed(decimals);
-}
-
-function element(tag, text, className) {
-  const made = document.createElement(tag);
-  if (text !== undefined) made.append(text);
-  if (className) made.className = className;
-  return made;
-}
-
-/** A line about the part under the pointer. */
-function showUnder(found) {
-  const line = document.getElementById("under");
-  if (!found) return line.replaceChildren(element("span", "Point at a part to read its name; click to see all about it.", "soft"));
-  line.replaceChildren(element("strong", nameOf(found)), element("br"), element("span", found.layer.first === null ? "" : data.labels[found.layer.name][found.row], "soft"));
 }
 
 /** Shows all parts with a mark, or one piece; null shows none. Returns how many there are. */
@@ -216,14 +206,11 @@ function startColumns() {
   select.addEventListener("change", () => chooseColumn(select.value === "" ? null : columns[Number(select.value)]));
 }
 
-function startViewer(canvas) {
-  try {
-    const model = readModel(data.model, bytesOfBase64(document.getElementById("model-data").textContent.trim()));
-    viewer = new Viewer(canvas, model, new Set(Object.keys(data.forms).filter((name) => data.forms[name] === "plate")));
-  } catch (error) {
-    canvas.replaceWith(element("p", `The model cannot be shown here (${error.message}); the GLB file opens in any viewer.`, "hint"));
-    return;
-  }
+/** The layers and the places of their parts. */
+function startModel() {
+  const plates = Object.keys(data.forms).filter((name) => data.forms[name] === "plate");
+  viewer = startViewer(() => readModel(data.model, bytesOfBase64(document.getElementById("model-data").textContent.trim())), plates);
+  if (!viewer) return;
   let first = 0;
   for (const { layer } of viewer.shapes) {
     layer.first = layer.name === "left out" ? null : first;
@@ -236,37 +223,11 @@ function startViewer(canvas) {
       if (mark !== nameOf(found)) places.get(mark).push(found);
     }
   }
-  viewer.onHover = showUnder;
+  viewer.onHover = (found) => (found ? showUnder(nameOf(found), found.layer.first === null ? "" : data.labels[found.layer.name][found.row]) : showUnder(null));
   viewer.onClick = (found) => pick(found && (places.get(markOf(found))?.length === 1 ? markOf(found) : nameOf(found)), found);
+  const canvas = document.querySelector("#model canvas");
   canvas.addEventListener("dblclick", () => state.pinned && viewer.centreOn(state.pinned));
-  for (const box of document.querySelectorAll("#layers input")) {
-    box.addEventListener("change", () => viewer.show(box.value, box.checked));
-  }
-  for (const button of document.querySelectorAll(".views button")) {
-    button.addEventListener("click", () => viewer.showAll(button.value));
-  }
-  startCuts();
   canvas.dataset.parts = first;
-}
-
-/** The controls of the exploded view and the section plane. */
-function startCuts() {
-  const [apart, axis, cut] = ["apart", "axis", "cut"].map((name) => document.getElementById(name));
-  const place = () => {
-    viewer.explode(Number(apart.value));
-    cut.disabled = axis.value === "";
-    viewer.cutAt(axis.value === "" ? null : Number(axis.value), Number(cut.value));
-  };
-  for (const control of [apart, axis, cut]) control.addEventListener("input", place);
-}
-
-function startTables() {
-  for (const box of document.querySelectorAll(".table")) {
-    new LongTable(box, document.querySelector(`input[data-table="${box.id}"]`), data.tables[box.dataset.table]);
-    box.addEventListener("mouseover", ({ target }) => {
-      if (target.tagName === "TD" && target.scrollWidth > target.clientWidth) target.title = target.textContent;
-    });
-  }
 }
 
 function startSheets() {
@@ -281,15 +242,11 @@ function startSheets() {
   }
 }
 
-document.addEventListener("click", (event) => {
-  const button = event.target.closest("button.mark");
-  if (button && pick(button.textContent) > 0 && !button.closest("#part")) document.getElementById("model").scrollIntoView({ behavior: "smooth" });
-});
-startTables();
+startTables(data.tables);
 startSheets();
-startViewer(document.querySelector("#model canvas"));
+startModel();
 startColumns();
-document.getElementById("mark").addEventListener("change", (event) => pick(event.target.value.trim() || null));
+startPicking(pick);
 document.querySelector("#hidden button").addEventListener("click", showAllMarks);
 window.addEventListener("hashchange", readAddress);
 showUnder(null);

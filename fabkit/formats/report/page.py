@@ -9,17 +9,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from html import escape
-from importlib.resources import files
-from string import Template
 from typing import Any
 
 import numpy as np
 
 from fabkit.formats.report.figures import histogram, sheet_picture
 from fabkit.formats.report.fitness import fitness_html
+from fabkit.formats.report.html_page import css_name, html_page, key_facts, model_html, part_of_page
 from fabkit.formats.report.model import model_data
 from fabkit.formats.report.tables import cells_data, table_html
-from fabkit.formats.report.text import json_text
 from fabkit.formats.shown import left_out_bars, placed_parts
 from fabkit.kinds import BEAM, NODE
 from fabkit.parts import LEFT_OUT_COLOUR, Assembly, Measure, Parts, Surroundings
@@ -28,19 +26,9 @@ from geometry.arrays import FloatArray
 
 __all__ = ["report_html"]
 
-_SCRIPTS = (
-    "model.js",
-    "camera.js",
-    "program.js",
-    "viewer.js",
-    "table.js",
-    "card.js",
-    "page.js",
-)
-
 PRINTED_SHEETS = 96
 """Largest number of sheets whose pictures are printed with the report: more than fit two pages help nobody."""
-_AROUND = (("Ends and facets", "node_facets", "Node", "Beam"), ("Edges", "panel_edges", "Panel", "Beam"))
+_AROUND = (("Ends and facets", "node_facets", "Node", "Beam"), ("Edges of panels", "panel_edges", "Panel", "Beam"))
 """What is shown around a part that is picked: heading, table, and the columns that may name the part."""
 
 
@@ -53,9 +41,11 @@ def report_html(
     pieces: Sequence[Table],
     sheets: Sequence[Drawing],
     left_out_lines: FloatArray | None = None,
+    issue: str = "",
 ) -> str:
     """The text of the file. tables: of the cut list. pieces: of `piece_tables`, which the page shows of a part that is
-    picked. left_out_lines (n, 2, 3), in mm: the ends of the edges of the beams that are left out.
+    picked. left_out_lines (n, 2, 3), in mm: the ends of the edges of the beams that are left out. issue: revision and
+    date, which stand at the head and on each printed page.
 
     Names and notes from files are escaped wherever they stand.
 
@@ -71,19 +61,18 @@ def report_html(
     """
     listed = {table.title: table for table in pieces}
     measured = [each for group in assembly.groups if len(group) for each in group.kind.measures(group)]
-    room = files("fabkit.formats.report")
-    page = Template(room.joinpath("page.html").read_text(encoding="utf-8"))
     layers = [(parts.kind.group, placed_parts(parts)) for parts in assembly.groups]
     model, arrays = model_data([*layers, ("left out", left_out_bars(assembly, left_out_lines))])
-    return page.substitute(
+    body = part_of_page(
+        "report.html",
         name=escape(summary.name),
-        source=f"from {escape(summary.source)}, in units of {summary.scale_mm:g} mm",
-        style=_colours(assembly) + room.joinpath("page.css").read_text(encoding="utf-8"),
-        script="".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS),
-        key_facts=_key_facts([*facts.parts, *facts.sheets]),
+        source=", ".join(
+            filter(None, (f"from {escape(summary.source)}, in units of {summary.scale_mm:g} mm", escape(issue)))
+        ),
+        key_facts=key_facts((f.name, f.text, f.note) for f in (*facts.parts, *facts.sheets) if REPORT in f.shown),
         left_out=_left_out(assembly),
         fitness=fitness_html(summary.fitness, assembly),
-        layers=_layers(assembly),
+        model=model_html(_layers(assembly), find="Find a mark or piece", colours=part_of_page("colours.html")),
         mesh_facts=_mesh_facts(facts.mesh),
         mended=_mended(summary),
         deviations=_deviations(summary, assembly),
@@ -91,41 +80,33 @@ def report_html(
         sheets_link='<a href="#sheets">Sheets</a>' if sheets else "",
         sheets=_sheets(sheets),
         tables="\n".join(table_html(table) for table in tables),
-        data=json_text(
-            {
-                "forms": {group.kind.group: group.kind.form for group in assembly.groups},
-                "labels": _labels(assembly),
-                "measures": [_measure_data(measure) for measure in measured],
-                "tables": {table.title: cells_data(table) for table in tables},
-                "pieces": cells_data(listed["pieces"]),
-                "around": [[head, cells_data(listed[title]), *names] for head, title, *names in _AROUND],
-                "model": model,
-            }
-        ),
-        arrays=arrays,
+    )
+    data = {
+        "forms": {group.kind.group: group.kind.form for group in assembly.groups},
+        "labels": _labels(assembly),
+        "measures": [_measure_data(measure) for measure in measured],
+        "tables": {table.title: cells_data(table) for table in tables},
+        "pieces": cells_data(listed["pieces"]),
+        "around": [[head, cells_data(listed[title]), *names] for head, title, *names in _AROUND],
+        "model": model,
+    }
+    groups = [css_name(group.kind.group) for group in assembly.groups]
+    return html_page(
+        summary.name,
+        body,
+        colours=_colours(assembly),
+        scripts=("card.js", "page.js"),
+        data=data,
+        more=f'<script type="text/plain" id="model-data">{arrays}</script>\n',
+        style="".join(f".{name} rect {{ fill: var(--kind-{name}); }}\n" for name in groups),
+        issue=issue,
     )
 
 
-def _colours(assembly: Assembly) -> str:
-    """The colours of the kinds of part, as variables of the style sheet and in their histograms."""
-    groups = {group.kind.group: group.kind.colour for group in assembly.groups}
-    shades = groups | {"left out": LEFT_OUT_COLOUR}
-    hexes = {_css_name(name): "".join(f"{round(255 * c):02x}" for c in colour) for name, colour in shades.items()}
-    variables = " ".join(f"--kind-{name}: #{value};" for name, value in hexes.items())
-    fills = "".join(f".{name} rect {{ fill: var(--kind-{name}); }}\n" for name in map(_css_name, groups))
-    return f":root {{{variables}}}\n{fills}"
-
-
-def _css_name(group: str) -> str:
-    return group.replace(" ", "-")
-
-
-def _key_facts(facts: Sequence[Fact]) -> str:
-    return "\n".join(
-        f"<div><dt>{escape(fact.name)}</dt><dd>{escape(fact.text)} <small>{escape(fact.note)}</small></dd></div>"
-        for fact in facts
-        if REPORT in fact.shown
-    )
+def _colours(assembly: Assembly) -> dict[str, str]:
+    """The colours of the kinds of part in the model and in their histograms."""
+    shades = {group.kind.group: group.kind.colour for group in assembly.groups} | {"left out": LEFT_OUT_COLOUR}
+    return {name: "#" + "".join(f"{round(255 * c):02x}" for c in colour) for name, colour in shades.items()}
 
 
 def _left_out(assembly: Assembly) -> str:
@@ -142,15 +123,9 @@ def _left_out(assembly: Assembly) -> str:
     )
 
 
-def _layers(assembly: Assembly) -> str:
+def _layers(assembly: Assembly) -> list[str]:
     names = [group.kind.group for group in assembly.groups if len(group)]
-    if any(left.kind == BEAM.name for left in assembly.left_out):
-        names.append("left out")
-    return "\n".join(
-        f'<label><input type="checkbox" value="{name}" checked>'
-        f'<i style="background: var(--kind-{_css_name(name)})"></i>{name.capitalize()}</label>'
-        for name in names
-    )
+    return [*names, "left out"] if any(left.kind == BEAM.name for left in assembly.left_out) else names
 
 
 def _mesh_facts(facts: Sequence[Fact]) -> str:
@@ -210,7 +185,7 @@ def _histograms(measured: Sequence[Measure]) -> str:
     for measure in measured:
         groups.setdefault(measure.group, []).append(histogram(measure))
     return "\n".join(
-        f'<h3>{name.capitalize()}</h3><div class="histograms {_css_name(name)}">{"".join(figures)}</div>'
+        f'<h3>{name.capitalize()}</h3><div class="histograms {css_name(name)}">{"".join(figures)}</div>'
         for name, figures in groups.items()
     )
 

@@ -4,7 +4,7 @@
 
 const NATURAL = new Intl.Collator("en", { numeric: true });
 const SPARE_ROWS = 20; // above and below what can be seen
-const PRINTED_ROWS = 30; // of each table
+const PRINTED_ROWS = 22; // of each table: a page
 
 class LongTable {
   /** box: the scrolling element around a table whose rows all have one height; table: {columns, classes, cells}, the

@@ -46,10 +46,15 @@ def cells_data(table: Table) -> dict[str, object]:
 
 
 def _classes(table: Table) -> list[str]:
-    """Of each column in the style sheet; what has several values, and files, is not printed."""
+    """Of each column in the style sheet; what has several values, files and empty columns are not printed."""
+    columns = zip(*table.texts, strict=True) if table.rows else [("",)] * len(table.columns)
+    apart = [
+        name in table.several or name == "File" or not any(each)
+        for name, each in zip(table.columns, columns, strict=True)
+    ]
     return [
-        ("text" if decimals is None else "") + (" wide" if name in table.several or name == "File" else "")
-        for name, decimals in zip(table.columns, table.decimals, strict=True)
+        ("text" if decimals is None else "") + (" wide" if hidden else "")
+        for decimals, hidden in zip(table.decimals, apart, strict=True)
     ]
 
 

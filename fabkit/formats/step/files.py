@@ -1,10 +1,11 @@
 """STEP files (ISO 10303-21, AP242 or AP214) of parts with planar and round faces, written without a CAD kernel.
 
 One product and one MANIFOLD_SOLID_BREP for each mark, placed as often as it is used, in the tree structure / group /
-part; no loose faces; p-curves only where a round bar ends obliquely. One placement, which the groups share, moves the
-structure to the coordinates of the mesh file; the parts are placed near zero within it. A product has the name of its
-mark, an instance of it that in `Parts.piece_names`. Each product carries its volume, surface area and centroid as
-geometric validation properties, its material and density, and the colour of its kind on its solid.
+part, or structure / zone / group / part; no loose faces; p-curves only where a round bar ends obliquely. One placement,
+which the groups share, moves the structure to the coordinates of the mesh file; the parts are placed near zero within
+it. A product has the name of its mark, an instance of it that in `Parts.piece_names`. Each product carries its volume,
+surface area and centroid as geometric validation properties, its material and density, and the colour of its kind on
+its solid.
 
 Text is written in batches, so memory grows only by a few integers for each mark and one for each part.
 The same parts and arguments give the same bytes.
@@ -27,7 +28,7 @@ from fabkit.formats.step.entities import Schema
 from fabkit.formats.step.solid import Template, by_template, solid_numbers
 from fabkit.formats.step.text import reals, string
 from fabkit.formats.step.writer import PARTS_PER_BATCH, StepWriter, check_name, instance_name, product_names
-from fabkit.parts import Assembly, Kind, Material, Part, Parts, SolidArray
+from fabkit.parts import Assembly, Kind, Material, Part, Parts, SolidArray, Zones
 from geometry.arrays import FloatArray
 
 __all__ = [
@@ -64,8 +65,8 @@ def write_step(
     author, organisation, time_stamp (as in ISO 8601): of the header; revision: of the products. Names beyond ASCII are
     encoded, but marks must be ASCII.
     Raises OutputError where the file cannot be written (a file that was there stays as it was), there are no parts,
-    one mark stands for different parts, a mark is not ASCII or is the name of the structure or a group, a placement
-    is not a rigid motion, or a solid has an edge too short or a face not plane to 1e-7 mm.
+    one mark stands for different parts, a mark is not ASCII or is the name of the structure, a zone or a group, a
+    placement is not a rigid motion, or a solid has an edge too short or a face not plane to 1e-7 mm.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -81,6 +82,7 @@ def write_step(
         assembly.name,
         assembly.groups,
         origin_mm=assembly.origin_mm,
+        zones=assembly.zones,
         schema=schema,
         author=author,
         organisation=organisation,
@@ -95,6 +97,7 @@ def stream_step(
     groups: Iterable[Parts[Any]],
     *,
     origin_mm: FloatArray | None = None,
+    zones: Zones | None = None,
     schema: Schema = "AP242",
     author: str = "",
     organisation: str = "",
@@ -104,7 +107,7 @@ def stream_step(
     """Write parts from an iterator, some of a group at a time; otherwise as `write_step`, which has all parts in
     memory.
 
-    name: of the structure. origin_mm (3,): where its zero is placed.
+    name: of the structure. origin_mm (3,): where its zero is placed. zones: of their mesh, none by default.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -117,7 +120,7 @@ def stream_step(
     """
     with _opened(target) as stream:
         writer = StepWriter(stream, name, schema, author, organisation, revision, time_stamp)
-        writer.begin_structure(np.zeros(3) if origin_mm is None else origin_mm)
+        writer.begin_structure(np.zeros(3) if origin_mm is None else origin_mm, zones or Zones())
         for parts in groups:
             writer.write_parts(parts)
         writer.end_structure()

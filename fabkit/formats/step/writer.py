@@ -33,7 +33,7 @@ from fabkit.formats.step.entities import (
 )
 from fabkit.formats.step.solid import STEP_ACCURACY_MM, Template, by_template, solid_entities, solid_numbers
 from fabkit.formats.step.text import Block, reals, string
-from fabkit.parts import Kind, Material, Part, Parts
+from fabkit.parts import Kind, Material, Part, Parts, Zones
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["PARTS_PER_BATCH", "StepWriter", "check_name", "instance_name", "product_names", "solid_texts"]
@@ -98,7 +98,8 @@ class StepWriter:
         self._styles: dict[tuple[float, float, float], int] = {}
         self._products: dict[str, int] = {}  # first id of the product of each mark
         self._contents: dict[str, int] = {}  # a hash of the part of each mark
-        self._groups: dict[str, _Assembly] = {}
+        self._zones: dict[str, _Assembly] = {}
+        self._groups: dict[tuple[str, str], _Assembly] = {}  # by zone and name
         self._taken: set[str] = set()  # names that no mark may have
         stream.write(
             HEADER.format(
@@ -114,9 +115,13 @@ class StepWriter:
             )
         )
 
-    def begin_structure(self, origin_mm: FloatArray) -> None:
-        """The product that contains all others, and the placement of its contents at origin_mm (3,)."""
-        self._taken.add(self._name)
+    def begin_structure(self, origin_mm: FloatArray, zones: Zones) -> None:
+        """The product that contains all others, and the placement of its contents at origin_mm (3,), zone by zone."""
+        self._zones_of = zones
+        for name in zones.names:
+            if name == self._name:
+                raise OutputError(f"a structure cannot be called {name!r}, like its zone; give it another name")
+        self._taken |= {self._name, *zones.names}
         self._root = self._add_assembly(self._name)
         at = reals(np.concatenate([origin_mm, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
         self._root.placements.append(self._add(PLACEMENT_BLOCK, at) + PLACEMENT_OFFSET)
@@ -130,10 +135,13 @@ class StepWriter:
         if parts.kind.group in self._products:
             raise _taken(parts.kind.group)
         self._check_marks(parts)
+        zone = self._zones_of.of(parts)
+        order = np.argsort(zone, kind="stable")
         for start in range(0, len(parts), PARTS_PER_BATCH):
-            rows = np.arange(start, min(start + PARTS_PER_BATCH, len(parts)))
+            rows = order[start : start + PARTS_PER_BATCH]
             self.write_shapes(parts, parts.firsts[np.unique(parts.mark[rows])])
-            self._write_instances(parts, rows)
+            for number in np.unique(zone[rows]).tolist():
+                self._write_instances(parts, rows[zone[rows] == number], (*self._zones_of.names, "")[number])
 
     def write_shapes(self, parts: Parts[Any], rows: IntArray) -> None:
         """A product with its solid for the mark of each of these parts, if it was not written before."""
@@ -161,24 +169,26 @@ class StepWriter:
         values = (self._revision, name, string(product), kind.name, *ids, name, *numbers)
         self._products[mark] = self._add(_part_block(template), values)
 
-    def _write_instances(self, parts: Parts[Any], rows: IntArray) -> None:
-        """These parts at their places, in their group."""
-        name, instances = parts.kind.group, parts.piece_names
-        if name not in self._groups:
-            group = self._groups[name] = self._add_assembly(name)
-            place = (str(group.first_id + ORIGIN), str(self._root.placements[0]))
-            self._add(PLACED_BLOCK, (*place, *self._names(self._root, group.first_id, name)))
-        group, numbers = self._groups[name], reals(_placements(parts, rows))
+    def _write_instances(self, parts: Parts[Any], rows: IntArray, zone: str) -> None:
+        """These parts at their places, in their group of that zone, or of the structure where there are no zones."""
+        key, instances = (zone, parts.kind.group), parts.piece_names
+        if zone and zone not in self._zones:
+            self._zones[zone] = self._add_assembly(zone, self._root, self._root.placements[0])
+        if key not in self._groups:
+            parent = self._zones[zone] if zone else self._root
+            place = parent.first_id + ORIGIN if zone else self._root.placements[0]
+            self._groups[key] = self._add_assembly(" ".join(key).strip(), parent, place)
+        group, numbers = self._groups[key], reals(_placements(parts, rows))
         for n, row in enumerate(rows.tolist()):
             placement, product = numbers[9 * n : 9 * n + 9], self._products[parts.mark_names[parts.mark[row]]]
             values = (*placement, str(product + ORIGIN), *self._names(group, product, instances[row]))
             group.placements.append(self._add(INSTANCE_BLOCK, values) + PLACEMENT_OFFSET)
 
     def end_structure(self) -> None:
-        """The contents of the structure and of each group. Raises OutputError if there are no parts."""
+        """The contents of the structure, of each zone and group. Raises OutputError if there are no parts."""
         if not self._groups:
             raise OutputError(f"{self._name} has no parts, so there is nothing to write")
-        for assembly in (self._root, *self._groups.values()):
+        for assembly in (self._root, *self._zones.values(), *self._groups.values()):
             first = assembly.first_id
             self._stream.write(f"#{first + REPRESENTATION}=SHAPE_REPRESENTATION('',(#{first + ORIGIN}")
             for start in range(0, len(assembly.placements), _ITEMS_PER_LINE):
@@ -197,9 +207,15 @@ class StepWriter:
         self._free_id = first_id + block.n_ids
         return first_id
 
-    def _add_assembly(self, name: str) -> _Assembly:
+    def _add_assembly(self, name: str, parent: _Assembly | None = None, place: int = 0) -> _Assembly:
+        """A product for others, in a parent at one of its placements, by its id; FreeCAD numbers names anew that end in
+        a digit."""
         label = f"{name} structure" if name[-1:].isdigit() else name
-        return _Assembly(self._add(ASSEMBLY_BLOCK, (self._revision, string(name), string(label), "")))
+        own = _Assembly(self._add(ASSEMBLY_BLOCK, (self._revision, string(name), string(label), "")))
+        if parent is not None:
+            places = (str(own.first_id + ORIGIN), str(place))
+            self._add(PLACED_BLOCK, (*places, *self._names(parent, own.first_id, name)))
+        return own
 
     def _names(self, assembly: _Assembly, product: int, name: str) -> tuple[str, ...]:
         """Ids and names in the entities of an instance of a product in an assembly, after its placement."""
@@ -268,7 +284,7 @@ def check_name(mark: str) -> None:
 
 
 def _taken(mark: str) -> OutputError:
-    return OutputError(f"mark {mark} is also the name of the structure or a group; names must be unique")
+    return OutputError(f"mark {mark} is also the name of the structure or a group or zone; names must be unique")
 
 
 def solid_texts(parts: Parts[Any], chosen: IntArray, names: Sequence[str]) -> list[tuple[Template, list[str]]]:

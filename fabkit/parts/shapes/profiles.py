@@ -176,7 +176,7 @@ def round_vertices(
         return np.concatenate([x[..., None], across_axis], axis=-1)
 
     both = np.concatenate([on(first), on(second)], axis=-2)
-    return both.reshape(*both.shape[:-3], -1, 3)
+    return both.reshape(*both.shape[:-3], both.shape[-3] * both.shape[-2], 3)
 
 
 def bore_vertices(first: FloatArray, second: FloatArray, radius: FloatArray | float, across: FloatArray) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,7 +21,7 @@ __all__ = ["KeptMarks", "MarkPoints", "compared_points", "makes", "mark_points"]
 class MarkPoints:
     """By what a mark is recognised.
 
-    material: its name, and the finish if there is any. corners (c, 3): of its solid in mm, in its own frame, as
+    material: its name, stock and finish if there are any. corners (c, 3): of its solid in mm, in its own frame, as
     `compared_points` gives them. directions (t, 3): unit vectors along the beams that stand on it.
 
     >>> from fabkit.production.marks import MarkPoints
@@ -88,12 +89,10 @@ def compared_points(solids: SolidArray) -> FloatArray:
 
 
 def makes(parts: Parts[Any]) -> list[str]:
-    """The material of each part, and its finish if it has any, in words."""
-    materials = [parts.materials[k].name for k in parts.material.tolist()]
-    if parts.kind.finishes is None:
-        return materials
-    both = zip(materials, parts.kind.finishes(parts), strict=True)
-    return [", ".join(filter(None, each)) for each in both]
+    """The material of each part, its stock and its finish if it has any, in words."""
+    words: list[Sequence[str]] = [[parts.materials[k].name for k in parts.material.tolist()]]
+    words += [of(parts) for of in (parts.kind.stock, parts.kind.finishes) if of is not None]
+    return [", ".join(filter(None, each)) for each in zip(*words, strict=True)]
 
 
 def mark_points(parts: Parts[Any], origin_mm: FloatArray | None = None) -> KeptMarks:
