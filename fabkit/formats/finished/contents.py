@@ -75,6 +75,7 @@ class FolderTable:
     columns: tuple[str, ...]
     rows: tuple[dict[str, str], ...]
     totals: dict[str, str]
+    left_out: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[dict[str, str]]:
         return iter(self.rows)
@@ -178,9 +179,12 @@ class Contents:
             raise FolderError(f"two columns of {file} have the same name")
         own = [dict(zip(head, row, strict=True)) for row in rows]
         first = head[0]
-        totals = next((row for row in own if row[first] == "Total"), {})
+        totals = [row for row in own if row[first] == "Total"]
+        if len(totals) > 1:
+            raise FolderError(f"{file} has its totals twice")
+        left_out = tuple(row[first] for row in own if row[first].startswith("left out:"))
         kept = [row for row in own if row[first] != "Total" and not row[first].startswith("left out:")]
-        return FolderTable(tuple(head), tuple(kept), totals)
+        return FolderTable(tuple(head), tuple(kept), totals[0] if totals else {}, left_out)
 
 
 def in_words(error: Exception) -> str:

@@ -17,6 +17,8 @@ from fabkit.formats.finished.step_checks import (
     DIRECTION_TOLERANCE,
     MASS_TOLERANCE_KG,
     PartFile,
+    check_centres,
+    check_mark_points,
     check_model,
     check_part,
     part_file,
@@ -134,8 +136,9 @@ def _of_workbook(contents: Contents) -> Iterator[str]:
         for number, (one, other) in enumerate(zip(shown, rows, strict=False), start=1):
             if len(one) != len(other) or not all(map(_agree, one, other)):
                 yield f"row {number} of {name} is not that of the workbook"
-        if len(rows) < len(shown):
-            yield f"{name} has {len(shown)} rows, its sheet in the workbook {len(rows)}"
+        below = len(table.left_out) + bool(table.totals)
+        if len(rows) != len(shown) + below and (table.totals or not below):
+            yield f"{name} has {len(shown) + below} rows, its sheet in the workbook {len(rows)}"
 
 
 def _agree(text: str, cell: str) -> bool:
@@ -166,6 +169,10 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
             yield from check_part(contents, part, rows[mark])
     if "model.step" in contents.files and parts and "placements.csv" in contents.files:
         yield from _caught("model.step", check_model(contents, parts))
+    if parts and "placements.csv" in contents.files:
+        yield from _caught("placements.csv", check_centres(contents, parts))
+    if parts and "mark_points.csv" in contents.files:
+        yield from _caught("mark_points.csv", check_mark_points(contents, parts))
     yield from _caught("the drawings", check_drawings(contents, parts))
     yield from _of_panel_edges(contents, {mark: part.solid.outline for mark, part in parts.items()})
 

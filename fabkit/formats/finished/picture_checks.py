@@ -7,13 +7,15 @@ import binascii
 import json
 import re
 from collections.abc import Iterator
+from html import unescape
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents
+from fabkit.formats.finished.contents import Contents, workbook_tables
+from fabkit.formats.report import report_values
 from fabkit.production import table_file
 
 __all__ = ["check_glb", "check_report", "report_data", "same_text"]
@@ -119,6 +121,12 @@ def check_report(contents: Contents) -> Iterator[str]:
     except binascii.Error:
         yield "the model in report.html is damaged"
         return
+    try:
+        values = report_values(contents.text("report.html"))
+    except ValueError:
+        yield "the program, the style or a heading of report.html is not that of this version of fabkit"
+        return
+    yield from _check_facts(contents, values["key_facts"] + values["mesh_facts"])
     around = zip(("node_facets", "panel_edges"), (each[1] for each in page["around"]), strict=True)
     for name, table in [*page["tables"].items(), ("pieces", page["pieces"]), *around]:
         if table_file(name) in contents.files:
@@ -135,6 +143,39 @@ def check_report(contents: Contents) -> Iterator[str]:
         drawn = _points(body[slice(*_extent(head["bufferViews"][0]))])
         if not drawn <= _points(own):  # the page also has the centres of rounds
             yield "the model in report.html is not that in model.glb"
+
+
+_FACT = re.compile(
+    r"<div><dt>([^<]*)</dt><dd>([^<]*?)(?: <small>([^<]*)</small>)?</dd></div>"
+    r"|<tr><th scope=\"row\">([^<]*)</th><td(?: class=\"text\")?>([^<]*)"
+    r"(?:<br><small class='soft'>([^<]*)</small>)?</td></tr>"
+)
+
+
+def _check_facts(contents: Contents, html: str) -> Iterator[str]:
+    """The facts of the page against the summary of the workbook."""
+    if _FACT.sub("", html).strip():
+        yield "report.html has a fact that cannot be read"
+    if "cutlist.xlsx" not in contents.files:
+        return
+    summary = workbook_tables(contents, "cutlist.xlsx")["Summary"]
+    known = {row[0].partition(" (")[0]: (row[1], row[2]) for row in summary if len(row) == 3}
+    for groups in _FACT.findall(html):
+        name, text, note = map(unescape, groups[:3] if groups[0] else groups[3:])
+        value, beside = known.get(name, ("", ""))
+        if not (text.startswith(value) or _rounded(text, value)) or note != beside or not value:
+            yield f"report.html says {name}: {text} {note}, the workbook {value} {beside}".replace("  ", " ")
+
+
+def _rounded(text: str, value: str) -> bool:
+    """Whether a text begins with a number that rounds the value."""
+    try:
+        shown = text.split()[0].replace(",", "")
+        digits, _, power = shown.partition("e")
+        half = 0.51 * 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
+        return abs(float(shown) - float(value)) <= half
+    except (ValueError, IndexError):
+        return False
 
 
 def _points(data: npt.NDArray[np.uint8]) -> set[bytes]:
