@@ -35,6 +35,14 @@ def _inside(path: str) -> str:
     return path
 
 
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON. Raises ValueError where it has a key twice."""
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise ValueError
+    return found
+
+
 _Inside = Annotated[str, AfterValidator(_inside)]
 _Number = Annotated[float, AllowInfNan(False)]
 
@@ -98,7 +106,7 @@ class Contents:
             f"{path} cannot be read as that of a build: it is damaged, or of another version of fabkit; build the "
         )
         try:
-            manifest = json.loads(path.read_bytes())
+            manifest = json.loads(path.read_bytes(), object_pairs_hook=_once)
             written, own = manifest["versions"]["fabkit"], version("fabkit")
         except (ValueError, LookupError, TypeError, RecursionError):
             raise FolderError(f"{damaged}folder again") from None

@@ -31,6 +31,9 @@ from geometry.arrays import FloatArray
 
 __all__ = ["check_folder"]
 
+PARALLEL_OFFSET = 2e-9
+"""Largest distance that an end of an edge of S.obj, which has unit size, may lie off the direction of its edge of M.obj:
+twice that of a pair, since both are rounded; edges of S may vanish."""
 PARALLEL_SINE = 1e-7
 """Largest sine of the angle between an edge of M.obj and that of S.obj, whose numbers have all their digits: far above
 their rounding, far below what a changed digit does unless it is one of the last."""
@@ -227,8 +230,9 @@ def _of_edges(vertices: FloatArray, normals: FloatArray, faces: list[str]) -> It
     rings = [[int(word) - 1 for word in line.split()[1:]] for line in faces]
     pairs = np.array([pair for ring in rings for pair in zip(ring, [*ring[1:], ring[0]], strict=True)])
     along, image = (points[pairs[:, 1]] - points[pairs[:, 0]] for points in (vertices, normals))
-    lengths = np.linalg.norm(along, axis=1) * np.linalg.norm(image, axis=1)
-    off = np.linalg.norm(np.cross(along, image), axis=1) > PARALLEL_SINE * lengths
+    lengths = np.linalg.norm(along, axis=1)
+    bounds = lengths * np.maximum(PARALLEL_SINE * np.linalg.norm(image, axis=1), PARALLEL_OFFSET)
+    off = np.linalg.norm(np.cross(along, image), axis=1) > bounds
     for tail, head in pairs[off & (pairs[:, 0] < pairs[:, 1])].tolist():
         yield f"the edge from vertex {tail} to vertex {head} (counted from 0) of M.obj is not parallel to that of S.obj"
 

@@ -22,6 +22,8 @@ COORDINATE_TOLERANCE_MM, DIRECTION_TOLERANCE = 0.0011, 2e-9
 """Largest difference of what is written in tables with 3 decimals, in mm, and of unit vectors with 9 decimals."""
 POINT_TOLERANCE_MM = 1e-8
 """Largest difference in mm of a corner with 9 decimals from that of a part file."""
+LEAST_CORNERS = 4
+"""Number of points that are written of a mark at least: of a round bar both rims and their centres."""
 MASS_TOLERANCE_KG = 0.00051
 """Largest difference in kg of a mass with 3 decimals."""
 _INSTANCE = re.compile(
@@ -150,8 +152,11 @@ def check_mark_points(contents: Contents, parts: dict[str, PartFile]) -> Iterato
     """The points by which marks are recognised against the corners and faces of the part files."""
     tables = {row["Mark"]: (group, row) for group, table in contents.tables_of_marks() for row in table}
     points: dict[str, dict[str, list[list[float]]]] = {mark: {"corner": [], "direction": []} for mark in tables}
+    earlier: Counter[str] = Counter()  # of marks that no piece has any more
     for number, row in enumerate(contents.table("mark_points"), start=2):
         point = [float(row[axis]) for axis in "xyz"]
+        if row["Mark"] not in tables:
+            earlier[row["Mark"]] += 1
         if row["Mark"] in tables:
             points[row["Mark"]][row["Point"]].append(point)
             group, own = tables[row["Mark"]]
@@ -160,6 +165,9 @@ def check_mark_points(contents: Contents, parts: dict[str, PartFile]) -> Iterato
             if row["Group"] != group or not is_alike:
                 said = f"{row['Group']} of {row['Material']}"
                 yield f"row {number} of mark_points.csv has {said}, and {row['Mark']} is one of {group} of {wanted}"
+    for mark, count in earlier.items():
+        if count < LEAST_CORNERS:
+            yield f"mark_points.csv has {count} points of {mark}, which no table has"
     for mark, found in points.items():
         if mark not in parts:
             continue
