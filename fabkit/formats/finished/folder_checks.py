@@ -32,8 +32,8 @@ from geometry.arrays import FloatArray
 __all__ = ["check_folder"]
 
 PARALLEL_OFFSET = 2e-9
-"""Largest distance that an end of an edge of S.obj, which has unit size, may lie off the direction of its edge of M.obj:
-twice that of a pair, since both are rounded; edges of S may vanish."""
+"""Largest distance that an end of an edge of S.obj, which has unit size, may lie off the direction of its edge of
+M.obj: twice that of a pair, since both are rounded; edges of S may vanish."""
 PARALLEL_SINE = 1e-7
 """Largest sine of the angle between an edge of M.obj and that of S.obj, whose numbers have all their digits: far above
 their rounding, far below what a changed digit does unless it is one of the last."""
