@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence, Set
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +19,10 @@ from fabkit.formats.workbook import write_xlsx
 from fabkit.kinds import BEAM, PANEL
 from fabkit.parts import Assembly
 from fabkit.production import (
+    CutList,
     Nest,
     Summary,
+    Table,
     build_facts,
     cut_list,
     mark_table,
@@ -98,8 +102,8 @@ def write_documents(
             for drawing in plates:
                 write_dxf(folder / "plates" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
     panel_file = f"panels/{{}}{drawn.suffix}"
-    lists = cut_list(assembly, nest, panel_file=panel_file)
-    pieces = piece_tables(assembly, nest, panel_file=panel_file, site=summary.site)
+    lists = CutList(_of_written_files(cut_list(assembly, nest, panel_file=panel_file).tables, chosen))
+    pieces = _of_written_files(piece_tables(assembly, nest, panel_file=panel_file, site=summary.site), chosen)
     tables = [*(table.of_single_values() for table in lists.tables), *pieces]
     if "drawings" in chosen:
         with stages("DXF of beams and nodes"):
@@ -134,6 +138,23 @@ def write_documents(
                 issue=issued.issue,
             )
             (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
+
+
+def _of_written_files(tables: Sequence[Table], folders: Set[str]) -> tuple[Table, ...]:
+    """The tables without the names of files in folders that are not written."""
+    if {"parts", "panels"} <= folders:
+        return tuple(tables)
+    found = []
+    for table in tables:
+        file = table.columns.index("File") if "File" in table.columns else None
+        rows = [
+            tuple(
+                "" if k == file and str(cell).partition("/")[0] not in folders else cell for k, cell in enumerate(row)
+            )
+            for row in table.rows
+        ]
+        found.append(replace(table, rows=tuple(rows)))
+    return tuple(found)
 
 
 def _step_head(rules: DocumentRules) -> dict[str, Any]:

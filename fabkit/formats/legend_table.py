@@ -61,10 +61,8 @@ _SIGNS = (
         "Of a beam along x: from the point of end A that is furthest out to that of end B, to which stock is cut, and "
         "between the points that are furthest in.",
     ),
-    (
-        "Flange long point, Flange short point, Flange back at A, Flange back at B",
-        "Of a tee on hubs the same lengths of its flange, and by how much that is cut back along x at either end.",
-    ),
+    ("Flange long point, Flange short point", "Of a tee on hubs the same lengths of its flange."),
+    ("Flange back at A, Flange back at B", "How far that is cut back along x at either end."),
     ("Dihedral", "Angle between the outward normals of two faces, positive where the surface is convex."),
     ("Height deviation", "Distance of the two parallel meshes at a beam, less the height of its section."),
     (
@@ -106,7 +104,21 @@ _SIGNS = (
     ),
     ("Point, Axis, Facet 1", "Of a node: its point on the mesh, its axis outwards, and the direction of facet 1."),
     ("Width, Diagonal 1, Diagonal 2", "Of a panel: along edge 1; from corner 1 to corner 3, and from 2 to 4."),
-    ("Length", "Of an edge of a panel."),
+    (
+        "Length, Diameter, Side",
+        "Of an edge of a panel, a strut, stub, fin or dowel; of a dowel or cap; of a base plate.",
+    ),
+    ("Lean", "Angle between the plane of a fin and that of the beam at its edge."),
+    ("Size, Bores", "Of a bolt: thread and length. Of a base plate: number and diameter of its holes."),
+    (
+        "Bolt bores, Bolt bore, Bolt pitch",
+        "Of an end plate: number and diameter of the bores for bolts; distance of two, one on each side of its middle.",
+    ),
+    (
+        "Dowel bore, Dowel below middle",
+        "Of an end plate: diameter of the bore; how far inwards from the middle it lies.",
+    ),
+    ("Support, Stub", "Names of a base plate, and of the piece between it and its node."),
     ("Layer, Pane", "Of a panel: its layer, and its pane in the build-up of that, both counted from the outermost, 0."),
     ("Seat", "Free height between a panel and what stands highest under it along an edge."),
     ("Step", "How far the outer side of the neighbour stands above that of a panel at their joint."),

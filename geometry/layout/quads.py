@@ -281,7 +281,9 @@ def _lines(network: Network, align: BoolArray) -> BoolArray:
     lines = np.zeros((c.n_corners, 2), dtype=bool)
     aligned = np.flatnonzero((c.twin < 0) & align[c.corner_edge] & (angles.min(axis=1) < LARGEST_ALIGNED_ANGLE))
     lines[aligned, nearest[aligned]] = True
-    return lines
+    by_triangle = lines.reshape(-1, 3, 2)
+    is_flattened = by_triangle.sum(axis=1) > 1  # u or v would be constant in the whole triangle
+    return np.asarray((by_triangle & ~is_flattened[:, None]).reshape(-1, 2))
 
 
 def _line_angles(a: ComplexArray, b: ComplexArray) -> FloatArray:

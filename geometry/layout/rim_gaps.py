@@ -18,7 +18,7 @@ __all__ = ["rim_gaps"]
 RIM_DISTANCE = 3.0
 """Distance from an aligned boundary below which a singular vertex must be beside it by a line, in edge lengths."""
 
-BESIDE_COSINE = 0.7
+BESIDE_COSINE = 0.9
 """Cosine of the angle between a boundary edge and the vector to a vertex, below which the vertex is beside the edge."""
 
 LEAST_LINES_AROUND = 3

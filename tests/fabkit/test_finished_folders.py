@@ -8,6 +8,7 @@ import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import pytest
 from fabkit import Project, build
 from fabkit.errors import FolderError
 from fabkit.formats.finished import check_folder, differences_page, folder_differences
+from fabkit.formats.finished.view_checks import LINE_TOLERANCE_MM, VIEWS_APART_MM, _off_axes
 from geometry.mesh import Mesh
 from geometry.mesh.shapes import dome
 from tests.fabkit.browser import Browser
@@ -178,3 +180,17 @@ def test_pieces_are_found_again_by_their_place(tmp_path: Path) -> None:
     rows = folder_differences(tmp_path / "a", tmp_path / "b").rows
     assert {row[0] for row in rows} <= {"changed"}
     assert all(row[4] < 0.01 and row[5] < 0.02 for row in rows)  # type: ignore[operator]
+
+
+def test_a_bore_that_is_seen_a_little_obliquely_is_a_circle_at_both_of_its_ends() -> None:
+    axis = np.array([3e-4, 0.0, 1.0])
+    solid = SimpleNamespace(
+        rounds=np.array([[10.0, 20.0, 0.0, *axis / np.linalg.norm(axis), 2.5]]),
+        corners=np.array([[0.0, 0.0, -120.0], [60.0, 60.0, 0.0]]),
+        centres=np.zeros((0, 3)),
+    )
+    outside = -120.0 - VIEWS_APART_MM - 60.0
+    rings = np.array(
+        [[10.0 + off, 20.0 + aside + outside, 2.5] for off, aside in ((0, 0), (6e-4, 0), (0, 6e-4), (1, 0))]
+    )
+    assert (_off_axes(rings, solid, 1) < LINE_TOLERANCE_MM).tolist() == [True, True, False, False]  # type: ignore[arg-type]

@@ -6,6 +6,7 @@ import csv
 import re
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -159,11 +160,25 @@ def welded() -> Assembly:
     return design(Project(mesh=dome(4, 2), mean_edge_mm=1500)).assembly
 
 
-def test_the_legend_explains_every_heading(welded: Assembly) -> None:
+SETTINGS: list[dict[str, Any]] = [
+    {"mesh": dome(4, 2), "second_layer": {"distance_mm": -600}, "fins": {"from_mm": 150, "to_mm": 300}},
+    {"mesh": dome(12, 3), "beams": {"section": "rhs 120x60x5"}, "connection": {"kind": "bolted"}},
+    {
+        "mesh": dome(6, 2),
+        "beams": {"section": "tee 120x80x10x8"},
+        "connection": {"kind": "hub"},
+        "supports": {"loop": "rim"},
+    },
+]
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=["welded", "bolted", "hubs"])
+def test_the_legend_explains_every_heading(settings: dict[str, Any]) -> None:
+    assembly = design(Project(mean_edge_mm=2000, **settings)).assembly
     signs = {sign.lower() for row in legend().rows for sign in str(row[0]).split(", ")}
     headings = {
         re.sub(r"^(Least|Largest) |( each| [xyz])?( \(.*\))?$", "", name).lower()
-        for table in [*cut_list(welded, None).tables, *piece_tables(welded, None)]
+        for table in [*cut_list(assembly, None).tables, *piece_tables(assembly, None)]
         for name in table.of_single_values().columns
     }
     assert headings - signs == set()

@@ -117,6 +117,21 @@ def test_singular_points_near_an_aligned_boundary_do_not_fold_faces(surface: Sur
     assert abs(areas[0] / areas[1] - 1) < 0.03  # nothing is covered twice or left out
 
 
+def test_a_flat_tooth_of_an_aligned_boundary_folds_nothing() -> None:
+    """Both edges of the tooth are along the same lines, so that (u, v) would be constant in its triangle."""
+    mesh = chart(20, 14, lambda u, v: (2 * u, 1.4 * v, -0.3 * (2 * u - 1) ** 2 - 0.2 * (1.4 * v - 0.7) ** 2)).mesh
+    c = mesh.combinatorics
+    half = np.flatnonzero((c.twin < 0) & (c.corners == c.corners[c.twin < 0][20]))[0]
+    tail, head = c.corners[half], c.corners[c.next_corner[half]]
+    middle, inner = mesh.vertices[[tail, head]].mean(axis=0), mesh.vertices[c.corners[c.previous_corner[half]]]
+    tip = middle + 0.15 * (middle - inner)
+    triangles = np.append(c.corners, [head, tail, mesh.n_vertices]).reshape(-1, 3)
+    toothed = Surface(triangle_mesh(np.append(mesh.vertices, [tip], axis=0), triangles))
+    result = lay_quads(toothed, n_faces=120, boundary="aligned")
+    assert result.quality.quad_share > 0.95
+    assert result.mesh.combinatorics.euler_characteristic == 1
+
+
 def test_an_edge_length_is_reached() -> None:
     result = lay_quads(torus(), edge_length=0.4)
     assert abs(result.mesh.mean_edge_length - 0.4) < 0.04

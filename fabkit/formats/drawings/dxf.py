@@ -16,7 +16,7 @@ from textwrap import wrap
 from typing import Literal, TextIO
 
 import numpy as np
-from ezdxf import new, options  # type: ignore[attr-defined]
+from ezdxf import options  # type: ignore[attr-defined]
 from ezdxf.document import Drawing as Document
 from pydantic_core import to_json
 
@@ -134,7 +134,7 @@ def _template(version: Version, notes: tuple[str, ...], layers: tuple[str, ...])
 
 
 def _document(version: Version, notes: tuple[str, ...], layers: tuple[str, ...]) -> Document:
-    document = new(version)
+    document = Document.new(version)  # `ezdxf.new` logs for R12 that it has no unit
     for kind in sorted(document.entitydb.dxf_types_in_use()):
         document.classes.add_class(kind)  # else ezdxf adds them in the order of a set, another one in each process
     document.header["$MEASUREMENT"] = 1

@@ -155,6 +155,11 @@ class Contents:
             raise FolderError(f"{name} is not text in UTF-8") from None
         return text.replace("\r\n", "\n").replace("\r", "\n")
 
+    def as_read(self, cell: str) -> str:
+        """A text as a table has it once it is read, with a decimal point where it looks like a number."""
+        has_comma = self.rules.decimal == "," and _COMMA_NUMBER.fullmatch(cell)
+        return cell.replace(",", ".") if has_comma else cell
+
     def table(self, name: str) -> FolderTable:
         """A table by its name, such as `pieces`, read once. Raises FolderError where it is missing or damaged."""
         if name not in self._tables:
@@ -182,7 +187,7 @@ class Contents:
             if len(row) != len(head):
                 raise FolderError(f"row {number} of {file} has {len(row)} cells, its heading {len(head)}")
         if self.rules.decimal == ",":
-            rows = [[cell.replace(",", ".") if _COMMA_NUMBER.fullmatch(cell) else cell for cell in row] for row in rows]
+            rows = [[self.as_read(cell) for cell in row] for row in rows]
         if len(set(head)) != len(head):
             raise FolderError(f"two columns of {file} have the same name")
         own = [dict(zip(head, row, strict=True)) for row in rows]

@@ -48,9 +48,7 @@ def check_views(name: str, file: DxfFile, solid: PartSolid, texts: tuple[str, ..
         yield f"{name} has a curve that is no arc"
     rings = np.array([ring for own in file.circles.values() for ring in own]).reshape(-1, 3)
     if not len(rings) or len(solid.rounds):
-        axes = np.concatenate([_seen(solid.rounds[:, None, :3], solid, k)[:, 0] for k in (2, 1)])
-        circles = np.concatenate([axes, np.tile(solid.rounds[:, 6:], (2, 1))], axis=1)
-        off = np.abs(rings[:, None] - circles).max(axis=2).min(axis=1, initial=np.inf) if len(rings) else np.zeros(0)
+        off = np.minimum(*(_off_axes(rings, solid, up) for up in (2, 1)))
     else:
         off = np.full(1, np.inf)
     if off.max(initial=0.0) > LINE_TOLERANCE_MM:
@@ -66,6 +64,19 @@ def _seen(points: FloatArray, solid: PartSolid, up: int) -> FloatArray:
     down = 0.0 if up == 2 else reach[:, 2].min() - VIEWS_APART_MM - reach[:, 1].max()
     found: FloatArray = points[..., [0, up]] + [0.0, down]
     return found
+
+
+def _off_axes(rings: FloatArray, solid: PartSolid, up: int) -> FloatArray:
+    """(n,) how far circles (n, 3), centre and radius, are from the nearest round of the solid, anywhere along its axis,
+    which may be seen a little obliquely."""
+    along = solid.rounds[:, [3, 3 + up]]
+    sizes = np.linalg.norm(along, axis=1)
+    units = along / np.where(sizes > 0, sizes, 1.0)[:, None]
+    away = rings[:, None, :2] - _seen(solid.rounds[:, :3], solid, up)
+    limit = sizes * np.ptp(solid.corners, axis=0).max()
+    away -= np.clip(np.einsum("nrk,rk->nr", away, units), -limit, limit)[..., None] * units
+    off = np.maximum(np.abs(away).max(axis=2), np.abs(rings[:, None, 2] - solid.rounds[:, 6]))
+    return np.asarray(off.min(axis=1, initial=np.inf))
 
 
 def _ordered(lines: FloatArray) -> FloatArray:
