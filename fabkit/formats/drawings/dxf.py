@@ -213,7 +213,7 @@ def _wrapped(title: Sequence[str]) -> list[str]:
     return [part for line in title for part in (wrap(line, TITLE_LETTERS) if len(line) > TITLE_LETTERS else [line])]
 
 
-def shown_text(line: str, version: Version) -> str:
+def shown_text(line: str, version: str) -> str:
     """A line of text as it is written: without the codes of such texts; for R12, which has no UTF-8, what is not ASCII
     as \\U+00DF.
 
