@@ -68,7 +68,7 @@ def _seen(points: FloatArray, solid: PartSolid, up: int) -> FloatArray:
 
 
 def _are_drawn(edges: FloatArray, lines: FloatArray) -> BoolArray:
-    """(n,) whether each edge (n, 2, 2) is among the lines, from either end, or so near to one that both are one line."""
+    """(n,) whether each edge (n, 2, 2) is among the lines, from either end, or so near to one that both are one."""
     apart = [
         np.abs(lines[:, None, ::step] - edges).reshape(len(lines), -1, 4).max(axis=2).min(axis=0, initial=np.inf)
         for step in (1, -1)
