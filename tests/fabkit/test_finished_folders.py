@@ -24,7 +24,7 @@ from tests.fabkit.browser import Browser
 from tests.fabkit.corruption import corrupt
 
 N_CORRUPTIONS = 200
-FOUND_WITHOUT_HASHES = 0.8
+FOUND_WITHOUT_HASHES = 0.9
 """Share of random corruptions that must be found by what the files say alone."""
 
 
@@ -64,6 +64,23 @@ def test_a_folder_of_another_version_is_not_compared(made: Path, tmp_path: Path)
 def test_a_whole_folder_is_found_whole(made: Path) -> None:
     assert check_folder(made) == ()
     assert check_folder(made, hashes=False) == ()
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"mesh": dome(3, 2), "layers": [{"build_up": "8/16Ar/44.2", "edges": "mitred"}]},  # edges of S vanish
+        {"drawings": {"version": "R12"}, "name": "gr\u00fcn ^ %%d \\U+00DF", "title_block": {"revision": "1^"}},
+        {"marks": {"mirrored_panes": True, "prefix": "NO1-"}, "drawings": {"labels": "middle"}},
+        {"beams": {"section": "round 60"}, "supports": {"loop": 0}, "step": {"schema": "AP214"}},
+        {"documents": ["parts", "drawings", "panels"], "name": "A & B <x>"},
+        {"documents": ["sheets", "step", "tables"]},
+        {"documents": ["report", "workbook", "glb"]},
+    ],
+)
+def test_other_folders_are_found_whole_too(tmp_path: Path, settings: dict[str, Any]) -> None:
+    build(Project(**{"mesh": dome(4, 1), "mean_edge_mm": 1500, "out": tmp_path / "roof", **settings}))
+    assert check_folder(tmp_path / "roof") == ()
 
 
 def test_random_corruptions_are_found(made: Path, tmp_path: Path) -> None:
