@@ -17,7 +17,7 @@ import pytest
 from fabkit import Project, build
 from fabkit.errors import FolderError
 from fabkit.formats.finished import check_folder, differences_page, folder_differences
-from fabkit.formats.finished.view_checks import LINE_TOLERANCE_MM, VIEWS_APART_MM, _off_axes
+from fabkit.formats.finished.view_checks import LINE_TOLERANCE_MM, VIEWS_APART_MM, _are_drawn, _off_axes
 from geometry.mesh import Mesh
 from geometry.mesh.shapes import dome
 from tests.fabkit.browser import Browser
@@ -194,3 +194,9 @@ def test_a_bore_that_is_seen_a_little_obliquely_is_a_circle_at_both_of_its_ends(
         [[10.0 + off, 20.0 + aside + outside, 2.5] for off, aside in ((0, 0), (6e-4, 0), (0, 6e-4), (1, 0))]
     )
     assert (_off_axes(rings, solid, 1) < LINE_TOLERANCE_MM).tolist() == [True, True, False, False]  # type: ignore[arg-type]
+
+
+def test_edges_that_are_nearly_one_line_are_drawn_once() -> None:
+    line = np.array([[[0.0, -180.0], [0.0, -240.0]]])
+    edges = np.array([[[off, -240.0], [off, -180.0]] for off in (0.0, 3.8e-4, 2e-3)])
+    assert _are_drawn(edges, line).tolist() == [True, True, False]

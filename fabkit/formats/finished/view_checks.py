@@ -10,7 +10,8 @@ from fabkit.formats.finished.dxf_checks import are_texts
 from fabkit.formats.finished.dxf_files import DxfFile
 from fabkit.formats.finished.part_geometry import PartSolid
 from fabkit.production import HIDDEN, LABEL, VISIBLE
-from geometry.arrays import FloatArray
+from fabkit.production.part_drawing import SAME_LINE_MM
+from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["check_views"]
 
@@ -40,7 +41,7 @@ def check_views(name: str, file: DxfFile, solid: PartSolid, texts: tuple[str, ..
         at = ", ".join(f"{value:.3f}" for value in free[0, 0])
         yield f"{name} has a line from ({at}) that is not an edge of the solid"
     long = np.linalg.norm(seen[:, 1] - seen[:, 0], axis=1) > LEAST_LINE_MM
-    if not len(solid.rounds) and (long & ~near.any(axis=0)).any():
+    if not len(solid.rounds) and (long & ~_are_drawn(seen, lines)).any():
         yield f"{name} lacks an edge of the solid"
     if len(np.unique(np.round(_ordered(lines).reshape(-1, 4), 6), axis=0)) != len(lines):
         yield f"{name} has a line twice"
@@ -64,6 +65,15 @@ def _seen(points: FloatArray, solid: PartSolid, up: int) -> FloatArray:
     down = 0.0 if up == 2 else reach[:, 2].min() - VIEWS_APART_MM - reach[:, 1].max()
     found: FloatArray = points[..., [0, up]] + [0.0, down]
     return found
+
+
+def _are_drawn(edges: FloatArray, lines: FloatArray) -> BoolArray:
+    """(n,) whether each edge (n, 2, 2) is among the lines, from either end, or so near to one that both are one."""
+    apart = [
+        np.abs(lines[:, None, ::step] - edges).reshape(len(lines), -1, 4).max(axis=2).min(axis=0, initial=np.inf)
+        for step in (1, -1)
+    ]
+    return np.asarray(np.minimum(*apart) <= SAME_LINE_MM + LINE_TOLERANCE_MM)
 
 
 def _off_axes(rings: FloatArray, solid: PartSolid, up: int) -> FloatArray:
