@@ -17,7 +17,7 @@ from fabkit.detailing.shapes.dots import stamped
 from fabkit.errors import NestingError, ProjectError
 from fabkit.fitness import Finding
 from fabkit.fitness.panels import corners, panel_masses, short_edges
-from fabkit.fitness.parts import block_heights, going_in, mitres_of, sheets, slots, uncovered, underside
+from fabkit.fitness.parts import block_heights, going_in, mitres_of, props, sheets, slots, uncovered, underside
 from fabkit.formats import EXACT_SUFFIXES, whole_folder, write_documents, write_manifest
 from fabkit.formats.finished import kept_marks
 from fabkit.gauss_image import GivenPair, read_given_pair
@@ -278,6 +278,7 @@ def _unusual_frame(project: Project, assembly: Assembly) -> Iterator[Finding | N
         yield slots(nodes, rules) if own.connection.kind in ("welded", "hub") else None
         yield uncovered(nodes, rules)
         yield going_in(beams, erection.is_closing[beams.kind.group], own.connection.gap_mm, rules)
+    yield props(assembly.of(NODE), erection.propped)
 
 
 def _rules_near_zero(project: Project, origin_mm: FloatArray) -> DetailingRules:

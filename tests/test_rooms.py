@@ -223,6 +223,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "geometry.arrays",
     },
     "fabkit.formats.drawings": {
+        "fabkit.errors",
         "fabkit.parts",
         "geometry.remeshing",
         "fabkit.production",

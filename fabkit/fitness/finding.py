@@ -42,6 +42,7 @@ CRITERIA: dict[str, str] = {
     "short-edges": "it is only noted and stops no build",
     "panel-masses": "it is only noted and stops no build",
     "going-in": "it is only noted; these beams go in from inside, or with a larger [connection] gap_mm",
+    "props": "it is only noted; these nodes are propped, or zones and supports chosen otherwise",
     "sheets": "a panel that does not fit on a sheet cannot be cut; leave it out with --skip-unbuildable",
 }
 """The name of each criterion, as `--accept` takes it, and the reason why a finding cannot be accepted, empty if it

@@ -11,9 +11,9 @@ from fabkit.fitness.rules import FitnessRules
 from fabkit.fitness.shape import NOTED_PERCENTILE
 from fabkit.kinds import BeamDetails, NodeDetails, PanelDetails, smallest_gaps
 from fabkit.parts import Parts
-from geometry.arrays import BoolArray, FloatArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["block_heights", "going_in", "mitres", "mitres_of", "sheets", "slots", "uncovered", "underside"]
+__all__ = ["block_heights", "going_in", "mitres", "mitres_of", "props", "sheets", "slots", "uncovered", "underside"]
 
 
 def mitres(
@@ -72,6 +72,26 @@ def going_in(beams: Parts[BeamDetails], is_closing: BoolArray, gap_mm: float, ru
         "edge",
         tuple(beams.elements[order].tolist()),
         beams.kind.layer,
+    )
+
+
+def props(nodes: Parts[NodeDetails], vertices: IntArray) -> Finding | None:
+    """Nodes on these vertices, which go up before anything that they could stand on or join."""
+    if not len(vertices):
+        return None
+    marks = dict(zip(nodes.elements.tolist(), nodes.marks, strict=True))
+    places = [f"{marks[vertex]} (vertex {vertex}, counted from 0)" for vertex in vertices.tolist()]
+    return Finding(
+        "props",
+        "note",
+        float(len(vertices)),
+        1.0,
+        "nodes",
+        f"{len(vertices)} of {len(nodes)} nodes have to be propped, as they go up before anything on which they could "
+        f"stand or that they could join: {named(places, at_most=3)}",
+        "put zones with supports up first, or choose more nodes under [supports]",
+        "vertex",
+        tuple(vertices.tolist()),
     )
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence, Set
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fabkit.formats.drawings import write_dxf
+from fabkit.formats.drawings import write_dxfs
 from fabkit.formats.gltf import glb_bytes
 from fabkit.formats.legend_table import legend
 from fabkit.formats.report import report_html
@@ -17,8 +19,10 @@ from fabkit.formats.workbook import write_xlsx
 from fabkit.kinds import BEAM, PANEL
 from fabkit.parts import Assembly
 from fabkit.production import (
+    CutList,
     Nest,
     Summary,
+    Table,
     build_facts,
     cut_list,
     mark_table,
@@ -82,30 +86,28 @@ def write_documents(
     drawn = rules.drawings
     title = ", ".join(word for word in (summary.name, issued.issue) if word)
     kept: dict[str, Any] = {"labels": drawn.labels, "corner_mm": drawn.corner_mm, "title": title}
+    files: dict[str, Any] = {"version": drawn.version, "suffix": drawn.suffix}
     if "sheets" in chosen:
         with stages("DXF of sheets"):
             (folder / "sheets").mkdir()
-            for sheet in sheet_drawings(nest, assembly.of(PANEL), **kept) if nest else ():
-                write_dxf(folder / "sheets" / f"{sheet.name}{drawn.suffix}", sheet, version=drawn.version)
+            sheets = sheet_drawings(nest, assembly.of(PANEL), **kept) if nest else ()
+            write_dxfs(folder / "sheets", sheets, **files)
     if "panels" in chosen:
         with stages("DXF of panels"):
             (folder / "panels").mkdir()
-            for drawing in panel_drawings(assembly, **kept):
-                write_dxf(folder / "panels" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
+            write_dxfs(folder / "panels", panel_drawings(assembly, **kept), **files)
     if "plates" in chosen and (plates := plate_drawings(assembly, labels=drawn.labels != "none", title=title)):
         with stages("DXF of plates"):
             (folder / "plates").mkdir()
-            for drawing in plates:
-                write_dxf(folder / "plates" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
+            write_dxfs(folder / "plates", plates, **files)
     panel_file = f"panels/{{}}{drawn.suffix}"
-    lists = cut_list(assembly, nest, panel_file=panel_file)
-    pieces = piece_tables(assembly, nest, panel_file=panel_file, site=summary.site)
+    lists = CutList(_of_written_files(cut_list(assembly, nest, panel_file=panel_file).tables, chosen))
+    pieces = _of_written_files(piece_tables(assembly, nest, panel_file=panel_file, site=summary.site), chosen)
     tables = [*(table.of_single_values() for table in lists.tables), *pieces]
     if "drawings" in chosen:
         with stages("DXF of beams and nodes"):
             (folder / "drawings").mkdir()
-            for drawing in part_drawings(assembly, lists, title=title):
-                write_dxf(folder / "drawings" / f"{drawing.name}{drawn.suffix}", drawing, version=drawn.version)
+            write_dxfs(folder / "drawings", part_drawings(assembly, lists, title=title), **files)
     tables.append(mark_table(assembly, summary.earlier_marks))
     kinds = [parts.kind for parts in assembly.groups]
     facts = build_facts(summary, assembly, nest)
@@ -134,6 +136,23 @@ def write_documents(
                 issue=issued.issue,
             )
             (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
+
+
+def _of_written_files(tables: Sequence[Table], folders: Set[str]) -> tuple[Table, ...]:
+    """The tables without the names of files in folders that are not written."""
+    if {"parts", "panels"} <= folders:
+        return tuple(tables)
+    found = []
+    for table in tables:
+        file = table.columns.index("File") if "File" in table.columns else None
+        rows = [
+            tuple(
+                "" if k == file and str(cell).partition("/")[0] not in folders else cell for k, cell in enumerate(row)
+            )
+            for row in table.rows
+        ]
+        found.append(replace(table, rows=tuple(rows)))
+    return tuple(found)
 
 
 def _step_head(rules: DocumentRules) -> dict[str, Any]:

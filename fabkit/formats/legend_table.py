@@ -61,10 +61,8 @@ _SIGNS = (
         "Of a beam along x: from the point of end A that is furthest out to that of end B, to which stock is cut, and "
         "between the points that are furthest in.",
     ),
-    (
-        "Flange long point, Flange short point, Flange back at A, Flange back at B",
-        "Of a tee on hubs the same lengths of its flange, and by how much that is cut back along x at either end.",
-    ),
+    ("Flange long point, Flange short point", "Of a tee on hubs the same lengths of its flange."),
+    ("Flange back at A, Flange back at B", "How far that is cut back along x at either end."),
     ("Dihedral", "Angle between the outward normals of two faces, positive where the surface is convex."),
     ("Height deviation", "Distance of the two parallel meshes at a beam, less the height of its section."),
     (

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from fabkit.parts.ragged import Ragged
-from geometry.arrays import BoolArray, IntArray
+from geometry.arrays import BoolArray
 
 __all__ = ["Curves"]
 
@@ -31,14 +29,3 @@ class Curves(Ragged):
         first, last = self.values[self.starts[:-1]], self.values[self.starts[1:] - 1]
         closed: BoolArray = (first == last).all(axis=1) & (self.sizes > 2)
         return closed
-
-    def grouped(self, group: IntArray, n_groups: int) -> list[Curves]:
-        """The curves of each group, from 0 to n_groups - 1, in their order. group (k,): of each curve."""
-        order = np.argsort(group, kind="stable")
-        sorted_ = self[order]
-        ends = np.searchsorted(group[order], np.arange(n_groups + 1)).tolist()
-        bounds = sorted_.starts[ends].tolist()
-        return [
-            Curves(sorted_.values[first:last], sorted_.starts[start : end + 1] - first)
-            for start, end, first, last in zip(ends[:-1], ends[1:], bounds[:-1], bounds[1:], strict=True)
-        ]

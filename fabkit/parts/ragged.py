@@ -50,8 +50,10 @@ class Ragged:
     @classmethod
     def joined(cls, several: Iterable[Self]) -> Self:
         """The rows of several objects, at least one, in one."""
-        values, sizes = zip(*((each.values, each.sizes) for each in several), strict=True)
-        return cls(np.concatenate(values), np.concatenate([[0], np.cumsum(np.concatenate(sizes))]))
+        values, starts = zip(*((each.values, each.starts) for each in several), strict=True)
+        borders = np.cumsum([len(each) for each in starts])[:-1]
+        sizes = np.delete(np.diff(np.concatenate(starts)), borders - 1)
+        return cls(np.concatenate(values), np.concatenate([[0], np.cumsum(sizes)]))
 
     def __len__(self) -> int:
         return len(self.starts) - 1
@@ -95,6 +97,17 @@ class Ragged:
         """Each row from its place places[r] (n,) on, round to the one before it."""
         order = self.starts[self.row] + (self.place + places[self.row]) % self.sizes[self.row]
         return self.with_values(self.values[order])
+
+    def grouped(self, group: IntArray, n_groups: int) -> list[Self]:
+        """The rows of each group, from 0 to n_groups - 1, in their order. group (k,): of each row."""
+        order = np.argsort(group, kind="stable")
+        sorted_ = self[order]
+        ends = np.searchsorted(group[order], np.arange(n_groups + 1)).tolist()
+        bounds = sorted_.starts[ends].tolist()
+        return [
+            type(self)(sorted_.values[first:last], sorted_.starts[start : end + 1] - first)
+            for start, end, first, last in zip(ends[:-1], ends[1:], bounds[:-1], bounds[1:], strict=True)
+        ]
 
     def reduced(self, function: np.ufunc, empty: float = np.nan) -> npt.NDArray[Any]:
         """(n, ...) np.minimum, np.maximum or np.add over each row; `empty` for a row without values."""

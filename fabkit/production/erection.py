@@ -41,7 +41,9 @@ class Erection:
     numbers: by the name of a group, the number (n,) of each of its parts; those with the same number go up together: a
     beam and the node that it brings, with what is fixed to them; a stub and its base plate; the panes of a layer over a
     face. is_closing: by groups of beams, which (n,) of them come last between two nodes that stand. n_fixed: number of
-    nodes of the first layer of beams that stand from the beginning.
+    nodes of the first layer of beams that stand from the beginning. propped (k,): mesh vertices of those of them that
+    hang in the air: they have neither a support, where there are any, nor a node of an earlier zone to join, nor, where
+    there are none, a boundary on which they could stand.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -57,6 +59,7 @@ class Erection:
     numbers: Mapping[str, IntArray]
     is_closing: Mapping[str, BoolArray]
     n_fixed: int
+    propped: IntArray
 
 
 def erection_order(assembly: Assembly, supports: IntArray | None = None) -> Erection:
@@ -86,7 +89,7 @@ def erection_order(assembly: Assembly, supports: IntArray | None = None) -> Erec
     numbers = dict(zip(steps, np.split(number, ends[:-1]), strict=True)) if steps else {}
     beams = [assembly.beside(nodes, BEAM) for nodes in layers]
     closing = {own.kind.group: walks[own.kind.layer].closing for own in beams}
-    return Erection(numbers, closing, walks[""].n_fixed)
+    return Erection(numbers, closing, walks[""].n_fixed, walks[layers[0].kind.layer].propped)
 
 
 def _steps(parts: Parts[Any], assembly: Assembly, walks: Mapping[str, _Walk]) -> IntArray:
@@ -122,6 +125,7 @@ class _Walk:
     beam_places: IntArray
     closing: BoolArray
     n_fixed: int
+    propped: IntArray
 
     def of_vertices(self, elements: IntArray) -> IntArray:
         return _found(self.vertices, self.node_places, elements)
@@ -159,7 +163,10 @@ def _walk(assembly: Assembly, nodes: Parts[NodeDetails], supports: IntArray | No
     zone = np.r_[zone, np.arange(n_zones)]
     on_support = np.isin(vertices, assembly.of(BASE_PLATE).elements if supports is None else supports)
     standing = np.r_[on_support, np.ones(n_zones, dtype=bool)]
-    first, fixed = _beginning(nodes, vertices, ends, np.isnan(beams.details.dihedral_deg[order]), standing)
+    is_rim = np.isnan(beams.details.dihedral_deg[order])
+    first, fixed = _beginning(nodes, vertices, ends, is_rim, standing)
+    can_stand = np.isin(np.arange(n), ends[is_rim]) | (not zones.names)
+    propped = vertices[fixed[:n] & ~on_support & ~(can_stand & ~on_support.any())]
     ring, place = _rings(len(zone), ends, first)
     own_ring = ring[ends].max(axis=1, initial=0)
     stands = fixed[ends] | (ring[ends] < own_ring[:, None])
@@ -169,16 +176,22 @@ def _walk(assembly: Assembly, nodes: Parts[NodeDetails], supports: IntArray | No
     depth[fixed] = 0
     rank = np.empty(len(zone), dtype=np.int64)
     rank[np.lexsort((place, depth, ring, zone))] = np.arange(len(zone))
-    later = rank[ends].max(axis=1, initial=0)
-    closing = np.flatnonzero(~brings)
-    steps = np.lexsort((np.r_[np.zeros(len(zone)), closing + 1], np.r_[rank, later[closing]]))
+    of_nodes, of_edges = _numbered(rank, rank[ends].max(axis=1, initial=0), np.flatnonzero(~brings))
+    closing = np.empty(len(edges), dtype=bool)
+    closing[order] = ~brings
+    return _Walk(vertices, of_nodes[:n], edges, of_edges, closing, int(fixed[:n].sum()), propped)
+
+
+def _numbered(rank: IntArray, later: IntArray, closing: IntArray) -> tuple[IntArray, IntArray]:
+    """Numbers of the nodes (n,) and of the edges (m,), counted from 1. rank (n,): order of the nodes; later (m,): rank
+    of the later node of each edge, after which those follow that are closing, by their indices."""
+    n = len(rank)
+    steps = np.lexsort((np.r_[np.zeros(n), closing + 1], np.r_[rank, later[closing]]))
     number = np.empty(len(steps), dtype=np.int64)
     number[steps] = np.arange(1, len(steps) + 1)
     of_edges = number[np.argsort(rank)][later]
-    of_edges[closing] = number[len(zone) :]
-    of_beams = np.empty(len(edges), dtype=bool)
-    of_beams[order] = ~brings
-    return _Walk(vertices, number[:n], edges, of_edges, of_beams, int(fixed[:n].sum()))
+    of_edges[closing] = number[n:]
+    return number[:n], of_edges
 
 
 def _beginning(

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from fabkit.kinds import NODE
-from fabkit.parts import Assembly, Curves, Parts
+from fabkit.parts import Assembly, Curves, Parts, Ragged
 from fabkit.production.cut_lists import CutList, Table
 from fabkit.production.drawing import Drawing
-from fabkit.production.part_views import View, views
+from fabkit.production.part_views import views
 from fabkit.production.strokes import text_strokes, text_widths
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["HIDDEN", "LABEL", "VISIBLE", "part_drawings"]
+
+R = TypeVar("R", bound=Ragged)
 
 VISIBLE, HIDDEN, LABEL = "VISIBLE", "HIDDEN", "LABEL"
 
@@ -56,108 +56,91 @@ def part_drawings(assembly: Assembly, lists: CutList, *, title: str = "") -> Ite
 
 
 def _of_group(parts: Parts[Any], table: Table, title: str) -> Iterator[Drawing]:
-    firsts = parts.firsts
-    where: dict[int, tuple[_Lines, _Lines, FloatArray, int]] = {}
-    for batch in parts.solids.by_topology(parts.shape[firsts]):
-        side, above = (_Lines.of(views(batch, axes)) for axes in (FROM_SIDE, FROM_ABOVE))
-        reach = np.stack([batch.vertices.min(axis=1), batch.vertices.max(axis=1)], axis=1)
-        where |= {n: (side, above, reach[row], row) for row, n in enumerate(batch.parts.tolist())}
-    for number, mark in enumerate(parts.mark_names):
-        side, above, reach, row = where[number]
-        down = np.array([0.0, reach[0, 2] - VIEW_GAP_MM - reach[1, 1]])
-        curves: dict[str, list[Curves]] = {VISIBLE: [], HIDDEN: []}
-        circles: dict[str, list[FloatArray]] = {VISIBLE: [], HIDDEN: []}
-        for view, offset in ((side, np.zeros(2)), (above, down)):
-            for layer, (lines, rings) in zip(curves, view.drawn(row), strict=True):
-                curves[layer].append(Curves(lines.values + offset, lines.starts))
-                circles[layer].append(rings + np.append(offset, 0.0))
-        labels = _labels(parts, int(firsts[number]), reach, down)
-        words = [f"{name}: {text}" for name, text in zip(table.columns, table.texts[number], strict=True) if text]
+    n, batches = len(parts.firsts), parts.solids.by_topology(parts.shape[parts.firsts])
+    if not n:
+        return
+    reach = np.zeros((n, 2, 3))
+    for batch in batches:
+        reach[batch.parts] = np.stack([batch.vertices.min(axis=1), batch.vertices.max(axis=1)], axis=1)
+    down = np.stack([np.zeros(n), reach[:, 0, 2] - VIEW_GAP_MM - reach[:, 1, 1]], axis=1)
+    lines, circles = [], []
+    for batch in batches:
+        for axes, offset in ((FROM_SIDE, 0 * down), (FROM_ABOVE, down)):
+            view = views(batch, axes)
+            lines.append(_shown(view.lines, batch.parts, offset, Curves.of([])))
+            circles.append(_shown(view.circles, batch.parts, offset, Ragged.of([], shape=(3,))))
+    layers = zip(*_by_layer(lines, n), _labels(parts, reach, down), *_by_layer(circles, n), strict=True)
+    for mark, row, (*curves, rings, hidden) in zip(parts.mark_names, table.texts, layers, strict=True):
+        words = [f"{name}: {text}" for name, text in zip(table.columns, row, strict=True) if text]
         yield Drawing(
             mark,
-            {**{layer: Curves.joined(own) for layer, own in curves.items()}, LABEL: labels},
+            dict(zip((VISIBLE, HIDDEN, LABEL), curves, strict=True)),
             NOTES,
             (title, *words, VIEWS) if title else tuple(words),
-            {layer: np.concatenate(own) for layer, own in circles.items()},
+            {VISIBLE: rings.values, HIDDEN: hidden.values},
         )
 
 
-@dataclass(frozen=True, eq=False)
-class _Lines:
-    """The L lines of a view of P solids, and then its circles. points (P, n, 2) of all lines, one line after the other,
-    and starts (L + 1,); circles (P, m, 3). keys: for each solid that of each line or circle, equal for those that are
-    in one place; visible, exists (P, L + m)."""
-
-    points: FloatArray
-    starts: IntArray
-    circles: FloatArray
-    keys: list[list[tuple[int, ...]]]
-    visible: list[list[bool]]
-    exists: list[list[bool]]
-
-    @classmethod
-    def of(cls, view: View) -> _Lines:
-        both = [*view.lines, *view.circles]
-        lines, circles = ([line for line, *_ in each] for each in (view.lines, view.circles))
-        keys, is_line = [], []
-        for line in lines:
-            ends = np.round(line[:, [0, -1, line.shape[1] // 2]] / SAME_LINE_MM).astype(np.int64)
-            is_line.append(np.ptp(ends, axis=1).any(axis=1))
-            turned = (ends[:, 0, 0] > ends[:, 1, 0]) | (
-                (ends[:, 0] == ends[:, 1])[:, 0] & (ends[:, 0, 1] > ends[:, 1, 1])
-            )
-            ends[turned, :2] = ends[turned, 1::-1]
-            ends[:, 2] = 0 if line.shape[1] == 2 else ends[:, 2]
-            keys.append(ends.reshape(len(ends), -1).tolist())
-        for circle in circles:
-            is_line.append(np.ones(len(circle), dtype=bool))
-            keys.append(np.round(circle / SAME_LINE_MM).astype(np.int64).tolist())
-        n = len(both[0][0])
-        return cls(
-            np.concatenate([*lines, np.zeros((n, 0, 2))], axis=1),
-            np.cumsum([0, *(line.shape[1] for line in lines)]),
-            np.stack(circles, axis=1) if circles else np.zeros((n, 0, 3)),
-            [list(map(tuple, row)) for row in zip(*keys, strict=True)],
-            np.stack([visible for _, visible, _ in both], axis=1).tolist(),
-            np.stack([exists & own for (_, _, exists), own in zip(both, is_line, strict=True)], axis=1).tolist(),
-        )
-
-    def drawn(self, row: int) -> Iterator[tuple[Curves, FloatArray]]:
-        """The visible lines and circles of one solid, and the hidden ones that are not behind these; none twice."""
-        n, drawn = len(self.starts) - 1, set()
-        which = list(zip(self.keys[row], self.visible[row], self.exists[row], strict=True))
-        for wanted in (True, False):
-            chosen = []
-            for k, (key, visible, exists) in enumerate(which):
-                if exists and visible == wanted and key not in drawn:
-                    drawn.add(key)
-                    chosen.append(k)
-            lines, rings = [k for k in chosen if k < n], [k - n for k in chosen if k >= n]
-            yield Curves(self.points[row], self.starts)[np.array(lines, dtype=np.int64)], self.circles[row, rings]
+def _shown(
+    found: Sequence[tuple[FloatArray, BoolArray, BoolArray]], parts: IntArray, offset: FloatArray, nothing: R
+) -> tuple[R, IntArray, IntArray]:
+    """The lines or circles of a view of P solids, each moved by the offset of its part; the part of each; its layer: 0
+    visible, 1 hidden, 2 none. Of those in one place only the first visible one is drawn, or else the first hidden one;
+    a line that is seen as a point is not. nothing: none of them."""
+    if not found:
+        return nothing, nothing.row, nothing.row
+    shown, visible, exists = zip(*found, strict=True)
+    points = [each.reshape(len(parts), -1, each.shape[-1]) for each in shown]
+    places, is_seen = _places(points)
+    layer = np.where(np.stack(exists, axis=1) & is_seen, np.where(np.stack(visible, axis=1), 0, 1), 2)
+    order = np.lexsort([layer, *np.moveaxis(places, 2, 0)])
+    ordered = np.take_along_axis(places, order[:, :, None], axis=1)
+    again = np.zeros_like(is_seen)
+    np.put_along_axis(again, order[:, 1:], (np.diff(ordered, axis=1) == 0).all(axis=2), axis=1)
+    layer[again] = 2
+    rows = np.concatenate(points, axis=1)
+    rows[:, :, :2] += offset[parts][:, None]
+    sizes = np.tile([each.shape[1] for each in points], len(parts))
+    starts = np.concatenate([[0], np.cumsum(sizes)])
+    return type(nothing)(rows.reshape(-1, rows.shape[2]), starts), np.repeat(parts, len(points)), layer.ravel()
 
 
-def _labels(parts: Parts[Any], row: int, reach: FloatArray, down: FloatArray) -> Curves:
-    """The letters of the ends of a bar, or the numbers of the facets of a node."""
+def _places(points: Sequence[FloatArray]) -> tuple[IntArray, BoolArray]:
+    """(P, L, k) numbers that are equal for lines, or circles, in one place, and (P, L) which are more than a point."""
+    ends = np.stack([each[:, [0, -1, each.shape[1] // 2]] for each in points], axis=1)
+    places = np.round(ends / SAME_LINE_MM).astype(np.int64)
+    is_seen = np.ptp(places, axis=2).any(axis=2) | (places.shape[3] == 3)
+    first, last = places[:, :, 0], places[:, :, 1]
+    is_turned = (first[..., 0] > last[..., 0]) | ((first[..., 0] == last[..., 0]) & (first[..., 1] > last[..., 1]))
+    places[is_turned, :2] = places[is_turned, 1::-1]
+    places[:, [each.shape[1] == 2 for each in points], 2] = 0
+    return places.reshape(*places.shape[:2], -1), is_seen
+
+
+def _by_layer(shown: Sequence[tuple[R, IntArray, IntArray]], n: int) -> list[list[R]]:
+    """The visible ones and the hidden ones of each of n parts."""
+    rows, part, layer = zip(*shown, strict=True)
+    every, of_part, in_layer = type(rows[0]).joined(rows), np.concatenate(part), np.concatenate(layer)
+    return [every[in_layer == k].grouped(of_part[in_layer == k], n) for k in (0, 1)]
+
+
+def _labels(parts: Parts[Any], reach: FloatArray, down: FloatArray) -> list[Curves]:
+    """Of each mark the letters of the ends of a bar, or the numbers of the facets of a node. reach (n, 2, 3): from
+    where to where its solid reaches; down (n, 2): where the view from above lies."""
+    n = len(reach)
     texts: Sequence[str] = ()
-    places = np.zeros((0, 2))
+    places, part = np.zeros((0, 2)), np.zeros(0, dtype=np.int64)
     if parts.kind.form == "bar":
-        texts = ("A", "B")
-        middle = (reach[0, 2] + reach[1, 2]) / 2
-        places = np.array([[reach[0, 0] - 1.5 * LABEL_MM, middle], [reach[1, 0] + 1.5 * LABEL_MM, middle]])
+        texts, part = ("A", "B") * n, np.repeat(np.arange(n), 2)
+        x = reach[:, :, 0] + [-1.5 * LABEL_MM, 1.5 * LABEL_MM]
+        places = np.stack([x.ravel(), reach[:, :, 2].mean(axis=1)[part]], axis=1)
     elif parts.kind is NODE:
-        details = parts.details[row]
-        azimuths = np.radians(np.asarray(details.azimuths_deg))
-        away = np.abs(reach[:, :2]).max() + LABEL_MM
-        texts = [str(k + 1) for k in range(len(azimuths))]
-        places = away * np.stack([np.cos(azimuths), np.sin(azimuths)], axis=1) + down
-    curves, label = _centred(tuple(texts))
-    return Curves(places[label] + LABEL_MM * curves.values, curves.starts)
-
-
-@lru_cache(maxsize=64)
-def _centred(texts: tuple[str, ...]) -> tuple[Curves, IntArray]:
-    """Strokes of texts of height 1 with their middles at the origin, and the text of each point."""
-    curves, text = text_strokes(texts)
-    label = text[curves.row]
-    middle = np.stack([text_widths(texts) / 2, np.full(len(texts), 0.5)], axis=1)
-    return Curves(curves.values - middle[label], curves.starts), label
+        azimuths = parts.details.azimuths_deg[parts.firsts]
+        texts, part = [str(k + 1) for k in azimuths.place.tolist()], azimuths.row
+        away, angles = np.abs(reach[:, :, :2]).max(axis=(1, 2)) + LABEL_MM, np.radians(azimuths.values)
+        places = away[part, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1) + down[part]
+    strokes, text = text_strokes(texts)
+    of_point = text[strokes.row]
+    middles = np.stack([text_widths(texts) / 2, np.full(len(texts), 0.5)], axis=1)
+    values = places[of_point] + LABEL_MM * (strokes.values - middles[of_point])
+    return strokes.with_values(values).grouped(part[text], n)

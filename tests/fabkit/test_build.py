@@ -197,6 +197,13 @@ def test_a_project_chooses_its_documents(tmp_path: Path) -> None:
         project = Project(mesh=dome(4, 1), mean_edge_mm=1500, out=tmp_path / document, documents=[document])
         write_built(replace(built, project=project))
         assert {path.name for path in (tmp_path / document).iterdir()} == expected | {"manifest.json"}
+    project = Project(mesh=dome(4, 1), mean_edge_mm=1500, out=tmp_path / "lists", documents=["tables", "panels"])
+    write_built(replace(built, project=project))
+    for table in ("beams", "nodes", "panels", "pieces"):
+        with (tmp_path / "lists" / f"{table}.csv").open(newline="") as file:
+            files = [row["File"] for row in csv.DictReader(file)]
+        assert all((tmp_path / "lists" / each).is_file() for each in files if each)  # and none that is not written
+        assert any(files) == (table in ("panels", "pieces"))
     for documents in ([], ["letters"]):
         with pytest.raises(ProjectError, match=r"documents"):
             Project(mesh=dome(4, 1), mean_edge_mm=1500, documents=documents)

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fabkit import Built, Project, design
 from fabkit.parts import Assembly, Parts
-from fabkit.production.marks import KeptMarks, mark_points, share_equal_parts
+from fabkit.production.marks import EQUAL_WITHIN_MM, KeptMarks, mark_points, share_equal_parts
+from geometry.arrays import FloatArray
+from geometry.mesh import shapes
 from tests.fabkit.plates import plates
 
 SQUARE = np.array([[0.0, 0.0], [900.0, 0.0], [880.0, 700.0], [10.0, 690.0]])
@@ -69,3 +74,47 @@ def test_what_changes_by_less_than_the_tolerance_keeps_its_mark(pairs: list[tupl
     ]
     again = shared_panes(panes(after.tolist()), mark_points(second))
     assert again.marks == [marks[k] for k in range(len(pairs))]
+
+
+REGULAR = shapes.dome(8, 3)
+PLAIN: dict[str, Any] = {"mean_edge_mm": 1500, "connection": {"kind": "contact"}, "nesting": {"mode": "off"}}
+STILL_MM = 0.1
+"""Corners of a part that move by no more change its own coordinates by less than 0.5 mm: they are up to 2 m from the
+corner and edge of a metre or so from which these are measured."""
+
+
+@cache
+def dome(noise: float) -> Built:
+    moves = np.random.default_rng(1).uniform(-noise, noise, REGULAR.vertices.shape)
+    return design(Project(mesh=REGULAR.with_vertices(REGULAR.vertices + moves), **PLAIN))
+
+
+def placed(parts: Parts[Any]) -> list[FloatArray]:
+    return [parts.origins[k] + parts.solids[int(parts.shape[k])].vertices @ parts.axes[k] for k in range(len(parts))]
+
+
+@pytest.mark.parametrize(("noise", "move_mm"), [(0.0, 0.2), (0.0, 5.0), (0.002, 0.2), (0.002, 5.0)])
+def test_after_a_small_move_parts_that_stay_keep_their_marks_and_all_stand_in_their_places(
+    noise: float, move_mm: float
+) -> None:
+    """Two vertices are moved: of a regular dome, which then has no exact offset any more, so that many shapes are alike
+    and all change; or of an irregular one, most of which stays. Judged from corners in the world alone."""
+    rng = np.random.default_rng(5)
+    first = dome(noise)
+    vertices = first.structure.mesh.vertices.copy()
+    vertices[rng.choice(len(vertices), 2, replace=False)] += rng.uniform(-move_mm, move_mm, (2, 3))
+    second = design(Project(**{**PLAIN, "mesh": REGULAR.with_vertices(vertices), "mean_edge_mm": None, "unit": "mm"}))
+    kept = {parts.kind.group: mark_points(parts) for parts in first.assembly.groups}
+    shared, origin = share_equal_parts(second.nominal, kept=kept), second.nominal.origin_mm
+    n_still = 0
+    for old, new, made in zip(first.nominal.groups, second.nominal.groups, shared.groups, strict=True):
+        assert made.hidden_mm[:, 0].max() <= 2 * EQUAL_WITHIN_MM
+        marks = first.assembly[old.kind.group].marks
+        for k, (before, planned, points) in enumerate(zip(placed(old), placed(new), placed(made), strict=True)):
+            apart = np.linalg.norm(planned[:, None] - points, axis=2)
+            assert max(apart.min(axis=0).max(), apart.min(axis=1).max()) <= 3**0.5 * made.hidden_mm[k, 0] + 1e-6
+            moves = np.linalg.norm(before[:, None] - origin - planned, axis=2).min(axis=1)
+            is_still = old.kind.directions is None and moves.max() <= STILL_MM
+            n_still += is_still
+            assert made.marks[k] == marks[k] or not is_still
+    assert n_still or not noise

@@ -126,7 +126,7 @@ def test_it_has_a_list(out: Path) -> None:
     assert cells["File"] == "parts/S001.step"
     pieces = [row for row in csv.reader(io.StringIO((out / "pieces.csv").read_text())) if row[2] == "bolt"]
     assert len(pieces) == N_BOLTS
-    assert all(row[1] == "S001" and row[4].endswith(f" v{row[3]}") for row in pieces)
+    assert all(row[1] == "S001" and row[5].endswith(f" v{row[4]}") for row in pieces)
     assert float(totals[head.index("Mass (kg)")]) == pytest.approx(N_BOLTS * 7.85e-6 * BOLT_MM3, abs=5e-4)
     book = openpyxl.load_workbook(out / "cutlist.xlsx")
     assert "Bolts" in book.sheetnames

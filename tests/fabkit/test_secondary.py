@@ -168,7 +168,7 @@ def test_tables_list_both_layers() -> None:
     assert {row[3][:2] for row in facets} == {"LB"}
     pieces = {row[0]: row for row in tables["pieces"].rows}
     lower = [row for row in pieces.values() if row[2] == "lower beam"]
-    assert all(row[4].startswith("LN") and row[6].startswith("LN") for row in lower)
+    assert all(row[5].startswith("LN") and row[7].startswith("LN") for row in lower)
     ends = [row[0] for row in cut_list(built.assembly, None)["lower beams"].rows]
     assert ends[0] == "LB001"
 

@@ -116,6 +116,12 @@ def test_texts_are_no_formulas(tmp_path: Path) -> None:
     assert {cell.value for cell in cells} >= {issued.author, *left_out}
 
 
+def test_the_legend_prints_on_upright_pages(tmp_path: Path) -> None:
+    write_xlsx(tmp_path / "a.xlsx", [], gridshell_summary(), NO_FACTS)
+    setup = openpyxl.load_workbook(tmp_path / "a.xlsx")["Legend"].page_setup
+    assert (setup.orientation, setup.paperSize) == ("portrait", 9)  # A4
+
+
 def test_columns_that_say_nothing_are_hidden(tmp_path: Path) -> None:
     columns = ("Mark", "Flange (mm)", "Mass (kg)", "File")
     table = Table("t", columns, (None, 1, 1, None), (("B1", None, 2.5, "parts/B1.step"),), ("Total", None, 2.5, None))

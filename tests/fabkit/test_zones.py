@@ -107,6 +107,9 @@ def goes_up(assembly: Assembly) -> None:
     faces = [set(numbers["panels"][panels.elements == face].tolist()) for face in range(MESH.n_faces)]
     assert [len(own) for own in faces] == [1] * MESH.n_faces  # both panes at once
     assert len(set.union(*faces)) == MESH.n_faces
+    last = {zone: numbers["panels"][assembly.zones.of(panels) == zone].max() for zone in spans}
+    fins = assembly["fins"]
+    assert (numbers["fins"] > [last[zone] for zone in assembly.zones.of(fins).tolist()]).all()
 
 
 def test_layers_go_up_from_the_beams_outwards_and_then_inwards() -> None:
@@ -154,6 +157,25 @@ def test_zones_that_cannot_be_are_told_in_a_sentence(zones: Any, sentence: str) 
         design(Project(mesh=MESH, mean_edge_mm=1500, zones=zones))
 
 
+def test_nodes_in_the_air_are_named() -> None:
+    mesh = dome(6, 3)
+    middles = np.array([mesh.vertices[face, 2].mean() for face in mesh.combinatorics.faces])
+    top = {"name": "Top", "faces": np.flatnonzero(middles > middles.max() - 1e-6).tolist()}
+    bottom = {"name": "Bottom"}
+
+    def propped(**own: Any) -> list[int]:
+        built = design(Project(mesh=mesh, mean_edge_mm=1500, nesting={"mode": "off"}, **own))
+        found = [finding for finding in built.summary.fitness if finding.name == "props"]
+        assert [finding.level for finding in found] in ([], ["note"])
+        return [vertex for finding in found for vertex in finding.elements]
+
+    on_top = {v for face in top["faces"] for v in mesh.combinatorics.face(face).tolist()}
+    (hanging,) = propped(zones=[top, bottom], supports={"loop": 0})
+    assert hanging in on_top
+    assert propped(zones=[bottom, top], supports={"loop": 0}) == []
+    assert propped(zones=[bottom, top]) == propped() == propped(supports={"loop": 0}) == []
+
+
 def test_facts_count_the_parts_of_each_zone(secondary: Assembly) -> None:
     (pieces,) = (table for table in piece_tables(secondary, None) if table.title == "pieces")
     zone, mass = (pieces.columns.index(title) for title in ("Zone", "Mass (kg)"))
@@ -189,9 +211,8 @@ def test_tables_and_models_agree_on_zones(folder: Path) -> None:
     data = (folder / "model.glb").read_bytes()
     nodes = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])["nodes"]
     of_zones = {child: node["name"] for k in nodes[0]["children"] for node in [nodes[k]] for child in node["children"]}
-    found = {nodes[part]["name"]: zone for group, zone in of_zones.items() for part in nodes[group]["children"]}
-    assert sorted(found) == sorted({name.split()[0] for name in zones})
-    assert sum(len(nodes[group]["children"]) for group in of_zones) == len(zones)
+    found = {part: zone for group, zone in of_zones.items() for part in nodes[group]["children"]}
+    assert [found[part] for part in sorted(found)] == list(zones.values())
 
 
 @pytest.mark.kernel
@@ -235,6 +256,13 @@ def test_a_piece_in_another_zone_is_a_difference(folder: Path, tmp_path: Path) -
     before, after = ({r["Piece"]: r["Zone"] for r in rows(each, "pieces")} for each in (folder, tmp_path / "b"))
     assert changed == {name: "Höhe now St John's" for name in before if before[name] != after[name]}
     assert len(changed) > 1
+
+
+def test_names_like_numbers_are_names_with_decimal_commas_too(tmp_path: Path) -> None:
+    own: dict[str, Any] = {"zones": [{"name": "1,5", "faces": [0]}, {"name": "2"}], "documents": ("tables", "step")}
+    tables = {"separator": ";", "decimal": ","}
+    build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out=tmp_path / "a", tables=tables, **own))
+    assert check_folder(tmp_path / "a") == ()
 
 
 def test_a_structure_without_zones_has_none() -> None:

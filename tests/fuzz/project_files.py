@@ -48,6 +48,10 @@ thickness_mm = 8
 joint_mm = 12
 seat_mm = 3
 
+[[zones]]
+name = "North"
+below_mm = 9e8
+
 [sheets]
 length_mm = 3000
 width_mm = 2000

@@ -7,24 +7,26 @@ ezdxf writes the head and the tables of a file once; the polylines are set into 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from io import StringIO
+from itertools import islice
 from pathlib import Path
 from textwrap import wrap
 from typing import Literal, TextIO
 
 import numpy as np
-from ezdxf import new, options  # type: ignore[attr-defined]
+from ezdxf import options  # type: ignore[attr-defined]
 from ezdxf.document import Drawing as Document
 from pydantic_core import to_json
 
-from fabkit.parts import Curves
+from fabkit.errors import OutputError
+from fabkit.parts import Curves, Ragged
 from fabkit.production import CUT, HIDDEN, LABEL, MARK, SHEET, VISIBLE, Drawing
 from geometry.arrays import FloatArray
 
-__all__ = ["shown_text", "write_dxf"]
+__all__ = ["shown_text", "write_dxf", "write_dxfs"]
 
 Version = Literal["R2018", "R2010", "R12"]
 
@@ -43,6 +45,9 @@ a letter over its height, as wide as any program draws them."""
 DXF_DECIMALS = 9
 """Decimals of coordinates in DXF files: 1e-9 mm, the precision of double numbers on a sheet of 10 m."""
 
+DRAWINGS_PER_BATCH = 200
+"""Number of drawings whose points are put into text together: some 10 MB."""
+
 SLOTS = tuple(9e9 + k for k in range(7))
 """Numbers that stand in a template for the extents (low, high) and for the middle and height of the view."""
 ENTITIES = "  2\nENTITIES\n"
@@ -55,7 +60,7 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
 
     R2010, R2018: LWPOLYLINE, $INSUNITS 4 (millimetres). R12: POLYLINE; that version knows no unit, so it belongs into
     the name of the file. The notes stand as comments at the head, and but for R12 also among the drawing's properties;
-    the title is text on a layer of its own, below everything else.
+    the title is text on a layer of its own, below everything else. Raises OutputError for a drawing of nothing.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -67,33 +72,63 @@ def write_dxf(target: Path | TextIO, drawing: Drawing, *, version: Version = "R2
     >>> drawing.name, Path("panel.dxf").read_text().count("LWPOLYLINE") > 10
     ('P001', True)
     """
-    template = _template(version, drawing.notes, tuple(drawing.layers))
-    handles = iter(range(template.first_handle, 2**62))
-    write = _polyline if version == "R12" else _lwpolyline
-    curves = Curves.joined(drawing.layers.values())
-    curves = Curves(curves.values.round(DXF_DECIMALS) + 0.0, curves.starts)
-    layers = [layer for layer, own in drawing.layers.items() for _ in range(len(own))]
-    entities = [
-        write(layer, points, closed, template.owner, handles)
-        for layer, (points, closed) in zip(layers, _texts(curves), strict=True)
-    ]
-    circles = [(layer, each) for layer, own in drawing.circles.items() for each in own.round(DXF_DECIMALS) + 0.0]
-    entities += [_circle(version, layer, each, template.owner, handles) for layer, each in circles]
-    reach = [each[:2] + side * each[2] for _, each in circles for side in (-1, 1)]
-    points = np.concatenate([curves.values, *(each[None] for each in reach)])
-    low, high = points.min(axis=0), points.max(axis=0)
-    letters = TITLE_SHARE * float((high - low).max())
-    lines = [part for line in drawing.title for part in wrap(line, TITLE_LETTERS)]
-    for line in lines:
-        low = low - [0.0, 1.6 * letters]
-        entities.append(_text(version, line, low, letters, template.owner, handles))
-    width = LETTER_WIDTH * letters * max(map(len, lines), default=0)
-    high = np.maximum(high, low + np.array([width, 0.0]))
-    text = template.fill("".join(entities), low, high, next(handles))
+    (text,) = _files([drawing], version)
     if isinstance(target, Path):
-        target.write_bytes(text.encode())
+        target.write_bytes(text)
     else:
-        target.write(text)
+        target.write(text.decode())
+
+
+def write_dxfs(folder: Path, drawings: Iterable[Drawing], *, version: Version = "R2010", suffix: str = ".dxf") -> None:
+    """Write a file for each drawing, named like it, into an existing folder; otherwise as `write_dxf`.
+
+    >>> from fabkit import Project, design
+    >>> from geometry.mesh.shapes import dome
+    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
+    >>> from fabkit.formats.drawings import write_dxfs
+    >>> from fabkit.production import panel_drawings
+    >>> write_dxfs(Path(), panel_drawings(built.assembly))
+    >>> sorted(path.name for path in Path().glob("*.dxf"))
+    ['P001.dxf', 'P002.dxf']
+    """
+    left = iter(drawings)
+    while batch := list(islice(left, DRAWINGS_PER_BATCH)):
+        for drawing, text in zip(batch, _files(batch, version), strict=True):
+            (folder / f"{drawing.name}{suffix}").write_bytes(text)
+
+
+def _files(drawings: Sequence[Drawing], version: Version) -> Iterator[bytes]:
+    """The content of the file of each drawing."""
+    curves = Curves.joined(own for drawing in drawings for own in drawing.layers.values())
+    curves = Curves(curves.values.round(DXF_DECIMALS) + 0.0, curves.starts)
+    ends = np.cumsum([0, *(sum(len(own.values) for own in drawing.layers.values()) for drawing in drawings)])
+    points, lines = Ragged(curves.values, ends), _texts(curves)
+    write = _polyline if version == "R12" else _lwpolyline
+    extents = zip(points.reduced(np.minimum, np.inf), points.reduced(np.maximum, -np.inf), strict=True)
+    for drawing, (low, high) in zip(drawings, extents, strict=True):
+        template = _template(version, drawing.notes, tuple(drawing.layers))
+        owner, handles = template.owner, iter(range(template.first_handle, 2**62))
+        entities = [
+            write(layer, *next(lines), owner, handles) for layer, own in drawing.layers.items() for _ in range(len(own))
+        ]
+        for layer, circles in drawing.circles.items():
+            for circle in circles.round(DXF_DECIMALS) + 0.0:
+                entities.append(_circle(version, layer, circle, owner, handles))
+                low, high = np.minimum(low, circle[:2] - circle[2]), np.maximum(high, circle[:2] + circle[2])
+        if not np.isfinite([low, high]).all():
+            raise OutputError(
+                f"the drawing {drawing.name} has no curves, or coordinates that are not finite; leave it out"
+            )
+        letters = TITLE_SHARE * float((high - low).max())
+        x, y = low.tolist()
+        entity = _text(version, x, letters, owner)
+        words = _wrapped(drawing.title)
+        for line in words:
+            y -= 1.6 * letters
+            entities.append(entity % (next(handles), y, shown_text(line, version)))
+        right, top = high.tolist()
+        right = max(right, x + LETTER_WIDTH * letters * max(map(len, words), default=0))
+        yield template.fill("".join(entities), (x, y), (right, top), next(handles)).encode()
 
 
 @dataclass(frozen=True)
@@ -106,9 +141,10 @@ class _Template:
     owner: str
     first_handle: int
 
-    def fill(self, entities: str, low: FloatArray, high: FloatArray, seed: int) -> str:
-        middle, height = (low + high) / 2, 1.05 * float((high - low).max())
-        numbers = [*low.tolist(), *high.tolist(), *middle.tolist(), height]
+    def fill(self, entities: str, low: Sequence[float], high: Sequence[float], seed: int) -> str:
+        middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
+        height = 1.05 * max(b - a for a, b in zip(low, high, strict=True))
+        numbers = [*low, *high, *middle, height]
         values = [*(f"{value!r}\n" for value in numbers), f"$HANDSEED\n  5\n{seed:X}\n", ENTITIES + entities]
         filled = [piece + values[slot] for piece, slot in zip(self.pieces, self.slots, strict=False)]
         return "".join([*filled, self.pieces[-1]])
@@ -134,7 +170,7 @@ def _template(version: Version, notes: tuple[str, ...], layers: tuple[str, ...])
 
 
 def _document(version: Version, notes: tuple[str, ...], layers: tuple[str, ...]) -> Document:
-    document = new(version)
+    document = Document.new(version)  # `ezdxf.new` logs for R12 that it has no unit
     for kind in sorted(document.entitydb.dxf_types_in_use()):
         document.classes.add_class(kind)  # else ezdxf adds them in the order of a set, another one in each process
     document.header["$MEASUREMENT"] = 1
@@ -157,25 +193,27 @@ def _texts(curves: Curves) -> Iterator[tuple[list[str], int]]:
     """Of each curve the points to write, as text, and whether it is closed; of a closed one without the last point.
 
     pydantic's JSON writer is ten times as fast as repr."""
-    text = to_json(curves.values.tolist()).decode()[2:-2]
-    points = text.replace("],[", ";").replace(",", "\n 20\n").split(";")
+    numbers = to_json(curves.values.ravel().tolist()).decode()[1:-1].split(",")
+    points = list(map("\n 20\n".join, zip(numbers[::2], numbers[1::2], strict=True)))
     starts, closed = curves.starts.tolist(), curves.is_closed.astype(int).tolist()
     for start, end, is_closed in zip(starts[:-1], starts[1:], closed, strict=True):
         yield points[start : end - is_closed], is_closed
 
 
-def _text(version: Version, line: str, at: FloatArray, height: float, owner: str, handles: Iterator[int]) -> str:
-    """A line of text."""
-    shown = shown_text(line, version)
-    place = f" 10\n{float(at[0])!r}\n 20\n{float(at[1])!r}\n 30\n0.0\n 40\n{height!r}\n  1\n{shown}\n"
+def _text(version: Version, x: float, height: float, owner: str) -> str:
+    """A line of text, but for its handle, y and words."""
+    place = f" 10\n{x!r}\n 20\n%r\n 30\n0.0\n 40\n{height!r}\n  1\n%s\n"
     if version == "R12":
-        return f"  0\nTEXT\n  5\n{next(handles):X}\n  8\n{TITLE}\n{place}"
-    head = f"  0\nTEXT\n  5\n{next(handles):X}\n330\n{owner}\n100\nAcDbEntity\n  8\n{TITLE}\n100\nAcDbText\n"
+        return f"  0\nTEXT\n  5\n%X\n  8\n{TITLE}\n{place}"
+    head = f"  0\nTEXT\n  5\n%X\n330\n{owner}\n100\nAcDbEntity\n  8\n{TITLE}\n100\nAcDbText\n"
     return f"{head}{place}100\nAcDbText\n"
 
 
-@lru_cache(maxsize=4096)
-def shown_text(line: str, version: Version) -> str:
+def _wrapped(title: Sequence[str]) -> list[str]:
+    return [part for line in title for part in (wrap(line, TITLE_LETTERS) if len(line) > TITLE_LETTERS else [line])]
+
+
+def shown_text(line: str, version: str) -> str:
     """A line of text as it is written: without the codes of such texts; for R12, which has no UTF-8, what is not ASCII
     as \\U+00DF.
 
@@ -184,6 +222,8 @@ def shown_text(line: str, version: Version) -> str:
     '50 % % gr\\\\U+00FCn'
     """
     plain = _CODE.sub("/", line.replace("%%", "% %").replace("^", "^ "))
+    if plain.isascii() and plain.isprintable():
+        return plain
     known = "".join(letter if letter.isprintable() and letter <= "\uffff" else "?" for letter in plain)
     return "".join(letter if letter.isascii() or version != "R12" else f"\\U+{ord(letter):04X}" for letter in known)
 

@@ -35,6 +35,14 @@ def _inside(path: str) -> str:
     return path
 
 
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON. Raises ValueError where it has a key twice."""
+    found = dict(pairs)
+    if len(found) != len(pairs):
+        raise ValueError
+    return found
+
+
 _Inside = Annotated[str, AfterValidator(_inside)]
 _Number = Annotated[float, AllowInfNan(False)]
 
@@ -75,6 +83,7 @@ class FolderTable:
     columns: tuple[str, ...]
     rows: tuple[dict[str, str], ...]
     totals: dict[str, str]
+    left_out: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[dict[str, str]]:
         return iter(self.rows)
@@ -97,7 +106,7 @@ class Contents:
             f"{path} cannot be read as that of a build: it is damaged, or of another version of fabkit; build the "
         )
         try:
-            manifest = json.loads(path.read_bytes())
+            manifest = json.loads(path.read_bytes(), object_pairs_hook=_once)
             written, own = manifest["versions"]["fabkit"], version("fabkit")
         except (ValueError, LookupError, TypeError, RecursionError):
             raise FolderError(f"{damaged}folder again") from None
@@ -146,6 +155,11 @@ class Contents:
             raise FolderError(f"{name} is not text in UTF-8") from None
         return text.replace("\r\n", "\n").replace("\r", "\n")
 
+    def as_read(self, cell: str) -> str:
+        """A text as a table has it once it is read, with a decimal point where it looks like a number."""
+        has_comma = self.rules.decimal == "," and _COMMA_NUMBER.fullmatch(cell)
+        return cell.replace(",", ".") if has_comma else cell
+
     def table(self, name: str) -> FolderTable:
         """A table by its name, such as `pieces`, read once. Raises FolderError where it is missing or damaged."""
         if name not in self._tables:
@@ -173,14 +187,17 @@ class Contents:
             if len(row) != len(head):
                 raise FolderError(f"row {number} of {file} has {len(row)} cells, its heading {len(head)}")
         if self.rules.decimal == ",":
-            rows = [[cell.replace(",", ".") if _COMMA_NUMBER.fullmatch(cell) else cell for cell in row] for row in rows]
+            rows = [[self.as_read(cell) for cell in row] for row in rows]
         if len(set(head)) != len(head):
             raise FolderError(f"two columns of {file} have the same name")
         own = [dict(zip(head, row, strict=True)) for row in rows]
         first = head[0]
-        totals = next((row for row in own if row[first] == "Total"), {})
+        totals = [row for row in own if row[first] == "Total"]
+        if len(totals) > 1:
+            raise FolderError(f"{file} has its totals twice")
+        left_out = tuple(row[first] for row in own if row[first].startswith("left out:"))
         kept = [row for row in own if row[first] != "Total" and not row[first].startswith("left out:")]
-        return FolderTable(tuple(head), tuple(kept), totals)
+        return FolderTable(tuple(head), tuple(kept), totals[0] if totals else {}, left_out)
 
 
 def in_words(error: Exception) -> str:

@@ -17,6 +17,8 @@ from fabkit.formats.finished.step_checks import (
     DIRECTION_TOLERANCE,
     MASS_TOLERANCE_KG,
     PartFile,
+    check_centres,
+    check_mark_points,
     check_model,
     check_part,
     part_file,
@@ -29,6 +31,9 @@ from geometry.arrays import FloatArray
 
 __all__ = ["check_folder"]
 
+PARALLEL_OFFSET = 2e-9
+"""Largest distance that an end of an edge of S.obj, which has unit size, may lie off the direction of its edge of
+M.obj: twice that of a pair, since both are rounded; edges of S may vanish."""
 PARALLEL_SINE = 1e-7
 """Largest sine of the angle between an edge of M.obj and that of S.obj, whose numbers have all their digits: far above
 their rounding, far below what a changed digit does unless it is one of the last."""
@@ -134,8 +139,9 @@ def _of_workbook(contents: Contents) -> Iterator[str]:
         for number, (one, other) in enumerate(zip(shown, rows, strict=False), start=1):
             if len(one) != len(other) or not all(map(_agree, one, other)):
                 yield f"row {number} of {name} is not that of the workbook"
-        if len(rows) < len(shown):
-            yield f"{name} has {len(shown)} rows, its sheet in the workbook {len(rows)}"
+        below = len(table.left_out) + bool(table.totals)
+        if len(rows) != len(shown) + below and (table.totals or not below):
+            yield f"{name} has {len(shown) + below} rows, its sheet in the workbook {len(rows)}"
 
 
 def _agree(text: str, cell: str) -> bool:
@@ -166,6 +172,10 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
             yield from check_part(contents, part, rows[mark])
     if "model.step" in contents.files and parts and "placements.csv" in contents.files:
         yield from _caught("model.step", check_model(contents, parts))
+    if parts and "placements.csv" in contents.files:
+        yield from _caught("placements.csv", check_centres(contents, parts))
+    if parts and "mark_points.csv" in contents.files:
+        yield from _caught("mark_points.csv", check_mark_points(contents, parts))
     yield from _caught("the drawings", check_drawings(contents, parts))
     yield from _of_panel_edges(contents, {mark: part.solid.outline for mark, part in parts.items()})
 
@@ -220,8 +230,9 @@ def _of_edges(vertices: FloatArray, normals: FloatArray, faces: list[str]) -> It
     rings = [[int(word) - 1 for word in line.split()[1:]] for line in faces]
     pairs = np.array([pair for ring in rings for pair in zip(ring, [*ring[1:], ring[0]], strict=True)])
     along, image = (points[pairs[:, 1]] - points[pairs[:, 0]] for points in (vertices, normals))
-    lengths = np.linalg.norm(along, axis=1) * np.linalg.norm(image, axis=1)
-    off = np.linalg.norm(np.cross(along, image), axis=1) > PARALLEL_SINE * lengths
+    lengths = np.linalg.norm(along, axis=1)
+    bounds = lengths * np.maximum(PARALLEL_SINE * np.linalg.norm(image, axis=1), PARALLEL_OFFSET)
+    off = np.linalg.norm(np.cross(along, image), axis=1) > bounds
     for tail, head in pairs[off & (pairs[:, 0] < pairs[:, 1])].tolist():
         yield f"the edge from vertex {tail} to vertex {head} (counted from 0) of M.obj is not parallel to that of S.obj"
 

@@ -7,13 +7,15 @@ import binascii
 import json
 import re
 from collections.abc import Iterator
+from html import unescape
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents
+from fabkit.formats.finished.contents import Contents, workbook_tables
+from fabkit.formats.report import report_values
 from fabkit.production import table_file
 
 __all__ = ["check_glb", "check_report", "report_data", "same_text"]
@@ -41,6 +43,9 @@ def check_glb(contents: Contents) -> Iterator[str]:
     if np.abs(np.linalg.norm(normals.astype(float), axis=1) - 1).max(initial=0.0) > NORMAL_TOLERANCE:
         yield "model.glb has a normal that is no unit vector"
     accessors = head["accessors"]
+    children = [child for node in head["nodes"] for child in node.get("children", ())]
+    if sorted(children) != list(range(1, len(head["nodes"]))):
+        yield "model.glb has a node in no group, or in two"
     for mesh in head["meshes"]:
         (primitive,) = mesh["primitives"]
         accessor = accessors[primitive["attributes"]["POSITION"]]
@@ -119,6 +124,12 @@ def check_report(contents: Contents) -> Iterator[str]:
     except binascii.Error:
         yield "the model in report.html is damaged"
         return
+    try:
+        values = report_values(contents.text("report.html"))
+    except ValueError:
+        yield "the program, the style or a heading of report.html is not that of this version of fabkit"
+        return
+    yield from _check_facts(contents, values["key_facts"] + values["mesh_facts"])
     around = zip(("node_facets", "panel_edges"), (each[1] for each in page["around"]), strict=True)
     for name, table in [*page["tables"].items(), ("pieces", page["pieces"]), *around]:
         if table_file(name) in contents.files:
@@ -133,8 +144,76 @@ def check_report(contents: Contents) -> Iterator[str]:
         own = numbers[first : first + 12 * page["model"]["points"]]
         head, body = _glb(contents)
         drawn = _points(body[slice(*_extent(head["bufferViews"][0]))])
+        yield from _check_arrays(contents, page["model"], numbers[: 36 * sum(counts)])
         if not drawn <= _points(own):  # the page also has the centres of rounds
             yield "the model in report.html is not that in model.glb"
+
+
+def _check_arrays(contents: Contents, model: dict[str, Any], data: npt.NDArray[np.uint8]) -> Iterator[str]:
+    """The places, turns, shapes and colours of the parts in the page against the table of placements."""
+    at, places, turns, shapes = 0, [], [], []
+    for layer in model["layers"]:
+        n = layer["count"]
+        own = data[at : at + 36 * n].view("<f4")
+        numbers, at = own[7 * n :].view("<u4").reshape(2, n), at + 36 * n
+        if numbers[1].max(initial=0) >= len(layer["colours"]):
+            yield f"{layer['name']} in report.html have a colour that it does not know"
+        if layer["name"] != "left out":
+            places.append(own[: 3 * n].reshape(n, 3))
+            turns.append(own[3 * n : 7 * n].reshape(n, 4))
+            shapes.append(numbers[0])
+    if not places or "placements.csv" not in contents.files:
+        return
+    rows = contents.table("placements").rows
+    middle = np.array(contents.manifest["origin"]["mm"]) + model["middle_mm"]
+    own = 1000 * np.concatenate(places).astype(float)
+    if len(own) != len(rows):
+        yield f"report.html shows {len(own)} parts, placements.csv has {len(rows)}"
+        return
+    wanted = np.array([[float(row[f"Origin {axis} (mm)"]) for axis in "xyz"] for row in rows]) - middle
+    x, y, z, w = np.concatenate(turns).astype(float).T
+    axis = np.transpose([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)])
+    along = np.array([[float(row[f"X axis {axis}"]) for axis in "xyz"] for row in rows])
+    off = np.abs(own - wanted).max(axis=1) > GLB_TOLERANCE_MM + NORMAL_TOLERANCE * np.abs(wanted).max()
+    off |= np.abs(axis - along).max(axis=1) > NORMAL_TOLERANCE
+    off |= np.abs(x * x + y * y + z * z + w * w - 1) > NORMAL_TOLERANCE
+    for k in np.flatnonzero(off).tolist():
+        yield f"{rows[k]['Piece']} is not where report.html shows it"
+    if np.concatenate(shapes).max(initial=0) >= model["shapes"]:
+        yield "report.html shows a shape that it does not have"
+
+
+_FACT = re.compile(
+    r"<div><dt>([^<]*)</dt><dd>([^<]*?)(?: <small>([^<]*)</small>)?</dd></div>"
+    r"|<tr><th scope=\"row\">([^<]*)</th><td(?: class=\"text\")?>([^<]*)"
+    r"(?:<br><small class='soft'>([^<]*)</small>)?</td></tr>"
+)
+
+
+def _check_facts(contents: Contents, html: str) -> Iterator[str]:
+    """The facts of the page against the summary of the workbook."""
+    if _FACT.sub("", html).strip():
+        yield "report.html has a fact that cannot be read"
+    if "cutlist.xlsx" not in contents.files:
+        return
+    summary = workbook_tables(contents, "cutlist.xlsx")["Summary"]
+    known = {row[0].partition(" (")[0]: (row[1], row[2]) for row in summary if len(row) == 3}
+    for groups in _FACT.findall(html):
+        name, text, note = map(unescape, groups[:3] if groups[0] else groups[3:])
+        value, beside = known.get(name, ("", ""))
+        if not (text.startswith(value) or _rounded(text, value)) or note != beside or not value:
+            yield f"report.html says {name}: {text} {note}, the workbook {value} {beside}".replace("  ", " ")
+
+
+def _rounded(text: str, value: str) -> bool:
+    """Whether a text begins with a number that rounds the value."""
+    try:
+        shown = text.split()[0].replace(",", "")
+        digits, _, power = shown.partition("e")
+        half = 0.51 * 10.0 ** (int(power or 0) - len(digits.partition(".")[2]))
+        return abs(float(shown) - float(value)) <= half
+    except (ValueError, IndexError):
+        return False
 
 
 def _points(data: npt.NDArray[np.uint8]) -> set[bytes]:

@@ -16,10 +16,14 @@ from fabkit.formats.step.entities import FIRST_FREE_ID
 from fabkit.parts import Ragged, blanks
 from geometry.arrays import FloatArray
 
-__all__ = ["PartFile", "check_model", "check_part", "part_file"]
+__all__ = ["PartFile", "check_centres", "check_mark_points", "check_model", "check_part", "part_file"]
 
 COORDINATE_TOLERANCE_MM, DIRECTION_TOLERANCE = 0.0011, 2e-9
 """Largest difference of what is written in tables with 3 decimals, in mm, and of unit vectors with 9 decimals."""
+POINT_TOLERANCE_MM = 1e-8
+"""Largest difference in mm of a corner with 9 decimals from that of a part file."""
+LEAST_CORNERS = 4
+"""Number of points that are written of a mark at least: of a round bar both rims and their centres."""
 MASS_TOLERANCE_KG = 0.00051
 """Largest difference in kg of a mass with 3 decimals."""
 _INSTANCE = re.compile(
@@ -126,6 +130,75 @@ def check_model(contents: Contents, parts: dict[str, PartFile]) -> Iterator[str]
     yield from _check_instances(contents, text, marks)
     for mark in parts.keys() - marks.values():
         yield f"model.step lacks the part {mark}"
+
+
+def check_centres(contents: Contents, parts: dict[str, PartFile]) -> Iterator[str]:
+    """The centres of mass in the table of placements against those that the part files state."""
+    rows = [row for row in contents.table("placements") if row["Mark"] in parts]
+    if not rows:
+        return
+    own = np.array([parts[row["Mark"]].solid.centre for row in rows])
+    origins, x, z, centres = (
+        np.array([_vector(row, name, unit) for row in rows])
+        for name, unit in (("Origin", " (mm)"), ("X axis", ""), ("Z axis", ""), ("Centre", " (mm)"))
+    )
+    axes = np.stack([x, np.cross(z, x), z], axis=1)
+    off = np.abs(origins + np.einsum("pi,pik->pk", own, axes) - centres).max(axis=1)
+    for k in np.flatnonzero(off > 2 * COORDINATE_TOLERANCE_MM + DIRECTION_TOLERANCE * np.abs(own).max()).tolist():
+        yield f"the centre of {rows[k]['Piece']} in placements.csv is {off[k]:.3f} mm off that of its part file"
+
+
+def check_mark_points(contents: Contents, parts: dict[str, PartFile]) -> Iterator[str]:
+    """The points by which marks are recognised against the corners and faces of the part files."""
+    tables = {row["Mark"]: (group, row) for group, table in contents.tables_of_marks() for row in table}
+    points: dict[str, dict[str, list[list[float]]]] = {mark: {"corner": [], "direction": []} for mark in tables}
+    earlier: Counter[str] = Counter()  # of marks that no piece has any more
+    for number, row in enumerate(contents.table("mark_points"), start=2):
+        point = [float(row[axis]) for axis in "xyz"]
+        if row["Mark"] not in tables:
+            earlier[row["Mark"]] += 1
+        if row["Mark"] in tables:
+            points[row["Mark"]][row["Point"]].append(point)
+            group, own = tables[row["Mark"]]
+            wanted = ", ".join(own[column] for column in ("Material", "Section") if own.get(column))
+            is_alike = row["Material"] == wanted if "Section" in own else row["Material"].startswith(wanted)
+            if row["Group"] != group or not is_alike:
+                said = f"{row['Group']} of {row['Material']}"
+                yield f"row {number} of mark_points.csv has {said}, and {row['Mark']} is one of {group} of {wanted}"
+    for mark, count in earlier.items():
+        if count < LEAST_CORNERS:
+            yield f"mark_points.csv has {count} points of {mark}, which no table has"
+    for mark, found in points.items():
+        if mark not in parts:
+            continue
+        solid, corners, directions = parts[mark].solid, *(np.array(each).reshape(-1, 3) for each in found.values())
+        if len(solid.rounds):
+            is_whole = _are_of_round(corners, solid)
+        else:
+            is_whole = corners.shape == solid.corners.shape and bool(
+                np.abs(corners - solid.corners).max() <= POINT_TOLERANCE_MM
+            )
+        if not is_whole:
+            yield f"mark_points.csv does not have the corners of {mark}"
+        off = np.abs(np.linalg.norm(directions, axis=1) - 1)
+        if not len(solid.rounds) and len(directions):
+            off = np.maximum(off, np.abs(directions[:, None] - solid.normals).max(axis=2).min(axis=1))
+        if off.max(initial=0.0) > 2 * POINT_TOLERANCE_MM:
+            yield f"mark_points.csv does not have the directions of the facets of {mark}"
+        n_facets = int(tables[mark][1].get("Valence") or 0)
+        if len(directions) != n_facets:
+            yield f"mark_points.csv has {len(directions)} directions of {mark}, which has {n_facets} facets"
+
+
+def _are_of_round(points: FloatArray, solid: PartSolid) -> bool:
+    """Whether the points of a solid with rounds are its corners, or not farther from the axis of a round than the sharp
+    corner that it replaces."""
+    if not len(points):
+        return False
+    near = np.abs(points[:, None] - solid.corners).max(axis=2).min(axis=1, initial=np.inf) <= POINT_TOLERANCE_MM
+    from_axis = np.cross(points[:, None] - solid.rounds[:, :3], solid.rounds[:, 3:6])
+    near |= (np.linalg.norm(from_axis, axis=2) <= np.sqrt(2) * solid.rounds[:, 6] + POINT_TOLERANCE_MM).any(axis=1)
+    return bool(near.all())
 
 
 def _check_instances(contents: Contents, text: str, marks: dict[int, str]) -> Iterator[str]:

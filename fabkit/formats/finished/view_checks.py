@@ -10,7 +10,8 @@ from fabkit.formats.finished.dxf_checks import are_texts
 from fabkit.formats.finished.dxf_files import DxfFile
 from fabkit.formats.finished.part_geometry import PartSolid
 from fabkit.production import HIDDEN, LABEL, VISIBLE
-from geometry.arrays import FloatArray
+from fabkit.production.part_drawing import SAME_LINE_MM
+from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["check_views"]
 
@@ -40,7 +41,7 @@ def check_views(name: str, file: DxfFile, solid: PartSolid, texts: tuple[str, ..
         at = ", ".join(f"{value:.3f}" for value in free[0, 0])
         yield f"{name} has a line from ({at}) that is not an edge of the solid"
     long = np.linalg.norm(seen[:, 1] - seen[:, 0], axis=1) > LEAST_LINE_MM
-    if not len(solid.rounds) and (long & ~near.any(axis=0)).any():
+    if not len(solid.rounds) and (long & ~_are_drawn(seen, lines)).any():
         yield f"{name} lacks an edge of the solid"
     if len(np.unique(np.round(_ordered(lines).reshape(-1, 4), 6), axis=0)) != len(lines):
         yield f"{name} has a line twice"
@@ -48,9 +49,7 @@ def check_views(name: str, file: DxfFile, solid: PartSolid, texts: tuple[str, ..
         yield f"{name} has a curve that is no arc"
     rings = np.array([ring for own in file.circles.values() for ring in own]).reshape(-1, 3)
     if not len(rings) or len(solid.rounds):
-        axes = np.concatenate([_seen(solid.rounds[:, None, :3], solid, k)[:, 0] for k in (2, 1)])
-        circles = np.concatenate([axes, np.tile(solid.rounds[:, 6:], (2, 1))], axis=1)
-        off = np.abs(rings[:, None] - circles).max(axis=2).min(axis=1, initial=np.inf) if len(rings) else np.zeros(0)
+        off = np.minimum(*(_off_axes(rings, solid, up) for up in (2, 1)))
     else:
         off = np.full(1, np.inf)
     if off.max(initial=0.0) > LINE_TOLERANCE_MM:
@@ -66,6 +65,28 @@ def _seen(points: FloatArray, solid: PartSolid, up: int) -> FloatArray:
     down = 0.0 if up == 2 else reach[:, 2].min() - VIEWS_APART_MM - reach[:, 1].max()
     found: FloatArray = points[..., [0, up]] + [0.0, down]
     return found
+
+
+def _are_drawn(edges: FloatArray, lines: FloatArray) -> BoolArray:
+    """(n,) whether each edge (n, 2, 2) is among the lines, from either end, or so near to one that both are one."""
+    apart = [
+        np.abs(lines[:, None, ::step] - edges).reshape(len(lines), -1, 4).max(axis=2).min(axis=0, initial=np.inf)
+        for step in (1, -1)
+    ]
+    return np.asarray(np.minimum(*apart) <= SAME_LINE_MM + LINE_TOLERANCE_MM)
+
+
+def _off_axes(rings: FloatArray, solid: PartSolid, up: int) -> FloatArray:
+    """(n,) how far circles (n, 3), centre and radius, are from the nearest round of the solid, anywhere along its axis,
+    which may be seen a little obliquely."""
+    along = solid.rounds[:, [3, 3 + up]]
+    sizes = np.linalg.norm(along, axis=1)
+    units = along / np.where(sizes > 0, sizes, 1.0)[:, None]
+    away = rings[:, None, :2] - _seen(solid.rounds[:, :3], solid, up)
+    limit = sizes * np.ptp(solid.corners, axis=0).max()
+    away -= np.clip(np.einsum("nrk,rk->nr", away, units), -limit, limit)[..., None] * units
+    off = np.maximum(np.abs(away).max(axis=2), np.abs(rings[:, None, 2] - solid.rounds[:, 6]))
+    return np.asarray(off.min(axis=1, initial=np.inf))
 
 
 def _ordered(lines: FloatArray) -> FloatArray:

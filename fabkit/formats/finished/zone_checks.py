@@ -22,8 +22,8 @@ def check_zones(contents: Contents) -> Iterator[str]:
         return
     pieces = {row["Piece"]: row for row in contents.table("pieces")}
     zones = contents.manifest["settings"].get("zones") or []
-    names = [zone["name"] for zone in zones]
-    chosen = {face: zone["name"] for zone in zones for face in zone["faces"] or ()}
+    names = [contents.as_read(zone["name"]) for zone in zones]
+    chosen = {face: name for zone, name in zip(zones, names, strict=True) for face in zone["faces"] or ()}
     spans: dict[str, list[int]] = {}
     for piece, row in pieces.items():
         if row["Zone"] not in (names or [""]):
@@ -63,7 +63,7 @@ def _of_model(contents: Contents, pieces: dict[str, dict[str, str]]) -> Iterator
     """Sub-assemblies: each piece in a group of its zone."""
     found = [(name, int(into), int(own)) for name, into, own in _INSIDE.findall(contents.text("model.step"))]
     of_groups = {own: into for name, into, own in found if name not in pieces}
-    of_zones = {own: name for name, _, own in found if name not in pieces}
+    of_zones = {own: contents.as_read(name) for name, _, own in found if name not in pieces}
     for name, into, _ in found:
         if name in pieces and of_zones.get(of_groups.get(into, 0), "") != string(pieces[name]["Zone"]):
             yield f"model.step does not have {name} in zone {pieces[name]['Zone']}"

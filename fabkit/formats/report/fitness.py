@@ -30,6 +30,7 @@ TITLES = {
     "short-edges": "Short edges of panels",
     "panel-masses": "Heavy panels",
     "going-in": "Beams that do not go in from outside",
+    "props": "Nodes that have to be propped",
     "sheets": "Panels larger than the sheets",
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from html import escape
@@ -10,10 +11,13 @@ from string import Template
 
 from fabkit.formats.report.text import json_text
 
-__all__ = ["css_name", "html_page", "key_facts", "model_html", "part_of_page"]
+__all__ = ["css_name", "html_page", "key_facts", "model_html", "part_of_page", "report_values"]
 
 SHARED_SCRIPTS = ("model.js", "camera.js", "program.js", "viewer.js", "table.js", "controls.js")
 """Scripts of every page, before its own."""
+
+REPORT_SCRIPTS = ("card.js", "page.js")
+"""Scripts of the page of a build, after those."""
 
 
 @cache
@@ -80,3 +84,30 @@ def key_facts(facts: Iterable[tuple[str, str, str]]) -> str:
         f"<div><dt>{escape(name)}</dt><dd>{escape(value)}{f' <small>{escape(note)}</small>' if note else ''}</dd></div>"
         for name, value, note in facts
     )
+
+
+def report_values(page: str) -> dict[str, str]:
+    """What stands in a page of a build in the places of the values of its templates. Raises ValueError where the rest,
+    its program or its style are not those of this version.
+
+    >>> from fabkit import Project, build
+    >>> from geometry.mesh.shapes import dome
+    >>> from pathlib import Path
+    >>> from fabkit.formats.report import report_values
+    >>> _ = build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out="roof"))
+    >>> report_values(Path("roof/report.html").read_text())["name"]
+    'structure'
+    """
+    model = _text("model.html").replace("$colours", _text("colours.html")).replace("$find", "Find a mark or piece")
+    template = _text("page.html").replace("$body", _text("report.html").replace("$model", model))
+    first, *rest = re.split(r"\$(\w+)", template)
+    at, found = len(first), {}
+    for name, fixed in zip(rest[::2], rest[1::2], strict=True):
+        end = page.index(fixed, at) if fixed else at
+        found[name], at = page[at:end], end + len(fixed)
+    scripts = "".join(map(_text, (*SHARED_SCRIPTS, *REPORT_SCRIPTS)))
+    if not page.startswith(first) or at != len(page) or found["script"] != scripts:
+        raise ValueError
+    if not found["style"].endswith(_text("page.css")):
+        raise ValueError
+    return found

@@ -15,7 +15,7 @@ import numpy as np
 
 from fabkit.formats.report.figures import histogram, sheet_picture
 from fabkit.formats.report.fitness import fitness_html
-from fabkit.formats.report.html_page import css_name, html_page, key_facts, model_html, part_of_page
+from fabkit.formats.report.html_page import REPORT_SCRIPTS, css_name, html_page, key_facts, model_html, part_of_page
 from fabkit.formats.report.model import model_data
 from fabkit.formats.report.tables import cells_data, table_html
 from fabkit.formats.shown import left_out_bars, placed_parts
@@ -95,7 +95,7 @@ def report_html(
         summary.name,
         body,
         colours=_colours(assembly),
-        scripts=("card.js", "page.js"),
+        scripts=REPORT_SCRIPTS,
         data=data,
         more=f'<script type="text/plain" id="model-data">{arrays}</script>\n',
         style="".join(f".{name} rect {{ fill: var(--kind-{name}); }}\n" for name in groups),

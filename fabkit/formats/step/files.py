@@ -204,8 +204,7 @@ def _write_solids(
         check_name(mark)
         text = template % tuple(texts[n * width : (n + 1) * width])
         text = text.replace(MARK_HERE, string(mark)).replace(NAME_HERE, string(names[mark]))
-        with open(folder / f"{mark}.step", "wb", buffering=0) as stream:
-            stream.write(text.encode("ascii"))
+        (folder / f"{mark}.step").write_bytes(text.encode("ascii"))
 
 
 @lru_cache(maxsize=256)

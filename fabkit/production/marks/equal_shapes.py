@@ -118,7 +118,7 @@ def equal_shapes(
             if own_before is not None:
                 kept[beyond] = own_before[0][beyond]
             fitting = _near_to_all(shapes, within, kept, turn, beyond)
-            kept[beyond[~fitting]], ungrouped[beyond[~fitting]] = -1, True
+            kept[beyond[~fitting]], ungrouped[beyond[~fitting]], turn[beyond[~fitting]] = -1, True, 0
             beyond = beyond[fitting]
         rows = np.flatnonzero(kept >= 0)
         deviation = _deviations(shapes, rows, turn[rows], earlier[kept[rows]])
@@ -149,16 +149,16 @@ def _as_before(
     shapes: TurnedShapes, within: float, earlier: FloatArray, before: IntArray, off_before: FloatArray, turn: IntArray
 ) -> tuple[IntArray, IntArray]:
     """The shapes that are within the tolerance of the earlier shape that they had, and those that are beyond it by no
-    more than they were off before, or than the tolerance; their best turns are written into turn (P,)."""
+    more than they were off before, or than the tolerance; the best turns of both are written into turn (P,)."""
     rows = np.flatnonzero(before >= 0)
     if shapes.n_turns * shapes.n_corners > MOST_TURNED_CORNERS or not len(rows):
         return rows[:0], rows[:0]
     every = np.repeat(rows, shapes.n_turns), np.tile(np.arange(shapes.n_turns), len(rows))
     deviation = _deviations(shapes, *every, earlier[before[every[0]]]).reshape(len(rows), shapes.n_turns)
     least = deviation.min(axis=1)
-    turn[rows] = (deviation <= least[:, None] + SAME_DEVIATION * within).argmax(axis=1)
-    is_beyond = (least > within) & (least <= within + np.minimum(off_before[rows], within))
-    return rows[least <= within], rows[is_beyond]
+    same = least <= within + np.minimum(off_before[rows], within)
+    turn[rows[same]] = (deviation[same] <= least[same, None] + SAME_DEVIATION * within).argmax(axis=1)
+    return rows[least <= within], rows[same & (least > within)]
 
 
 def _near_to_all(shapes: TurnedShapes, within: float, group: IntArray, turn: IntArray, some: IntArray) -> BoolArray:
