@@ -26,6 +26,7 @@ from geometry.optimise import (
     ComposedFunctional,
     Functional,
     Hinge,
+    Remembered,
     Solution,
     SparseMatrix,
     StackedFunctional,
@@ -40,6 +41,14 @@ LONGEST_VERTEX_STEP = 0.6
 SURFACE_WEIGHT = 10.0
 """Weight of squared distances from a surface, over the weight of squared moves. With more, vertices come nearer on
 average but glide so far that edges collapse, since Newton's steps neglect the curvature of the constraints."""
+
+FREE_SURFACE_DISTANCE = 0.05
+"""Distance from a surface, in mean edge lengths, beyond which a vertex is attracted more strongly: it is half of what a
+mesh may be off its surface."""
+
+FAR_SURFACE_WEIGHT = 100.0
+"""Weight of the squares of what distances exceed this by, over the weight of squared moves: 100 and 300 differ by a
+hundredth of an edge, and neither changes the moves."""
 
 BOUNDARY_CURVE_WEIGHT = 30.0
 """Weight of squared distances from the boundary as it was, where vertices glide on a surface, over the weight of
@@ -199,8 +208,14 @@ class _Problem:
         if surface is None:
             return []
         vertices = integers(np.flatnonzero(self.mesh.combinatorics.is_used))
-        distances = ComposedFunctional(OnSurface(surface, vertices, self.mesh.n_vertices), self.coordinates_of)
-        found: list[tuple[float, Functional]] = [(SURFACE_WEIGHT / self.mesh.mean_edge_length**2, distances)]
+        on_surface = Remembered(OnSurface(surface, vertices, self.mesh.n_vertices))
+        distances = ComposedFunctional(on_surface, self.coordinates_of)
+        length = self.mesh.mean_edge_length
+        far = Hinge(distances, -FREE_SURFACE_DISTANCE * length, FREE_SURFACE_DISTANCE * length)
+        found: list[tuple[float, Functional]] = [
+            (SURFACE_WEIGHT / length**2, distances),
+            (FAR_SURFACE_WEIGHT / length**2, far),
+        ]
         boundary = [OnCurve(curve, sliding, self.mesh.n_vertices) for curve, sliding in self.guides.boundary]
         found.append((KEPT_TURN_WEIGHT, self._kept_turns))
         return [*found, *((BOUNDARY_CURVE_WEIGHT, curve) for curve in boundary if len(curve.vertices))]

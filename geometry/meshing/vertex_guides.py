@@ -34,8 +34,8 @@ class Guides:
     fairness: weight of the strain of edges, see `functionals.strain`, over the weight of squared moves. A small one
       (0.01) stays closer to the given vertices on average, but turns and shortens edges more; with a large one, edges
       collapse less easily.
-    surface: vertices glide on it: squared distances from it weigh 10 times as much as squared moves. The largest
-      remaining distance is part of the result.
+    surface: vertices glide on it: squared distances from it weigh 10 times as much as squared moves, and
+      those of what exceeds 0.05 edges 100 times as much. The largest remaining distance is part of the result.
     fixed: vertices that keep their positions exactly.
     curves: paths of vertices along edges; a path whose last vertex is its first one is closed. Their vertices slide on
       the spline through them, see `Curve.through`; ends, corners and crossings of curves keep their positions.

@@ -92,6 +92,15 @@ def jagged_hole(n: int = 36, m: int = 24) -> Surface:
     return Surface(triangle_mesh(mesh.vertices[used], numbers.reshape(-1, 3)))
 
 
+def waves() -> Surface:
+    """Bulges and saddles, whose lines of curvature meet parts of the boundary obliquely."""
+
+    def point(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
+        return 3 * u - 1.5, 2 * v - 1, 0.5 * np.sin(1.7 * (3 * u - 1.5)) * np.sin(1.7 * (2 * v - 1))
+
+    return chart(30, 20, point)
+
+
 def torus(n: int = 90, m: int = 36) -> Surface:
     def point(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
         u, v = 2 * np.pi * u, 2 * np.pi * v

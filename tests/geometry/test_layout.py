@@ -15,7 +15,17 @@ from geometry.layout import LaidMesh, lay_quads
 from geometry.mesh import Mesh, shapes
 from geometry.mesh.polygons import face_centroids
 from geometry.surface import Surface
-from tests.geometry.design_surfaces import KNOWN, ball, chart, cylinder, off_conjugate, sphere_cap, torus, triangle_mesh
+from tests.geometry.design_surfaces import (
+    KNOWN,
+    ball,
+    chart,
+    cylinder,
+    off_conjugate,
+    sphere_cap,
+    torus,
+    triangle_mesh,
+    waves,
+)
 
 
 def saddle() -> Surface:
@@ -92,13 +102,6 @@ def ring_with_a_small_hole() -> Surface:
         return x, y, -0.6 * x**2 - 0.4 * y**2 + 0.1 * x**3
 
     return chart(40, 12, point, rings="u")
-
-
-def waves() -> Surface:
-    def point(u: FloatArray, v: FloatArray) -> tuple[FloatArray, ...]:
-        return 3 * u - 1.5, 2 * v - 1, 0.5 * np.sin(1.7 * (3 * u - 1.5)) * np.sin(1.7 * (2 * v - 1))
-
-    return chart(30, 20, point)
 
 
 @pytest.mark.parametrize(("surface", "n_faces"), [(ring_with_a_small_hole(), 120), (waves(), 150)])

@@ -68,6 +68,7 @@ FUNCTIONALS: dict[str, Callable[[Mesh], Functional]] = {
     "stretch": both(lambda mesh: EdgeStretch(mesh.combinatorics, mesh.edge_lengths), "M"),
     "turns": lambda mesh: FaceNormalCosines(mesh.combinatorics, mesh.face_normals),
     "hinge": lambda mesh: Hinge(FaceNormalCosines(mesh.combinatorics, mesh.face_normals), 0.985),
+    "two-sided hinge": lambda mesh: Hinge(FaceNormalCosines(mesh.combinatorics, mesh.face_normals), 0.9, 0.985),
 }
 
 
@@ -158,3 +159,4 @@ def test_a_hinge_is_silent_above_its_bound() -> None:
     assert not Hinge(turns, 0.9).residual(x).any()
     assert not Hinge(turns, 0.9).jacobian(x).toarray().any()
     np.testing.assert_allclose(Hinge(turns, 1.5).residual(x), -0.5)
+    np.testing.assert_allclose(Hinge(turns, 0.0, 0.75).residual(x), 0.25)
