@@ -178,7 +178,14 @@ class LayerRules:
 
 
 def problem_of_mirrored_panes(layers: Sequence[LayerRules]) -> str:
-    """Why no panes of these layers may be turned over, in a sentence; empty if some may."""
+    """Why no panes of these layers may be turned over, in a sentence; empty if some may.
+
+    >>> from fabkit.rules import LayerRules, problem_of_mirrored_panes
+    >>> problem_of_mirrored_panes([LayerRules(build_up="44.2")])
+    ''
+    >>> "surface 4 is coated" in problem_of_mirrored_panes([LayerRules(build_up="44.2", coating=(4,))])
+    True
+    """
     if any(finish.has_equal_faces for layer in layers for finish in layer.finishes):
         return ""
     coated = next((layer.coating for layer in layers if layer.coating), ())
