@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
+from itertools import compress
 from pathlib import Path
 from typing import TextIO
 
@@ -37,7 +38,8 @@ def write_csv(target: Path | TextIO, table: Table, rules: TableRules | None = No
     """
     rules = rules or TableRules()
     rows: list[Sequence[str]] = [[spreadsheet_safe(name) for name in table.columns]]
-    rows += [_written(cells, texts, rules) for cells, texts in zip(table.rows, table.texts, strict=True)]
+    columns = zip(zip(*table.rows, strict=True), zip(*table.texts, strict=True), strict=True)
+    rows += zip(*(_written(cells, texts, rules) for cells, texts in columns), strict=True)
     if table.totals:
         rows.append(_written(table.totals, table.total_texts, rules))
     rows += [[spreadsheet_safe(sentence)] + [""] * (len(table.columns) - 1) for sentence in table.left_out]
@@ -48,10 +50,14 @@ def write_csv(target: Path | TextIO, table: Table, rules: TableRules | None = No
         csv.writer(target, delimiter=rules.delimiter, lineterminator="\n").writerows(rows)
 
 
-def _written(cells: Sequence[Cell], texts: Sequence[str], rules: TableRules) -> list[str]:
+def _written(cells: Sequence[Cell], texts: Sequence[str], rules: TableRules) -> Sequence[str]:
+    """The texts of a column, or of a row. Where no text can be a formula they are as they are."""
+    is_text = [isinstance(cell, str) for cell in cells]
+    if rules.decimal == "." and not _POSSIBLE_FORMULA.search(" ".join(compress(texts, is_text))):
+        return texts
     return [
-        spreadsheet_safe(text) if isinstance(cell, str) else text.replace(".", rules.decimal)
-        for cell, text in zip(cells, texts, strict=True)
+        spreadsheet_safe(text) if own else text.replace(".", rules.decimal)
+        for own, text in zip(is_text, texts, strict=True)
     ]
 
 

@@ -12,6 +12,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xlsxwriter
 
 from fabkit.formats.legend_table import legend
@@ -62,6 +63,7 @@ _WIDTHS = {
     for letter in letters
 }
 """Widths of the letters of that font over its height, rounded up; all others are taken as squares."""
+_DIGITS = str.maketrans("123456789", "000000000")
 
 
 def write_xlsx(
@@ -158,18 +160,16 @@ def _write_table(workbook: Any, table: Table, project: str, issued: TitleBlock) 
     ]
     shown_heads = [each for each, width in zip(zip(table.columns, rooms, strict=True), widths, strict=True) if width]
     sheet.set_row(0, LINE_POINTS * max(_lines(*each, bold=True) for each in shown_heads))
-    for number, (row, shown) in enumerate(zip(table.rows, table.texts, strict=True), start=1):
+    for number, row in enumerate(table.rows, start=1):
         _write_row(sheet, number, row, formats)
-        lines = max(
-            (
-                _lines(text, width)
-                for text, width, cell in zip(shown, widths, row, strict=True)
-                if isinstance(cell, str)
-            ),
-            default=1,
-        )
-        if lines > 1:
-            sheet.set_row(number, LINE_POINTS * lines)
+    lines = np.ones(len(table.rows), dtype=np.int64)
+    for column, width in enumerate(widths):
+        texts = [cell if isinstance(cell, str) else "" for cell in (row[column] for row in table.rows)]
+        taken = {shape: _lines(shape, width) for shape in set(map(_shape, texts))}
+        if max(taken.values(), default=1) > 1:
+            lines = np.maximum(lines, [taken[_shape(text)] for text in texts])
+    for number in (np.flatnonzero(lines > 1) + 1).tolist():
+        sheet.set_row(number, LINE_POINTS * int(lines[number - 1]))
     if table.totals:
         _write_row(sheet, len(table.rows) + 1, table.totals, total_formats)
     red = _format(workbook, font_color="red", text_wrap=True)
@@ -195,7 +195,7 @@ def _widths(table: Table) -> list[int]:
         for name, texts, total in zip(table.columns, columns, totals, strict=True)
     ]
     natural = [
-        max(head, _pixels(total, bold=True), *map(_pixels, {*texts} or {""}))
+        max(head, _pixels(total, bold=True), *map(_pixels, {*map(_shape, texts)} or {""}))
         for head, total, texts in zip(heads, totals, columns, strict=True)
     ]
     for paper, least in (
@@ -211,6 +211,11 @@ def _widths(table: Table) -> list[int]:
             if sum(widths) <= paper:
                 return widths
     return widths
+
+
+def _shape(text: str) -> str:
+    """A text of the same width that many share: all digits are as wide as 0."""
+    return text.translate(_DIGITS)
 
 
 def _pixels(text: str, bold: bool = False) -> float:
