@@ -63,6 +63,7 @@ _SIGNS = (
     ),
     ("Flange long point, Flange short point", "Of a tee on hubs the same lengths of its flange."),
     ("Flange back at A, Flange back at B", "How far that is cut back along x at either end."),
+    ("Bevel", "Of a mitred edge of a panel, from the square cut, positive where the upper side reaches further."),
     ("Dihedral", "Angle between the outward normals of two faces, positive where the surface is convex."),
     ("Height deviation", "Distance of the two parallel meshes at a beam, less the height of its section."),
     (

@@ -9,7 +9,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from fabkit.kinds import BASE_PLATE, BEAM, LEFT_OUT, NODE, PANEL, STUB, BeamDetails, neighbour_names
+import numpy as np
+
+from fabkit.kinds import (
+    BASE_PLATE,
+    BEAM,
+    LEFT_OUT,
+    NODE,
+    PANEL,
+    STUB,
+    BeamDetails,
+    PanelDetails,
+    neighbour_names,
+    panel_sides,
+)
 from fabkit.parts import Assembly, Cell, Column, Frame, Parts
 from fabkit.production.cut_lists import Table
 from fabkit.production.erection import Erection, erection_order
@@ -29,6 +42,9 @@ from fabkit.production.node_tables import (
 from geometry.arrays import FloatArray
 
 __all__ = ["mark_table", "piece_tables"]
+
+BEVEL_DECIMALS = 4
+"""Decimals of bevels in degrees: 5e-5 degrees are 1e-4 mm at the far side of a pane of 100 mm."""
 
 
 def piece_tables(
@@ -166,8 +182,8 @@ def _supports(assembly: Assembly, site: Frame) -> Table:
 
 
 def _panel_edges(assembly: Assembly) -> Table:
-    """One row for each edge of each panel, counted from 1, the longest, counter-clockwise seen from outside; length and
-    corner, that at its start, are those of the panel as it is made."""
+    """One row for each edge of each panel, counted from 1, the longest, counter-clockwise seen from outside; length,
+    corner, that at its start, and bevel are those of the panel as it is made."""
     panels = assembly.of(PANEL)
     own, made = panels.details, panels.details[panels.firsts[panels.mark]]
     row = own.edge_lengths_mm.row
@@ -182,6 +198,7 @@ def _panel_edges(assembly: Assembly) -> Table:
             Column("Edge", 0, (own.edge_lengths_mm.place + 1).tolist()),
             Column("Length (mm)", 3, made.edge_lengths_mm.values.tolist()),
             Column("Corner (deg)", TURN_DECIMALS, made.corner_angles_deg.values.tolist()),
+            Column("Bevel (deg)", BEVEL_DECIMALS, _bevels(panels)),
             Column("Dihedral (deg)", 3, _cells(own.dihedrals_deg.values)),
             Column("Least seat (mm)", 3, _cells(own.least_seats_mm.values)),
             Column("Largest seat (mm)", 3, _cells(own.largest_seats_mm.values)),
@@ -190,6 +207,17 @@ def _panel_edges(assembly: Assembly) -> Table:
             Column("Neighbour", None, neighbour_names(panels, names, LEFT_OUT, "")),
         ],
     )
+
+
+def _bevels(panels: Parts[PanelDetails]) -> list[Cell]:
+    """Of each edge of each panel the angle from the square cut, positive where the upper side reaches further; nothing
+    where it is square."""
+    lower, upper = panel_sides(panels)
+    along = lower.rolled(np.ones(len(lower), dtype=np.int64)).values - lower.values
+    off = upper.values - lower.values
+    reach = (off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0]) / np.linalg.norm(along, axis=1)
+    bevels = np.degrees(np.arctan2(reach, panels.details.thickness_mm[lower.row]))
+    return _cells(np.where(np.abs(bevels) < 10.0**-BEVEL_DECIMALS / 2, np.nan, bevels))
 
 
 def _cells(values: FloatArray) -> list[Cell]:

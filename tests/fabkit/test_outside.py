@@ -68,6 +68,14 @@ def test_beams_and_panels_cut_from_their_tables_and_all_pieces_in_place_meet_the
     assert max(found["beams"], found["panels"], found["others"]) < WITHIN_MM
 
 
+def test_panels_with_mitred_edges_are_cut_from_their_tables_too(tmp_path: Path) -> None:
+    layers = [{"build_up": "8/16Ar/44.2", "edges": "mitred"}]
+    only: dict[str, Any] = {"documents": ["meshes", "step", "parts", "tables"], "layers": layers}
+    build(Project(mesh=shapes.dome(6, 2), mean_edge_mm=1500, out=tmp_path / "dome", **only, **WELDED))
+    found = said_by("put_together.py", tmp_path / "dome")
+    assert max(found["beams"], found["panels"], found["others"]) < WITHIN_MM
+
+
 def test_nodes_set_out_from_the_survey_meet_the_model(folder: Path) -> None:
     found = said_by("set_out.py", folder)
     assert found["n"] == shapes.dome(8, 3).n_vertices

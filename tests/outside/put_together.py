@@ -1,4 +1,4 @@
-"""Cut every beam and every panel with square edges from its table, put all pieces at their places, and say how far that
+"""Cut every beam and every panel from its table, put all pieces at their places, and say how far that
 is from the model.
 
 Given a folder of `fabkit build`, and nothing else: python put_together.py FOLDER
@@ -46,7 +46,12 @@ def panel_corners(edges: list[dict[str, str]], thickness: float) -> np.ndarray:
         [np.cos(turns), np.sin(turns)], axis=1
     )
     outline = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)[:-1]])
-    return np.array([(*corner, level) for level in (0.0, thickness) for corner in outline])
+    reach = thickness * np.tan(np.radians([float(row["Bevel (deg)"] or 0.0) for row in edges]))
+    outwards = np.stack([np.sin(turns), -np.cos(turns)], axis=1)
+    upper = [  # where the sides before and after a corner meet, each moved outwards by its own reach
+        corner + np.linalg.solve(outwards[[k - 1, k]], reach[[k - 1, k]]) for k, corner in enumerate(outline)
+    ]
+    return np.array([(*corner, level) for level, side in ((0.0, outline), (thickness, upper)) for corner in side])
 
 
 def main(path: Path) -> dict[str, float]:
