@@ -84,7 +84,7 @@ def write_documents(
             (folder / "parts").mkdir()
             write_part_steps(folder / "parts", assembly.groups, **_step_head(rules))
     drawn = rules.drawings
-    title = ", ".join(word for word in (summary.name, issued.issue) if word)
+    title = issued.title_of(summary.name)
     kept: dict[str, Any] = {"labels": drawn.labels, "corner_mm": drawn.corner_mm, "title": title}
     files: dict[str, Any] = {"version": drawn.version, "suffix": drawn.suffix}
     if "sheets" in chosen:

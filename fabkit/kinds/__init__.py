@@ -7,7 +7,7 @@ from fabkit.kinds.columns import LEFT_OUT, NO_NEIGHBOUR, marks_at
 from fabkit.kinds.faces import beam_faces, node_faces, panel_faces
 from fabkit.kinds.fasteners import BOLT, DOWEL, END_PLATE, BoltDetails, DowelDetails, EndPlateDetails
 from fabkit.kinds.fins import FIN, FinDetails
-from fabkit.kinds.nodes import NODE, NodeDetails, smallest_gaps
+from fabkit.kinds.nodes import NODE, NodeDetails, block_ends, smallest_gaps
 from fabkit.kinds.panels import PANEL, PanelDetails, neighbour_names, panel_outlines, panel_sides
 from fabkit.kinds.plain import plain_kind
 from fabkit.kinds.struts import STRUT, StrutDetails
@@ -39,6 +39,7 @@ __all__ = [
     "StrutDetails",
     "StubDetails",
     "beam_faces",
+    "block_ends",
     "marks_at",
     "neighbour_names",
     "node_faces",

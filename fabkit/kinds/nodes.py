@@ -24,9 +24,9 @@ from fabkit.kinds.faces import node_faces
 from fabkit.kinds.look_alikes import look_alikes
 from fabkit.parts import Column, Details, Kind, Measure, Parts, Ragged, Surroundings, Symmetry, Topology, Turns, shifted
 from fabkit.parts.symmetry import Corners
-from geometry.arrays import BoolArray, FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray, floats
 
-__all__ = ["NODE", "NodeDetails", "smallest_gaps"]
+__all__ = ["NODE", "NodeDetails", "block_ends", "smallest_gaps"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,10 +159,26 @@ def _columns(nodes: Parts[NodeDetails], around: Surroundings) -> list[Column]:
 
 
 def _ends(nodes: Parts[NodeDetails]) -> list[Column]:
-    """Levels of the ends of each block along its axis, from the point on the mesh."""
-    shapes = nodes.solids.vertices.with_values(nodes.solids.vertices.values[:, 2])
-    levels = (shapes.reduced(function)[nodes.shape] for function in (np.maximum, np.minimum))
-    return [of_first(f"{name} (mm)", 2, nodes, values) for name, values in zip(("Top", "Bottom"), levels, strict=True)]
+    return [
+        of_first(f"{name} (mm)", 2, nodes, values)
+        for name, values in zip(("Top", "Bottom"), block_ends(nodes), strict=True)
+    ]
+
+
+def block_ends(nodes: Parts[NodeDetails]) -> tuple[FloatArray, FloatArray]:
+    """(n,) levels in mm of the top and of the bottom of each block along its axis, from the point on the mesh.
+
+    >>> from fabkit import Project, design
+    >>> from fabkit.kinds import block_ends
+    >>> from geometry.mesh.shapes import dome
+    >>> nodes = design(Project(mesh=dome(6, 2), mean_edge_mm=1500)).assembly["nodes"]
+    >>> tops, bottoms = block_ends(nodes)
+    >>> np.allclose(tops - bottoms, nodes.details.height_mm)
+    True
+    """
+    levels = nodes.solids.vertices.with_values(nodes.solids.vertices.values[:, 2])
+    top, bottom = (floats(levels.reduced(function)[nodes.shape]) for function in (np.maximum, np.minimum))
+    return top, bottom
 
 
 def _could_be_mounted(nodes: Parts[NodeDetails]) -> Column:

@@ -276,14 +276,9 @@ def _layers_of_panels(panels: Parts[PanelDetails], assembly: Assembly) -> IntArr
     if not len(panels) or not len(beams):
         return np.zeros(len(panels), dtype=np.int64)
     met = beams.find(around.values)
-    apart = np.einsum("nk,nk->n", _middles(panels)[around.row] - _middles(beams)[met], panels.axes[around.row, 2])
+    apart = np.einsum("nk,nk->n", panels.centres_mm[around.row] - beams.centres_mm[met], panels.axes[around.row, 2])
     counts = np.bincount(layer[around.row], weights=met >= 0)
     heights = np.bincount(layer[around.row], weights=np.where(met >= 0, apart, 0.0)) / np.maximum(counts, 1)
     rank = np.empty(len(heights), dtype=np.int64)
     rank[np.lexsort((np.abs(heights), heights < 0))] = np.arange(len(heights))
     return rank[layer]
-
-
-def _middles(parts: Parts[Any]) -> FloatArray:
-    """(n, 3) centres of mass."""
-    return np.asarray(parts.origins + (parts.solids.centroids[parts.shape][:, None] @ parts.axes)[:, 0])

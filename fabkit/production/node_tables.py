@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.kinds import BEAM, BOLT, LEFT_OUT, BeamDetails, NodeDetails, beam_faces
+from fabkit.kinds import BEAM, BOLT, LEFT_OUT, BeamDetails, NodeDetails, beam_faces, block_ends
 from fabkit.parts import Assembly, Cell, Column, Frame, Parts
 from geometry.arrays import BoolArray, FloatArray, IntArray
 
@@ -21,7 +21,7 @@ COORDINATE_DECIMALS, TURN_DECIMALS, DIRECTION_DECIMALS = 3, 6, 9
 def survey(nodes: Parts[NodeDetails], assembly: Assembly, site: Frame) -> list[Column]:
     """Of each node its point on the mesh of its layer, its axis outwards and the direction of facet 1, in the
     coordinates of the site, and the heights of the block's top and bottom along the axis from that point."""
-    heights = nodes.solids.vertices.with_values(nodes.solids.vertices.values[:, 2])[nodes.shape]
+    tops, bottoms = block_ends(nodes)
     return [
         Column("Node", None, nodes.piece_names),
         Column("Mark", None, nodes.marks),
@@ -29,8 +29,8 @@ def survey(nodes: Parts[NodeDetails], assembly: Assembly, site: Frame) -> list[C
         *coordinates("Point", site.to_world(nodes.origins + assembly.origin_mm)),
         *directions("Axis", nodes.axes[:, 2] @ site.axes),
         *directions("Facet 1", nodes.axes[:, 0] @ site.axes),
-        Column("Top (mm)", COORDINATE_DECIMALS, heights.reduced(np.maximum).tolist()),
-        Column("Bottom (mm)", COORDINATE_DECIMALS, heights.reduced(np.minimum).tolist()),
+        Column("Top (mm)", COORDINATE_DECIMALS, tops.tolist()),
+        Column("Bottom (mm)", COORDINATE_DECIMALS, bottoms.tolist()),
     ]
 
 

@@ -57,6 +57,10 @@ class TitleBlock:
         """Revision and date in words, empty where neither is given."""
         return ", ".join(([f"revision {self.revision}"] if self.revision else []) + ([self.date] if self.date else []))
 
+    def title_of(self, name: str) -> str:
+        """The first words of drawings of the structure with this name: the name and the issue, as far as given."""
+        return ", ".join(filter(None, (name, self.issue)))
+
 
 @dataclass(frozen=True, config=_STRICT)
 class TableRules:

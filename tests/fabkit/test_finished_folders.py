@@ -17,7 +17,8 @@ import pytest
 from fabkit import Project, build
 from fabkit.errors import FolderError
 from fabkit.formats.finished import check_folder, differences_page, folder_differences
-from fabkit.formats.finished.view_checks import LINE_TOLERANCE_MM, VIEWS_APART_MM, _are_drawn, _off_axes
+from fabkit.formats.finished.view_checks import LINE_TOLERANCE_MM, _are_drawn, _off_axes
+from fabkit.production.part_drawing import VIEW_GAP_MM
 from geometry.mesh import Mesh
 from geometry.mesh.shapes import dome
 from tests.fabkit.browser import Browser
@@ -189,7 +190,7 @@ def test_a_bore_that_is_seen_a_little_obliquely_is_a_circle_at_both_of_its_ends(
         corners=np.array([[0.0, 0.0, -120.0], [60.0, 60.0, 0.0]]),
         centres=np.zeros((0, 3)),
     )
-    outside = -120.0 - VIEWS_APART_MM - 60.0
+    outside = -120.0 - VIEW_GAP_MM - 60.0
     rings = np.array(
         [[10.0 + off, 20.0 + aside + outside, 2.5] for off, aside in ((0, 0), (6e-4, 0), (0, 6e-4), (1, 0))]
     )

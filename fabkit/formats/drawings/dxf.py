@@ -38,9 +38,12 @@ DASHES = (4.5, 3.0, -1.5)
 TITLE_SHARE = 0.015
 """Height of the letters of a title over the larger side of the drawing."""
 
-TITLE_LETTERS, LETTER_WIDTH = 66, 1.0
+TITLE_LETTERS, LETTER_WIDTH, LINE_SPACING = 66, 1.0, 1.6
 """Largest number of letters of a line of a title, so that it is no longer than the larger side of the drawing; width of
-a letter over its height, as wide as any program draws them."""
+a letter over its height, as wide as any program draws them; distance of two lines over the height of their letters."""
+
+VIEW_SHARE = 1.05
+"""Height of the view with which a file opens, over the larger side of its extents."""
 
 DXF_DECIMALS = 9
 """Decimals of coordinates in DXF files: 1e-9 mm, the precision of double numbers on a sheet of 10 m."""
@@ -124,7 +127,7 @@ def _files(drawings: Sequence[Drawing], version: Version) -> Iterator[bytes]:
         entity = _text(version, x, letters, owner)
         words = _wrapped(drawing.title)
         for line in words:
-            y -= 1.6 * letters
+            y -= LINE_SPACING * letters
             entities.append(entity % (next(handles), y, shown_text(line, version)))
         right, top = high.tolist()
         right = max(right, x + LETTER_WIDTH * letters * max(map(len, words), default=0))
@@ -143,7 +146,7 @@ class _Template:
 
     def fill(self, entities: str, low: Sequence[float], high: Sequence[float], seed: int) -> str:
         middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
-        height = 1.05 * max(b - a for a, b in zip(low, high, strict=True))
+        height = VIEW_SHARE * max(b - a for a, b in zip(low, high, strict=True))
         numbers = [*low, *high, *middle, height]
         values = [*(f"{value!r}\n" for value in numbers), f"$HANDSEED\n  5\n{seed:X}\n", ENTITIES + entities]
         filled = [piece + values[slot] for piece, slot in zip(self.pieces, self.slots, strict=False)]

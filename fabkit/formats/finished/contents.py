@@ -26,7 +26,7 @@ from fabkit.production import table_file
 from fabkit.rules import DrawingRules, SiteRules, TableRules, TitleBlock
 from fabkit.wording import echo
 
-__all__ = ["Contents", "FolderTable", "in_words", "workbook_tables"]
+__all__ = ["Contents", "FolderTable", "in_words"]
 
 
 def _inside(path: str) -> str:
@@ -72,6 +72,8 @@ _MANIFEST: TypeAdapter[_Manifest] = TypeAdapter(_Manifest)
 LONGEST_REASON = 200
 """Largest number of letters of what a library says of a cell that it cannot read."""
 _COMMA_NUMBER = re.compile(r"-?\d+,\d+")
+_DATA = re.compile(r'<script type="application/json" id="data">(.*?)</script>', re.DOTALL)
+_ARRAYS = re.compile(r'<script type="text/plain" id="model-data">(.*?)</script>', re.DOTALL)
 _SHEET = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
 
@@ -155,6 +157,25 @@ class Contents:
             raise FolderError(f"{name} is not text in UTF-8") from None
         return text.replace("\r\n", "\n").replace("\r", "\n")
 
+    @cached_property
+    def workbook(self) -> dict[str, list[list[str]]]:
+        """The sheets of the workbook by their names, as rows of texts; numbers with all their digits. Raises
+        FolderError where it is missing or damaged."""
+        return _sheets("cutlist.xlsx", self.data("cutlist.xlsx"))
+
+    @cached_property
+    def report(self) -> tuple[dict[str, Any], str]:
+        """What the scripts of report.html read: its data, and the arrays of its model. Raises FolderError where it is
+        missing or damaged."""
+        text = self.text("report.html")
+        data, arrays = _DATA.findall(text), _ARRAYS.findall(text)
+        if not text.rstrip().endswith("</html>") or len(data) != 1 or len(arrays) != 1:
+            raise FolderError("report.html is not complete")
+        try:
+            return json.loads(data[0]), arrays[0].strip()
+        except ValueError:
+            raise FolderError("the tables in report.html are damaged") from None
+
     def as_read(self, cell: str) -> str:
         """A text as a table has it once it is read, with a decimal point where it looks like a number."""
         has_comma = self.rules.decimal == "," and _COMMA_NUMBER.fullmatch(cell)
@@ -216,13 +237,11 @@ def _found(folder: str | Path, prefix: str) -> Iterator[tuple[str, bool]]:
                 yield prefix + entry.name, entry.is_file(follow_symlinks=False)
 
 
-def workbook_tables(contents: Contents, name: str) -> dict[str, list[list[str]]]:
-    """The sheets of a workbook by their names, as rows of texts; numbers with all their digits. Raises FolderError."""
-    data = contents.data(name)
+def _sheets(file: str, data: bytes) -> dict[str, list[list[str]]]:
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as files:
             if files.testzip() is not None:
-                raise FolderError(f"{name} is damaged")
+                raise FolderError(f"{file} is damaged")
             names = [
                 each.get("name", "")
                 for each in ElementTree.fromstring(files.read("xl/workbook.xml")).iter(f"{_SHEET}sheet")
@@ -244,7 +263,7 @@ def workbook_tables(contents: Contents, name: str) -> dict[str, list[list[str]]]
         IndexError,
         EOFError,
     ):
-        raise FolderError(f"{name} is damaged: it cannot be read as a workbook") from None
+        raise FolderError(f"{file} is damaged: it cannot be read as a workbook") from None
 
 
 def _rows(data: bytes, shared: list[str]) -> list[list[str]]:

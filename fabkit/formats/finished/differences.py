@@ -11,7 +11,6 @@ from scipy.spatial import cKDTree
 
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents, in_words
-from fabkit.formats.finished.picture_checks import report_data
 from fabkit.formats.finished.step_checks import COORDINATE_TOLERANCE_MM
 from fabkit.formats.report import ShownModel, differences_html
 from fabkit.parts import Cell
@@ -109,7 +108,7 @@ def _shown(contents: Contents) -> ShownModel:
     if "report.html" not in contents.files:
         raise FolderError(f"{contents.folder} lacks report.html: build it with 'report' among its documents")
     try:
-        page, arrays = report_data(contents)
+        page, arrays = contents.report
         middle = np.array(contents.manifest["origin"]["mm"]) + page["model"]["middle_mm"]
         return ShownModel(page["pieces"]["cells"][0], page["model"], arrays, middle.tolist())
     except (FolderError, KeyError, IndexError, TypeError, ValueError):

@@ -18,8 +18,7 @@ from fabkit.formats.finished.dxf_checks import (
     check_titles,
     marks_on,
 )
-from fabkit.formats.finished.dxf_files import DxfFile, dxf_file
-from fabkit.formats.finished.picture_checks import report_data
+from fabkit.formats.finished.dxf_files import DxfFile, dxf_file, stem_of
 from fabkit.formats.finished.step_checks import PartFile
 from fabkit.formats.finished.view_checks import check_views
 from fabkit.rules import TitleBlock
@@ -45,19 +44,15 @@ def check_drawings(contents: Contents, parts: Mapping[str, PartFile]) -> Iterato
         if folder == "sheets":
             yield from _of_sheets(files, tables, {mark: part.blank for mark, part in parts.items()})
         for name, file in files.items() if folder != "sheets" else ():
-            mark = _stem(name)
+            mark = stem_of(name)
             if mark in parts:
                 yield from _of_part(name, file, parts[mark], tables)
         if folder == "drawings":
             yield from _of_words(files, tables)
         if folder != "drawings" and tables.project:
-            kinds = {name: tables.material[_stem(name)] for name in files if _stem(name) in tables.material}
-            kinds |= {name: tables.on_sheet[_stem(name)] for name in files if _stem(name) in tables.on_sheet}
+            kinds = {name: tables.material[stem_of(name)] for name in files if stem_of(name) in tables.material}
+            kinds |= {name: tables.on_sheet[stem_of(name)] for name in files if stem_of(name) in tables.on_sheet}
             yield from check_titles(files, kinds, shown_text(tables.project, tables.version))
-
-
-def _stem(name: str) -> str:
-    return name.rpartition("/")[2].removesuffix(".dxf").removesuffix("-mm")
 
 
 @dataclass(frozen=True)
@@ -77,8 +72,8 @@ class _Tables:
     @cached_property
     def project(self) -> str:
         """The first words of titles."""
-        issue = TitleBlock(**self.contents.manifest["settings"]["title_block"]).issue
-        return ", ".join(word for word in (str(self.contents.manifest["name"]), issue) if word)
+        manifest = self.contents.manifest
+        return TitleBlock(**manifest["settings"]["title_block"]).title_of(str(manifest["name"]))
 
     @cached_property
     def rows(self) -> dict[str, tuple[str, dict[str, str]]]:
@@ -125,7 +120,7 @@ class _Tables:
         if "report.html" not in self.contents.files:
             return {}
         try:
-            tables = report_data(self.contents)[0]["tables"]
+            tables = self.contents.report[0]["tables"]
         except FolderError:
             return {}
         return {
@@ -154,7 +149,7 @@ def _of_words(files: Mapping[str, DxfFile], tables: _Tables) -> Iterator[str]:
     """The lines below a drawing begin with the project and the row of the mark, and end alike."""
     ends: dict[str, str] = {}
     for name, file in files.items():
-        said, words = "".join(file.title), tables.words.get(_stem(name))
+        said, words = "".join(file.title), tables.words.get(stem_of(name))
         if words is None:
             continue
         project = [tables.project] if tables.project else []
@@ -175,6 +170,6 @@ def _of_sheets(files: Mapping[str, DxfFile], tables: _Tables, outlines: dict[str
     if "pieces.csv" not in tables.contents.files or not outlines:
         return
     for name, file in files.items():
-        rows = tables.placed[_stem(name)]
+        rows = tables.placed[stem_of(name)]
         texts = [text for row in rows for text in marks_on(row["Mark"], tables.labels)]
         yield from check_sheet(name, file, rows, outlines, texts)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from fabkit.errors import OutputError
-from fabkit.formats.finished.dxf_files import OUTLINE_TOLERANCE_MM, Curve, DxfFile
+from fabkit.formats.finished.dxf_files import OUTLINE_TOLERANCE_MM, Curve, DxfFile, stem_of
 from fabkit.formats.finished.part_geometry import PartSolid
 from fabkit.production import CUT, MARK, SHEET
 from fabkit.production.strokes import ARROW, text_strokes
@@ -45,7 +45,7 @@ def check_titles(files: Mapping[str, DxfFile], kinds: Mapping[str, str], project
     known: dict[str, Counter[str]] = defaultdict(Counter)
     patterns: dict[str, str] = {}
     for name, file in files.items():
-        said, stem = "".join(file.title), name.rpartition("/")[2].removesuffix(".dxf").removesuffix("-mm")
+        said, stem = "".join(file.title), stem_of(name)
         own = stem if "sheets/" not in name else f"sheet {int(stem.rpartition('-')[2])} of {len(files)}"
         bare, own = said.replace(" ", ""), own.replace(" ", "")
         if not bare.startswith(project.replace(" ", "")) or own not in bare:
@@ -109,8 +109,7 @@ def check_panel(name: str, file: DxfFile, outline: FloatArray, texts: Texts) -> 
     cut = file.curves.get(CUT, [])
     if len(cut) != 1 or not cut[0][0] or not _same(cut[0][1], outline):
         yield f"the contour of {name} is not that of the solid of its panel"
-    low, high = outline.min(axis=0), outline.max(axis=0)
-    if not all((low <= points).all() and (points <= high).all() for _, points in file.curves.get(MARK, [])):
+    if not all(_is_within(points, outline) for _, points in file.curves.get(MARK, [])):
         yield f"{name} has a mark beside its contour"
     yield from _check_marks(name, file, texts)
 

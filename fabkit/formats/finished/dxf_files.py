@@ -9,19 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabkit.errors import FolderError
+from fabkit.formats.drawings.dxf import LETTER_WIDTH, LINE_SPACING, TITLE_SHARE, VIEW_SHARE
 from fabkit.formats.finished.contents import Contents
 from geometry.arrays import FloatArray
 
-__all__ = ["OUTLINE_TOLERANCE_MM", "Curve", "DxfFile", "dxf_file"]
+__all__ = ["OUTLINE_TOLERANCE_MM", "Curve", "DxfFile", "dxf_file", "stem_of"]
 
 OUTLINE_TOLERANCE_MM = 0.0025
 """Largest distance in mm of a corner of a contour from where solid and tables have it: places of panels have 3
 decimals, their turns 6, on sheets of 10 m."""
-BELOW_SHARE, TITLE_LINES, WIDE_LETTERS = 0.015, 1.6, 1.0
-"""Height of the letters below a drawing over the larger side of its curves; distance of the lines, and width of a
-letter, over that."""
-VIEW_SHARE = 1.05
-"""Height of the view with which a file opens, over the larger side of its extents."""
 EXTENT_TOLERANCE_MM = 1e-6
 """Largest difference in mm of the extents, of the view and of the places of the title from those of the curves, whose
 coordinates have 9 decimals."""
@@ -69,6 +65,11 @@ class DxfFile:
     circles: dict[str, list[FloatArray]]
     title: tuple[str, ...]
     around: tuple[str, ...]
+
+
+def stem_of(name: str) -> str:
+    """The mark or sheet of which a file, by its path, is the drawing."""
+    return name.rpartition("/")[2].removesuffix(".dxf").removesuffix("-mm")
 
 
 def dxf_file(contents: Contents, name: str, known: list[tuple[str, ...]]) -> DxfFile:
@@ -164,15 +165,15 @@ def _check_extents(
         raise FolderError(f"{name} has no curves")
     every = np.concatenate(points)
     least, largest = every.min(axis=0), every.max(axis=0)
-    letters = BELOW_SHARE * float((largest - least).max())
+    letters = TITLE_SHARE * float((largest - least).max())
     lines = 1.0 + np.arange(len(places))[:, None]
-    wanted = np.hstack([least - lines * [0.0, TITLE_LINES * letters], np.full((len(places), 1), letters)])
+    wanted = np.hstack([least - lines * [0.0, LINE_SPACING * letters], np.full((len(places), 1), letters)])
     if np.abs(places - wanted).max(initial=0.0) > EXTENT_TOLERANCE_MM:
         raise FolderError(f"{name} has a line of text that is not below its curves")
-    least = least - [0.0, TITLE_LINES * letters * len(places)]
+    least = least - [0.0, LINE_SPACING * letters * len(places)]
     written = max(map(len, title), default=0)
     drawn = max((len(_CODED.sub("*", line)) for line in title), default=0)  # letters that are written as several
-    widths = letters * WIDE_LETTERS * np.array([drawn, written])
+    widths = letters * LETTER_WIDTH * np.array([drawn, written])
     right = np.maximum(largest[0], least[0] + widths)
     off = np.abs([*(extents[0] - least), extents[1, 1] - largest[1]]).max()
     if (

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents, in_words, workbook_tables
+from fabkit.formats.finished.contents import Contents, in_words
 from fabkit.formats.finished.drawing_checks import check_drawings
 from fabkit.formats.finished.picture_checks import check_glb, check_report, same_text
 from fabkit.formats.finished.step_checks import (
@@ -129,7 +129,7 @@ def _of_workbook(contents: Contents) -> Iterator[str]:
     """Each table against its sheet."""
     if "cutlist.xlsx" not in contents.files:
         return
-    sheets = workbook_tables(contents, "cutlist.xlsx")
+    sheets = contents.workbook
     for name in contents.files:
         title = name.removesuffix(".csv").capitalize().replace("_", " ")
         if not name.endswith(".csv") or title not in sheets:

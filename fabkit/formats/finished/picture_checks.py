@@ -14,11 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from fabkit.errors import FolderError
-from fabkit.formats.finished.contents import Contents, workbook_tables
+from fabkit.formats.finished.contents import Contents
 from fabkit.formats.report import report_values
 from fabkit.production import table_file
 
-__all__ = ["check_glb", "check_report", "report_data", "same_text"]
+__all__ = ["check_glb", "check_report", "same_text"]
 
 GLB_TOLERANCE_MM = 0.0011
 """Largest difference in mm of a place in model.glb from that in the tables, whose coordinates have 3 decimals."""
@@ -26,9 +26,6 @@ NORMAL_TOLERANCE = 1e-6
 """Largest difference from 1 of the length of a normal in single precision."""
 ROTATION_TOLERANCE = 3e-9
 """Largest difference of an axis in model.glb, of 12 decimals of a quaternion, from that in the tables, of 9."""
-
-_DATA = re.compile(r'<script type="application/json" id="data">(.*?)</script>', re.DOTALL)
-_ARRAYS = re.compile(r'<script type="text/plain" id="model-data">(.*?)</script>', re.DOTALL)
 
 
 def same_text(text: str, cell: str) -> bool:
@@ -104,21 +101,9 @@ def _extent(view: dict[str, int]) -> tuple[int, int]:
     return view["byteOffset"], view["byteOffset"] + view["byteLength"]
 
 
-def report_data(contents: Contents) -> tuple[dict[str, Any], str]:
-    """What the scripts of report.html read: its data, and the arrays of its model. Raises FolderError."""
-    text = contents.text("report.html")
-    data, arrays = _DATA.findall(text), _ARRAYS.findall(text)
-    if not text.rstrip().endswith("</html>") or len(data) != 1 or len(arrays) != 1:
-        raise FolderError("report.html is not complete")
-    try:
-        return json.loads(data[0]), arrays[0].strip()
-    except ValueError:
-        raise FolderError("the tables in report.html are damaged") from None
-
-
 def check_report(contents: Contents) -> Iterator[str]:
     """The tables of the page against the CSV files, its model against model.glb."""
-    page, arrays = report_data(contents)
+    page, arrays = contents.report
     try:
         numbers = np.frombuffer(base64.b64decode(arrays, validate=True), np.uint8)
     except binascii.Error:
@@ -196,7 +181,7 @@ def _check_facts(contents: Contents, html: str) -> Iterator[str]:
         yield "report.html has a fact that cannot be read"
     if "cutlist.xlsx" not in contents.files:
         return
-    summary = workbook_tables(contents, "cutlist.xlsx")["Summary"]
+    summary = contents.workbook["Summary"]
     known = {row[0].partition(" (")[0]: (row[1], row[2]) for row in summary if len(row) == 3}
     for groups in _FACT.findall(html):
         name, text, note = map(unescape, groups[:3] if groups[0] else groups[3:])

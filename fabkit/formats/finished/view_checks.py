@@ -10,7 +10,8 @@ from fabkit.formats.finished.dxf_checks import are_texts
 from fabkit.formats.finished.dxf_files import DxfFile
 from fabkit.formats.finished.part_geometry import PartSolid
 from fabkit.production import HIDDEN, LABEL, VISIBLE
-from fabkit.production.part_drawing import SAME_LINE_MM
+from fabkit.production.part_drawing import LABEL_MM, SAME_LINE_MM, VIEW_GAP_MM
+from fabkit.production.part_views import CHORDS
 from geometry.arrays import BoolArray, FloatArray
 
 __all__ = ["check_views"]
@@ -19,10 +20,6 @@ LINE_TOLERANCE_MM = 1e-6
 """Largest distance in mm of a point of a drawing from where the solid has it; 9 decimals are written."""
 LEAST_LINE_MM = 2e-3
 """Length in mm of an edge as it is seen, from which on it must be drawn: shorter ones are points there."""
-ARC_STEP = np.pi / 24
-"""Angle in radians between the points of an arc or of the half of a circle that is seen obliquely."""
-VIEWS_APART_MM, LETTERS_MM = 60.0, 12.0
-"""Distance in mm of the view from outside from that from the side above it, and height of letters between them."""
 
 
 def check_views(name: str, file: DxfFile, solid: PartSolid, texts: tuple[str, ...]) -> Iterator[str]:
@@ -55,14 +52,14 @@ def check_views(name: str, file: DxfFile, solid: PartSolid, texts: tuple[str, ..
     if off.max(initial=0.0) > LINE_TOLERANCE_MM:
         yield f"{name} has a circle that is not a hole of the solid"
     labels = [points for _, points in file.curves.get(LABEL, [])]
-    if not are_texts(labels, [[text] for text in texts], LETTERS_MM):
+    if not are_texts(labels, [[text] for text in texts], LABEL_MM):
         yield f"{name} does not have the labels {', '.join(texts)}"
 
 
 def _seen(points: FloatArray, solid: PartSolid, up: int) -> FloatArray:
     """(..., 2) points seen from the side (up: 2), or from outside (1) below that view."""
     reach = np.concatenate([solid.corners, solid.centres])
-    down = 0.0 if up == 2 else reach[:, 2].min() - VIEWS_APART_MM - reach[:, 1].max()
+    down = 0.0 if up == 2 else reach[:, 2].min() - VIEW_GAP_MM - reach[:, 1].max()
     found: FloatArray = points[..., [0, up]] + [0.0, down]
     return found
 
@@ -116,5 +113,5 @@ def _are_outlines(lines: FloatArray, solid: PartSolid) -> bool:
 def _is_arc(points: FloatArray) -> bool:
     """Whether the points are those of an arc that is seen at any angle, in equal steps: p[k-1] + p[k+1] - 2 cos p[k] is
     the same for all."""
-    found = points[:-2] + points[2:] - 2 * np.cos(ARC_STEP) * points[1:-1]
+    found = points[:-2] + points[2:] - 2 * np.cos(np.pi / CHORDS) * points[1:-1]
     return len(points) > 3 and bool(np.abs(found - found.mean(axis=0)).max() <= LINE_TOLERANCE_MM)

@@ -16,6 +16,9 @@ __all__ = ["css_name", "html_page", "key_facts", "model_html", "part_of_page", "
 SHARED_SCRIPTS = ("model.js", "camera.js", "program.js", "viewer.js", "table.js", "controls.js")
 """Scripts of every page, before its own."""
 
+FIND_IN_REPORT = "Find a mark or piece"
+"""What the field beside the model of a build is for."""
+
 REPORT_SCRIPTS = ("card.js", "page.js")
 """Scripts of the page of a build, after those."""
 
@@ -98,7 +101,7 @@ def report_values(page: str) -> dict[str, str]:
     >>> report_values(Path("roof/report.html").read_text())["name"]
     'structure'
     """
-    model = _text("model.html").replace("$colours", _text("colours.html")).replace("$find", "Find a mark or piece")
+    model = _text("model.html").replace("$colours", _text("colours.html")).replace("$find", FIND_IN_REPORT)
     template = _text("page.html").replace("$body", _text("report.html").replace("$model", model))
     first, *rest = re.split(r"\$(\w+)", template)
     at, found = len(first), {}

@@ -15,7 +15,15 @@ import numpy as np
 
 from fabkit.formats.report.figures import histogram, sheet_picture
 from fabkit.formats.report.fitness import fitness_html
-from fabkit.formats.report.html_page import REPORT_SCRIPTS, css_name, html_page, key_facts, model_html, part_of_page
+from fabkit.formats.report.html_page import (
+    FIND_IN_REPORT,
+    REPORT_SCRIPTS,
+    css_name,
+    html_page,
+    key_facts,
+    model_html,
+    part_of_page,
+)
 from fabkit.formats.report.model import model_data
 from fabkit.formats.report.tables import cells_data, table_html
 from fabkit.formats.shown import left_out_bars, placed_parts
@@ -72,7 +80,7 @@ def report_html(
         key_facts=key_facts((f.name, f.text, f.note) for f in (*facts.parts, *facts.sheets) if REPORT in f.shown),
         left_out=_left_out(assembly),
         fitness=fitness_html(summary.fitness, assembly),
-        model=model_html(_layers(assembly), find="Find a mark or piece", colours=part_of_page("colours.html")),
+        model=model_html(_layers(assembly), find=FIND_IN_REPORT, colours=part_of_page("colours.html")),
         mesh_facts=_mesh_facts(facts.mesh),
         mended=_mended(summary),
         deviations=_deviations(summary, assembly),
