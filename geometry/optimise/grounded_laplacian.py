@@ -10,7 +10,6 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-import pyamg
 from scipy.sparse import coo_array, csr_array, csr_matrix, diags_array
 from scipy.sparse.linalg import LinearOperator, cg
 
@@ -100,6 +99,8 @@ class GroundedLaplacian:
 
     @cached_property
     def _multigrid(self) -> LinearOperator:
+        import pyamg  # takes long to import
+
         solver: LinearOperator = pyamg.ruge_stuben_solver(csr_matrix(self._reduced)).aspreconditioner()
         return solver
 

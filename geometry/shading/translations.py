@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import LinearConstraint, NonlinearConstraint, approx_fprime, minimize
 
 from geometry.arrays import FloatArray, IntArray, floats
 from geometry.errors import GeometryError
@@ -126,6 +125,8 @@ def _best_near(
     c = fins.mesh.combinatorics
     least = min(LEAST_RISE, float(fins.rises.min()))
     near = np.flatnonzero(fins.rises < bound + least)  # others rise enough for every x
+    from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize  # takes long to import
+
     constraints: list[NonlinearConstraint | LinearConstraint] = [
         NonlinearConstraint(lambda x: x @ x, -np.inf, bound**2)
     ]
@@ -144,6 +145,8 @@ def _best_near(
 
 def _shortest(cost: Callable[[FloatArray], float], start: FloatArray, fins: Fins) -> FloatArray:
     """(3,) a shortest translation near a start for which all panels are completely shaded."""
+
+    from scipy.optimize import NonlinearConstraint, approx_fprime, minimize  # takes long to import
 
     def squared_length(x: FloatArray) -> float:
         return float(x @ x)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
 from geometry.arrays import FloatArray, IntArray, floats, integers, short_repr
@@ -147,6 +146,8 @@ def _roots(coefficients: FloatArray, low: FloatArray, high: FloatArray, points: 
 
 def _splines(points: FloatArray, lengths: FloatArray, corners: IntArray, closed: bool) -> FloatArray:
     """(S, 4, 3) spans through all the points, from corner to corner."""
+    from scipy.interpolate import CubicSpline  # takes long to import
+
     k = len(points)
     if closed:
         smooth = len(corners) == 0

@@ -48,19 +48,26 @@ def may_have_equals(corners: FloatArray, within: float) -> BoolArray:
     """(P,) whether solids with corners (P, n, 3) in mm may be equal to another one of them, to `within` in mm.
 
     No turn changes the distances of the corners from their mean. So solids are grouped where these distances differ
-    little, and a solid that is alone in its group has no equal. Sorting by one distance after the other takes n log n.
+    little, and a solid that is alone in its group has no equal.
     """
     distances = np.sort(np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2), axis=1)
     levels = np.unique(np.linspace(0, distances.shape[1] - 1, DISTANCE_LEVELS).astype(np.int64))
     # `within` in each coordinate of a corner, and again in each coordinate of the mean
     max_difference = 2 * np.sqrt(3) * within + DISTANCE_ROUNDING * distances.max(initial=0.0)
-    group = np.zeros(len(distances), dtype=np.int64)
-    for values in (distances.mean(axis=1), *distances[:, levels].T):
+    group = _chained(np.stack([distances.mean(axis=1), *distances[:, levels].T]), max_difference)
+    in_company: BoolArray = np.bincount(group)[group] > 1
+    return in_company
+
+
+def _chained(coordinates: FloatArray, max_difference: float) -> IntArray:
+    """(P,) groups of points with coordinates (d, P): any two that differ by at most max_difference in
+    each coordinate are in one group. Sorting by one coordinate after the other takes n log n."""
+    group = np.zeros(coordinates.shape[1], dtype=np.int64)
+    for values in coordinates:
         order = np.lexsort((values, group))
         begins = (np.diff(group[order]) > 0) | (np.diff(values[order]) > max_difference)
         group[order] = np.concatenate([[0], np.cumsum(begins)])[: len(order)]
-    in_company: BoolArray = np.bincount(group)[group] > 1
-    return in_company
+    return group
 
 
 def equal_shapes(
@@ -126,9 +133,12 @@ def equal_shapes(
         order = rows[np.lexsort((deviation, kept[rows]))][::-1]
         nearest[kept[order]] = order  # the last one written is the nearest
         first[rows] = nearest[kept[rows]]
-    for part in range(shapes.n_shapes):
+    group = _chained(points.T, within)
+    n_together = np.bincount(np.unique(group * shapes.n_shapes + parts) // shapes.n_shapes)
+    in_company = n_together[group[:: shapes.n_turns]] > 1  # others are near to themselves only
+    for part in np.flatnonzero(in_company).tolist():
         if ungrouped[part]:
-            ungrouped[part] = False
+            ungrouped[: part + 1] = False
             hits = near(points[part * shapes.n_turns])
             if len(hits):
                 own = shapes.at(np.array([part]), np.array([0]), np.arange(shapes.n_corners))[0]
