@@ -127,6 +127,18 @@ def test_damage_is_named(made: Path, tmp_path: Path, damage: Callable[[Path], ob
     assert any(sentence in each for each in found), found
 
 
+@pytest.mark.parametrize(("column", "more"), [("Length (mm)", 0.003), ("Corner (deg)", 2e-6), ("Bevel (deg)", 2e-4)])
+def test_edges_of_panels_are_those_of_their_solids(tmp_path: Path, column: str, more: float) -> None:
+    layers, documents = [{"edges": "mitred"}], ["parts", "tables"]
+    build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out=tmp_path / "roof", layers=layers, documents=documents))
+    path = tmp_path / "roof" / "panel_edges.csv"
+    head, *lines = path.read_text().splitlines()
+    cells, place = lines[2].split(","), head.split(",").index(column)
+    cells[place] = f"{float(cells[place]) + more:.6f}"
+    path.write_text("\n".join([head, *lines[:2], ",".join(cells), *lines[3:], ""]))
+    assert check_folder(tmp_path / "roof", hashes=False) == (f"panel_edges.csv does not have the edges of {cells[0]}",)
+
+
 def test_an_edited_manifest_is_named_alone(made: Path, tmp_path: Path) -> None:
     shutil.copytree(made, tmp_path / "copy")
     in_manifest(tmp_path / "copy", note="mine")
