@@ -63,6 +63,10 @@ _SIGNS = (
     ),
     ("Flange long point, Flange short point", "Of a tee on hubs the same lengths of its flange."),
     ("Flange back at A, Flange back at B", "How far that is cut back along x at either end."),
+    (
+        "Hand hole at A, Hand hole at B",
+        "Middle of the hole along x from the long point at that end, seen from which it is in the left side.",
+    ),
     ("Bevel", "Of a mitred edge of a panel, from the square cut, positive where the upper side reaches further."),
     ("Dihedral", "Angle between the outward normals of two faces, positive where the surface is convex."),
     ("Height deviation", "Distance of the two parallel meshes at a beam, less the height of its section."),
