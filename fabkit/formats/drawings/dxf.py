@@ -125,11 +125,10 @@ def _filled(template: _Template, drawings: Sequence[Drawing]) -> Iterator[bytes]
     n_rings = np.array([sum(map(len, drawing.circles.values())) for drawing in drawings])
     points = Ragged(curves.values, curves.starts[bounds(n_curves.sum(axis=1))])
     low, high = _extents(points, Ragged(rings, bounds(n_rings)))
-    for drawing, is_finite in zip(drawings, np.isfinite([low, high]).all(axis=(0, 2)).tolist(), strict=True):
-        if not is_finite:
-            raise OutputError(
-                f"the drawing {drawing.name} has no curves, or coordinates that are not finite; leave it out"
-            )
+    not_finite = np.flatnonzero(~np.isfinite([low, high]).all(axis=(0, 2)))
+    if len(not_finite):
+        name = drawings[not_finite[0]].name
+        raise OutputError(f"the drawing {name} has no curves, or coordinates that are not finite; leave it out")
     first = np.full(len(drawings), template.first_handle)
     lines, first = polylines(space, layers, curves, n_curves, first)
     arcs, first = circles(space, ring_layers, rings, n_rings, first)
