@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from fabkit.checking.convex_pieces import MAX_CORNERS_UNCUT, triangles
-from fabkit.checking.separation import PARALLEL_AXES_SINE, Pieces, shafts
+from fabkit.checking.separation import Pieces, distinct, shafts
 from fabkit.parts import Measures, SolidArray, Topology, prism_topology
 from geometry.arrays import BoolArray, FloatArray
 
@@ -118,18 +118,4 @@ def _triangular_prisms(batch: SolidArray) -> SolidArray:
 
 
 def _pieces(batch: SolidArray) -> Pieces:
-    tail, head = batch.topology.edges.T
-    edges = batch.vertices[:, head] - batch.vertices[:, tail]
-    directions = edges / np.linalg.norm(edges, axis=-1, keepdims=True)
-    return Pieces(batch.parts, batch.vertices, _distinct(batch.normals), _distinct(directions))
-
-
-def _distinct(directions: FloatArray) -> FloatArray:
-    """(P, k, 3) the directions, out of (P, m, 3), without those that are parallel to an earlier one in all solids."""
-    kept: list[int] = []
-    for k in range(directions.shape[1]):
-        turn = np.cross(directions[:, kept], directions[:, k : k + 1])
-        parallel = (np.abs(turn) <= PARALLEL_AXES_SINE).all(axis=(0, 2))
-        if not parallel.any():
-            kept.append(k)
-    return directions[:, kept]
+    return Pieces(batch.parts, batch.vertices, distinct(batch.normals), batch.topology.edges)

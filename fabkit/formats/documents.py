@@ -76,13 +76,15 @@ def write_documents(
         with stages("Meshes"):
             write_mesh(folder / "M.obj", pair.mesh * (1 / summary.scale_mm), origin=summary.origin)
             write_mesh(folder / "S.obj", pair.gauss_image)
+    parts_folder = folder / "parts" if "parts" in chosen else None
+    if parts_folder:
+        parts_folder.mkdir()
     if "step" in chosen:
-        with stages("STEP model"):
-            write_step(folder / "model.step", assembly, **_step_head(rules))
-    if "parts" in chosen:
-        with stages("STEP parts"):
-            (folder / "parts").mkdir()
-            write_part_steps(folder / "parts", assembly.groups, **_step_head(rules))
+        with stages("STEP"):
+            write_step(folder / "model.step", assembly, parts_folder=parts_folder, **_step_head(rules))
+    elif parts_folder:
+        with stages("STEP"):
+            write_part_steps(parts_folder, assembly.groups, **_step_head(rules))
     drawn = rules.drawings
     title = issued.title_of(summary.name)
     kept: dict[str, Any] = {"labels": drawn.labels, "corner_mm": drawn.corner_mm, "title": title}
