@@ -164,9 +164,9 @@ def _write_table(workbook: Any, table: Table, project: str, issued: TitleBlock) 
     lines = np.ones(table.n_rows, dtype=np.int64)
     for each, width in zip(table.by_column, widths, strict=True):
         texts = [cell for cell in each.cells if isinstance(cell, str)]
-        taken = {shape: _lines(shape, width) for shape in set(map(_shape, texts))}
+        taken = {shape: _lines(shape, width) for shape in _shapes(texts)}
         if max(taken.values(), default=1) > 1:
-            lines = np.maximum(lines, [taken[_shape(cell)] if isinstance(cell, str) else 1 for cell in each.cells])
+            lines = np.maximum(lines, [taken.get(_shape(str(cell)), 1) for cell in each.cells])
     for number in (np.flatnonzero(lines > 1) + 1).tolist():
         sheet.set_row(number, LINE_POINTS * int(lines[number - 1]))
     if table.totals:
@@ -193,7 +193,7 @@ def _widths(table: Table) -> list[int]:
         for name, texts, total in zip(table.columns, columns, totals, strict=True)
     ]
     natural = [
-        max(head, _pixels(total, bold=True), *map(_pixels, {*map(_shape, texts)} or {""}))
+        max(head, _pixels(total, bold=True), *map(_pixels, _shapes(texts)))
         for head, total, texts in zip(heads, totals, columns, strict=True)
     ]
     for paper, least in (
@@ -214,6 +214,10 @@ def _widths(table: Table) -> list[int]:
 def _shape(text: str) -> str:
     """A text of the same width that many share: all digits are as wide as 0."""
     return text.translate(_DIGITS)
+
+
+def _shapes(texts: Sequence[str]) -> set[str]:
+    return set(_shape("\0".join(texts)).split("\0"))
 
 
 def _pixels(text: str, bold: bool = False) -> float:
