@@ -137,7 +137,7 @@ def write_documents(
                 left_out_lines=missing,
                 issue=issued.issue,
             )
-            (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
+            (folder / "report.html").write_bytes(text.encode())
 
 
 def _of_written_files(tables: Sequence[Table], folders: Set[str]) -> tuple[Table, ...]:

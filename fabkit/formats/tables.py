@@ -44,7 +44,7 @@ def write_csv(target: Path | TextIO, table: Table, rules: TableRules | None = No
     lines += [[sentence] + [""] * (len(table.columns) - 1) for sentence in missing]
     text = "\n".join(map(rules.delimiter.join, lines)) + "\n"
     if isinstance(target, Path):
-        target.write_text(text, encoding="utf-8-sig" if rules.bom else "utf-8", newline="")
+        target.write_bytes(text.encode("utf-8-sig" if rules.bom else "utf-8"))
     else:
         target.write(text)
 
