@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fabkit.kinds import BEAM, NODE, PANEL
-from fabkit.parts import Frame, Kind
+from fabkit.parts import Column, Frame, Kind
 from fabkit.production import Table
 
 __all__ = ["legend"]
@@ -180,7 +180,8 @@ def legend(site: Frame | None = None, kinds: Sequence[Kind[Any]] = ()) -> Table:
             frames.setdefault(kind.frame, []).append(kind.group)
     of_kinds = [(f"Own frame of {', '.join(groups)}", frame) for frame, groups in frames.items()]
     rows = (_FILES, _UNITS, ("Mark", mark), *_SIGNS, ("Own frame", _OWN_FRAME), *of_kinds, ("Site", _of_site(site)))
-    return Table("legend", ("Sign", "Meaning"), (None, None), rows)
+    signs, meanings = zip(*rows, strict=True)
+    return Table("legend", (Column("Sign", None, signs), Column("Meaning", None, meanings)))
 
 
 def _of_site(site: Frame | None) -> str:
