@@ -123,11 +123,11 @@ def _places(points: Sequence[FloatArray]) -> tuple[IntArray, BoolArray]:
     return places, is_seen
 
 
-def _by_layer(shown: Sequence[tuple[R, IntArray, IntArray]], n: int) -> list[list[R]]:
+def _by_layer(shown: Sequence[tuple[R, IntArray, IntArray]], n: int) -> tuple[list[R], list[R]]:
     """The visible ones and the hidden ones of each of n parts."""
     rows, part, layer = zip(*shown, strict=True)
-    every, of_part, in_layer = type(rows[0]).joined(rows), np.concatenate(part), np.concatenate(layer)
-    return [every[in_layer == k].grouped(of_part[in_layer == k], n) for k in (0, 1)]
+    every = type(rows[0]).joined(rows).grouped(np.concatenate(layer) * n + np.concatenate(part), 2 * n)
+    return every[:n], every[n:]
 
 
 def _labels(parts: Parts[Any], reach: FloatArray, down: FloatArray) -> list[Curves]:
