@@ -23,6 +23,7 @@ def main() -> None:
         app()
     finally:
         exit_at_once()
+        gc.freeze()  # Python looks for cycles once more when it ends, through all that imports and a build have left
 
 
 if __name__ == "__main__":
