@@ -73,8 +73,9 @@ def _of_group(parts: Parts[Any], table: Table, title: str) -> Iterator[Drawing]:
             lines.append(_shown(view.lines, batch.parts, offset, Curves.of([])))
             circles.append(_shown(view.circles, batch.parts, offset, Ragged.of([], shape=(3,))))
     layers = zip(*_by_layer(lines, n), _labels(parts, reach, down), *_by_layer(circles, n), strict=True)
-    for mark, row, (*curves, rings, hidden) in zip(parts.mark_names, table.texts, layers, strict=True):
-        words = [f"{name}: {text}" for name, text in zip(table.columns, row, strict=True) if text]
+    said = [[f"{column.title}: {text}" if text else "" for text in column.texts] for column in table.by_column]
+    for mark, row, (*curves, rings, hidden) in zip(parts.mark_names, zip(*said, strict=True), layers, strict=True):
+        words = filter(None, row)
         yield Drawing(
             mark,
             dict(zip((VISIBLE, HIDDEN, LABEL), curves, strict=True)),
