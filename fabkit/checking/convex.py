@@ -29,6 +29,8 @@ def convex_pieces(batch: SolidArray) -> list[Pieces]:
         centres = batch.vertices[:, batch.topology.rounds[0, :3:2]]
         return [shafts(batch.parts, centres, batch.normals, Measures(batch.topology, batch.vertices).radii[:, 0])]
     uncut = _is_uncut(batch)
+    if uncut.all():
+        return [_pieces(batch)]
     return [_pieces(part) for part in (batch[uncut], _triangular_prisms(batch[~uncut])) if len(part.parts)]
 
 
@@ -73,7 +75,7 @@ def _is_uncut(batch: SolidArray) -> BoolArray:
     is_convex = np.empty(len(batch.parts), dtype=bool)
     done = 0
     for few in batch.in_batches():
-        normals = few.normals
+        normals = batch.normals[done : done + len(few.parts)]
         levels = np.einsum("pfk,pfk->pf", normals, few.vertices[:, t.face_vertex])
         heights = normals @ few.vertices.transpose(0, 2, 1) - levels[..., None]
         is_convex[done : done + len(few.parts)] = heights.max(axis=(1, 2), initial=-np.inf) <= CONVEXITY_TOLERANCE_MM

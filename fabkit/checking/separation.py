@@ -91,9 +91,7 @@ class Pieces:
 def distinct(directions: FloatArray) -> FloatArray:
     """(P, k, 3) the directions, out of (P, m, 3), without those that are parallel to an earlier one in all rows."""
     kept: list[int] = []
-    may_be = _are_parallel(
-        directions[:1, :, None], directions[:1, None]
-    )  # in all rows, as they are so in the first one
+    may_be = _are_parallel(directions[:1, :, None], directions[:1, None])  # since they are in the first row
     for k in range(directions.shape[1]):
         earlier = [j for j in kept if may_be[:, j, k].any()]
         if not any(_are_parallel(directions[:, j], directions[:, k]).all() for j in earlier):

@@ -80,10 +80,10 @@ def write_documents(
     if parts_folder:
         parts_folder.mkdir()
     if "step" in chosen:
-        with stages("STEP"):
+        with stages("STEP model and parts" if parts_folder else "STEP model"):  # whose solids are the same text
             write_step(folder / "model.step", assembly, parts_folder=parts_folder, **_step_head(rules))
     elif parts_folder:
-        with stages("STEP"):
+        with stages("STEP parts"):
             write_part_steps(parts_folder, assembly.groups, **_step_head(rules))
     drawn = rules.drawings
     title = issued.title_of(summary.name)

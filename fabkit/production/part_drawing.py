@@ -73,8 +73,9 @@ def _of_group(parts: Parts[Any], table: Table, title: str) -> Iterator[Drawing]:
             lines.append(_shown(view.lines, batch.parts, offset, Curves.of([])))
             circles.append(_shown(view.circles, batch.parts, offset, Ragged.of([], shape=(3,))))
     layers = zip(*_by_layer(lines, n), _labels(parts, reach, down), *_by_layer(circles, n), strict=True)
-    for mark, row, (*curves, rings, hidden) in zip(parts.mark_names, table.texts, layers, strict=True):
-        words = [f"{name}: {text}" for name, text in zip(table.columns, row, strict=True) if text]
+    said = [[f"{column.title}: {text}" if text else "" for text in column.texts] for column in table.by_column]
+    for mark, row, (*curves, rings, hidden) in zip(parts.mark_names, zip(*said, strict=True), layers, strict=True):
+        words = filter(None, row)
         yield Drawing(
             mark,
             dict(zip((VISIBLE, HIDDEN, LABEL), curves, strict=True)),
@@ -123,11 +124,11 @@ def _places(points: Sequence[FloatArray]) -> tuple[IntArray, BoolArray]:
     return places, is_seen
 
 
-def _by_layer(shown: Sequence[tuple[R, IntArray, IntArray]], n: int) -> list[list[R]]:
+def _by_layer(shown: Sequence[tuple[R, IntArray, IntArray]], n: int) -> tuple[list[R], list[R]]:
     """The visible ones and the hidden ones of each of n parts."""
     rows, part, layer = zip(*shown, strict=True)
-    every, of_part, in_layer = type(rows[0]).joined(rows), np.concatenate(part), np.concatenate(layer)
-    return [every[in_layer == k].grouped(of_part[in_layer == k], n) for k in (0, 1)]
+    every = type(rows[0]).joined(rows).grouped(np.concatenate(layer) * n + np.concatenate(part), 2 * n)
+    return every[:n], every[n:]
 
 
 def _labels(parts: Parts[Any], reach: FloatArray, down: FloatArray) -> list[Curves]:

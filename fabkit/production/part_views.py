@@ -63,7 +63,7 @@ class _Sight:
         own = normals[:, t.polygonal]
         facing = self.facing(own)
         levels = np.einsum("pgk,pgk->pg", own, vertices[:, t.corners[t.first_corner]])
-        heights = levels[:, None] - np.einsum("psk,pgk->psg", points, own)  # of the planes over the points
+        heights = levels[:, None] - points @ np.moveaxis(own, 1, 2)  # of the planes over the points
         before = (heights > BEHIND_MM * facing[:, None]) & (facing > EDGE_ON_COSINE)[:, None]  # (P, S, G)
         face = np.searchsorted(t.polygonal, t.corner_face)
         sides = np.flatnonzero(before.any(axis=(0, 1))[face])
@@ -86,14 +86,18 @@ def views(of: Measures, axes: FloatArray) -> View:
     are the outline.
     """
     sight = _Sight(of, axes)
-    circles: list[tuple[FloatArray, BoolArray, BoolArray]] = []
-    lines = _edges(sight)
+    found = _edges(sight)
     for k in range(len(of.topology.rounds)):
-        lines += _outlines(sight, k)
-        for end in (0, 1):
-            found = _end(sight, k, end)
-            (circles if found[0][0].ndim == 2 else lines).extend(found)
-    return View(lines, circles)
+        found += [*_outlines(sight, k), *_end(sight, k, 0), *_end(sight, k, 1)]
+    shapes, middles, fronts, exists = zip(*found, strict=True)
+    visible = sight.is_free(np.stack(middles, axis=1)).T & np.stack(fronts)
+    drawn = list(zip(shapes, visible, exists, strict=True))
+    return View([each for each in drawn if each[0].ndim == 3], [each for each in drawn if each[0].ndim == 2])
+
+
+_Drawn = tuple[FloatArray, FloatArray, BoolArray, BoolArray]
+"""A line of every solid (P, k, 2), or a circle (P, 3); the point of it that shows whether it is hidden (P, 3); whether
+it can be seen, and whether it is drawn at all (P,)."""
 
 
 @lru_cache(maxsize=256)
@@ -105,7 +109,7 @@ def _faces_at_edges(topology: Topology) -> IntArray:
     return np.array([(face[a, b], face[b, a]) for a, b in t.edges.tolist()], dtype=np.int64).reshape(-1, 2)
 
 
-def _edges(sight: _Sight) -> list[tuple[FloatArray, BoolArray, BoolArray]]:
+def _edges(sight: _Sight) -> list[_Drawn]:
     """Straight edges and arcs."""
     t, vertices = sight.of.topology, sight.of.vertices
     straight = vertices[:, t.edges]  # (P, E, 2, 3)
@@ -115,11 +119,11 @@ def _edges(sight: _Sight) -> list[tuple[FloatArray, BoolArray, BoolArray]]:
     exists = ~((is_fillet[first] | is_fillet[second]) & slanted[:, first] & slanted[:, second])
     arcs = _arcs(sight) if len(t.fillets) else np.zeros((len(vertices), 0, 1, 3))
     middles = np.concatenate([straight.mean(axis=2), arcs[:, :, arcs.shape[2] // 2]], axis=1)
-    free = sight.is_free(middles) if middles.shape[1] else np.zeros((len(vertices), 0), dtype=bool)
     every = np.ones((len(vertices), arcs.shape[1]), dtype=bool)
-    lines = [*np.moveaxis(sight.flat(straight), 1, 0), *np.moveaxis(sight.flat(arcs), 1, 0)]
+    lines = [*np.moveaxis(sight.flat(vertices)[:, t.edges], 1, 0), *np.moveaxis(sight.flat(arcs), 1, 0)]
     exists = np.concatenate([exists, every], axis=1)
-    return [(line, free[:, k], exists[:, k]) for k, line in enumerate(lines)]
+    fronts = np.ones(len(vertices), dtype=bool)
+    return [(line, middles[:, k], fronts, exists[:, k]) for k, line in enumerate(lines)]
 
 
 def _arcs(sight: _Sight) -> FloatArray:
@@ -134,19 +138,19 @@ def _arcs(sight: _Sight) -> FloatArray:
     return np.asarray(arcs.reshape(len(arcs), -1, *arcs.shape[3:]))
 
 
-def _outlines(sight: _Sight, k: int) -> list[tuple[FloatArray, BoolArray, BoolArray]]:
+def _outlines(sight: _Sight, k: int) -> list[_Drawn]:
     """The lines along a round that are its outline; hidden of a bore."""
     aside, _ = _across(sight, k)
     exists = np.abs(sight.facing(sight.of.round_axes[:, :, k].T)) < 1 - EDGE_ON_COSINE
     found = []
     for side in (1, -1):
         line = np.stack([_at_end(sight, k, end, side * aside[:, None])[:, 0] for end in (0, 1)], axis=1)
-        free = sight.is_free(line.mean(axis=1, keepdims=True))[:, 0]
-        found.append((sight.flat(line), free & (sight.of.topology.rounds[k, 6] == SHAFT), exists))
+        front = np.full(len(line), sight.of.topology.rounds[k, 6] == SHAFT)
+        found.append((sight.flat(line), line.mean(axis=1), front, exists))
     return found
 
 
-def _end(sight: _Sight, k: int, end: int) -> list[tuple[FloatArray, BoolArray, BoolArray]]:
+def _end(sight: _Sight, k: int, end: int) -> list[_Drawn]:
     """The edge of a round in the face at one of its ends: a circle where all solids show it as one, else the halves
     before and behind the axis. Edge on, that of a bore in a face with corners is a part of that face's own line, and is
     not drawn."""
@@ -160,13 +164,13 @@ def _end(sight: _Sight, k: int, end: int) -> list[tuple[FloatArray, BoolArray, B
     for side in (1, -1):
         half = aside[:, None] * np.cos(angles) + side * before[:, None] * np.sin(angles)
         line = _at_end(sight, k, end, half)
-        free = sight.is_free(line[:, CHORDS // 2 : CHORDS // 2 + 1])[:, 0]
-        is_before = is_shaft and side == 1
-        found.append((sight.flat(line), free & ((facing > EDGE_ON_COSINE) | is_before), exists))
+        front = (facing > EDGE_ON_COSINE) | (is_shaft and side == 1)
+        found.append((sight.flat(line), line[:, CHORDS // 2], front, exists))
     along = np.abs(sight.facing(of.round_axes[:, :, k].T))
     if (np.minimum(np.abs(facing), along) > 1 - EDGE_ON_COSINE).all():
         circle = np.concatenate([sight.flat(_at_end(sight, k, end, 0 * aside[:, None])[:, 0]), of.radii[:, k, None]], 1)
-        return [(circle, found[0][1] & (facing > 0), exists)]
+        _, middle, front, _ = found[0]
+        return [(circle, middle, front & (facing > 0), exists)]
     return found
 
 

@@ -104,7 +104,8 @@ def write_dxfs(folder: Path, drawings: Iterable[Drawing], *, version: Version = 
     left = iter(drawings)
     while batch := list(islice(left, DRAWINGS_PER_BATCH)):
         for drawing, text in zip(batch, _files(batch, version), strict=True):
-            (folder / f"{drawing.name}{suffix}").write_bytes(text)
+            with open(f"{folder}/{drawing.name}{suffix}", "wb", buffering=0) as file:
+                file.write(text)
 
 
 def _files(drawings: Sequence[Drawing], version: Version) -> Iterator[bytes]:
