@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -42,28 +43,22 @@ def write_csv(target: Path | TextIO, table: Table, rules: TableRules | None = No
         lines += zip(*(_written(column, rules) for column in totals), strict=True)
     missing = _written(Column("", None, table.left_out), rules)
     lines += [[sentence] + [""] * (len(table.columns) - 1) for sentence in missing]
-    text = "\n".join(map(rules.delimiter.join, lines)) + "\n"
     if isinstance(target, Path):
-        target.write_bytes(text.encode("utf-8-sig" if rules.bom else "utf-8"))
+        with target.open("w", encoding="utf-8-sig" if rules.bom else "utf-8", newline="") as stream:
+            csv.writer(stream, delimiter=rules.delimiter, lineterminator="\n").writerows(lines)
     else:
-        target.write(text)
+        csv.writer(target, delimiter=rules.delimiter, lineterminator="\n").writerows(lines)
 
 
 def _written(column: Column, rules: TableRules) -> Sequence[str]:
-    """The texts of a column, in quotation marks where a reader would part them [RFC 4180]; as they are where none needs
-    a change, which is known from all of them at once."""
+    """The texts of a column, as they are where no text can be a formula, which is known from all of them at once."""
     texts, has_words = column.texts, str in set(map(type, column.cells))
-    words = " ".join(texts) if has_words else ""
-    if rules.decimal != "." or _POSSIBLE_FORMULA.search(words):
-        texts = [
-            spreadsheet_safe(text) if isinstance(cell, str) else text.replace(".", rules.decimal)
-            for cell, text in zip(column.cells, texts, strict=True)
-        ]
-    signs = (rules.delimiter, '"', "\n")
-    if not any(sign in words for sign in (*signs, "\r")):
+    if rules.decimal == "." and not (has_words and _POSSIBLE_FORMULA.search(" ".join(texts))):
         return texts
-    quoted = {text: '"{}"'.format(text.replace('"', '""')) for text in {*texts} if any(sign in text for sign in signs)}
-    return [quoted.get(text, text) for text in texts]
+    return [
+        spreadsheet_safe(text) if isinstance(cell, str) else text.replace(".", rules.decimal)
+        for cell, text in zip(column.cells, texts, strict=True)
+    ]
 
 
 def spreadsheet_safe(cell: str) -> str:
@@ -74,5 +69,5 @@ def spreadsheet_safe(cell: str) -> str:
     """
     if not _POSSIBLE_FORMULA.search(cell) or _NUMBER.fullmatch(cell):
         return cell
-    lines = cell.replace("\r\n", "\n").replace("\r", "\n")  # readers take a lone \r for a line end
+    lines = cell.replace("\r\n", "\n").replace("\r", "\n")  # of which csv.writer quotes no \r
     return _FORMULA_START.sub("'", lines)

@@ -104,8 +104,7 @@ def write_dxfs(folder: Path, drawings: Iterable[Drawing], *, version: Version = 
     left = iter(drawings)
     while batch := list(islice(left, DRAWINGS_PER_BATCH)):
         for drawing, text in zip(batch, _files(batch, version), strict=True):
-            with open(f"{folder}/{drawing.name}{suffix}", "wb", buffering=0) as file:
-                file.write(text)
+            (folder / f"{drawing.name}{suffix}").write_bytes(text)  # buffered: a full disk ends a raw write early
 
 
 def _files(drawings: Sequence[Drawing], version: Version) -> Iterator[bytes]:
