@@ -497,7 +497,7 @@ LAYERS: dict[str, tuple[str, ...]] = {
     ),
     "fabkit.parts.shapes": ("topology", "fillets", "solid profiles"),
     "fabkit.parts": (
-        "finish frame material section ragged symmetry",
+        "columns finish frame material section ragged symmetry",
         "build_up plates kind curves",
         "solids",
         "parts",

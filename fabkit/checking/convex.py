@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from fabkit.checking.convex_pieces import MAX_CORNERS_UNCUT, triangles
-from fabkit.checking.separation import PARALLEL_AXES_SINE, Pieces, shafts
+from fabkit.checking.separation import Pieces, distinct, shafts
 from fabkit.parts import Measures, SolidArray, Topology, prism_topology
 from geometry.arrays import BoolArray, FloatArray
 
@@ -29,6 +29,8 @@ def convex_pieces(batch: SolidArray) -> list[Pieces]:
         centres = batch.vertices[:, batch.topology.rounds[0, :3:2]]
         return [shafts(batch.parts, centres, batch.normals, Measures(batch.topology, batch.vertices).radii[:, 0])]
     uncut = _is_uncut(batch)
+    if uncut.all():
+        return [_pieces(batch)]
     return [_pieces(part) for part in (batch[uncut], _triangular_prisms(batch[~uncut])) if len(part.parts)]
 
 
@@ -73,7 +75,7 @@ def _is_uncut(batch: SolidArray) -> BoolArray:
     is_convex = np.empty(len(batch.parts), dtype=bool)
     done = 0
     for few in batch.in_batches():
-        normals = few.normals
+        normals = batch.normals[done : done + len(few.parts)]
         levels = np.einsum("pfk,pfk->pf", normals, few.vertices[:, t.face_vertex])
         heights = normals @ few.vertices.transpose(0, 2, 1) - levels[..., None]
         is_convex[done : done + len(few.parts)] = heights.max(axis=(1, 2), initial=-np.inf) <= CONVEXITY_TOLERANCE_MM
@@ -118,18 +120,4 @@ def _triangular_prisms(batch: SolidArray) -> SolidArray:
 
 
 def _pieces(batch: SolidArray) -> Pieces:
-    tail, head = batch.topology.edges.T
-    edges = batch.vertices[:, head] - batch.vertices[:, tail]
-    directions = edges / np.linalg.norm(edges, axis=-1, keepdims=True)
-    return Pieces(batch.parts, batch.vertices, _distinct(batch.normals), _distinct(directions))
-
-
-def _distinct(directions: FloatArray) -> FloatArray:
-    """(P, k, 3) the directions, out of (P, m, 3), without those that are parallel to an earlier one in all solids."""
-    kept: list[int] = []
-    for k in range(directions.shape[1]):
-        turn = np.cross(directions[:, kept], directions[:, k : k + 1])
-        parallel = (np.abs(turn) <= PARALLEL_AXES_SINE).all(axis=(0, 2))
-        if not parallel.any():
-            kept.append(k)
-    return directions[:, kept]
+    return Pieces(batch.parts, batch.vertices, distinct(batch.normals), batch.topology.edges)

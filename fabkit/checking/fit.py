@@ -13,14 +13,16 @@ from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["EndFits", "end_fits"]
 
-MAX_FIT_VALUES_IN_MEMORY = 4_000_000
-"""Number of values held in memory while beam ends are compared with facets: 32 MB."""
+MAX_FIT_VALUES_IN_MEMORY = 1_000_000
+"""Number of values held in memory while beam ends are compared with facets: 8 MB, near to the processor."""
 
 STEEPEST_END_COSINE = 0.1
 """Cosine of the angle between the normal of a face and the bar's axis, up to which the face is a side: no end is cut at
 84 degrees from square."""
 
 
+OVERHANG_ROUNDING_MM = 1e-9
+"""Distance in mm up to which an end only exceeds its facet by rounding, and leaves nothing of itself uncovered."""
 SAME_PLANE_MM = 1e-3
 """Distance in mm between two facets up to which a beam end counts as near both, and belongs to the one that it exceeds
 less. The shortest edge of a solid is as long."""
@@ -65,8 +67,9 @@ def end_fits(beams: Parts[BeamDetails], nodes: Parts[NodeDetails]) -> EndFits:
                 own = bar[beam[some]], end[some]
                 moves = beams.details.end_gaps_mm[beam[some], end[some], None] * normals[own]
                 moved = corners[own] + moves[:, None]
-                own_blocks = blocks[row[node[some]]]
-                gaps[some], overhangs[some], facets = _misfits(moved, normals[own], own_blocks)
+                block = row[node[some]]
+                own_blocks = blocks[block]
+                gaps[some], overhangs[some], facets = _misfits(moved, normals[own], own_blocks, blocks.normals[block])
                 uncovered[some] = _uncovered_percent(moved, normals[own], own_blocks, facets, overhangs[some])
     return EndFits(beam, end, node, gaps, overhangs, uncovered)
 
@@ -112,23 +115,31 @@ def _sharp_corners(topology: Topology) -> IntArray:
     return np.stack([np.pad(outline, (0, most - len(outline)), mode="edge") for outline in outlines])
 
 
-def _misfits(corners: FloatArray, normals: FloatArray, blocks: SolidArray) -> tuple[FloatArray, FloatArray, IntArray]:
+def _misfits(
+    corners: FloatArray, normals: FloatArray, blocks: SolidArray, outwards: FloatArray
+) -> tuple[FloatArray, FloatArray, IntArray]:
     """(K,) plane_gap_mm, (K,) overhang_mm and (K,) the facet of end faces with corners (K, m, 3) and normals (K, 3),
-    each on the block of its own row."""
+    each on the block of its own row, whose faces have normals outwards (K, F, 3)."""
     t = blocks.topology
     if not len(t.polygonal):
         return _misfits_on_tubes(corners, normals, blocks)
-    starts, facing = t.first_corner, np.ascontiguousarray(blocks.normals[:, t.polygonal])
-    here, following = blocks.vertices[:, t.corners], blocks.vertices[:, t.corners[t.next_corner]]
-    gaps = np.abs(_levels(facing, here[:, starts], corners)).max(axis=-1)
-    outward = np.cross(following - here, blocks.normals[:, t.corner_face])
-    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
-    overhangs = np.maximum.reduceat(_levels(outward, here, corners).max(axis=-1), starts, axis=1)
+    x, across, points = (  # ends last, which is fastest
+        np.ascontiguousarray(each.transpose(axes))
+        for each, axes in ((blocks.vertices, (2, 1, 0)), (outwards, (2, 1, 0)), (corners, (1, 2, 0)))
+    )
+    here, of = x[:, t.corners], across[:, t.corner_face]
+    side = x[:, t.corners[t.next_corner]] - here
+    outward = np.stack([side[i - 2] * of[i - 1] - side[i - 1] * of[i - 2] for i in range(3)])
+    outward /= np.sqrt((outward * outward).sum(axis=0))
+    facing, anchors = across[:, t.polygonal], here[:, t.first_corner]
+    gaps = np.max([np.abs((facing * (point[:, None] - anchors)).sum(axis=0)) for point in points], axis=0)
+    beyond = np.max([(outward * (point[:, None] - here)).sum(axis=0) for point in points], axis=0)
+    overhangs = np.maximum.reduceat(beyond, t.first_corner, axis=0)
     misfit = np.where(gaps > SAME_PLANE_MM, gaps, 0.0) + SAME_PLANE_MM * np.maximum(overhangs, 0.0)
-    misfit[np.einsum("kfj,kj->kf", facing, normals) >= 0] = np.inf
-    rows, best = np.arange(len(misfit)), misfit.argmin(axis=1)
-    none = np.isinf(misfit[rows, best])
-    return np.where(none, np.inf, gaps[rows, best]), np.where(none, np.inf, overhangs[rows, best]), t.polygonal[best]
+    misfit[np.einsum("jfk,kj->fk", facing, normals) >= 0] = np.inf
+    best = misfit.argmin(axis=0), np.arange(len(corners))
+    none = np.isinf(misfit[best])
+    return np.where(none, np.inf, gaps[best]), np.where(none, np.inf, overhangs[best]), t.polygonal[best[0]]
 
 
 def _uncovered_percent(
@@ -137,7 +148,7 @@ def _uncovered_percent(
     """(K,) percentage of the rectangle about each end face, its width times its height, that lies outside its facet,
     both projected along the normal of the end. Ends begin with an edge along their width or height."""
     found = np.zeros(len(corners))
-    over = np.flatnonzero((overhangs > 0) & np.isfinite(overhangs) & (facets >= 0))
+    over = np.flatnonzero((overhangs > OVERHANG_ROUNDING_MM) & np.isfinite(overhangs) & (facets >= 0))
     if not len(over):
         return found
     along = corners[over, 1] - corners[over, 0]
@@ -169,10 +180,3 @@ def _misfits_on_tubes(
     past_contact = np.maximum(across.min(axis=1), -across.max(axis=1))
     overhangs = np.maximum(np.maximum(-along, along - length).max(axis=1), past_contact)
     return gaps, overhangs, np.full(len(corners), -1)
-
-
-def _levels(normals: FloatArray, anchors: FloatArray, points: FloatArray) -> FloatArray:
-    """(K, n, m) heights of points (K, m, 3) above planes through anchors (K, n, 3) with unit normals (K, n, 3)."""
-    heights: FloatArray = normals @ points.transpose(0, 2, 1)
-    heights -= np.einsum("knj,knj->kn", normals, anchors)[..., None]
-    return heights

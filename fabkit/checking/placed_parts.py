@@ -147,7 +147,9 @@ def violations(
     invalid = list(_invalid_solids(positions, every, fit_mm, shortest_edge_mm, name))
     is_valid = np.ones(len(positions), dtype=bool)
     is_valid[[position for position, _ in invalid]] = False
-    valid, fitting = [batch[is_valid[batch.parts]] for batch in every], positions.where(is_valid)
+    valid, fitting = every, assembly
+    if invalid:
+        valid, fitting = [batch[is_valid[batch.parts]] for batch in every], positions.where(is_valid)
     shared = _of_shared_solids(assembly, fit_mm)
     return (
         *_twice(assembly),

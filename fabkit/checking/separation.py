@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from geometry.arrays import FloatArray, IntArray
+from geometry.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["Pieces", "depths", "shafts"]
+__all__ = ["Pieces", "depths", "distinct", "shafts"]
 
 PARALLEL_AXES_SINE = 1e-10
 """Sine of the angle below which two directions count as one axis. Over 10 m the overlap is too large by 1e-6 mm at
 most."""
-MAX_PROJECTIONS_IN_MEMORY = 4_000_000
-"""Number of projections held in memory at a time: 32 MB."""
+MAX_PROJECTIONS_IN_MEMORY = 400_000
+"""Number of projections held in memory at a time: 3 MB, which the processor's cache holds."""
 MAX_SEPARATION_STEPS = 200
 """Number of steps in which a direction is sought that separates round pieces: enough for gaps above 1/1000 of their
 size. Smaller gaps are found between faces, and between a face and a round bar."""
@@ -24,17 +24,17 @@ size. Smaller gaps are found between faces, and between a face and a round bar."
 class Pieces:
     """Convex polyhedra with equally many vertices, or round bars, in world coordinates.
 
-    parts (Q,): position of the part to which each belongs. vertices (Q, V, 3) in mm; normals (Q, N, 3) and
-    directions (Q, D, 3): unit vectors along all face normals and all edges, parallel ones once.
+    parts (Q,): position of the part to which each belongs. vertices (Q, V, 3) in mm; normals (Q, N, 3): unit vectors
+    along all face normals, parallel ones once; edges (E, 2): vertices at their ends.
 
-    A round bar has its two centres for vertices, and its axis for a direction. half_axes (Q, 2, 2, 3) in mm, None of
+    A round bar has its two centres for vertices, and its axis for an edge. half_axes (Q, 2, 2, 3) in mm, None of
     polyhedra: of the circle or ellipse about each centre.
     """
 
     parts: IntArray
     vertices: FloatArray
     normals: FloatArray
-    directions: FloatArray
+    edges: IntArray
     half_axes: FloatArray | None = None
 
     @property
@@ -46,15 +46,26 @@ class Pieces:
     def taken(self, rows: IntArray) -> Pieces:
         """The pieces at these rows."""
         half_axes = None if self.half_axes is None else self.half_axes[rows]
-        return Pieces(self.parts[rows], self.vertices[rows], self.normals[rows], self.directions[rows], half_axes)
+        return Pieces(self.parts[rows], self.vertices[rows], self.normals[rows], self.edges, half_axes)
+
+    @property
+    def directions(self) -> FloatArray:
+        """(Q, D, 3) unit vectors along all edges, parallel ones once."""
+        along = self.vertices[:, self.edges[:, 1]] - self.vertices[:, self.edges[:, 0]]
+        return distinct(along / np.linalg.norm(along, axis=-1, keepdims=True))
 
     def extents(self, axes: FloatArray, origin: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(Q, A) least and largest projections onto axes (Q, A, 3), from an origin (Q, 1, 3)."""
-        levels = axes @ (self.vertices - origin).transpose(0, 2, 1)
-        if self.half_axes is None:
-            return levels.min(axis=-1), levels.max(axis=-1)
-        reach = np.linalg.norm(np.einsum("qak,qvhk->qavh", axes, self.half_axes), axis=-1)
-        return (levels - reach).min(axis=-1), (levels + reach).max(axis=-1)
+        points = np.ascontiguousarray((self.vertices - origin).transpose(1, 2, 0))  # pieces last, which is fastest
+        low, high = np.empty((2, *axes.shape[1::-1]))
+        for k, (x, y, z) in enumerate(np.ascontiguousarray(axes.transpose(1, 2, 0))):
+            levels = x * points[:, 0] + y * points[:, 1] + z * points[:, 2]
+            least = largest = levels
+            if self.half_axes is not None:
+                reach = np.linalg.norm(np.einsum("qk,qvhk->vqh", axes[:, k], self.half_axes), axis=-1)
+                least, largest = levels - reach, levels + reach
+            low[k], high[k] = least.min(axis=0), largest.max(axis=0)
+        return low.T, high.T
 
     def furthest(self, along: FloatArray) -> FloatArray:
         """(Q, 3) the point of each piece furthest along a direction (Q, 3)."""
@@ -77,6 +88,22 @@ class Pieces:
         return _units(across)
 
 
+def distinct(directions: FloatArray) -> FloatArray:
+    """(P, k, 3) the directions, out of (P, m, 3), without those that are parallel to an earlier one in all rows."""
+    kept: list[int] = []
+    may_be = _are_parallel(directions[:1, :, None], directions[:1, None])  # since they are in the first row
+    for k in range(directions.shape[1]):
+        earlier = [j for j in kept if may_be[:, j, k].any()]
+        if not any(_are_parallel(directions[:, j], directions[:, k]).all() for j in earlier):
+            kept.append(k)
+    return directions[:, kept]
+
+
+def _are_parallel(first: FloatArray, second: FloatArray) -> BoolArray:
+    """(...,) whether unit vectors (..., 3) lie along one axis."""
+    return np.asarray((np.abs(np.cross(first, second)) <= PARALLEL_AXES_SINE).all(axis=-1))
+
+
 def shafts(parts: IntArray, centres: FloatArray, normals: FloatArray, radii: FloatArray) -> Pieces:
     """Round bars of the parts (Q,), between planes through centres (Q, 2, 3) with unit normals (Q, 2, 3); radii (Q,) in
     mm."""
@@ -90,7 +117,7 @@ def shafts(parts: IntArray, centres: FloatArray, normals: FloatArray, radii: Flo
     lean = lean / np.linalg.norm(lean, axis=-1, keepdims=True)
     major = lean - axes * np.einsum("qek,qek->qe", normals, lean)[..., None] / along
     half_axes = radii[:, None, None, None] * np.stack([major, np.cross(axes, lean)], axis=2)
-    return Pieces(parts, centres, normals, axes, half_axes)
+    return Pieces(parts, centres, normals, np.array([[0, 1]]), half_axes)
 
 
 def depths(first: Pieces, second: Pieces, pairs: IntArray, *, touching_mm: float) -> FloatArray:
@@ -105,17 +132,16 @@ def depths(first: Pieces, second: Pieces, pairs: IntArray, *, touching_mm: float
     other piece; where all of these overlap, the nearest points of the two are sought. The depth of
     an overlap of a round bar may be too large.
     """
-    result = np.empty(len(pairs))
+    result = np.full(len(pairs), np.inf)
     n_vertices = first.vertices.shape[1] + second.vertices.shape[1]
-    numbers = (first.normals.shape[1] + second.normals.shape[1]) * n_vertices
-    for rows in _chunks(np.arange(len(pairs)), numbers):
-        one, other = first.taken(pairs[rows, 0]), second.taken(pairs[rows, 1])
-        result[rows] = _overlaps(np.concatenate([one.normals, other.normals], axis=1), one, other)
-    numbers = (first.directions.shape[1] * second.directions.shape[1] + n_vertices) * n_vertices
-    for rows in _chunks(np.flatnonzero(result > touching_mm), numbers):
-        one, other = first.taken(pairs[rows, 0]), second.taken(pairs[rows, 1])
-        axes = [_products(one.directions, other.directions), one.towards(other.vertices), other.towards(one.vertices)]
-        result[rows] = np.minimum(result[rows], _overlaps(np.concatenate(axes, axis=1), one, other))
+    for n_axes, axes_of in (
+        (first.normals.shape[1], lambda one, other: one.normals),
+        (second.normals.shape[1], lambda one, other: other.normals),
+        (len(first.edges) * len(second.edges) + n_vertices, _axes_between),
+    ):
+        for rows in _chunks(np.flatnonzero(result > touching_mm), n_axes * n_vertices):
+            one, other = first.taken(pairs[rows, 0]), second.taken(pairs[rows, 1])
+            result[rows] = np.minimum(result[rows], _overlaps(axes_of(one, other), one, other))
     if first.half_axes is not None or second.half_axes is not None:
         rows = np.flatnonzero(result > touching_mm)
         one, other = first.taken(pairs[rows, 0]), second.taken(pairs[rows, 1])
@@ -150,6 +176,13 @@ def _chunks(rows: IntArray, numbers: int) -> list[IntArray]:
     """The rows in batches of at most MAX_PROJECTIONS_IN_MEMORY projections. numbers: of projections in a row."""
     size = max(1, MAX_PROJECTIONS_IN_MEMORY // numbers)
     return [rows[start : start + size] for start in range(0, len(rows), size)]
+
+
+def _axes_between(one: Pieces, other: Pieces) -> FloatArray:
+    """(K, A, 3) unit vectors perpendicular to an edge of either piece in each row, and from round bars to corners; some
+    of them zero."""
+    products = _products(one.directions, other.directions)
+    return np.concatenate([products, one.towards(other.vertices), other.towards(one.vertices)], axis=1)
 
 
 def _products(first: FloatArray, second: FloatArray) -> FloatArray:

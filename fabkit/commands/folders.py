@@ -63,11 +63,11 @@ def diff_command(
         from fabkit.formats.finished import differences_page, folder_differences
 
         table = folder_differences(old, new)
-        for row in [table.columns, *table.texts[:MAX_LINES]] if table.rows else []:
+        for row in [table.columns, *table.texts[:MAX_LINES]] if table.n_rows else []:
             OUT.print(printable("  ".join(f"{cell:<12}" for cell in row).rstrip()))
-        if len(table.rows) > MAX_LINES:
-            OUT.print(f"and {len(table.rows) - MAX_LINES} more")
-        changes = [row[0] for row in table.rows]
+        if table.n_rows > MAX_LINES:
+            OUT.print(f"and {table.n_rows - MAX_LINES} more")
+        changes = table.by_column[0].cells
         counts = ", ".join(f"{changes.count(change)} {change}" for change in ("new", "gone", "changed"))
         OUT.print(counts if changes else "no piece is new, gone or changed")
         if out is not None:

@@ -7,7 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from fabkit.detailing.ends import Ends
-from fabkit.detailing.shapes.bars import bar_solids, cut_planes, flange_points, stepped_tees, with_hand_holes
+from fabkit.detailing.shapes.bars import (
+    bar_solids,
+    cut_planes,
+    flange_points,
+    hand_hole_middles,
+    stepped_tees,
+    with_hand_holes,
+)
 from fabkit.kinds import BEAM, BeamDetails
 from fabkit.parts import Material, Parts, Section, Solids
 from fabkit.rules import DetailingRules
@@ -87,7 +94,7 @@ def make_beams(
     nodes = structure.mesh.combinatorics.edges[edges]
     sections, which = ends.bars.sections, ends.bars.of_edge[edges]
     section, flanges = np.empty(len(edges), dtype=object), np.empty((len(edges), 2))
-    backs = np.full_like(back, np.nan)
+    backs, holes = np.full_like(back, np.nan), np.full_like(back, np.nan)
     for number, each in enumerate(sections):
         own = which == number
         section[own] = each
@@ -95,6 +102,9 @@ def make_beams(
         if stepped is not None:
             backs[own] = stepped
         flanges[own] = flange_points(each, shapes.corners[edges[own]], stepped)
+        if rules.connection.kind == "bolted":
+            planes = cut_planes(shapes.corners[edges[own]])
+            holes[own] = hand_hole_middles(each, planes, rules.connection.hand_hole_length_mm)
     return Parts.each_its_own(
         BEAM,
         edges,
@@ -111,6 +121,7 @@ def make_beams(
             short_point_mm=shapes.short_point[edges],
             flange_points_mm=flanges,
             flange_backs_mm=backs,
+            hand_holes_mm=holes,
             dihedral_deg=np.degrees(dihedral_angles(structure.mesh)[edges]),
             height_deviation_mm=structure.heights[edges] * structure.distance - np.ptp(ends.bars.levels[edges], axis=1),
             twist_deg=np.degrees(structure.twists[edges]),

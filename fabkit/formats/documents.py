@@ -17,7 +17,7 @@ from fabkit.formats.step import write_part_steps, write_step
 from fabkit.formats.tables import write_csv
 from fabkit.formats.workbook import write_xlsx
 from fabkit.kinds import BEAM, PANEL
-from fabkit.parts import Assembly
+from fabkit.parts import Assembly, Column
 from fabkit.production import (
     CutList,
     Nest,
@@ -76,13 +76,15 @@ def write_documents(
         with stages("Meshes"):
             write_mesh(folder / "M.obj", pair.mesh * (1 / summary.scale_mm), origin=summary.origin)
             write_mesh(folder / "S.obj", pair.gauss_image)
+    parts_folder = folder / "parts" if "parts" in chosen else None
+    if parts_folder:
+        parts_folder.mkdir()
     if "step" in chosen:
-        with stages("STEP model"):
-            write_step(folder / "model.step", assembly, **_step_head(rules))
-    if "parts" in chosen:
+        with stages("STEP model and parts" if parts_folder else "STEP model"):  # whose solids are the same text
+            write_step(folder / "model.step", assembly, parts_folder=parts_folder, **_step_head(rules))
+    elif parts_folder:
         with stages("STEP parts"):
-            (folder / "parts").mkdir()
-            write_part_steps(folder / "parts", assembly.groups, **_step_head(rules))
+            write_part_steps(parts_folder, assembly.groups, **_step_head(rules))
     drawn = rules.drawings
     title = issued.title_of(summary.name)
     kept: dict[str, Any] = {"labels": drawn.labels, "corner_mm": drawn.corner_mm, "title": title}
@@ -135,24 +137,22 @@ def write_documents(
                 left_out_lines=missing,
                 issue=issued.issue,
             )
-            (folder / "report.html").write_text(text, encoding="utf-8", newline="\n")
+            (folder / "report.html").write_bytes(text.encode())
 
 
 def _of_written_files(tables: Sequence[Table], folders: Set[str]) -> tuple[Table, ...]:
     """The tables without the names of files in folders that are not written."""
     if {"parts", "panels"} <= folders:
         return tuple(tables)
-    found = []
-    for table in tables:
-        file = table.columns.index("File") if "File" in table.columns else None
-        rows = [
-            tuple(
-                "" if k == file and str(cell).partition("/")[0] not in folders else cell for k, cell in enumerate(row)
-            )
-            for row in table.rows
-        ]
-        found.append(replace(table, rows=tuple(rows)))
-    return tuple(found)
+    return tuple(
+        replace(table, by_column=tuple(_of_written(column, folders) for column in table.by_column)) for table in tables
+    )
+
+
+def _of_written(column: Column, folders: Set[str]) -> Column:
+    if column.title != "File":
+        return column
+    return replace(column, cells=[file if str(file).partition("/")[0] in folders else "" for file in column.cells])
 
 
 def _step_head(rules: DocumentRules) -> dict[str, Any]:

@@ -29,6 +29,11 @@ _FLOAT, _UINT16, _UINT32 = 5126, 5123, 5125
 _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER = 34962, 34963
 """Targets of glTF buffer views: values of vertices, and indices of them."""
 _CHUNK_JSON, _CHUNK_BIN = b"JSON", b"BIN\0"
+_NODE = '{"name":%s,"mesh":%s,"translation":[%r,%r,%r],"rotation":[%r,%r,%r,%r]%s}'
+_VECTORS = f'"byteOffset":%s,"componentType":{_FLOAT},"count":%s,"type":"VEC3"'
+_POSITIONS = f'{{"bufferView":0,{_VECTORS},"min":[%r,%r,%r],"max":[%r,%r,%r]}}'
+_NORMALS = f'{{"bufferView":1,{_VECTORS}}}'
+_MESH = '{"name":%s,"primitives":[{"attributes":{"POSITION":%s,"NORMAL":%s},"indices":%s,"material":%s}]}'
 
 
 def glb_bytes(assembly: Assembly, left_out_lines: FloatArray | None = None) -> bytes:
@@ -87,16 +92,14 @@ class _Scene:
             self.groups.setdefault(zone, []).append(len(self.nodes) + 1)
             self.nodes.append(_json({"name": f"{zone} {name}".strip(), "children": [first + n for n in own]}))
         columns = zip(
-            placed.names,
+            map(_json, placed.names),
             self._add_meshes(placed),
             np.round(placed.translations / 1000, 9).tolist(),  # a micrometre's thousandth
             np.round(placed.rotations, 12).tolist(),
-            placed.elements.tolist(),
+            [f',"extras":{{"element":{element}}}' if element >= 0 else "" for element in placed.elements.tolist()],
             strict=True,
         )
-        for mark, mesh, translation, rotation, element in columns:
-            node = {"name": mark, "mesh": mesh, "translation": translation, "rotation": rotation}
-            self.nodes.append(_json({**node, "extras": {"element": element}} if element >= 0 else node))
+        self.nodes += [_NODE % (mark, mesh, *place, *turn, extras) for mark, mesh, place, turn, extras in columns]
 
     def _add_meshes(self, placed: Placed) -> list[int]:
         """Mesh of each thing; one for each pair of solid and material, in the order of first use."""
@@ -124,19 +127,16 @@ class _Scene:
         for shape in shapes:
             places = starts[shape.solids][:, None] + np.arange(shape.points.shape[1])
             points[places], normals[places] = shape.points / 1000, shape.normals
-        least, largest = (each.reduceat(points, starts[:-1]).tolist() for each in (np.minimum, np.maximum))
+        extents = np.concatenate([each.reduceat(points, starts[:-1]) for each in (np.minimum, np.maximum)], axis=1)
         self.points.append(points.tobytes())
         self.normals.append(normals.tobytes())
-        numbers = zip(names, (12 * (self.n_points + starts)).tolist(), counts.tolist(), least, largest, strict=False)
-        for n, (name, offset, count, low, high) in enumerate(numbers):
+        offsets = (12 * (self.n_points + starts[:-1])).tolist()
+        columns = zip(map(_json, names), offsets, counts.tolist(), extents.tolist(), strict=True)
+        for n, (name, offset, count, extent) in enumerate(columns):
             position = len(self.accessors)
-            vector = f'"byteOffset":{offset},"componentType":{_FLOAT},"count":{count},"type":"VEC3"'
-            extent = f'"min":{_json(low)},"max":{_json(high)}'
-            self.accessors += [f'{{"bufferView":0,{vector},{extent}}}', f'{{"bufferView":1,{vector}}}']
+            self.accessors += [_POSITIONS % (offset, count, *extent), _NORMALS % (offset, count)]
             indices = self._indices(shapes[kind[n]].triangles[row[n]], count)
-            attributes = f'{{"POSITION":{position},"NORMAL":{position + 1}}}'
-            primitive = f'{{"attributes":{attributes},"indices":{indices},"material":{surfaces[surface[n]]}}}'
-            self.meshes.append(f'{{"name":{_json(name)},"primitives":[{primitive}]}}')
+            self.meshes.append(_MESH % (name, position, position + 1, indices, surfaces[surface[n]]))
         self.n_points += int(starts[-1])
 
     def _indices(self, triangles: IntArray, n_points: int) -> int:

@@ -6,6 +6,8 @@ of these functions is called.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import starmap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +25,8 @@ __all__ = ["to_build123d", "to_cadquery"]
 
 
 def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
-    """A part in its own frame as a Solid, or an assembly as a Compound: structure / group / part.
+    """A part in its own frame as a Solid, or an assembly as a Compound: structure / group / part, or
+    structure / zone / group / part where it has zones.
 
     The structure's location is the origin of the assembly, so that parts stand where the mesh file has them.
     The label of a part is its mark, within an assembly its instance name, as in STEP files; the colour that of its
@@ -55,18 +58,18 @@ def to_build123d(item: Part | Assembly) -> build123d.Solid | build123d.Compound:
     if isinstance(item, Part):
         return solid(item)
     shapes: dict[str, build123d.Solid] = {}
-    children = [
-        build123d.Compound(label=parts.kind.group, children=list(map(placed, parts, parts.piece_names)))
-        for parts in item.groups
-        if len(parts)
-    ]
+    children: list[build123d.Compound] = []
+    for zone, groups in _tree(item):
+        own = [build123d.Compound(label=name, children=list(starmap(placed, parts))) for name, parts in groups]
+        children += [build123d.Compound(label=zone, children=own)] if zone else own
     structure = build123d.Compound(label=item.name, children=children)
     structure.location = build123d.Location(_occt_motion(Frame(item.origin_mm, np.eye(3))))
     return structure
 
 
 def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly:
-    """A part in its own frame as a Workplane, or an assembly as an Assembly: structure / group / part.
+    """A part in its own frame as a Workplane, or an assembly as an Assembly: structure / group /
+    part, or structure / zone / group / part where it has zones.
 
     The structure's location is the origin of the assembly, so that parts stand where the mesh file has them.
     The name of a part within an assembly is its instance name, as in STEP files; its colour that of its kind; parts
@@ -89,20 +92,38 @@ def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly
     shapes: dict[str, cadquery.Solid] = {}
     place = cadquery.Location(_occt_motion(Frame(item.origin_mm, np.eye(3))))
     structure = cadquery.Assembly(name=item.name, loc=place)
-    for parts in item.groups:
-        group = cadquery.Assembly(name=parts.kind.group)
-        for part, name in zip(parts, parts.piece_names, strict=True):
-            if part.mark not in shapes:
-                shapes[part.mark] = cadquery.Solid(occt_solid(part.solid))
-            group.add(
-                shapes[part.mark],
-                name=name,
-                loc=cadquery.Location(_occt_motion(part.placement)),
-                color=cadquery.Color(*part.kind.colour),
-            )
-        if len(parts):
-            structure.add(group)
+    for zone, groups in _tree(item):
+        outer = cadquery.Assembly(name=zone) if zone else structure
+        for label, parts in groups:
+            group = cadquery.Assembly(name=label)
+            for part, name in parts:
+                if part.mark not in shapes:
+                    shapes[part.mark] = cadquery.Solid(occt_solid(part.solid))
+                group.add(
+                    shapes[part.mark],
+                    name=name,
+                    loc=cadquery.Location(_occt_motion(part.placement)),
+                    color=cadquery.Color(*part.kind.colour),
+                )
+            outer.add(group)
+        if zone:
+            structure.add(outer)
     return structure
+
+
+def _tree(assembly: Assembly) -> Iterator[tuple[str, list[tuple[str, list[tuple[Part, str]]]]]]:
+    """Each zone that has parts, or an empty name where there are no zones, with the names of its groups and their parts
+    with their own."""
+    numbers = {parts.kind: assembly.zones.of(parts) for parts in assembly.groups}
+    for number, zone in enumerate(assembly.zones.names or ("",)):
+        groups = []
+        for parts in assembly.groups:
+            rows = np.flatnonzero(numbers[parts.kind] == number).tolist()
+            if rows:
+                names = parts.piece_names
+                groups.append((f"{zone} {parts.kind.group}".strip(), [(parts[row], names[row]) for row in rows]))
+        if groups:
+            yield zone, groups
 
 
 def _missing(package: str) -> FabkitError:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fabkit.kinds import BEAM, NODE, PANEL
-from fabkit.parts import Frame, Kind
+from fabkit.parts import Column, Frame, Kind
 from fabkit.production import Table
 
 __all__ = ["legend"]
@@ -63,6 +63,10 @@ _SIGNS = (
     ),
     ("Flange long point, Flange short point", "Of a tee on hubs the same lengths of its flange."),
     ("Flange back at A, Flange back at B", "How far that is cut back along x at either end."),
+    (
+        "Hand hole at A, Hand hole at B",
+        "Middle of the hole along x from the long point at that end, seen from which it is in the left side.",
+    ),
     ("Bevel", "Of a mitred edge of a panel, from the square cut, positive where the upper side reaches further."),
     ("Dihedral", "Angle between the outward normals of two faces, positive where the surface is convex."),
     ("Height deviation", "Distance of the two parallel meshes at a beam, less the height of its section."),
@@ -176,7 +180,8 @@ def legend(site: Frame | None = None, kinds: Sequence[Kind[Any]] = ()) -> Table:
             frames.setdefault(kind.frame, []).append(kind.group)
     of_kinds = [(f"Own frame of {', '.join(groups)}", frame) for frame, groups in frames.items()]
     rows = (_FILES, _UNITS, ("Mark", mark), *_SIGNS, ("Own frame", _OWN_FRAME), *of_kinds, ("Site", _of_site(site)))
-    return Table("legend", ("Sign", "Meaning"), (None, None), rows)
+    signs, meanings = zip(*rows, strict=True)
+    return Table("legend", (Column("Sign", None, signs), Column("Meaning", None, meanings)))
 
 
 def _of_site(site: Frame | None) -> str:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Sequence
-from itertools import compress
 from pathlib import Path
 from typing import TextIO
 
-from fabkit.parts import Cell
+from fabkit.parts import Column
 from fabkit.production import Table
 from fabkit.rules import TableRules
 
@@ -37,27 +36,28 @@ def write_csv(target: Path | TextIO, table: Table, rules: TableRules | None = No
     'B001,6,rhs 120x60x5,S355,22'
     """
     rules = rules or TableRules()
-    rows: list[Sequence[str]] = [[spreadsheet_safe(name) for name in table.columns]]
-    columns = zip(zip(*table.rows, strict=True), zip(*table.texts, strict=True), strict=True)
-    rows += zip(*(_written(cells, texts, rules) for cells, texts in columns), strict=True)
+    lines: list[Sequence[str]] = [_written(Column("", None, table.columns), rules)]
+    lines += zip(*(_written(column, rules) for column in table.by_column), strict=True)
     if table.totals:
-        rows.append(_written(table.totals, table.total_texts, rules))
-    rows += [[spreadsheet_safe(sentence)] + [""] * (len(table.columns) - 1) for sentence in table.left_out]
+        totals = (Column("", column.decimals, [column.total]) for column in table.by_column)
+        lines += zip(*(_written(column, rules) for column in totals), strict=True)
+    missing = _written(Column("", None, table.left_out), rules)
+    lines += [[sentence] + [""] * (len(table.columns) - 1) for sentence in missing]
     if isinstance(target, Path):
         with target.open("w", encoding="utf-8-sig" if rules.bom else "utf-8", newline="") as stream:
-            csv.writer(stream, delimiter=rules.delimiter, lineterminator="\n").writerows(rows)
+            csv.writer(stream, delimiter=rules.delimiter, lineterminator="\n").writerows(lines)
     else:
-        csv.writer(target, delimiter=rules.delimiter, lineterminator="\n").writerows(rows)
+        csv.writer(target, delimiter=rules.delimiter, lineterminator="\n").writerows(lines)
 
 
-def _written(cells: Sequence[Cell], texts: Sequence[str], rules: TableRules) -> Sequence[str]:
-    """The texts of a column, or of a row. Where no text can be a formula they are as they are."""
-    is_text = [isinstance(cell, str) for cell in cells]
-    if rules.decimal == "." and not _POSSIBLE_FORMULA.search(" ".join(compress(texts, is_text))):
+def _written(column: Column, rules: TableRules) -> Sequence[str]:
+    """The texts of a column, as they are where no text can be a formula, which is known from all of them at once."""
+    texts, has_words = column.texts, str in set(map(type, column.cells))
+    if rules.decimal == "." and not (has_words and _POSSIBLE_FORMULA.search(" ".join(texts))):
         return texts
     return [
-        spreadsheet_safe(text) if own else text.replace(".", rules.decimal)
-        for own, text in zip(is_text, texts, strict=True)
+        spreadsheet_safe(text) if isinstance(cell, str) else text.replace(".", rules.decimal)
+        for cell, text in zip(column.cells, texts, strict=True)
     ]
 
 

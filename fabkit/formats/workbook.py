@@ -102,8 +102,7 @@ def write_xlsx(
         workbook.formats[0].set_font_name(FONT)
         workbook.formats[0].set_font_size(FONT_POINTS)
         contents: list[tuple[str, Cell, str]] = [
-            (each.file, len(each.rows), "rows; not in this workbook" if each.title in apart else "rows")
-            for each in tables
+            (each.file, each.n_rows, "rows; not in this workbook" if each.title in apart else "rows") for each in tables
         ]
         _write_table(workbook, legend(summary.site, kinds), summary.name, issued)
         _write_summary(workbook, tables, contents, summary, facts, issued)
@@ -162,22 +161,22 @@ def _write_table(workbook: Any, table: Table, project: str, issued: TitleBlock) 
     sheet.set_row(0, LINE_POINTS * max(_lines(*each, bold=True) for each in shown_heads))
     for number, row in enumerate(table.rows, start=1):
         _write_row(sheet, number, row, formats)
-    lines = np.ones(len(table.rows), dtype=np.int64)
-    for column, width in enumerate(widths):
-        texts = [cell if isinstance(cell, str) else "" for cell in (row[column] for row in table.rows)]
-        taken = {shape: _lines(shape, width) for shape in set(map(_shape, texts))}
+    lines = np.ones(table.n_rows, dtype=np.int64)
+    for each, width in zip(table.by_column, widths, strict=True):
+        texts = [cell for cell in each.cells if isinstance(cell, str)]
+        taken = {shape: _lines(shape, width) for shape in _shapes(texts)}
         if max(taken.values(), default=1) > 1:
-            lines = np.maximum(lines, [taken[_shape(text)] for text in texts])
+            lines = np.maximum(lines, [taken.get(_shape(str(cell)), 1) for cell in each.cells])
     for number in (np.flatnonzero(lines > 1) + 1).tolist():
         sheet.set_row(number, LINE_POINTS * int(lines[number - 1]))
     if table.totals:
-        _write_row(sheet, len(table.rows) + 1, table.totals, total_formats)
+        _write_row(sheet, table.n_rows + 1, table.totals, total_formats)
     red = _format(workbook, font_color="red", text_wrap=True)
-    for number, sentence in enumerate(table.left_out, start=len(table.rows) + 2):
+    for number, sentence in enumerate(table.left_out, start=table.n_rows + 2):
         _merge(sheet, number, 0, len(widths) - 1, sentence, red)
         sheet.set_row(number, LINE_POINTS * _lines(sentence, sum(widths)))
     sheet.freeze_panes(1, 1)
-    sheet.autofilter(0, 0, len(table.rows), len(table.columns) - 1)
+    sheet.autofilter(0, 0, table.n_rows, len(table.columns) - 1)
     sheet.repeat_rows(0)
     _set_page(sheet, title, project, issued, sum(widths))
 
@@ -186,8 +185,7 @@ def _widths(table: Table) -> list[int]:
     """Width of each column in pixels: its longest text and the longest word of its heading. 0 of a column that is
     hidden: one without any text, and that of files, which have the names of the marks. Where the sheet would be wider
     than A4 upright, A4 across, and then A3 across, its texts take several lines."""
-    columns = list(zip(*table.texts, strict=True)) or [()] * len(table.columns)
-    totals = table.total_texts or ("",) * len(table.columns)
+    columns, totals = [column.texts for column in table.by_column], table.total_texts
     beside = [INDENT_PIXELS if decimals is None else 0 for decimals in table.decimals]
     heads = [max(_pixels(word, bold=True) for word in name.split()) for name in table.columns]
     hide = [
@@ -195,7 +193,7 @@ def _widths(table: Table) -> list[int]:
         for name, texts, total in zip(table.columns, columns, totals, strict=True)
     ]
     natural = [
-        max(head, _pixels(total, bold=True), *map(_pixels, {*map(_shape, texts)} or {""}))
+        max(head, _pixels(total, bold=True), *map(_pixels, _shapes(texts)))
         for head, total, texts in zip(heads, totals, columns, strict=True)
     ]
     for paper, least in (
@@ -216,6 +214,10 @@ def _widths(table: Table) -> list[int]:
 def _shape(text: str) -> str:
     """A text of the same width that many share: all digits are as wide as 0."""
     return text.translate(_DIGITS)
+
+
+def _shapes(texts: Sequence[str]) -> set[str]:
+    return set(_shape("\0".join(texts)).split("\0"))
 
 
 def _pixels(text: str, bold: bool = False) -> float:

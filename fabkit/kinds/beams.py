@@ -43,14 +43,15 @@ class BeamDetails(Details):
 
     nodes (n, 2): mesh vertices at ends A and B. section (n,): of each, a `Section`. cut_angles_deg (n, 2): angle
     between each end's cut and a square cut, positive where the outer side is the longer one. end_gaps_mm (n, 2):
-    distance of each end from the facet of its node. long_point_mm and
-    short_point_mm (n,): longest and shortest extent along the axis; flange_points_mm (n, 2): those of the flange of a
-    tee that is cut back further than its web, flange_backs_mm (n, 2): by how much at each end, along the axis; NaN of
-    other beams. dihedral_deg (n,): angle between the
-    normals of the two faces, positive where the mesh is convex, NaN at the boundary. height_deviation_mm (n,): distance
-    of the two parallel meshes at this edge minus the height of the section. twist_deg (n,): angle between the central
-    planes at its two ends. going_in_gaps_mm (n, 2): gaps that it needs at either end to go straight in from outside
-    and from inside, between two nodes that are fixed; one of the two is 0.
+    distance of each end from the facet of its node. long_point_mm and short_point_mm (n,): longest and shortest
+    extent along the axis; flange_points_mm (n, 2): those of the flange of a tee that is cut back further than its
+    web, flange_backs_mm (n, 2): by how much at each end, along the axis; NaN of other beams. hand_holes_mm (n, 2):
+    distance along the axis of the middle of the hand hole at each end, seen from which it is in the left side, from
+    the long point there; NaN where there is none. dihedral_deg (n,): angle between the normals of the two faces,
+    positive where the mesh is convex, NaN at the boundary. height_deviation_mm (n,): distance of the two parallel
+    meshes at this edge minus the height of the section. twist_deg (n,): angle between the central planes at its two
+    ends. going_in_gaps_mm (n, 2): gaps that it needs at either end to go straight in from outside and from inside,
+    between two nodes that are fixed; one of the two is 0.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -68,6 +69,7 @@ class BeamDetails(Details):
     short_point_mm: FloatArray
     flange_points_mm: FloatArray
     flange_backs_mm: FloatArray
+    hand_holes_mm: FloatArray
     dihedral_deg: FloatArray
     height_deviation_mm: FloatArray
     twist_deg: FloatArray
@@ -111,6 +113,8 @@ def _columns(beams: Parts[BeamDetails], around: Surroundings) -> list[Column]:
         of_first("Flange short point (mm)", 3, beams, own.flange_points_mm[:, 1]),
         of_first("Flange back at A (mm)", 3, beams, own.flange_backs_mm[:, 0]),
         of_first("Flange back at B (mm)", 3, beams, own.flange_backs_mm[:, 1]),
+        of_first("Hand hole at A (mm)", 3, beams, own.hand_holes_mm[:, 0]),
+        of_first("Hand hole at B (mm)", 3, beams, own.hand_holes_mm[:, 1]),
         of_first("End A (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 0]),
         of_first("End B (deg)", ANGLE_DECIMALS, beams, own.cut_angles_deg[:, 1]),
         Column("Ends", None, ends_glyphs(own.cut_angles_deg[beams.firsts])),
@@ -169,12 +173,13 @@ BEAM = Kind(
         short_point_mm=np.zeros(0),
         flange_points_mm=np.zeros((0, 2)),
         flange_backs_mm=np.zeros((0, 2)),
+        hand_holes_mm=np.zeros((0, 2)),
         dihedral_deg=np.zeros(0),
         height_deviation_mm=np.zeros(0),
         twist_deg=np.zeros(0),
         going_in_gaps_mm=np.zeros((0, 2)),
     ),
-    symmetry=Symmetry(("nodes", "cut_angles_deg", "end_gaps_mm", "flange_backs_mm"), (), _turns),
+    symmetry=Symmetry(("nodes", "cut_angles_deg", "end_gaps_mm", "flange_backs_mm", "hand_holes_mm"), (), _turns),
     columns=_columns,
     measures=_measures,
     labels=_labels,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.parts import Cell, Column, Parts, Ragged, Surroundings
+from fabkit.parts import Cell, Column, Parts, Ragged, Surroundings, texts
 from geometry.arrays import FloatArray, IntArray
 
 __all__ = [
@@ -28,7 +28,6 @@ __all__ = [
     "over_all",
     "ranges",
     "stock_of_plates",
-    "texts",
 ]
 
 NO_NEIGHBOUR = "-"
@@ -131,15 +130,6 @@ def grouped(words: Sequence[str], starts: IntArray) -> Iterable[Sequence[str]]:
 
 def joined(words: Sequence[str], starts: IntArray) -> list[str]:
     return [" / ".join(own) for own in grouped(words, starts)]
-
-
-def texts(cells: Sequence[Cell], decimals: int | None) -> list[str]:
-    """Each cell as text, numbers with this many decimals; a number that rounds to zero has no sign."""
-    if decimals is None:
-        return ["" if cell is None else str(cell) for cell in cells]
-    form, zero = f"%.{decimals}f", f"{0:.{decimals}f}"
-    found = [cell if isinstance(cell, str) else "" if cell is None else form % cell for cell in cells]
-    return [zero if text == "-" + zero else text for text in found]
 
 
 def ranges(values: FloatArray, group: IntArray, decimals: int) -> list[Cell]:

@@ -24,7 +24,6 @@ from fabkit.kinds.columns import (
     of_first,
     ranges,
     stock_of_plates,
-    texts,
 )
 from fabkit.kinds.faces import panel_faces
 from fabkit.parts import (
@@ -40,6 +39,7 @@ from fabkit.parts import (
     Turns,
     blanks,
     shifted,
+    texts,
 )
 from geometry.arrays import FloatArray, IntArray
 

@@ -3,10 +3,11 @@ degrees."""
 
 from fabkit.parts.assembly import LEFT_OUT_COLOUR, Assembly, LeftOut, Surroundings
 from fabkit.parts.build_up import BuildUp, Pane, plate_of_glass
+from fabkit.parts.columns import Cell, Column, texts
 from fabkit.parts.curves import Curves
 from fabkit.parts.finish import CoatedSide, EdgeWork, Finish
 from fabkit.parts.frame import Frame
-from fabkit.parts.kind import Cell, Column, Details, Kind, Measure, in_layer
+from fabkit.parts.kind import Details, Kind, Measure, in_layer
 from fabkit.parts.material import Material
 from fabkit.parts.parts import Part, Parts
 from fabkit.parts.plates import blanks
@@ -76,4 +77,5 @@ __all__ = [
     "round_vertices",
     "shaft_topology",
     "shifted",
+    "texts",
 ]

@@ -13,13 +13,12 @@ from typing import Any, Generic, Literal, Self, TypeVar
 
 import numpy as np
 
+from fabkit.parts.columns import Column
 from fabkit.parts.ragged import Ragged
 from fabkit.parts.symmetry import Symmetry
 from geometry.arrays import FloatArray, floats
 
-__all__ = ["Cell", "Column", "Details", "Kind", "Measure", "in_layer"]
-
-Cell = str | int | float | None
+__all__ = ["Details", "Kind", "Measure", "in_layer"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,30 +61,6 @@ class Details:
 
 
 P = TypeVar("P")
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of a cut list: one cell for each mark.
-
-    decimals: number of decimals shown, None for text. total: the cell below the column, None for an empty one. several:
-    whether a cell has several values in one text; such columns are for the report alone, since no program reads them.
-
-    >>> from fabkit import Project, design
-    >>> from geometry.mesh.shapes import dome
-    >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
-    >>> from fabkit.parts import Surroundings
-    >>> beams = built.assembly["beams"]
-    >>> column = beams.kind.columns(beams, Surroundings(built.assembly))[1]
-    >>> column.title, column.cells, column.total
-    ('Count', [6, 6, 6, 6, 6], 30)
-    """
-
-    title: str
-    decimals: int | None
-    cells: Sequence[Cell]
-    total: Cell = None
-    several: bool = False
 
 
 @dataclass(frozen=True, eq=False)

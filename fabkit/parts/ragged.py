@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, ClassVar, Self, overload
 
 import numpy as np
@@ -32,10 +33,12 @@ class Ragged:
     starts: IntArray
 
     def __post_init__(self) -> None:
-        values = np.array(self.values)
-        values.flags.writeable = False
-        object.__setattr__(self, "values", values)
-        object.__setattr__(self, "starts", integers(self.starts))
+        if self.values.flags.writeable:
+            values = np.array(self.values)
+            values.flags.writeable = False
+            object.__setattr__(self, "values", values)
+        if self.starts.flags.writeable:
+            object.__setattr__(self, "starts", integers(self.starts))
 
     @classmethod
     def of(
@@ -100,14 +103,16 @@ class Ragged:
 
     def grouped(self, group: IntArray, n_groups: int) -> list[Self]:
         """The rows of each group, from 0 to n_groups - 1, in their order. group (k,): of each row."""
+        if not len(self):
+            return [self] * n_groups
         order = np.argsort(group, kind="stable")
         sorted_ = self[order]
-        ends = np.searchsorted(group[order], np.arange(n_groups + 1)).tolist()
-        bounds = sorted_.starts[ends].tolist()
-        return [
-            type(self)(sorted_.values[first:last], sorted_.starts[start : end + 1] - first)
-            for start, end, first, last in zip(ends[:-1], ends[1:], bounds[:-1], bounds[1:], strict=True)
-        ]
+        ends = np.searchsorted(group[order], np.arange(n_groups + 1))
+        bounds, sizes = sorted_.starts[ends], np.diff(ends) + 1
+        rows = np.arange(sizes.sum()) - np.repeat(np.arange(n_groups), sizes)
+        starts = integers(sorted_.starts[rows] - np.repeat(bounds[:-1], sizes))
+        places = zip(pairwise(bounds.tolist()), pairwise((ends + np.arange(n_groups + 1)).tolist()), strict=True)
+        return [type(self)(sorted_.values[a:b], starts[c:d]) for (a, b), (c, d) in places]
 
     def reduced(self, function: np.ufunc, empty: float = np.nan) -> npt.NDArray[Any]:
         """(n, ...) np.minimum, np.maximum or np.add over each row; `empty` for a row without values."""

@@ -4,27 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from fabkit.kinds import PANEL
-from fabkit.kinds.columns import texts
-from fabkit.parts import Assembly, Cell, Column, Parts, Surroundings
+from fabkit.parts import Assembly, Cell, Column, Parts, Surroundings, texts
 from fabkit.production.nesting.nests import Nest
 
 __all__ = ["CutList", "Table", "cut_list", "table_file"]
 
-T = TypeVar("T")
-
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells. title: words in small letters.
+    """Columns of equally many cells, one at least. title: words in small letters.
 
-    columns: names with their units. decimals: number of decimals shown in each column; None for columns of text.
-    totals: one cell for each column, None where there is nothing to add up; empty for a table without totals.
-    left_out: sentences about the parts that are left out. several: the columns with several values in one cell.
+    left_out: sentences about the parts that are left out.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -36,44 +31,50 @@ class Table:
     """
 
     title: str
-    columns: tuple[str, ...]
-    decimals: tuple[int | None, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    totals: tuple[Cell, ...] = ()
+    by_column: tuple[Column, ...]
     left_out: tuple[str, ...] = ()
-    several: frozenset[str] = frozenset()
 
     @property
     def file(self) -> str:
         """The name of its CSV file, as `table_file` gives it."""
         return table_file(self.title)
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Their names, with units."""
+        return tuple(column.title for column in self.by_column)
+
+    @property
+    def decimals(self) -> tuple[int | None, ...]:
+        return tuple(column.decimals for column in self.by_column)
+
+    @property
+    def n_rows(self) -> int:
+        return len(self.by_column[0].cells)
+
+    @cached_property
+    def rows(self) -> tuple[tuple[Cell, ...], ...]:
+        return tuple(zip(*(column.cells for column in self.by_column), strict=True))
+
     @cached_property
     def texts(self) -> tuple[tuple[str, ...], ...]:
         """The rows as text: numbers with the decimals of their column, an empty text for an empty cell."""
-        columns = zip(*self.rows, strict=True)
-        return tuple(zip(*map(texts, columns, self.decimals), strict=True))
+        return tuple(zip(*(column.texts for column in self.by_column), strict=True))
 
-    @cached_property
+    @property
+    def totals(self) -> tuple[Cell, ...]:
+        """One cell for each column, None where there is nothing to add up; empty for a table without totals."""
+        totals = tuple(column.total for column in self.by_column)
+        return totals if any(total is not None for total in totals) else ()
+
+    @property
     def total_texts(self) -> tuple[str, ...]:
-        """The totals as text."""
-        return tuple(texts([cell], decimals)[0] for cell, decimals in zip(self.totals, self.decimals, strict=False))
+        """The totals as text, empty texts for a table without totals."""
+        return tuple(texts([column.total], column.decimals)[0] for column in self.by_column)
 
     def of_single_values(self) -> Table:
         """The table without the columns that have several values in one cell, as files for programs need it."""
-        kept = [k for k, name in enumerate(self.columns) if name not in self.several]
-
-        def of(row: tuple[T, ...]) -> tuple[T, ...]:
-            return tuple(row[k] for k in kept)
-
-        return replace(
-            self,
-            columns=of(self.columns),
-            decimals=of(self.decimals),
-            rows=tuple(map(of, self.rows)),
-            totals=of(self.totals) if self.totals else (),
-            several=frozenset(),
-        )
+        return replace(self, by_column=tuple(column for column in self.by_column if not column.several))
 
 
 def table_file(title: str) -> str:
@@ -126,15 +127,10 @@ def cut_list(assembly: Assembly, nest: Nest | None, *, panel_file: str = "panels
 
 
 def _table(parts: Parts[Any], around: Surroundings) -> Table:
-    columns = [*parts.kind.columns(parts, around), *_hidden(parts)]
     return Table(
         parts.kind.group,
-        tuple(column.title for column in columns),
-        tuple(column.decimals for column in columns),
-        tuple(zip(*(column.cells for column in columns), strict=True)),
-        tuple(column.total for column in columns),
+        (*parts.kind.columns(parts, around), *_hidden(parts)),
         tuple(f"left out: {left.reason}" for left in around.assembly.left_out if left.kind == parts.kind.name),
-        frozenset(column.title for column in columns if column.several),
     )
 
 

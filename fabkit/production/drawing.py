@@ -17,9 +17,9 @@ import shapely
 from fabkit.errors import DetailingError
 from fabkit.kinds import LEFT_OUT, NO_NEIGHBOUR, PANEL, PanelDetails, neighbour_names, panel_outlines
 from fabkit.parts import Assembly, Curves, Parts, Ragged
-from fabkit.production.nesting.nests import Nest, moved, polygons
+from fabkit.production.nesting.nests import Nest, placed, polygons
 from fabkit.production.strokes import ARROW, text_strokes, text_widths
-from geometry.arrays import FloatArray, IntArray, floats, integers
+from geometry.arrays import FloatArray, IntArray, integers
 
 __all__ = ["CUT", "MARK", "SHEET", "Drawing", "panel_drawings", "sheet_drawings"]
 
@@ -116,15 +116,15 @@ def sheet_drawings(
     [('sheet-001', 4), ('sheet-002', 6), ('sheet-003', 2)]
     """
     sheets = np.array([place.sheet for place in nest.placements], dtype=np.int64)
-    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]])
     stock = [corners * [sheet.length_mm, sheet.width_mm] for sheet in nest.sheets]
     in_panel_frames = panel_outlines(panels)
-    outlines = Curves.of([_closed(moved(in_panel_frames[place.panel], place)) for place in nest.placements])
+    outlines = _closed(
+        in_panel_frames.with_values(placed(in_panel_frames.values, in_panel_frames.row, nest.placements))
+    )
     no_texts = [""] * len(in_panel_frames.values)
     strokes, panel = _marks(panels.marks, in_panel_frames, no_texts, labels, corner_mm)
-    ends = strokes.starts[np.searchsorted(panel, np.arange(len(panels) + 1))]
-    points = map(moved, np.split(strokes.values, ends[1:-1]), nest.placements)
-    strokes = Curves(np.concatenate([np.empty((0, 2)), *points]), strokes.starts)
+    strokes = strokes.with_values(placed(strokes.values, panel[strokes.row], nest.placements))
     cut, mark = outlines.grouped(sheets, nest.n_sheets), strokes.grouped(sheets[panel], nest.n_sheets)
     notes = (
         f"Contours are nominal, without allowance for the kerf; parts are at least {nest.gap_mm:g} mm apart.",
@@ -141,7 +141,7 @@ def sheet_drawings(
     return tuple(
         Drawing(
             f"sheet-{k + 1:03d}",
-            {SHEET: Curves.of([_closed(stock[k])]), CUT: cut[k], MARK: mark[k]},
+            {SHEET: Curves.of([stock[k]]), CUT: cut[k], MARK: mark[k]},
             notes,
             below[k] if title else (),
         )
@@ -185,11 +185,12 @@ def _plate_drawings(every: Parts[Any], labels: Labels, corner_mm: float, title: 
         "Contours are nominal, without allowance for the kerf.",
         "Millimetres. Outer side up. Layers: CUT contour, MARK open strokes, TITLE text.",
     )
+    contours = _closed(outlines).grouped(np.arange(len(outlines)), len(outlines))
     of_panels = strokes.grouped(panel_of_stroke, len(outlines))
-    for mark, outline, own, stock in zip(every.mark_names, outlines, of_panels, made_of, strict=True):
+    for mark, contour, own, stock in zip(every.mark_names, contours, of_panels, made_of, strict=True):
         name = f"{every.kind.name} {mark}"
         below = _title(title, stock, name, labels, every.kind.first_edge) if title else ()
-        yield Drawing(mark, {CUT: Curves.of([_closed(outline)]), MARK: own}, notes, below)
+        yield Drawing(mark, {CUT: contour, MARK: own}, notes, below)
 
 
 def _common_neighbours(panels: Parts[PanelDetails]) -> list[str]:
@@ -310,5 +311,7 @@ def _make_smaller(
         height[outside] /= 2
 
 
-def _closed(outline: FloatArray) -> FloatArray:
-    return floats(np.concatenate([outline, outline[:1]]))
+def _closed(outlines: Ragged) -> Curves:
+    """Each with its first point at its end, too."""
+    values = np.insert(outlines.values, outlines.starts[1:], outlines.values[outlines.starts[:-1]], axis=0)
+    return Curves(values, outlines.starts + np.arange(len(outlines) + 1))

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fabkit.kinds import NODE
-from fabkit.parts import Assembly, Curves, Parts, Ragged
+from fabkit.parts import Assembly, Curves, Measures, Parts, Ragged
 from fabkit.production.cut_lists import CutList, Table
 from fabkit.production.drawing import Drawing
 from fabkit.production.part_views import views
@@ -31,6 +31,8 @@ LABEL_MM = 12.0
 """Height in mm of the letters of ends and the numbers of facets: to be read on a print at 1 to 5."""
 SAME_LINE_MM = 1e-3
 """Distance in mm of the ends of two lines up to which they are one: the shortest edge of a solid is as long."""
+PLACES_ACROSS = 2**32
+"""Number of places, SAME_LINE_MM apart, on which a line can end in each direction: 4 km."""
 
 VIEWS = "Above: from the side, outer side up. Below: from outside."
 NOTES = (f"Millimetres, 1:1. {VIEWS} Layers: VISIBLE and HIDDEN edges, LABEL ends and facets, TITLE text.",)
@@ -65,13 +67,15 @@ def _of_group(parts: Parts[Any], table: Table, title: str) -> Iterator[Drawing]:
     down = np.stack([np.zeros(n), reach[:, 0, 2] - VIEW_GAP_MM - reach[:, 1, 1]], axis=1)
     lines, circles = [], []
     for batch in batches:
+        of = Measures(batch.topology, batch.vertices)
         for axes, offset in ((FROM_SIDE, 0 * down), (FROM_ABOVE, down)):
-            view = views(batch, axes)
+            view = views(of, axes)
             lines.append(_shown(view.lines, batch.parts, offset, Curves.of([])))
             circles.append(_shown(view.circles, batch.parts, offset, Ragged.of([], shape=(3,))))
     layers = zip(*_by_layer(lines, n), _labels(parts, reach, down), *_by_layer(circles, n), strict=True)
-    for mark, row, (*curves, rings, hidden) in zip(parts.mark_names, table.texts, layers, strict=True):
-        words = [f"{name}: {text}" for name, text in zip(table.columns, row, strict=True) if text]
+    said = [[f"{column.title}: {text}" if text else "" for text in column.texts] for column in table.by_column]
+    for mark, row, (*curves, rings, hidden) in zip(parts.mark_names, zip(*said, strict=True), layers, strict=True):
+        words = filter(None, row)
         yield Drawing(
             mark,
             dict(zip((VISIBLE, HIDDEN, LABEL), curves, strict=True)),
@@ -96,7 +100,7 @@ def _shown(
     order = np.lexsort([layer, *np.moveaxis(places, 2, 0)])
     ordered = np.take_along_axis(places, order[:, :, None], axis=1)
     again = np.zeros_like(is_seen)
-    np.put_along_axis(again, order[:, 1:], (np.diff(ordered, axis=1) == 0).all(axis=2), axis=1)
+    np.put_along_axis(again, order[:, 1:], (ordered[:, 1:] == ordered[:, :-1]).all(axis=2), axis=1)
     layer[again] = 2
     rows = np.concatenate(points, axis=1)
     rows[:, :, :2] += offset[parts][:, None]
@@ -106,22 +110,25 @@ def _shown(
 
 
 def _places(points: Sequence[FloatArray]) -> tuple[IntArray, BoolArray]:
-    """(P, L, k) numbers that are equal for lines, or circles, in one place, and (P, L) which are more than a point."""
+    """(P, L, 3) numbers that are equal for lines, or circles, in one place: of their ends and, if not straight, their
+    middle; or of the centre, twice, and the radius. (P, L) which are more than a point."""
     ends = np.stack([each[:, [0, -1, each.shape[1] // 2]] for each in points], axis=1)
-    places = np.round(ends / SAME_LINE_MM).astype(np.int64)
-    is_seen = np.ptp(places, axis=2).any(axis=2) | (places.shape[3] == 3)
-    first, last = places[:, :, 0], places[:, :, 1]
-    is_turned = (first[..., 0] > last[..., 0]) | ((first[..., 0] == last[..., 0]) & (first[..., 1] > last[..., 1]))
-    places[is_turned, :2] = places[is_turned, 1::-1]
+    rounded = np.round(ends / SAME_LINE_MM).astype(np.int64)
+    places = rounded[..., 0] * PLACES_ACROSS + rounded[..., 1]
+    if rounded.shape[3] == 3:
+        places[..., 2] = rounded[..., 2, 2]
+        return places, np.ones(places.shape[:2], dtype=bool)
+    is_seen = (places[..., 1:] != places[..., :1]).any(axis=2)
+    places[..., :2] = np.sort(places[..., :2], axis=2)
     places[:, [each.shape[1] == 2 for each in points], 2] = 0
-    return places.reshape(*places.shape[:2], -1), is_seen
+    return places, is_seen
 
 
-def _by_layer(shown: Sequence[tuple[R, IntArray, IntArray]], n: int) -> list[list[R]]:
+def _by_layer(shown: Sequence[tuple[R, IntArray, IntArray]], n: int) -> tuple[list[R], list[R]]:
     """The visible ones and the hidden ones of each of n parts."""
     rows, part, layer = zip(*shown, strict=True)
-    every, of_part, in_layer = type(rows[0]).joined(rows), np.concatenate(part), np.concatenate(layer)
-    return [every[in_layer == k].grouped(of_part[in_layer == k], n) for k in (0, 1)]
+    every = type(rows[0]).joined(rows).grouped(np.concatenate(layer) * n + np.concatenate(part), 2 * n)
+    return every[:n], every[n:]
 
 
 def _labels(parts: Parts[Any], reach: FloatArray, down: FloatArray) -> list[Curves]:

@@ -7,6 +7,7 @@ A piece has the name that its instance has in model.step: its mark and its mesh 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
@@ -59,7 +60,7 @@ def piece_tables(
     >>> built = design(Project(mesh=dome(6, 2), mean_edge_mm=1500))
     >>> from fabkit.production import piece_tables
     >>> tables = piece_tables(built.assembly, built.nest)
-    >>> [(table.title, len(table.rows)) for table in tables]
+    >>> [(table.title, table.n_rows) for table in tables]
     [('pieces', 60), ('placements', 60), ('survey', 18), ('node_facets', 60), ('panel_edges', 48)]
     >>> tables[0].rows[7][:7]
     ('B001 e7', 'B001', 'beam', '', 7, 'N001 v3', 1)
@@ -88,15 +89,20 @@ def mark_table(assembly: Assembly, earlier: Mapping[str, KeptMarks]) -> Table:
     >>> table.columns, len({row[1] for row in table.rows})
     (('Group', 'Mark', 'Material', 'Point', 'x', 'y', 'z'), 10)
     """
-    rows: list[tuple[Cell, ...]] = []
     known = {parts.kind.group: mark_points(parts) for parts in assembly.groups}
+    words, points = [], [np.zeros((0, 3))]
     for group in dict.fromkeys([*earlier, *known]):
         marks = {**earlier.get(group, KeptMarks()).points, **known.get(group, KeptMarks()).points}
         for name, each in marks.items():
-            for what, points in (("corner", each.corners), ("direction", each.directions)):
-                rows += [(group, name, each.material, what, *point) for point in points.tolist()]
-    decimals = (None, None, None, None, *[DIRECTION_DECIMALS] * 3)
-    return Table("mark_points", ("Group", "Mark", "Material", "Point", "x", "y", "z"), decimals, tuple(rows))
+            words += [(group, name, each.material, "corner"), (group, name, each.material, "direction")]
+            points += [each.corners, each.directions]
+    counts, xyz = list(map(len, points[1:])), np.concatenate(points).T.tolist()
+    labels = [
+        Column(title, None, [*chain.from_iterable(map(repeat, (row[k] for row in words), counts))])
+        for k, title in enumerate(("Group", "Mark", "Material", "Point"))
+    ]
+    numbers = [Column(axis, DIRECTION_DECIMALS, cells) for axis, cells in zip("xyz", xyz, strict=True)]
+    return Table("mark_points", (*labels, *numbers))
 
 
 def _pieces(
@@ -166,9 +172,9 @@ def _supports(assembly: Assembly, site: Frame) -> Table:
     """Of each base plate the middle of its underside, its normal upwards, and the direction of two of its edges, in the
     coordinates of the site."""
     plates = assembly.of(BASE_PLATE)
-    return _table(
+    return Table(
         "supports",
-        [
+        (
             Column("Support", None, plates.piece_names),
             Column("Mark", None, plates.marks),
             Column("Zone", None, assembly.zones.named(plates)),
@@ -177,7 +183,7 @@ def _supports(assembly: Assembly, site: Frame) -> Table:
             *directions("Axis", plates.axes[:, 2] @ site.axes),
             *directions("Edge", plates.axes[:, 0] @ site.axes),
             Column("Stub", None, named(assembly.of(STUB), plates.elements)),
-        ],
+        ),
     )
 
 
@@ -188,9 +194,9 @@ def _panel_edges(assembly: Assembly) -> Table:
     own, made = panels.details, panels.details[panels.firsts[panels.mark]]
     row = own.edge_lengths_mm.row
     names, marks = panels.piece_names, panels.marks
-    return _table(
+    return Table(
         "panel_edges",
-        [
+        (
             Column("Panel", None, [names[k] for k in row.tolist()]),
             Column("Mark", None, [marks[k] for k in row.tolist()]),
             Column("Layer", 0, own.layer[row].tolist()),
@@ -205,7 +211,7 @@ def _panel_edges(assembly: Assembly) -> Table:
             Column("Step (mm)", 3, _cells(own.steps_mm.values)),
             Column("Beam", None, named(assembly.of(BEAM), own.beams.values)),
             Column("Neighbour", None, neighbour_names(panels, names, LEFT_OUT, "")),
-        ],
+        ),
     )
 
 
@@ -228,12 +234,7 @@ def _cells(values: FloatArray) -> list[Cell]:
 def _stacked(title: str, groups: Sequence[Sequence[Column]]) -> Table:
     """The rows of all groups, one after the other."""
     same = zip(*groups, strict=True)
-    return _table(
+    return Table(
         title,
-        [Column(own[0].title, own[0].decimals, [cell for each in own for cell in each.cells]) for own in same],
+        tuple(Column(own[0].title, own[0].decimals, [cell for each in own for cell in each.cells]) for own in same),
     )
-
-
-def _table(title: str, columns: Sequence[Column]) -> Table:
-    rows = tuple(zip(*(column.cells for column in columns), strict=True))
-    return Table(title, tuple(column.title for column in columns), tuple(column.decimals for column in columns), rows)

@@ -76,6 +76,7 @@ def make_beam(edge: int, ends: IntArray, points: FloatArray, axes: FloatArray) -
             short_point_mm=float(np.ptp(x)),
             flange_points_mm=(np.nan, np.nan),
             flange_backs_mm=(np.nan, np.nan),
+            hand_holes_mm=(np.nan, np.nan),
             dihedral_deg=0.0,
             height_deviation_mm=0.0,
             twist_deg=0.0,

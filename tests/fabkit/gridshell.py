@@ -101,6 +101,7 @@ def beam(vertices: FloatArray, normals: FloatArray, marks: Marks, edge: int, end
             short_point_mm=min(top, low),
             flange_points_mm=(np.nan, np.nan),
             flange_backs_mm=(np.nan, np.nan),
+            hand_holes_mm=(np.nan, np.nan),
             dihedral_deg=float(np.degrees(np.arccos(np.clip(axes[0] @ axes[1], -1, 1)))),
             height_deviation_mm=height * (float(np.mean(axes @ u)) - 1),
             twist_deg=0.0,

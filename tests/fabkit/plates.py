@@ -110,6 +110,7 @@ def bar(mark: str, element: int, nodes: tuple[int, int], **changes: object) -> P
             short_point_mm=1000.0,
             flange_points_mm=(np.nan, np.nan),
             flange_backs_mm=(np.nan, np.nan),
+            hand_holes_mm=(np.nan, np.nan),
             dihedral_deg=5.0,
             height_deviation_mm=0.0,
             twist_deg=0.0,

@@ -141,6 +141,22 @@ def test_beams_have_a_hand_hole_at_either_end_on_the_side_where_a_left_hand_is(g
     solid = 1700.0 * length
     hole = (70 * 110 - 2 * 15 * 15) * 5
     assert beam.solid.volume_mm3 == pytest.approx(solid - 2 * hole)
+    assert_hand_holes_are_where_the_details_say(grid["beams"])
+
+
+def assert_hand_holes_are_where_the_details_say(beams: Any) -> None:
+    """Their corners lie on both sides of the middle at each end; seen from end A those of end A are on the left."""
+    for beam in beams:
+        x, y, z = beam.solid.vertices.T
+        in_a_side = (np.abs(z + 60) < 35.5) & (np.abs(y) > 24.9)
+        for end, (hole, side, start) in enumerate(
+            zip(beam.details.hand_holes_mm, (1, -1), (x.min(), x.max()), strict=True)
+        ):
+            corners = np.abs(x[in_a_side & (side * y > 0)] - start)
+            if np.isnan(hole):
+                assert (end, len(corners)) == (1, 0)
+            else:
+                assert (corners.min(), corners.max()) == pytest.approx((hole - 55, hole + 55))
 
 
 def test_short_beams_have_one_hand_hole_and_shorter_ones_are_refused() -> None:
@@ -152,6 +168,8 @@ def test_short_beams_have_one_hand_hole_and_shorter_ones_are_refused() -> None:
     assert lengths.min() == pytest.approx(350, abs=0.5)
     short = int(lengths.argmin())
     assert one["beams"].volumes_mm3[short] == pytest.approx(1700 * lengths[short] - hole)
+    assert_hand_holes_are_where_the_details_say(one["beams"])
+    assert np.isnan(one["beams"].details.hand_holes_mm[short, 1])
     with pytest.raises(DetailingError, match="at least 300 mm are needed"):
         detail(structure, rules(gap_mm=(SIDE - 290) / 2 - r - 15, longest_setback_mm=1e3), name="grid")
 

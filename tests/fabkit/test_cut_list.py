@@ -10,7 +10,7 @@ import pytest
 
 from fabkit import Project, design
 from fabkit.kinds.beams import ends_glyphs
-from fabkit.parts import Assembly, LeftOut
+from fabkit.parts import Assembly, Column, LeftOut
 from fabkit.production.cut_lists import Table, cut_list
 from fabkit.production.nesting.nests import Sheet
 from fabkit.production.nesting.sheet_nesting import nest_panels
@@ -154,8 +154,8 @@ def test_all_parts_are_counted_once() -> None:
 
 
 def test_numbers_are_shown_to_their_decimals() -> None:
-    rows = (1.005001, 3, "x", -0.04), (None, -3, "", 1e6)
-    table = Table("t", ("a", "b", "c", "d"), (2, 0, None, 1), rows, ("", None, None, -0.06), ())
+    cells, totals = ((1.005001, None), (3, -3), ("x", ""), (-0.04, 1e6)), ("", None, None, -0.06)
+    table = Table("t", tuple(map(Column, "abcd", (2, 0, None, 1), cells, totals)))
     assert table.texts == (("1.01", "3", "x", "0.0"), ("", "-3", "", "1000000.0"))
     assert table.total_texts == ("", "", "", "-0.1")
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import random
 import re
 import shutil
 from collections.abc import Callable
+from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -127,6 +129,18 @@ def test_damage_is_named(made: Path, tmp_path: Path, damage: Callable[[Path], ob
     assert any(sentence in each for each in found), found
 
 
+@pytest.mark.parametrize(("column", "more"), [("Length (mm)", 0.003), ("Corner (deg)", 2e-6), ("Bevel (deg)", 2e-4)])
+def test_edges_of_panels_are_those_of_their_solids(tmp_path: Path, column: str, more: float) -> None:
+    layers, documents = [{"edges": "mitred"}], ["parts", "tables"]
+    build(Project(mesh=dome(4, 1), mean_edge_mm=1500, out=tmp_path / "roof", layers=layers, documents=documents))
+    path = tmp_path / "roof" / "panel_edges.csv"
+    head, *lines = path.read_text().splitlines()
+    cells, place = lines[2].split(","), head.split(",").index(column)
+    cells[place] = f"{float(cells[place]) + more:.6f}"
+    path.write_text("\n".join([head, *lines[:2], ",".join(cells), *lines[3:], ""]))
+    assert check_folder(tmp_path / "roof", hashes=False) == (f"panel_edges.csv does not have the edges of {cells[0]}",)
+
+
 def test_an_edited_manifest_is_named_alone(made: Path, tmp_path: Path) -> None:
     shutil.copytree(made, tmp_path / "copy")
     in_manifest(tmp_path / "copy", note="mine")
@@ -162,6 +176,54 @@ def test_a_build_differs_from_itself_in_nothing_and_from_a_moved_vertex_around_i
         assert sum(map(len, shown.values())) == 60
         assert browser.evaluate(f"pick({shown['changed'][0]!r})") == 1
         assert "Moved (mm)" in browser.evaluate("document.querySelector('#part').innerText")
+
+
+@pytest.fixture(scope="module")
+def revisions(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """A dome: as it is; three vertices moved; a face removed; both, its elements renumbered, with thicker panels."""
+    folder, mesh = tmp_path_factory.mktemp("revisions"), dome(6, 3)
+    moved = mesh.vertices.copy()
+    moved[[0, 8, 15]] += 0.02 * mesh.mean_edge_length
+    opened = mesh.faces[:4] + mesh.faces[5:]
+    order = np.random.default_rng(1).permutation(len(moved))
+    renumbered = [[int(order[vertex]) for vertex in face] for face in opened[::-1]]
+    built = []
+    for k, (vertices, faces, thickness) in enumerate(
+        [
+            (mesh.vertices, mesh.faces, 10),
+            (moved, mesh.faces, 10),
+            (mesh.vertices, opened, 10),
+            (moved[np.argsort(order)], renumbered, 12),
+        ]
+    ):
+        built.append(folder / str(k))
+        layers, scale = [{"thickness_mm": thickness}], {"unit": "m", "out": built[-1], "documents": ["tables"]}
+        build(Project(mesh=Mesh.from_faces(vertices * 5, faces), layers=layers, **scale))
+    return built
+
+
+@pytest.mark.parametrize(("one", "other"), [*combinations(range(4), 2)])
+def test_differences_are_the_same_from_both_sides_and_every_piece_has_its_row_or_none(
+    revisions: list[Path], one: int, other: int
+) -> None:
+    there, back = (folder_differences(revisions[a], revisions[b]).rows for a, b in ((one, other), (other, one)))
+    turned = {"gone": "new", "new": "gone", "changed": "changed"}
+    assert sorted((turned[row[0]], row[1], row[3], row[2]) for row in there) == sorted(row[:4] for row in back)
+    numbers_there = {(row[3], row[2]): row[4:8] for row in there}
+    for row in back:  # moved as far, and the sizes, angles and mass changed by as much, to the other side
+        assert [abs(number or 0.0) for number in row[4:8]] == pytest.approx(
+            [abs(number or 0.0) for number in numbers_there[row[2], row[3]]], abs=1e-9
+        )
+    names = [
+        {row["Piece"]: row["Kind"] for row in csv.DictReader((revisions[k] / "pieces.csv").open())}
+        for k in (one, other)
+    ]
+    for kind in set(names[0].values()):
+        numbers = [sum(found == kind for found in own.values()) for own in names]
+        of_kind = [row[0] for row in there if row[1] == kind]
+        assert numbers[0] - of_kind.count("gone") == numbers[1] - of_kind.count("new")
+    assert all(row[2] in names[0] for row in there if row[0] != "new")
+    assert all(row[3] in names[1] for row in there if row[0] != "gone")
 
 
 def test_a_page_of_differences_needs_both_reports(made: Path, tmp_path: Path) -> None:

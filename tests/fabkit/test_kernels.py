@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fabkit import Project, design
 from fabkit.errors import FabkitError
 from fabkit.formats.kernels import to_build123d, to_cadquery
 from fabkit.formats.step.files import instance_name
 from fabkit.parts import Assembly, Frame, Part
+from geometry.mesh.shapes import dome
 from tests.fabkit.assemblies import assembled, by_name
 from tests.fabkit.gridshell import gridshell
 from tests.fabkit.occt import measure, solids_in
@@ -95,6 +97,24 @@ def test_equal_parts_share_their_shape(package: str, assembly: Assembly) -> None
 def test_empty_groups_are_left_out(package: str, assembly: Assembly) -> None:
     made = MAKERS[package](assembled("beams only", assembly["beams"]))
     assert [name for name, _ in tree(made)] == ["beams"]
+
+
+@each_kernel
+def test_zones_are_between_structure_and_groups(package: str) -> None:
+    zones = [{"name": "West", "faces": [0, 1, 2]}, {"name": "Others"}]
+    whole = design(Project(mesh=dome(6, 2), mean_edge_mm=1500, zones=zones)).assembly
+    made = MAKERS[package](whole)
+    named = {each.label if package == "build123d" else each.name: tree(each) for each in made.children}
+    assert list(named) == ["West", "Others"]
+    for zone, groups in named.items():
+        assert [name for name, _ in groups] == [f"{zone} {parts.kind.group}" for parts in whole.groups if len(parts)]
+        found = {name for _, leaves in groups for name, _, _ in leaves}
+        assert found == {
+            name
+            for parts in whole.groups
+            for name, own in zip(parts.piece_names, whole.zones.named(parts), strict=True)
+            if own == zone
+        }
 
 
 def tree(made: Any) -> list[tuple[str, list[tuple[str, Any, tuple[float, ...]]]]]:

@@ -17,7 +17,7 @@ from fabkit.detailing import detail
 from fabkit.formats.drawings import write_dxf
 from fabkit.formats.shown.triangles import facets
 from fabkit.kinds import plain_kind
-from fabkit.parts import Assembly, Frame, Measures, Part, Parts, Section, Solid, SolidArray, Solids
+from fabkit.parts import Assembly, Frame, Measures, Part, Parts, Section, Solid, Solids
 from fabkit.production import CUT, HIDDEN, LABEL, MARK, VISIBLE, cut_list, part_drawings, plate_drawings
 from fabkit.production.part_drawing import FROM_ABOVE, FROM_SIDE
 from fabkit.production.part_views import views
@@ -115,7 +115,7 @@ def test_each_mark_of_beams_and_nodes_has_a_drawing_that_reads_back(tmp_path: Pa
 def test_lines_of_a_view_span_the_shadow_of_the_solid(name: str, axes: np.ndarray) -> None:
     """And the visible ones alone do."""
     solid = SOLIDS[name]
-    view = views(SolidArray(solid.topology, np.zeros(1, dtype=np.int64), solid.vertices[None]), axes)
+    view = views(Measures(solid.topology, solid.vertices[None]), axes)
     (shape,) = facets(Solids.of([solid]), ["N1"])
     shadow = shapely.convex_hull(shapely.MultiPoint(shape.points[0] @ axes[:2].T))
     drawn = [line[0] for line, visible, exists in view.lines if visible[0] and exists[0]]
@@ -138,7 +138,7 @@ def test_hidden_edges_are_those_with_steel_before_their_middles(first: float, se
     of, t = Measures(solid.topology, solid.vertices[None]), solid.topology
     distances = np.geomspace(1e-3, 1000, 1500)[:, None]
     for axes in (FROM_SIDE, FROM_ABOVE):
-        found = views(SolidArray(t, np.zeros(1, dtype=np.int64), solid.vertices[None]), axes).lines
+        found = views(Measures(t, solid.vertices[None]), axes).lines
         for (low, high), (_, visible, _) in zip(t.edges.tolist(), found, strict=False):
             own = [face for face in range(t.n_faces) if {low, high} <= set(np.concatenate(t.loops(face)).tolist())]
             facing = of.normals[0, own] @ axes[2]

@@ -22,7 +22,7 @@ from fabkit.parts import Parts, Ragged
 from fabkit.production.nesting import irregular, sheet_nesting
 from fabkit.production.nesting.guillotine import smallest_rectangles
 from fabkit.production.nesting.nests import NEST_TOLERANCE_MM, Nest, Placement, Sheet, Stock, check_nest
-from fabkit.production.nesting.sheet_nesting import nest_panels
+from fabkit.production.nesting.sheet_nesting import nest_panels, too_large
 from fabkit.rules import SheetRules
 from geometry.arrays import FloatArray
 from geometry.mesh.shapes import dome
@@ -253,6 +253,11 @@ def test_invalid_stock_is_refused(change: dict[str, object], message: str) -> No
     request = {"sheet": SHEET, "gap_mm": 10.0, "border_mm": 15.0, **change}
     with pytest.raises(NestingError, match=message):
         nest_panels(plates([np.eye(3)[:, :2] * 100]), **request)  # type: ignore[arg-type]
+
+
+def test_sheets_without_room_within_their_borders_are_refused_before_panels_are_called_too_large() -> None:
+    with pytest.raises(NestingError, match="a border of 1000 mm has no room for panels"):
+        too_large(plates([SQUARE]), SHEET, border_mm=1000.0)
 
 
 def test_invalid_panels_are_refused() -> None:

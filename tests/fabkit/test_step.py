@@ -74,7 +74,8 @@ def test_real(value: float, text: str) -> None:
         ("Möbius", "M\\X2\\00F6\\X0\\bius"),
         ("屋根", "\\X2\\5C4B6839\\X0\\"),
         ("a\nb", "a\\X2\\000A\\X0\\b"),
-        ("\U0001d538", "\\X2\\D835DD38\\X0\\"),
+        ("\U0001d538", "\\X4\\0001D538\\X0\\"),
+        ("\uffff\U0001d538a\U0001f600\U0001f601", "\\X2\\FFFF\\X0\\\\X4\\0001D538\\X0\\a\\X4\\0001F6000001F601\\X0\\"),
     ],
 )
 def test_string(text: str, encoded: str) -> None:

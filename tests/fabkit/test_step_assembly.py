@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from fabkit.errors import OutputError
-from fabkit.formats.step.files import instance_name, stream_step, write_step
+from fabkit.formats.step.files import instance_name, stream_step, write_part_steps, write_step
 from fabkit.kinds import NODE
 from fabkit.parts import Assembly, Frame, Material, Part, Parts, Solid
 from geometry.errors import GeometryError
@@ -47,6 +47,19 @@ def test_structure_is_a_tree_of_instances(assembly: Assembly, file: StepText) ->
     for name, parts in groups.items():
         assert children.pop(name) == [(instance_name(part), part.mark) for part in parts]
     assert not children
+
+
+def test_files_of_the_marks_are_written_beside_the_model(assembly: Assembly, tmp_path: Path) -> None:
+    found = []
+    for name, write in (
+        ("alone", lambda folder: write_part_steps(folder, assembly.groups)),
+        ("beside", lambda folder: write_step(io.StringIO(), assembly, parts_folder=folder)),
+    ):
+        (folder := tmp_path / name).mkdir()
+        write(folder)
+        found.append({path.name: path.read_bytes() for path in folder.iterdir()})
+    assert found[0] == found[1]
+    assert len(found[0]) == sum(len(parts.mark_names) for parts in assembly.groups)
 
 
 def product(file: StepText, definition: int) -> str:

@@ -19,7 +19,7 @@ from fabkit.errors import ProjectError
 from fabkit.formats.legend_table import legend
 from fabkit.formats.tables import spreadsheet_safe, write_csv
 from fabkit.kinds import BEAM, BOLT
-from fabkit.parts import Assembly, in_layer
+from fabkit.parts import Assembly, Column, in_layer
 from fabkit.production import Nest, Sheet, Table, cut_list, nest_panels, piece_tables
 from fabkit.project import project_from
 from fabkit.rules import TableRules
@@ -62,7 +62,7 @@ def test_csv_reads_back_in_every_dialect(tables: list[Table], rules: TableRules,
         head, *rows = csv.reader(StringIO(text, newline=""), delimiter=rules.delimiter)
         assert tuple(head) == table.columns
         assert all(len(row) == len(head) for row in rows)
-        body, rest = rows[: len(table.rows)], rows[len(table.rows) :]
+        body, rest = rows[: table.n_rows], rows[len(table.rows) :]
         for row, cells in zip(body, table.rows, strict=True):
             for shown, cell, decimals in zip(row, cells, table.decimals, strict=True):
                 if isinstance(cell, int | float):
@@ -132,7 +132,7 @@ def test_no_cell_of_a_csv_is_run(text: str) -> None:
     Only numbers begin with a sign; and what was there is there, but for the apostrophes.
     """
     stream = StringIO()
-    write_csv(stream, Table("t", ("Mark", "=Head"), (None, None), ((text, "x"),), ("Total", text), (text,)))
+    write_csv(stream, Table("t", (Column("Mark", None, [text], "Total"), Column("=Head", None, ["x"], text)), (text,)))
     head, row, totals, left_out = csv.reader(StringIO(stream.getvalue(), newline=""))
     assert head == ["Mark", "'=Head"]
     assert row[0] == totals[1] == left_out[0]
@@ -146,7 +146,7 @@ def test_no_cell_of_a_csv_is_run(text: str) -> None:
 @given(st.floats(allow_nan=False, allow_infinity=False), st.integers(0, 6))
 def test_numbers_stay_numbers(number: float, decimals: int) -> None:
     stream = StringIO()
-    write_csv(stream, Table("t", ("Mark", "Angle"), (None, decimals), (("A", number),), ("Total", None), ()))
+    write_csv(stream, Table("t", (Column("Mark", None, ["A"], "Total"), Column("Angle", decimals, [number]))))
     _, row, _ = csv.reader(StringIO(stream.getvalue()))
     assert float(row[1]) == float(f"{round(number, decimals):.{decimals}f}")
 

@@ -7,13 +7,15 @@ import re
 import shutil
 import subprocess
 import zipfile
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import openpyxl
 import pytest
 
 from fabkit.formats.workbook import CUT_OFF, LONGEST_CELL, write_xlsx
-from fabkit.parts import Assembly
+from fabkit.parts import Assembly, Cell, Column
 from fabkit.production import BuildFacts, Nest, Sheet, Table, build_facts, cut_list, nest_panels, piece_tables
 from fabkit.rules import TitleBlock
 from tests.fabkit.gridshell import gridshell, gridshell_summary
@@ -59,14 +61,14 @@ def test_xlsx_reads_back(parts: Assembly, lists: list[Table], nest: Nest, tmp_pa
         head, *rows = sheet.iter_rows(values_only=True)
         assert head == table.columns
         assert sheet.freeze_panes == "B2"
-        assert sheet.auto_filter.ref == f"A1:{sheet.cell(len(table.rows) + 1, len(head)).coordinate}"
+        assert sheet.auto_filter.ref == f"A1:{sheet.cell(table.n_rows + 1, len(head)).coordinate}"
         for row, cells in zip(rows, [*table.rows, table.totals], strict=False):
             for value, cell in zip(row, cells, strict=True):
                 if isinstance(cell, float):
                     assert value == pytest.approx(cell, rel=1e-14)  # the writer keeps sixteen digits
                 else:
                     assert value == cell or (value in (None, "") and cell in (None, ""))
-        for number, sentence in enumerate(table.left_out, start=len(table.rows) + 3):
+        for number, sentence in enumerate(table.left_out, start=table.n_rows + 3):
             assert sheet.cell(number, 1).value == sentence
             assert sheet.cell(number, 1).font.color.rgb == RED
         for place, decimals in enumerate(table.decimals, start=1):
@@ -91,7 +93,7 @@ def test_long_tables_are_files_and_the_summary_says_where(lists: list[Table], tm
     rows = {row[0]: row[1:3] for row in book["Summary"].iter_rows(values_only=True)}
     for table in lists:
         where = "rows; not in this workbook" if table.title in ("pieces", "placements") else "rows"
-        assert rows[f"{table.title}.csv"] == (len(table.rows), where)
+        assert rows[f"{table.title}.csv"] == (table.n_rows, where)
 
 
 def test_xlsx_without_nest_says_so(parts: Assembly, lists: list[Table], tmp_path: Path) -> None:
@@ -105,9 +107,8 @@ def test_xlsx_without_nest_says_so(parts: Assembly, lists: list[Table], tmp_path
 
 def test_texts_are_no_formulas(tmp_path: Path) -> None:
     issued, left_out = TitleBlock(author='=HYPERLINK("x")'), ("=2+2", "http://a", "{=1}")
-    table = Table("t", ("Mark", "Count", "Mass (kg)"), (None, 0, 1), (("=1+1", 1, 2.5),), ("Total", 1, 2.5), left_out)
-    panels = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
-    lists = [table, Table("u", *table_parts(table)), panels]
+    table = Table("t", marked(["=1+1"], [1], [2.5]), left_out)
+    lists = [table, replace(table, title="u"), replace(table, title="p", by_column=marked([], [], []))]
     write_xlsx(tmp_path / "a.xlsx", lists, gridshell_summary(), NO_FACTS, issued)
     book = openpyxl.load_workbook(tmp_path / "a.xlsx")
     assert (book["T"]["A2"].value, book["T"]["A2"].data_type) == ("=1+1", "s")
@@ -124,7 +125,8 @@ def test_the_legend_prints_on_upright_pages(tmp_path: Path) -> None:
 
 def test_columns_that_say_nothing_are_hidden(tmp_path: Path) -> None:
     columns = ("Mark", "Flange (mm)", "Mass (kg)", "File")
-    table = Table("t", columns, (None, 1, 1, None), (("B1", None, 2.5, "parts/B1.step"),), ("Total", None, 2.5, None))
+    cells, totals = (["B1"], [None], [2.5], ["parts/B1.step"]), ("Total", None, 2.5, None)
+    table = Table("t", tuple(map(Column, columns, (None, 1, 1, None), cells, totals)))
     write_xlsx(tmp_path / "a.xlsx", [table], gridshell_summary(), NO_FACTS)
     sheet = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]
     assert tuple(cell.value for cell in sheet[1]) == columns
@@ -132,20 +134,22 @@ def test_columns_that_say_nothing_are_hidden(tmp_path: Path) -> None:
 
 
 def test_any_text_and_number_reads_back_from_xlsx(tmp_path: Path) -> None:
-    rows = ((" <b>&amp;\x07 _x0041_\n", -1.25e-7, 3), ("x" * 40_000, None, "1.0 to 2.0"))
-    table = Table("t", ("Mark", "Mass (kg)", "Count"), (None, 3, 0), rows, ("Total", 0.1, 3), ())
-    empty = Table("p", ("Mark", "Count", "Mass (kg)", "Area (m2)"), (None, 0, 1, 1), (), ("Total", 0, 0.0, 0.0), ())
-    write_xlsx(tmp_path / "a.xlsx", [table, Table("u", *table_parts(table)), empty], gridshell_summary(), NO_FACTS)
+    texts = (" <b>&amp;\x07 _x0041_\n", "x" * 40_000)
+    columns = marked(texts, (3, "1.0 to 2.0"), (-1.25e-7, None))
+    table = Table("t", columns)
+    lists = [table, replace(table, title="u"), replace(table, title="p", by_column=marked([], [], []))]
+    write_xlsx(tmp_path / "a.xlsx", lists, gridshell_summary(), NO_FACTS)
     first, second, totals = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"].iter_rows(min_row=2, values_only=True)
-    assert (str(first[0]).replace("_x0007_", "\x07"), *first[1:]) == rows[0]  # which openpyxl leaves as it is written
-    assert second == ("x" * (LONGEST_CELL - len(CUT_OFF)) + CUT_OFF, None, "1.0 to 2.0")
+    read = str(first[0]).replace("_x0007_", "\x07")  # which openpyxl leaves as it is written
+    assert (read, *first[1:]) == table.rows[0]
+    assert second == ("x" * (LONGEST_CELL - len(CUT_OFF)) + CUT_OFF, "1.0 to 2.0", None)
     assert totals == table.totals
     sheet = openpyxl.load_workbook(tmp_path / "a.xlsx")["T"]
-    assert [[cell.number_format for cell in row] for row in sheet.iter_rows(min_row=2)] == [["@", "0.000", "0"]] * 3
+    assert [[cell.number_format for cell in row] for row in sheet.iter_rows(min_row=2)] == [["@", "0", "0.0"]] * 3
 
 
-def table_parts(table: Table) -> tuple[object, ...]:
-    return table.columns, table.decimals, table.rows, table.totals, table.left_out
+def marked(marks: Sequence[Cell], counts: Sequence[Cell], masses: Sequence[Cell]) -> tuple[Column, ...]:
+    return Column("Mark", None, marks, "Total"), Column("Count", 0, counts, 3), Column("Mass (kg)", 1, masses, 0.1)
 
 
 def test_the_same_lists_give_the_same_bytes(parts: Assembly, lists: list[Table], nest: Nest, tmp_path: Path) -> None:

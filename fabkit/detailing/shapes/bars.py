@@ -22,7 +22,7 @@ from fabkit.parts import (
 )
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["bar_solids", "cut_planes", "flange_points", "stepped_tees", "with_hand_holes"]
+__all__ = ["bar_solids", "cut_planes", "flange_points", "hand_hole_middles", "stepped_tees", "with_hand_holes"]
 
 HAND_HOLE_CHAMFER_MM = 15.0
 """Length in mm by which the corners of a hand hole are cut off, so that no crack begins there."""
@@ -109,17 +109,34 @@ def _renumbered(topology: Topology, order: tuple[int, ...]) -> Topology:
 def with_hand_holes(section: Section, planes: tuple[FloatArray, FloatArray], height: float, length: float) -> Solids:
     """Bars of a rectangular hollow section as in `bar_solids`, with a hand hole of this height and length near each
     end, seen from which it is in the left side; bars that are too short for two have one in the middle."""
-    reach = section.height_mm / 2 * np.abs(np.stack(planes)[..., 2])
-    first, last = planes[0][:, 0] + reach[0], planes[1][:, 0] - reach[1]
-    is_long = last - first >= 2 * length + BESIDE_TWO_HAND_HOLES_MM
-    near, far = first + HAND_HOLE_START_MM + length / 2, last - HAND_HOLE_START_MM - length / 2
+    at_ends = hand_hole_middles(section, planes, length)
+    reach = _reach(section, planes)
+    near, far = planes[0][:, 0] - reach[0] + at_ends[:, 0], planes[1][:, 0] + reach[1] - at_ends[:, 1]
+    is_long = ~np.isnan(far)
     rows, batches = [], []
-    for chosen, middles in ((is_long, (near, far)), (~is_long, ((first + last) / 2,))):
+    for chosen, middles in ((is_long, (near, far)), (~is_long, (near,))):
         own = planes[0][chosen], planes[1][chosen]
         vertices, topology = _pierced_bars(section, own, tuple(middle[chosen] for middle in middles), height, length)
         rows.append(np.flatnonzero(chosen))
         batches.append(Solids.alike(_outer_side_up(vertices, section), topology))
     return Solids.gathered(rows, batches)
+
+
+def hand_hole_middles(section: Section, planes: tuple[FloatArray, FloatArray], length: float) -> FloatArray:
+    """(n, 2) distances along the axis in mm of the middle of the hand hole at either end from the long point there;
+    where there is only one, NaN at the second end."""
+    reach = _reach(section, planes)
+    clear = planes[1][:, 0] - reach[1] - planes[0][:, 0] - reach[0]
+    at_ends = 2 * reach.T + HAND_HOLE_START_MM + length / 2
+    is_short = clear < 2 * length + BESIDE_TWO_HAND_HOLES_MM
+    at_ends[is_short] = np.stack([2 * reach[0] + clear / 2, np.full_like(clear, np.nan)], axis=1)[is_short]
+    return at_ends
+
+
+def _reach(section: Section, planes: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """(2, n) half of what the cut at each end takes along the axis."""
+    reach: FloatArray = section.height_mm / 2 * np.abs(np.stack(planes)[..., 2])
+    return reach
 
 
 def _pierced_bars(

@@ -1,6 +1,6 @@
 """DXF files of drawings: 1:1 in millimetres, polylines on three layers, the same bytes for the same drawing.
 
-ezdxf writes the head and the tables of a file once; the polylines are set into that text, since writing the same
+ezdxf writes the head and the tables of a file once; the entities are set into that text, since writing the same
 15 kB through ezdxf for each of a thousand panels would take fifty times as long.
 """
 
@@ -11,24 +11,30 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from io import StringIO
-from itertools import islice
+from itertools import groupby, islice
 from pathlib import Path
 from textwrap import wrap
-from typing import Literal, TextIO
+from typing import TextIO
 
 import numpy as np
 from ezdxf import options  # type: ignore[attr-defined]
 from ezdxf.document import Drawing as Document
-from pydantic_core import to_json
 
 from fabkit.errors import OutputError
+from fabkit.formats.drawings.dxf_entities import (
+    ModelSpace,
+    Version,
+    bounds,
+    circles,
+    number_texts,
+    polylines,
+    texts,
+)
 from fabkit.parts import Curves, Ragged
 from fabkit.production import CUT, HIDDEN, LABEL, MARK, SHEET, VISIBLE, Drawing
-from geometry.arrays import FloatArray
+from geometry.arrays import FloatArray, IntArray
 
 __all__ = ["shown_text", "write_dxf", "write_dxfs"]
-
-Version = Literal["R2018", "R2010", "R12"]
 
 TITLE = "TITLE"
 COLOURS = {CUT: 1, MARK: 5, SHEET: 8, TITLE: 8, VISIBLE: 7, HIDDEN: 8, LABEL: 5}
@@ -53,7 +59,8 @@ DRAWINGS_PER_BATCH = 200
 
 SLOTS = tuple(9e9 + k for k in range(7))
 """Numbers that stand in a template for the extents (low, high) and for the middle and height of the view."""
-ENTITIES = "  2\nENTITIES\n"
+SEED, ENTITIES = "$HANDSEED\n  5\n", "  2\nENTITIES"
+"""What stands before the first free handle, and before the entities."""
 _CODE = re.compile(r"\\(?=[UM]\+)")
 """Begins a letter by its number; all other backslashes are themselves, and the signs of ends have them."""
 
@@ -97,60 +104,83 @@ def write_dxfs(folder: Path, drawings: Iterable[Drawing], *, version: Version = 
     left = iter(drawings)
     while batch := list(islice(left, DRAWINGS_PER_BATCH)):
         for drawing, text in zip(batch, _files(batch, version), strict=True):
-            (folder / f"{drawing.name}{suffix}").write_bytes(text)
+            (folder / f"{drawing.name}{suffix}").write_bytes(text)  # buffered: a full disk ends a raw write early
 
 
 def _files(drawings: Sequence[Drawing], version: Version) -> Iterator[bytes]:
     """The content of the file of each drawing."""
+    for (notes, layers), alike in groupby(drawings, key=lambda drawing: (drawing.notes, tuple(drawing.layers))):
+        yield from _filled(_template(version, notes, layers), list(alike))
+
+
+def _filled(template: _Template, drawings: Sequence[Drawing]) -> Iterator[bytes]:
+    """The content of the files of n drawings with the same notes and layers."""
+    space, layers = template.space, tuple(drawings[0].layers)
     curves = Curves.joined(own for drawing in drawings for own in drawing.layers.values())
     curves = Curves(curves.values.round(DXF_DECIMALS) + 0.0, curves.starts)
-    ends = np.cumsum([0, *(sum(len(own.values) for own in drawing.layers.values()) for drawing in drawings)])
-    points, lines = Ragged(curves.values, ends), _texts(curves)
-    write = _polyline if version == "R12" else _lwpolyline
-    extents = zip(points.reduced(np.minimum, np.inf), points.reduced(np.maximum, -np.inf), strict=True)
-    for drawing, (low, high) in zip(drawings, extents, strict=True):
-        template = _template(version, drawing.notes, tuple(drawing.layers))
-        owner, handles = template.owner, iter(range(template.first_handle, 2**62))
-        entities = [
-            write(layer, *next(lines), owner, handles) for layer, own in drawing.layers.items() for _ in range(len(own))
-        ]
-        for layer, circles in drawing.circles.items():
-            for circle in circles.round(DXF_DECIMALS) + 0.0:
-                entities.append(_circle(version, layer, circle, owner, handles))
-                low, high = np.minimum(low, circle[:2] - circle[2]), np.maximum(high, circle[:2] + circle[2])
-        if not np.isfinite([low, high]).all():
-            raise OutputError(
-                f"the drawing {drawing.name} has no curves, or coordinates that are not finite; leave it out"
-            )
-        letters = TITLE_SHARE * float((high - low).max())
-        x, y = low.tolist()
-        entity = _text(version, x, letters, owner)
-        words = _wrapped(drawing.title)
-        for line in words:
-            y -= LINE_SPACING * letters
-            entities.append(entity % (next(handles), y, shown_text(line, version)))
-        right, top = high.tolist()
-        right = max(right, x + LETTER_WIDTH * letters * max(map(len, words), default=0))
-        yield template.fill("".join(entities), (x, y), (right, top), next(handles)).encode()
+    n_curves = np.array([[len(own) for own in drawing.layers.values()] for drawing in drawings])
+    rings = np.concatenate([np.zeros((0, 3)), *(own for drawing in drawings for own in drawing.circles.values())])
+    rings = rings.round(DXF_DECIMALS) + 0.0
+    ring_layers = [layer for drawing in drawings for layer, own in drawing.circles.items() for _ in range(len(own))]
+    n_rings = np.array([sum(map(len, drawing.circles.values())) for drawing in drawings])
+    points = Ragged(curves.values, curves.starts[bounds(n_curves.sum(axis=1))])
+    low, high = _extents(points, Ragged(rings, bounds(n_rings)))
+    not_finite = np.flatnonzero(~np.isfinite([low, high]).all(axis=(0, 2)))
+    if len(not_finite):
+        name = drawings[not_finite[0]].name
+        raise OutputError(f"the drawing {name} has no curves, or coordinates that are not finite; leave it out")
+    first = np.full(len(drawings), template.first_handle)
+    lines, first = polylines(space, layers, curves, n_curves, first)
+    arcs, first = circles(space, ring_layers, rings, n_rings, first)
+    titles, first, sizes = _titles(space, [drawing.title for drawing in drawings], low, high, first)
+    entities = map("".join, zip(lines, arcs, titles, strict=True))
+    for numbers, handle, own in zip(number_texts(sizes).tolist(), first.tolist(), entities, strict=True):
+        yield template.fill([*numbers, f"{SEED}{handle:X}", f"{ENTITIES}{own}"]).encode()
+
+
+def _extents(points: Ragged, rings: Ragged) -> tuple[FloatArray, FloatArray]:
+    """(n, 2) twice, from where to where the points and the circles of n drawings reach."""
+    lows = Ragged(rings.values[:, :2] - rings.values[:, 2:], rings.starts).reduced(np.minimum, np.inf)
+    highs = Ragged(rings.values[:, :2] + rings.values[:, 2:], rings.starts).reduced(np.maximum, -np.inf)
+    return (
+        np.minimum(points.reduced(np.minimum, np.inf), lows),
+        np.maximum(points.reduced(np.maximum, -np.inf), highs),
+    )
+
+
+def _titles(
+    space: ModelSpace, titles: Sequence[Sequence[str]], low: FloatArray, high: FloatArray, first: IntArray
+) -> tuple[list[str], IntArray, FloatArray]:
+    """The titles below n drawings that reach from low to high (n, 2), and (n, 7) the numbers of the slots."""
+    wrapped = [_wrapped(title) for title in titles]
+    counts = np.array(list(map(len, wrapped)))
+    letters = TITLE_SHARE * (high - low).max(axis=1)
+    downwards = np.repeat([LINE_SPACING * letters], counts.max(), axis=0)
+    levels = np.subtract.accumulate([low[:, 1], *downwards]).T
+    y = levels[:, 1:][np.arange(counts.max()) < counts[:, None]]
+    lines = _shown([line for lines in wrapped for line in lines], space.version)
+    text, first = texts(space, TITLE, lines, (low[:, 0], y, letters), counts, first)
+    longest = np.array([max(map(len, lines), default=0) for lines in wrapped])
+    left, bottom = low[:, 0], levels[np.arange(len(low)), counts]
+    right, top = np.maximum(high[:, 0], left + LETTER_WIDTH * letters * longest), high[:, 1]
+    height = VIEW_SHARE * np.maximum(right - left, top - bottom)
+    return text, first, np.stack([left, bottom, right, top, (left + right) / 2, (bottom + top) / 2, height], axis=1)
 
 
 @dataclass(frozen=True)
 class _Template:
-    """The text of a file in pieces, between which come the values of the slots of that number: extents and view, the
-    first free handle, and the entities. owner: handle of the model space."""
+    """The text of a file in pieces; in the place of each second one comes the value of the slot of that number: extents
+    and view, the first free handle, and the entities."""
 
-    pieces: tuple[str, ...]
+    text: tuple[str, ...]
     slots: tuple[int, ...]
-    owner: str
+    space: ModelSpace
     first_handle: int
 
-    def fill(self, entities: str, low: Sequence[float], high: Sequence[float], seed: int) -> str:
-        middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
-        height = VIEW_SHARE * max(b - a for a, b in zip(low, high, strict=True))
-        numbers = [*low, *high, *middle, height]
-        values = [*(f"{value!r}\n" for value in numbers), f"$HANDSEED\n  5\n{seed:X}\n", ENTITIES + entities]
-        filled = [piece + values[slot] for piece, slot in zip(self.pieces, self.slots, strict=False)]
-        return "".join([*filled, self.pieces[-1]])
+    def fill(self, values: Sequence[str]) -> str:
+        text = list(self.text)
+        text[1::2] = map(values.__getitem__, self.slots)
+        return "".join(text)
 
 
 @lru_cache(maxsize=16)
@@ -166,10 +196,11 @@ def _template(version: Version, notes: tuple[str, ...], layers: tuple[str, ...])
         options.write_fixed_meta_data_for_testing = fixed
     comments = "".join(f"999\n{note}\n" for note in notes)
     text, first_handle = comments + stream.getvalue(), str(document.header["$HANDSEED"])
-    marks = [*(f"{slot!r}\n" for slot in SLOTS), f"$HANDSEED\n  5\n{first_handle}\n", ENTITIES]
-    pieces = re.split("(" + "|".join(map(re.escape, marks)) + ")", text)
+    marks = [*map(repr, SLOTS), f"{SEED}{first_handle}", ENTITIES]
+    pieces = tuple(re.split("(" + "|".join(map(re.escape, marks)) + ")", text))
     slots = tuple(map(marks.index, pieces[1::2]))
-    return _Template(tuple(pieces[::2]), slots, document.modelspace().layout_key, int(first_handle, 16))
+    space = ModelSpace(version, document.modelspace().layout_key)
+    return _Template(pieces, slots, space, int(first_handle, 16))
 
 
 def _document(version: Version, notes: tuple[str, ...], layers: tuple[str, ...]) -> Document:
@@ -192,28 +223,15 @@ def _document(version: Version, notes: tuple[str, ...], layers: tuple[str, ...])
     return document
 
 
-def _texts(curves: Curves) -> Iterator[tuple[list[str], int]]:
-    """Of each curve the points to write, as text, and whether it is closed; of a closed one without the last point.
-
-    pydantic's JSON writer is ten times as fast as repr."""
-    numbers = to_json(curves.values.ravel().tolist()).decode()[1:-1].split(",")
-    points = list(map("\n 20\n".join, zip(numbers[::2], numbers[1::2], strict=True)))
-    starts, closed = curves.starts.tolist(), curves.is_closed.astype(int).tolist()
-    for start, end, is_closed in zip(starts[:-1], starts[1:], closed, strict=True):
-        yield points[start : end - is_closed], is_closed
-
-
-def _text(version: Version, x: float, height: float, owner: str) -> str:
-    """A line of text, but for its handle, y and words."""
-    place = f" 10\n{x!r}\n 20\n%r\n 30\n0.0\n 40\n{height!r}\n  1\n%s\n"
-    if version == "R12":
-        return f"  0\nTEXT\n  5\n%X\n  8\n{TITLE}\n{place}"
-    head = f"  0\nTEXT\n  5\n%X\n330\n{owner}\n100\nAcDbEntity\n  8\n{TITLE}\n100\nAcDbText\n"
-    return f"{head}{place}100\nAcDbText\n"
-
-
-def _wrapped(title: Sequence[str]) -> list[str]:
+def _wrapped(title: Sequence[str]) -> Sequence[str]:
+    if max(map(len, title), default=0) <= TITLE_LETTERS:
+        return title
     return [part for line in title for part in (wrap(line, TITLE_LETTERS) if len(line) > TITLE_LETTERS else [line])]
+
+
+def _shown(lines: list[str], version: Version) -> list[str]:
+    together = "".join(lines)
+    return lines if shown_text(together, version) == together else [shown_text(line, version) for line in lines]
 
 
 def shown_text(line: str, version: str) -> str:
@@ -229,29 +247,3 @@ def shown_text(line: str, version: str) -> str:
         return plain
     known = "".join(letter if letter.isprintable() and letter <= "\uffff" else "?" for letter in plain)
     return "".join(letter if letter.isascii() or version != "R12" else f"\\U+{ord(letter):04X}" for letter in known)
-
-
-def _circle(version: Version, layer: str, circle: FloatArray, owner: str, handles: Iterator[int]) -> str:
-    x, y, radius = circle.tolist()
-    place = f" 10\n{x!r}\n 20\n{y!r}\n 30\n0.0\n 40\n{radius!r}\n"
-    head = f"  0\nCIRCLE\n  5\n{next(handles):X}\n"
-    if version == "R12":
-        return f"{head}  8\n{layer}\n{place}"
-    return f"{head}330\n{owner}\n100\nAcDbEntity\n  8\n{layer}\n100\nAcDbCircle\n{place}"
-
-
-def _lwpolyline(layer: str, points: list[str], closed: int, owner: str, handles: Iterator[int]) -> str:
-    corners = "\n 10\n".join(points)
-    return (
-        f"  0\nLWPOLYLINE\n  5\n{next(handles):X}\n330\n{owner}\n100\nAcDbEntity\n  8\n{layer}\n"
-        f"100\nAcDbPolyline\n 90\n{len(points)}\n 70\n{closed}\n 10\n{corners}\n"
-    )
-
-
-def _polyline(layer: str, points: list[str], closed: int, owner: str, handles: Iterator[int]) -> str:
-    handle = f"  5\n{next(handles):X}\n  8\n{layer}\n"
-    head = f"  0\nPOLYLINE\n{handle} 66\n1\n 10\n0.0\n 20\n0.0\n 30\n0.0\n 70\n{closed}\n"
-    vertices = "".join(
-        [f"  0\nVERTEX\n  5\n{next(handles):X}\n  8\n{layer}\n 10\n{point}\n 30\n0.0\n" for point in points]
-    )
-    return f"{head}{vertices}  0\nSEQEND\n  5\n{next(handles):X}\n  8\n{layer}\n"

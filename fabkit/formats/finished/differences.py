@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents, in_words
 from fabkit.formats.finished.step_checks import COORDINATE_TOLERANCE_MM
 from fabkit.formats.report import ShownModel, differences_html
-from fabkit.parts import Cell
+from fabkit.parts import Cell, Column
 from fabkit.production import Table
 from geometry.arrays import FloatArray
 
@@ -84,7 +85,8 @@ def folder_differences(old: Path, new: Path) -> Table:
         rows += [("new", kind, "", each.name, *_NOTHING) for k, each in enumerate(other) if k not in known]
         changes = (_changed(one[k], other[n]) for k, n in pairs.items())
         rows += [row for row in changes if row]
-    return Table("differences", COLUMNS, DECIMALS, tuple(rows))
+    cells: Sequence[Sequence[Cell]] = list(zip(*rows, strict=True)) or [()] * len(COLUMNS)
+    return Table("differences", tuple(map(Column, COLUMNS, DECIMALS, cells)))
 
 
 def differences_page(old: Path, new: Path, table: Table) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents, in_words
 from fabkit.formats.finished.drawing_checks import check_drawings
+from fabkit.formats.finished.part_geometry import PartSolid
 from fabkit.formats.finished.picture_checks import check_glb, check_report, same_text
 from fabkit.formats.finished.step_checks import (
     COORDINATE_TOLERANCE_MM,
@@ -37,6 +38,10 @@ M.obj: twice that of a pair, since both are rounded; edges of S may vanish."""
 PARALLEL_SINE = 1e-7
 """Largest sine of the angle between an edge of M.obj and that of S.obj, whose numbers have all their digits: far above
 their rounding, far below what a changed digit does unless it is one of the last."""
+
+EDGE_TOLERANCES = (COORDINATE_TOLERANCE_MM, 6e-7, 6e-5)
+"""Largest differences of length, corner and bevel of an edge of a panel, in mm and degrees, which have 3, 6 and 4
+decimals."""
 
 
 def check_folder(folder: Path, *, hashes: bool = True) -> tuple[str, ...]:
@@ -177,23 +182,35 @@ def _of_shapes(contents: Contents) -> Iterator[str]:
     if parts and "mark_points.csv" in contents.files:
         yield from _caught("mark_points.csv", check_mark_points(contents, parts))
     yield from _caught("the drawings", check_drawings(contents, parts))
-    yield from _of_panel_edges(contents, {mark: part.solid.outline for mark, part in parts.items()})
+    yield from _of_panel_edges(contents, {mark: part.solid for mark, part in parts.items()})
 
 
-def _of_panel_edges(contents: Contents, outlines: dict[str, FloatArray]) -> Iterator[str]:
-    """The table of edges of panels against the pieces, and the lower sides of their solids."""
+def _of_panel_edges(contents: Contents, solids: dict[str, PartSolid]) -> Iterator[str]:
+    """The table of edges of panels against the pieces, and the sides of their solids."""
     if not {"panel_edges.csv", "pieces.csv"} <= contents.files.keys():
         return
-    edges: dict[str, list[str]] = {row["Piece"]: [] for row in contents.table("pieces") if row["Kind"] == "panel"}
+    edges: dict[str, list[list[float]]] = {
+        row["Piece"]: [] for row in contents.table("pieces") if row["Kind"] == "panel"
+    }
     for row in contents.table("panel_edges"):
-        edges.setdefault(row["Panel"], []).append(row["Length (mm)"])
-    for piece, lengths in edges.items():
-        outline = outlines.get(piece.partition(" ")[0])
-        if outline is None:
-            continue
-        sides = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
-        if len(sides) != len(lengths) or np.abs(sides - np.array(lengths, dtype=float)).max() > COORDINATE_TOLERANCE_MM:
+        numbers = (row["Length (mm)"], row["Corner (deg)"], row["Bevel (deg)"] or 0.0)
+        edges.setdefault(row["Panel"], []).append([float(number) for number in numbers])
+    of_marks = {mark: _edges(solids[mark]) for mark in {piece.partition(" ")[0] for piece in edges} & solids.keys()}
+    for piece, found in edges.items():
+        wanted = of_marks.get(piece.partition(" ")[0])
+        if wanted is not None and (len(wanted) != len(found) or (np.abs(wanted - found) > EDGE_TOLERANCES).any()):
             yield f"panel_edges.csv does not have the edges of {piece}"
+
+
+def _edges(panel: PartSolid) -> FloatArray:
+    """(k, 3) of each edge of the lower side the length in mm, and corner at its start and bevel in degrees."""
+    sides = np.roll(panel.outline, -1, axis=0) - panel.outline
+    x, y = np.roll(sides, 1, axis=0).T
+    corners = np.pi - np.arctan2(x * sides[:, 1] - y * sides[:, 0], x * sides[:, 0] + y * sides[:, 1])
+    lengths, off = np.linalg.norm(sides, axis=1), panel.upper - panel.outline
+    reach = (off[:, 0] * sides[:, 1] - off[:, 1] * sides[:, 0]) / lengths
+    bevels = np.arctan2(reach, np.ptp(panel.corners[:, 2]))
+    return np.stack([lengths, np.degrees(corners), np.degrees(bevels)], axis=1)
 
 
 def _of_meshes(contents: Contents) -> Iterator[str]:

@@ -21,6 +21,7 @@ VOLUME_TOLERANCE, FACE_TOLERANCE_MM = 1e-9, 1e-6
 is put down to rounding."""
 NUMBER = re.compile(r"-?\d+\.\d*(?:E-?\d+)?")
 REFERENCE = re.compile(r"#(\d+)")
+_NUMBERS = re.compile(rf"(?<=[(,])({NUMBER.pattern})")
 
 
 @dataclass(frozen=True)
@@ -53,8 +54,8 @@ class PartSolid:
 def measured(name: str, data: str) -> PartSolid:
     """The solid of a part file, after comparing volume, area, lines and planes. data: entities, one a line. Raises
     FolderError with what is wrong."""
-    numbers = np.array([float(found) for found in NUMBER.findall(data)])
-    of = _reading(NUMBER.sub("~", data))
+    texts = _NUMBERS.split(data)
+    numbers, of = np.array(list(map(float, texts[1::2]))), _reading("~".join(texts[::2]))
     if not of.is_whole:
         raise FolderError(f"{name} is no complete STEP file")
     if of.missing:

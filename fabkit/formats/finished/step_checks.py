@@ -106,14 +106,15 @@ def check_model(contents: Contents, parts: dict[str, PartFile]) -> Iterator[str]
     if not text.endswith("ENDSEC;\nEND-ISO-10303-21;\n"):
         yield "model.step is no complete STEP file"
         return
-    defined = re.findall(r"^#(\d+)=", text, re.MULTILINE)
+    texts = REFERENCE.split(text)
+    defined = [number for number, after in zip(texts[1::2], texts[2::2], strict=True) if after.startswith("=")]
     if len(set(defined)) != len(defined):
         yield "model.step has a number twice"
-    missing = set(REFERENCE.findall(text)) - set(defined)
+    missing = set(texts[1::2]) - set(defined)
     if missing:
         yield f"model.step refers to #{min(map(int, missing))}, which it does not have"
     lines = text.splitlines()
-    bare = set(REFERENCE.sub("#", text).splitlines())
+    bare = set("#".join(texts[::2]).splitlines())
     marks: dict[int, str] = {}
     for number, line in enumerate(lines):
         if "=PRODUCT_DEFINITION('design'" not in line:

@@ -41,13 +41,14 @@ def differences_html(title: str, table: Table, earlier: ShownModel, later: Shown
     """The text of the page. table: of `folder_differences`. It asks the network for nothing.
 
     >>> from fabkit.formats.report import ShownModel, differences_html
+    >>> from fabkit.parts import Column
     >>> from fabkit.production import Table
-    >>> table = Table("differences", ("Change", "Piece now"), (None, None), (("new", "B001 e0"),))
+    >>> table = Table("differences", (Column("Change", None, ["new"]), Column("Piece now", None, ["B001 e0"])))
     >>> model = ShownModel(("B001 e0",), {}, "", (0.0, 0.0, 0.0))
     >>> "<dt>New</dt><dd>1</dd>" in differences_html("Changes from a to b", table, model, model)
     True
     """
-    changes = [str(row[0]) for row in table.rows]
+    changes = table.by_column[0].texts
     counts = {name: changes.count(name) for name in ("new", "gone", "changed")}
     counts["same"] = len(later.names) - counts["new"] - counts["changed"]
     body = part_of_page(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from html import escape
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from fabkit.parts import Curves, Measure
 from fabkit.production import CUT, MARK, SHEET, Drawing
 from geometry.arrays import FloatArray
 
-__all__ = ["histogram", "sheet_picture"]
+__all__ = ["histogram", "sheet_pictures"]
 
 _HISTOGRAM_WIDTH, _HISTOGRAM_HEIGHT, _HISTOGRAM_BASE, _HISTOGRAM_MARGIN = 220, 96, 78, 6
 """Size of a histogram, level of its horizontal axis from the top, and margin on both sides, in pixels."""
@@ -75,36 +77,45 @@ def _decimal(value: float, decimals: int) -> str:
     return text[1:] if text.startswith("-") and float(text) == 0 else text
 
 
-def sheet_picture(drawing: Drawing) -> str:
-    """A thumbnail of a nested sheet, which the page shows larger; points are rounded to whole millimetres."""
+def sheet_pictures(sheets: Sequence[Drawing]) -> list[str]:
+    """Thumbnails of nested sheets, which the page shows larger; points are rounded to whole millimetres."""
+    layers = (SHEET, CUT, MARK)
+    paths = (_paths([sheet.layers[layer] for sheet in sheets]) for layer in layers)
+    return [
+        _sheet_picture(sheet, dict(zip(layers, own, strict=True)))
+        for sheet, own in zip(sheets, zip(*paths, strict=True), strict=True)
+    ]
+
+
+def _sheet_picture(drawing: Drawing, paths: Mapping[str, str]) -> str:
     (stock,) = drawing.layers[SHEET]
     left, bottom = stock.min(axis=0)
     length, width = stock.max(axis=0) - stock.min(axis=0)
     edge = 0.01 * length
     box = f"{left - edge:.0f} {-bottom - width - edge:.0f} {length + 2 * edge:.0f} {width + 2 * edge:.0f}"
-    paths = "".join(
-        f"<path class='{layer.lower()}' d='{_path(drawing.layers[layer])}'/>" for layer in (SHEET, CUT, MARK)
-    )
+    drawn = "".join(f"<path class='{layer.lower()}' d='{path}'/>" for layer, path in paths.items())
     panels = drawing.layers[CUT]
     used = np.abs(_areas(panels)).sum() / (length * width)
     count = f"{len(panels)} panel{'' if len(panels) == 1 else 's'}"
     return (
-        f"<figure><button type='button'><svg viewBox='{box}'>{paths}</svg></button>"
+        f"<figure><button type='button'><svg viewBox='{box}'>{drawn}</svg></button>"
         f"<figcaption>{escape(drawing.name)}: {count}, {100 * used:.0f} % used</figcaption></figure>"
     )
 
 
-def _path(curves: Curves) -> str:
-    """The curves as an SVG path in relative steps, with y downwards."""
+def _paths(several: Sequence[Curves]) -> list[str]:
+    """Each as an SVG path in relative steps, with y downwards."""
+    curves = Curves.joined(several)
     points = np.round(curves.values * [1, -1]).astype(np.int64)
     steps = np.diff(points, axis=0, prepend=0)
     steps[curves.starts[:-1]] = points[curves.starts[:-1]]
     words = [f"{x} {y}" for x, y in steps.tolist()]
     starts, closed = curves.starts.tolist(), curves.is_closed.tolist()
-    return "".join(
+    texts = [
         f"M{words[start]}l{' '.join(words[start + 1 : end - is_closed])}{'z' if is_closed else ''}"
         for start, end, is_closed in zip(starts[:-1], starts[1:], closed, strict=True)
-    )
+    ]
+    return ["".join(texts[start:end]) for start, end in pairwise(accumulate(map(len, several), initial=0))]
 
 
 def _areas(closed: Curves) -> FloatArray:

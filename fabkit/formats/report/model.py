@@ -54,14 +54,14 @@ def model_data(layers: Sequence[tuple[str, Placed]]) -> tuple[dict[str, Any], st
             _whole(first + shape),
             _whole(placed.surface),
         ]
-    starts = np.cumsum([0, *map(len, shapes.points)])[:-1]
+    sizes, cuts = np.array(shapes.sizes, dtype=np.int64), np.array(shapes.cuts, dtype=np.int64)
     arrays += [_reals(points) for points in shapes.points]
-    arrays.append(_whole(np.stack([starts, shapes.cuts], axis=1)))
+    arrays.append(_whole(np.stack([np.cumsum(sizes) - sizes, cuts], axis=1)))
     arrays += [_whole(each) for cut in shapes.found for each in cut]
     head = {
         "layers": heads,
         "middle_mm": middle.tolist(),
-        "points": int(sum(map(len, shapes.points))),
+        "points": int(sizes.sum()),
         "shapes": len(shapes.cuts),
         "cuts": [[len(triangles), len(edges)] for triangles, edges in shapes.found],
     }
@@ -91,10 +91,11 @@ def _whole(values: npt.NDArray[np.int64]) -> bytes:
 
 
 class _Shapes:
-    """Points of each shape, and which of the different cuts into triangles it has."""
+    """Points of each shape, their number, and which of the different cuts into triangles it has."""
 
     def __init__(self) -> None:
         self.points: list[FloatArray] = []
+        self.sizes: list[int] = []
         self.cuts: list[int] = []
         self.found: list[tuple[IntArray, IntArray]] = []
         self.numbers: dict[bytes, int] = {}
@@ -102,16 +103,19 @@ class _Shapes:
     def add(self, solids: Solids, names: Sequence[str]) -> int:
         """Adds solids with these names; returns the number of the first."""
         first = len(self.cuts)
-        points: list[FloatArray] = [np.zeros((0, 3))] * len(solids)
-        cuts = [0] * len(solids)
-        for batch in facets(solids, names):
+        sizes, cuts = np.zeros((2, len(solids)), dtype=np.int64)
+        batches = facets(solids, names)
+        for batch in batches:
             edges = _drawn_edges(batch)
-            corners = batch.flat.topology.corners
-            for k, solid in enumerate(batch.solids.tolist()):
-                points[solid] = batch.flat.vertices[k] / 1000
-                cuts[solid] = self._cut(corners[batch.triangles[k]], edges)
-        self.points += points
-        self.cuts += cuts
+            sizes[batch.solids] = batch.flat.vertices.shape[1]
+            cuts[batch.solids] = [self._cut(each, edges) for each in batch.flat.topology.corners[batch.triangles]]
+        points, starts = np.empty((sizes.sum(), 3)), np.cumsum(sizes) - sizes
+        for batch in batches:
+            places = starts[batch.solids, None] + np.arange(batch.flat.vertices.shape[1])
+            points[places] = batch.flat.vertices / 1000
+        self.points.append(points)
+        self.sizes += sizes.tolist()
+        self.cuts += cuts.tolist()
         return first
 
     def _cut(self, triangles: IntArray, edges: IntArray) -> int:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fabkit.formats.report.figures import histogram, sheet_picture
+from fabkit.formats.report.figures import histogram, sheet_pictures
 from fabkit.formats.report.fitness import fitness_html
 from fabkit.formats.report.html_page import (
     FIND_IN_REPORT,
@@ -201,8 +201,8 @@ def _histograms(measured: Sequence[Measure]) -> str:
 def _sheets(sheets: Sequence[Drawing]) -> str:
     if not sheets:
         return ""
-    pictures = "\n".join(sheet_picture(sheet) for sheet in sheets[:PRINTED_SHEETS])
-    later = "\n".join(sheet_picture(sheet) for sheet in sheets[PRINTED_SHEETS:])
+    drawn = sheet_pictures(sheets)
+    pictures, later = "\n".join(drawn[:PRINTED_SHEETS]), "\n".join(drawn[PRINTED_SHEETS:])
     note = f'<p class="printed-rows">The first {PRINTED_SHEETS} of {len(sheets)} sheets.</p>' if later else ""
     return (
         f'<section id="sheets">\n<h2>Sheets</h2>\n<div class="sheets">\n{pictures}\n'

@@ -28,7 +28,7 @@ def table_html(table: Table) -> str:
     foot = _row([escape(text) for text in table.total_texts], classes) if table.totals else ""
     missing = "".join(f"<li>{escape(sentence)}</li>" for sentence in table.left_out)
     noun = "mark" if table.columns[0] == "Mark" else "row"
-    count = f"{len(table.rows)} {noun}{'' if len(table.rows) == 1 else 's'}"
+    count = f"{table.n_rows} {noun}{'' if table.n_rows == 1 else 's'}"
     return (
         f'<div class="table-head"><h3>{title} <span class="unit">{count}</span></h3>'
         f'<input type="search" data-table="{identifier}" placeholder="Filter" aria-label="Filter {title}"></div>\n'
@@ -41,17 +41,13 @@ def table_html(table: Table) -> str:
 
 def cells_data(table: Table) -> dict[str, object]:
     """The texts of a table by columns, for the page's scripts."""
-    cells = [list(column) for column in zip(*table.texts, strict=True)] or [[] for _ in table.columns]
+    cells = [column.texts for column in table.by_column]
     return {"columns": table.columns, "classes": _classes(table), "cells": cells}
 
 
 def _classes(table: Table) -> list[str]:
     """Of each column in the style sheet; what has several values, files and empty columns are not printed."""
-    columns = zip(*table.texts, strict=True) if table.rows else [("",)] * len(table.columns)
-    apart = [
-        name in table.several or name == "File" or not any(each)
-        for name, each in zip(table.columns, columns, strict=True)
-    ]
+    apart = [column.several or column.title == "File" or not any(column.texts) for column in table.by_column]
     return [
         ("text" if decimals is None else "") + (" wide" if hidden else "")
         for decimals, hidden in zip(table.decimals, apart, strict=True)
@@ -60,8 +56,8 @@ def _classes(table: Table) -> list[str]:
 
 def _widths(table: Table) -> list[float]:
     """Width of each column in digits: its longest text, up to a limit; headings may run over two or three lines."""
-    totals = table.total_texts or ("",) * len(table.columns)
-    longest = [max(map(len, column)) for column in zip(*table.texts, totals, strict=True)]
+    totals = zip(table.by_column, table.total_texts, strict=True)
+    longest = [max(map(len, [*column.texts, total])) for column, total in totals]
     words = [max(map(len, name.split())) for name in table.columns]
     return [max(min(text, _MAX_COLUMN_LETTERS), 1.2 * word) + 2.5 for text, word in zip(longest, words, strict=True)]
 

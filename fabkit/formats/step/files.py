@@ -13,9 +13,10 @@ The same parts and arguments give the same bytes.
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import lru_cache
 from io import StringIO
 from pathlib import Path
@@ -25,10 +26,10 @@ import numpy as np
 
 from fabkit.errors import OutputError
 from fabkit.formats.step.entities import Schema
-from fabkit.formats.step.solid import Template, by_template, solid_numbers
-from fabkit.formats.step.text import reals, string
-from fabkit.formats.step.writer import PARTS_PER_BATCH, StepWriter, check_name, instance_name, product_names
-from fabkit.parts import Assembly, Kind, Material, Part, Parts, SolidArray, Zones
+from fabkit.formats.step.solid import Template
+from fabkit.formats.step.text import string
+from fabkit.formats.step.writer import Shape, StepWriter, instance_name, product_names, shapes
+from fabkit.parts import Assembly, Kind, Material, Part, Parts, Zones
 from geometry.arrays import FloatArray
 
 __all__ = [
@@ -42,6 +43,8 @@ __all__ = [
 
 MARK_HERE, NAME_HERE = "{mark of the part}", "{name of the product}"
 """Stand-ins for the mark of a part and the name of its product in the template of its file."""
+_NUMBER_HERE = "\0"
+"""Stand-in for a number of its solid: no name in a STEP file has this character."""
 NO_TIME = "1970-01-01T00:00:00"
 """Time stamp of the files of a project that states no date: they are the same each time."""
 
@@ -54,6 +57,7 @@ def write_step(
     target: Path | str | TextIO,
     assembly: Assembly,
     *,
+    parts_folder: Path | None = None,
     schema: Schema = "AP242",
     author: str = "",
     organisation: str = "",
@@ -62,8 +66,9 @@ def write_step(
 ) -> None:
     """Write all parts of an assembly, placed, to a file or an open text stream.
 
-    author, organisation, time_stamp (as in ISO 8601): of the header; revision: of the products. Names beyond ASCII are
-    encoded, but marks must be ASCII.
+    parts_folder: an empty folder for a file of each mark, as by `write_part_steps`, but in less time. author,
+    organisation, time_stamp (as in ISO 8601): of the header; revision: of the products. Names beyond ASCII are encoded,
+    but marks must be ASCII.
     Raises OutputError where the file cannot be written (a file that was there stays as it was), there are no parts,
     one mark stands for different parts, a mark is not ASCII or is the name of the structure, a zone or a group, a
     placement is not a rigid motion, or a solid has an edge too short or a face not plane to 1e-7 mm.
@@ -83,6 +88,7 @@ def write_step(
         assembly.groups,
         origin_mm=assembly.origin_mm,
         zones=assembly.zones,
+        parts_folder=parts_folder,
         schema=schema,
         author=author,
         organisation=organisation,
@@ -98,6 +104,7 @@ def stream_step(
     *,
     origin_mm: FloatArray | None = None,
     zones: Zones | None = None,
+    parts_folder: Path | None = None,
     schema: Schema = "AP242",
     author: str = "",
     organisation: str = "",
@@ -118,11 +125,14 @@ def stream_step(
     >>> Path("roof.step").read_text().count("=MANIFOLD_SOLID_BREP(")
     10
     """
+    head = (schema, author, organisation, revision, time_stamp)
     with _opened(target) as stream:
-        writer = StepWriter(stream, name, schema, author, organisation, revision, time_stamp)
+        writer = StepWriter(stream, name, *head)
         writer.begin_structure(np.zeros(3) if origin_mm is None else origin_mm, zones or Zones())
         for parts in groups:
-            writer.write_parts(parts)
+            for shape in writer.write_parts(parts):
+                if parts_folder is not None:
+                    _write_file(parts_folder, head, shape)
         writer.end_structure()
 
 
@@ -148,7 +158,8 @@ def write_part_step(
     """
     with _opened(target) as stream:
         writer = StepWriter(stream, part.mark, schema, author, organisation, revision, time_stamp)
-        writer.write_shapes(Parts.of(part.kind, [part]), np.zeros(1, dtype=np.int64))
+        for shape in shapes(Parts.of(part.kind, [part]), np.zeros(1, dtype=np.int64)):
+            writer.write_shape(shape)
         writer.end()
 
 
@@ -174,49 +185,29 @@ def write_part_steps(
     """
     head = (schema, author, organisation, revision, time_stamp)
     for parts in groups:
-        names, materials = product_names(parts), parts.material[parts.firsts]
-        for number, material in enumerate(parts.materials):
-            own = np.flatnonzero(materials == number)
-            for template, solids in by_template(parts, parts.firsts[own]):
-                for start in range(0, len(solids.parts), PARTS_PER_BATCH):
-                    batch = solids[start : start + PARTS_PER_BATCH]
-                    named = {parts.mark_names[k]: names[k] for k in own[batch.parts].tolist()}
-                    _write_solids(folder, head, named, parts.kind, material, template, batch)
+        for shape in shapes(parts, parts.firsts):
+            _write_file(folder, head, shape)
 
 
-def _write_solids(
-    folder: Path,
-    head: _Head,
-    names: dict[str, str],
-    kind: Kind[Any],
-    material: Material,
-    of: Template,
-    batch: SolidArray,
-) -> None:
-    """Write a file for each mark, whose products have these names, of parts that differ only in the vertices of their
-    solids; so one text serves as the template of all.
-    """
-    marks = list(names)
-    numbers = solid_numbers(of, batch, marks)
-    width, texts = numbers.shape[1], reals(numbers)
-    template = _file_template(head, kind, material, of, width)
-    for n, mark in enumerate(marks):
-        check_name(mark)
-        text = template % tuple(texts[n * width : (n + 1) * width])
-        text = text.replace(MARK_HERE, string(mark)).replace(NAME_HERE, string(names[mark]))
-        (folder / f"{mark}.step").write_bytes(text.encode("ascii"))
+def _write_file(folder: Path, head: _Head, shape: Shape) -> None:
+    """Write the file of a mark. Those of parts that differ only in the vertices of their solids have one template."""
+    kind, mark, product, material, template, numbers = shape
+    tokens = _file_template(head, kind, material, template, len(numbers)).copy()
+    tokens[0] = tokens[0].replace(MARK_HERE, string(mark)).replace(NAME_HERE, string(product))
+    tokens[1::2] = numbers
+    with open(os.path.join(folder, f"{mark}.step"), "wb") as stream:
+        stream.write("".join(tokens).encode("ascii"))
 
 
 @lru_cache(maxsize=256)
-def _file_template(head: _Head, kind: Kind[Any], material: Material, of: Template, n_numbers: int) -> str:
-    """The text of the file of one part, with %s in place of each of its numbers, and with stand-ins for its names."""
+def _file_template(head: _Head, kind: Kind[Any], material: Material, of: Template, n_numbers: int) -> list[str]:
+    """The text of the file of one part in pieces: every second one is a number of its solid; the first one has
+    stand-ins for its names."""
     stream = StringIO()
-    schema, *texts = head
-    writer = StepWriter(stream, MARK_HERE, schema, *(text.replace("%", "%%") for text in texts))
-    material = replace(material, name=material.name.replace("%", "%%"))
-    writer.write_shape(kind, MARK_HERE, NAME_HERE, material, of, ["%s"] * n_numbers)
+    writer = StepWriter(stream, MARK_HERE, *head)
+    writer.write_shape(Shape(kind, MARK_HERE, NAME_HERE, material, of, [_NUMBER_HERE] * n_numbers))
     writer.end()
-    return stream.getvalue()
+    return re.split(f"({_NUMBER_HERE})", stream.getvalue())
 
 
 @contextmanager

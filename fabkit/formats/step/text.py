@@ -14,20 +14,23 @@ from geometry.arrays import FloatArray
 
 __all__ = ["Block", "reals", "string"]
 
-_SPECIAL = re.compile(r"['\\]|[^ -~]+")
+_SPECIAL = re.compile(r"['\\]|[^ -~\U00010000-\U0010ffff]+|[\U00010000-\U0010ffff]+")
 _SINGLE_DIGIT_MANTISSA = re.compile(r"e(?<=[\[,-]\de)")
 
 
 def string(text: str) -> str:
     """The text between the quotes of a STEP string: quotes and backslashes doubled, what is not printable ASCII as
-    \\X2\\...\\X0\\ (ISO 10303-21, 6.4.3)."""
+    \\X2\\...\\X0\\, beyond 16 bits as \\X4\\...\\X0\\ (ISO 10303-21, 6.4.3)."""
     plain = text.isascii() and text.isprintable() and "'" not in text and "\\" not in text
     return text if plain else _SPECIAL.sub(_encoded, text)
 
 
 def _encoded(run: re.Match[str]) -> str:
     special = run.group()
-    return special * 2 if special in "'\\" else f"\\X2\\{special.encode('utf-16-be').hex().upper()}\\X0\\"
+    if special in "'\\":
+        return special * 2
+    width, encoding = (4, "utf-32-be") if special > "\uffff" else (2, "utf-16-be")
+    return f"\\X{width}\\{special.encode(encoding).hex().upper()}\\X0\\"
 
 
 def reals(values: FloatArray) -> list[str]:

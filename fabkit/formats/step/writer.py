@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, TextIO
+from typing import Any, NamedTuple, TextIO
 
 import numpy as np
 
@@ -36,11 +36,11 @@ from fabkit.formats.step.text import Block, reals, string
 from fabkit.parts import Kind, Material, Part, Parts, Zones
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["PARTS_PER_BATCH", "StepWriter", "check_name", "instance_name", "product_names", "solid_texts"]
+__all__ = ["Shape", "StepWriter", "instance_name", "product_names", "shapes"]
 
-PARTS_PER_BATCH = 64
-"""Number of parts written together: enough to make array operations worthwhile, few enough for the processor's
-cache."""
+PARTS_PER_BATCH = 512
+"""Number of parts that are put into text together: enough to make array operations worthwhile, few enough for a small
+memory."""
 _ITEMS_PER_LINE = 16
 """Number of references in a line of a STEP file."""
 _FRAME_TOLERANCE = 1e-11
@@ -61,6 +61,17 @@ def instance_name(part: Part) -> str:
     'B001 e7'
     """
     return f"{part.mark} {part.kind.element[0]}{part.element}"
+
+
+class Shape(NamedTuple):
+    """A mark as it is written. product: its name, by `product_names`; template and numbers: those of its solid."""
+
+    kind: Kind[Any]
+    mark: str
+    product: str
+    material: Material
+    template: Template
+    numbers: Sequence[str]
 
 
 @dataclass(frozen=True)
@@ -126,42 +137,28 @@ class StepWriter:
         at = reals(np.concatenate([origin_mm, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
         self._root.placements.append(self._add(PLACEMENT_BLOCK, at) + PLACEMENT_OFFSET)
 
-    def write_parts(self, parts: Parts[Any]) -> None:
-        """Some parts of a group: a product with its solid for each mark that was not written before, and an instance
-        for each part."""
+    def write_parts(self, parts: Parts[Any]) -> Iterator[Shape]:
+        """Some parts of a group: a product with its solid for each mark that was not written before, which it gives out
+        once it is written, and then an instance for each part."""
         if parts.kind.group == self._name:
             raise OutputError(f"a structure cannot be called {self._name!r}, like its group; give it another name")
         self._taken.add(parts.kind.group)
         if parts.kind.group in self._products:
             raise _taken(parts.kind.group)
         self._check_marks(parts)
+        new = [k for k, mark in enumerate(parts.mark_names) if mark not in self._products]
+        for shape in shapes(parts, parts.firsts[np.array(new, dtype=np.int64)]):
+            self.write_shape(shape)
+            yield shape
         zone = self._zones_of.of(parts)
-        order = np.argsort(zone, kind="stable")
-        for start in range(0, len(parts), PARTS_PER_BATCH):
-            rows = order[start : start + PARTS_PER_BATCH]
-            self.write_shapes(parts, parts.firsts[np.unique(parts.mark[rows])])
-            for number in np.unique(zone[rows]).tolist():
-                self._write_instances(parts, rows[zone[rows] == number], (*self._zones_of.names, "")[number])
+        for number in np.unique(zone).tolist():
+            rows = np.flatnonzero(zone == number)
+            for few in np.split(rows, range(PARTS_PER_BATCH, len(rows), PARTS_PER_BATCH)):
+                self._write_instances(parts, few, (*self._zones_of.names, "")[number])
 
-    def write_shapes(self, parts: Parts[Any], rows: IntArray) -> None:
-        """A product with its solid for the mark of each of these parts, if it was not written before."""
-        new = np.array([k for k in rows.tolist() if parts.mark_names[parts.mark[k]] not in self._products], dtype=int)
-        if not len(new):
-            return
-        chosen = parts.take(new)
-        marks, names = chosen.mark_names, product_names(chosen)
-        texts = solid_texts(parts, new, marks)
-        for mark, name, material, (template, numbers) in zip(
-            marks, names, parts.material[new].tolist(), texts, strict=True
-        ):
-            self.write_shape(parts.kind, mark, name, parts.materials[material], template, numbers)
-
-    def write_shape(
-        self, kind: Kind[Any], mark: str, product: str, of: Material, template: Template, numbers: Sequence[str]
-    ) -> None:
-        """The product of a mark; product: its name, by `product_names`; template and numbers: those of its solid, by
-        `solid_texts`. Raises OutputError for a mark that is not a valid name."""
-        check_name(mark)
+    def write_shape(self, shape: Shape) -> None:
+        """The product of a mark, with its solid."""
+        kind, mark, product, of, template, numbers = shape
         if mark in self._taken:
             raise _taken(mark)
         name, material, style = string(mark), self._material(of), self._style(kind.colour)
@@ -275,7 +272,7 @@ def product_names(parts: Parts[Any]) -> list[str]:
     ]
 
 
-def check_name(mark: str) -> None:
+def _check_name(mark: str) -> None:
     """Raise OutputError for a mark that is not a valid name."""
     if not (mark and mark.isascii() and mark.isprintable()):
         raise OutputError(
@@ -287,15 +284,22 @@ def _taken(mark: str) -> OutputError:
     return OutputError(f"mark {mark} is also the name of the structure or a group or zone; names must be unique")
 
 
-def solid_texts(parts: Parts[Any], chosen: IntArray, names: Sequence[str]) -> list[tuple[Template, list[str]]]:
-    """Template, and measures and numbers as text, of the solids of these parts (k,), which have these names."""
-    rows: dict[int, tuple[Template, list[str]]] = {}
-    for template, batch in by_template(parts, chosen):
-        texts = reals(solid_numbers(template, batch, [names[n] for n in batch.parts.tolist()]))
-        width = len(texts) // len(batch.parts)
-        for row, n in enumerate(batch.parts.tolist()):
-            rows[n] = template, texts[row * width : (row + 1) * width]
-    return [rows[n] for n in range(len(chosen))]
+def shapes(parts: Parts[Any], rows: IntArray) -> Iterator[Shape]:
+    """The marks of these parts (k,), in this order. Raises OutputError for a mark that is not a valid name, and where a
+    solid cannot be written."""
+    names, marks, materials = product_names(parts), parts.mark.tolist(), parts.material.tolist()
+    for start in range(0, len(rows), PARTS_PER_BATCH):
+        few = rows[start : start + PARTS_PER_BATCH]
+        found: dict[int, Shape] = {}
+        for template, batch in by_template(parts, few):
+            own = few[batch.parts].tolist()
+            texts = reals(solid_numbers(template, batch, [parts.mark_names[marks[k]] for k in own]))
+            width = len(texts) // len(own)
+            for n, k in enumerate(own):
+                mark, material, numbers = marks[k], parts.materials[materials[k]], texts[n * width : (n + 1) * width]
+                _check_name(parts.mark_names[mark])
+                found[k] = Shape(parts.kind, parts.mark_names[mark], names[mark], material, template, numbers)
+        yield from (found[k] for k in few.tolist())
 
 
 @lru_cache(maxsize=256)

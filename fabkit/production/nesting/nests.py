@@ -32,6 +32,7 @@ __all__ = [
     "check_nest",
     "moved",
     "outline_areas",
+    "placed",
     "polygons",
     "stock_numbers",
     "turned",
@@ -139,6 +140,15 @@ def turned(points: FloatArray, angle_deg: float) -> FloatArray:
 def moved(points: FloatArray, placement: Placement) -> FloatArray:
     """Points (..., 2) of a panel's own frame, in the frame of its sheet."""
     result: FloatArray = turned(points, placement.angle_deg) + np.asarray(placement.offset_mm)
+    return result
+
+
+def placed(points: FloatArray, panel: IntArray, placements: Sequence[Placement]) -> FloatArray:
+    """Points (K, 2) of the own frames of panels (K,), in the frames of their sheets."""
+    angles = np.deg2rad([place.angle_deg for place in placements])
+    rotations = np.array([[np.cos(angles), np.sin(angles)], [-np.sin(angles), np.cos(angles)]])[..., panel]
+    offsets = np.array([place.offset_mm for place in placements]).reshape(-1, 2)
+    result: FloatArray = (points[:, None] @ np.moveaxis(rotations, 2, 0))[:, 0] + offsets[panel]
     return result
 
 

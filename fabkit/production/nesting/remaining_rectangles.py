@@ -49,7 +49,8 @@ class _Sorted:
         value = self._others[rectangle] if is_free else np.inf
         while node and minimum[node] != value:
             minimum[node] = value
-            value = min(value, minimum[node ^ 1])
+            sibling = minimum[node ^ 1]
+            value = sibling if sibling < value else value
             node >>= 1
 
 
@@ -61,7 +62,7 @@ class RemainingRectangles:
         self.is_free = [True] * len(sizes)
         self._longs, self._shorts = sizes[:, 0].tolist(), sizes[:, 1].tolist()
         self._by_long, self._by_short = _Sorted(sizes[:, 0], sizes[:, 1]), _Sorted(sizes[:, 1], sizes[:, 0])
-        self._rounding = rounding
+        self._rounding, self._least = rounding, float(sizes.min(initial=np.inf)) - rounding
 
     def take(self, rectangle: int) -> None:
         self._set(rectangle, False)
@@ -88,6 +89,8 @@ class RemainingRectangles:
         good ones is taken.
         """
         strip, choice = np.inf, -1
+        if length < self._least or width < self._least:  # as most sections are in the end
+            return strip, choice
         for turned, along, across in ((0, length, width), (len(self.is_free), width, length)):
             if not orientations[turned > 0]:
                 continue
@@ -96,7 +99,8 @@ class RemainingRectangles:
             if by_long < 0:
                 continue
             for k in (by_long, self._by_short.largest(max_across, max_along)):
-                found = min(along - self._longs[k], across - self._shorts[k])
+                beside, above = along - self._longs[k], across - self._shorts[k]
+                found = beside if beside < above else above
                 if found < strip or (found == strip and k + turned < choice):
                     strip, choice = found, k + turned
         return strip, choice

@@ -142,13 +142,14 @@ def _check_stock(stock: Stock) -> None:
     sizes = (stock.sheet.length_mm, stock.sheet.width_mm, stock.gap_mm, stock.border_mm)
     if not all(isinstance(size, Real) for size in sizes):
         raise NestingError(f"length and width of the sheet, gap and border are {sizes}: give numbers, in mm")
+    if not (np.isfinite(stock.gap_mm) and stock.gap_mm >= 0):
+        raise NestingError(f"panels cannot have a gap of {stock.gap_mm:g} mm between them; give one of 0 or more")
     length, width = stock.inside
-    values = (length, width, stock.gap_mm, stock.border_mm)
-    if not (np.isfinite(values).all() and min(length, width) > 0 and min(stock.gap_mm, stock.border_mm) >= 0):
+    if not (np.isfinite([length, width, stock.border_mm]).all() and min(length, width) > 0 and stock.border_mm >= 0):
         raise NestingError(
             f"a sheet of {stock.sheet.length_mm:g} x {stock.sheet.width_mm:g} mm with a border of "
-            f"{stock.border_mm:g} mm and a gap of {stock.gap_mm:g} mm has no room for panels; give positive sizes, a "
-            "gap and a border of 0 or more, and a border below half the sheet's width"
+            f"{stock.border_mm:g} mm has no room for panels; give positive sizes, and a border of 0 or more, below "
+            "half the sheet's width"
         )
     count = stock.sheet.count
     if count is not None and (not isinstance(count, int) or count < 0):
@@ -172,7 +173,8 @@ def _check_panels(panels: Parts[PanelDetails], outlines: Ragged) -> None:
 def too_large(
     panels: Parts[PanelDetails], sheet: Sheet | Sequence[Sheet], *, border_mm: float, rotation: Rotation = "free"
 ) -> dict[int, str]:
-    """A sentence for each panel whose rectangle does not fit on a sheet of any size, by the index of the panel.
+    """A sentence for each panel whose rectangle does not fit on a sheet of any size, by the index of the panel. Raises
+    NestingError where a sheet or the border is invalid.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -181,8 +183,10 @@ def too_large(
     >>> sorted(too_large(built.assembly["panels"], Sheet(3210, 1400), border_mm=15))
     [0, 2, 4, 6, 8, 10]
     """
-    sizes, outlines = _sizes(sheet), panel_outlines(panels)
-    return _too_large(panels, [Guillotine.of(outlines, Stock(size, 0.0, border_mm, rotation)) for size in sizes])
+    stocks = [Stock(size, 0.0, border_mm, rotation) for size in _sizes(sheet)]
+    _check_stocks(stocks)
+    outlines = panel_outlines(panels)
+    return _too_large(panels, [Guillotine.of(outlines, stock) for stock in stocks])
 
 
 def _too_large(panels: Parts[PanelDetails], guillotines: Sequence[Guillotine]) -> dict[int, str]:
