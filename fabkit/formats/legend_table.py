@@ -107,7 +107,10 @@ _SIGNS = (
         "Bolts, Bolt size",
         "Their number, and their thread and length. All bores are in parts/MARK.step and, 1:1, in drawings/MARK.dxf.",
     ),
-    ("Point, Axis, Facet 1", "Of a node: its point on the mesh, its axis outwards, and the direction of facet 1."),
+    (
+        "Point, Axis, Facet 1",
+        "Of a node: its point on the mesh of the beams, its axis outwards, and the direction of facet 1.",
+    ),
     ("Width, Diagonal 1, Diagonal 2", "Of a panel: along edge 1; from corner 1 to corner 3, and from 2 to 4."),
     (
         "Length, Diameter, Side",

@@ -75,6 +75,7 @@ def test_a_whole_folder_is_found_whole(made: Path) -> None:
         {"mesh": dome(3, 2), "layers": [{"build_up": "8/16Ar/44.2", "edges": "mitred"}]},  # edges of S vanish
         {"drawings": {"version": "R12"}, "name": "gr\u00fcn ^ %%d \\U+00DF", "title_block": {"revision": "1^"}},
         {"marks": {"mirrored_panes": True, "prefix": "NO1-"}, "drawings": {"labels": "middle"}},
+        {"beams": {"section": "chs 76.1x5", "reference": "glass"}, "nodes": {"bottom": "trimmed"}},
         {"beams": {"section": "round 60"}, "supports": {"loop": 0}, "step": {"schema": "AP214"}},
         {"documents": ["parts", "drawings", "panels"], "name": "A & B <x>"},
         {"documents": ["sheets", "step", "tables"]},

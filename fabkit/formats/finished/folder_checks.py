@@ -232,14 +232,28 @@ def _of_meshes(contents: Contents) -> Iterator[str]:
     if len(vertices) != len(normals) or len(vertices) != contents.manifest["counts"]["vertices"]:
         yield "M.obj and S.obj do not have the vertices that the manifest counts"
         return
-    scale = float(np.median(np.ptp(points, axis=0) / np.ptp(vertices[nodes], axis=0)))
     units = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     step = COORDINATE_TOLERANCE_MM + 1e-6 * float(np.abs(points).max())
-    for node in nodes[np.abs(vertices[nodes] * scale - points).max(axis=1) > step].tolist():
+    below = contents.manifest["settings"]["beams"]["reference"] == "glass"
+    for node in nodes[
+        _apart(points, [vertices[nodes], normals[nodes]] if below else [vertices[nodes]]) > step
+    ].tolist():
         yield f"vertex {node} (counted from 0) of M.obj is not where survey.csv has it"
     yield from _of_edges(vertices, normals, faces)
     for node in nodes[np.abs(units[nodes] - axes).max(axis=1) > DIRECTION_TOLERANCE].tolist():
         yield f"vertex {node} (counted from 0) of S.obj is not the axis in survey.csv"
+
+
+def _apart(points: FloatArray, meshes: list[FloatArray]) -> FloatArray:
+    """(n,) largest difference in each coordinate of points (n, 3) from the sum of as many points of meshes that fits
+    most of them best: of M in its unit, and of M below the glass with S at some depth."""
+    columns = np.stack([mesh.ravel() for mesh in meshes], axis=1)
+    apart, chosen = np.zeros(points.shape), np.ones(points.shape, dtype=bool)
+    for _ in range(2):
+        factors = np.linalg.lstsq(columns[chosen.ravel()], points[chosen], rcond=None)[0]
+        apart = np.abs((columns @ factors).reshape(points.shape) - points)
+        chosen = apart <= np.median(apart)
+    return np.asarray(apart.max(axis=1))
 
 
 def _of_edges(vertices: FloatArray, normals: FloatArray, faces: list[str]) -> Iterator[str]:
