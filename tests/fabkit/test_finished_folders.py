@@ -22,7 +22,7 @@ from fabkit.formats.finished import check_folder, differences_page, folder_diffe
 from fabkit.formats.finished.view_checks import LINE_TOLERANCE_MM, _are_drawn, _off_axes
 from fabkit.production.part_drawing import VIEW_GAP_MM
 from geometry.mesh import Mesh
-from geometry.mesh.shapes import dome
+from geometry.mesh.shapes import dome, grid
 from tests.fabkit.browser import Browser
 from tests.fabkit.corruption import corrupt
 
@@ -78,6 +78,7 @@ def test_a_whole_folder_is_found_whole(made: Path) -> None:
         {"beams": {"section": "chs 76.1x5", "reference": "glass"}, "nodes": {"bottom": "trimmed"}},
         {"beams": {"section": "round 60"}, "supports": {"loop": 0}, "step": {"schema": "AP214"}},
         {"documents": ["parts", "drawings", "panels"], "name": "A & B <x>"},
+        {"mesh": grid(12, 12), "mean_edge_mm": 150, "documents": ["tables", "parts", "sheets"]},  # handles above 330
         {"documents": ["sheets", "step", "tables"]},
         {"documents": ["report", "workbook", "glb"]},
     ],

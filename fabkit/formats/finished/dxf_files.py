@@ -39,7 +39,7 @@ _LATER = re.compile(
 """The entities of files: polylines, circles and texts."""
 _CODED = re.compile(r"\\U\+[0-9A-F]{4}|% %|\^ ")
 _HANDLE = re.compile(r"^  5\n([0-9A-F]+)$", re.MULTILINE)
-_OWNER = re.compile(r"^330\n(\w+)$", re.MULTILINE)
+_OWNER = re.compile(r"^  5\n\w+\n330\n(\w+)$", re.MULTILINE)
 _VERTEX = re.compile(rf"^ 10\n({_N})\n 20\n({_N})$", re.MULTILINE)
 _SLOT = rf"({_N})"
 _AROUND = re.compile(

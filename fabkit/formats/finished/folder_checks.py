@@ -235,25 +235,24 @@ def _of_meshes(contents: Contents) -> Iterator[str]:
     units = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     step = COORDINATE_TOLERANCE_MM + 1e-6 * float(np.abs(points).max())
     below = contents.manifest["settings"]["beams"]["reference"] == "glass"
-    for node in nodes[
-        _apart(points, [vertices[nodes], normals[nodes]] if below else [vertices[nodes]]) > step
-    ].tolist():
+    meshes = [vertices[nodes], normals[nodes]] if below else [vertices[nodes]]
+    for node in nodes[(_apart(points, meshes, step) > step).any(axis=1)].tolist():
         yield f"vertex {node} (counted from 0) of M.obj is not where survey.csv has it"
     yield from _of_edges(vertices, normals, faces)
     for node in nodes[np.abs(units[nodes] - axes).max(axis=1) > DIRECTION_TOLERANCE].tolist():
         yield f"vertex {node} (counted from 0) of S.obj is not the axis in survey.csv"
 
 
-def _apart(points: FloatArray, meshes: list[FloatArray]) -> FloatArray:
-    """(n,) largest difference in each coordinate of points (n, 3) from the sum of as many points of meshes that fits
-    most of them best: of M in its unit, and of M below the glass with S at some depth."""
+def _apart(points: FloatArray, meshes: list[FloatArray], rounding: float) -> FloatArray:
+    """(n, 3) differences of points (n, 3) from the sum of as many points of meshes that fits most of them best: of M in
+    its unit, and below the glass of S at the depth of the beams. Where all fit up to rounding, none is left out."""
     columns = np.stack([mesh.ravel() for mesh in meshes], axis=1)
-    apart, chosen = np.zeros(points.shape), np.ones(points.shape, dtype=bool)
+    apart = np.zeros(points.shape)
     for _ in range(2):
-        factors = np.linalg.lstsq(columns[chosen.ravel()], points[chosen], rcond=None)[0]
+        fitting = apart <= max(rounding, np.median(apart))
+        factors = np.linalg.lstsq(columns[fitting.ravel()], points[fitting], rcond=None)[0]
         apart = np.abs((columns @ factors).reshape(points.shape) - points)
-        chosen = apart <= np.median(apart)
-    return np.asarray(apart.max(axis=1))
+    return apart
 
 
 def _of_edges(vertices: FloatArray, normals: FloatArray, faces: list[str]) -> Iterator[str]:
