@@ -203,6 +203,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *GROUND,
     },
     "fabkit.formats.finished": {
+        "fabkit.units",
         "fabkit.wording",
         "fabkit.rules",
         "fabkit.formats",

@@ -37,7 +37,8 @@ def check_command(
         if len(found) > MAX_LINES:
             OUT.print(f"and {len(found) - MAX_LINES} more")
         if not found:
-            OUT.print(f"{printable(str(folder))} is as it was written, and its files agree")
+            written = "is as it was written, and its files agree" if hashes else "has files that agree with each other"
+            OUT.print(f"{printable(str(folder))} {written}")
     if found:
         raise typer.Exit(1)
 

@@ -16,6 +16,7 @@ from fabkit.production.facts import (
 )
 from fabkit.production.marks import (
     EQUAL_WITHIN_MM,
+    MARK_POINTS,
     KeptMarks,
     MarkPoints,
     element_ranks,
@@ -44,6 +45,7 @@ __all__ = [
     "LABEL",
     "LEAST_UNDIRECTED_SHARE",
     "MARK",
+    "MARK_POINTS",
     "REPORT",
     "SHEET",
     "SURFACE_DISTANCE",

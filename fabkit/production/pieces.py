@@ -27,7 +27,7 @@ from fabkit.kinds import (
 from fabkit.parts import Assembly, Cell, Column, Frame, Parts
 from fabkit.production.cut_lists import Table
 from fabkit.production.erection import Erection, erection_order
-from fabkit.production.marks import KeptMarks, mark_points
+from fabkit.production.marks import MARK_POINTS, KeptMarks, mark_points
 from fabkit.production.nesting.nests import Nest
 from fabkit.production.node_tables import (
     COORDINATE_DECIMALS,
@@ -46,6 +46,9 @@ __all__ = ["mark_table", "piece_tables"]
 
 BEVEL_DECIMALS = 4
 """Decimals of bevels in degrees: 5e-5 degrees are 1e-4 mm at the far side of a pane of 100 mm."""
+
+SAME_SHAPE_MM = 1e-6
+"""Largest difference in mm of a kept mark from its first shape that is rounding; these have 9 decimals."""
 
 
 def piece_tables(
@@ -78,8 +81,9 @@ def piece_tables(
 
 def mark_table(assembly: Assembly, earlier: Mapping[str, KeptMarks]) -> Table:
     """By what marks are recognised in a later build that keeps them: one row for each corner of each, and for each
-    direction of a beam on it. earlier: by groups, the marks that were kept, of which those that no piece has any more
-    are listed too, so that their numbers are not used again.
+    direction of a beam on it; the same of the shape under which a kept mark was first given, where it is another one.
+    earlier: by groups, the marks that were kept, of which those that no piece has any more are listed too, so that
+    their numbers are not used again.
 
     >>> from fabkit import Project, design
     >>> from geometry.mesh.shapes import dome
@@ -92,10 +96,12 @@ def mark_table(assembly: Assembly, earlier: Mapping[str, KeptMarks]) -> Table:
     known = {parts.kind.group: mark_points(parts) for parts in assembly.groups}
     words, points = [], [np.zeros((0, 3))]
     for group in dict.fromkeys([*earlier, *known]):
-        marks = {**earlier.get(group, KeptMarks()).points, **known.get(group, KeptMarks()).points}
-        for name, each in marks.items():
-            words += [(group, name, each.material, "corner"), (group, name, each.material, "direction")]
-            points += [each.corners, each.directions]
+        before, now = (of.get(group, KeptMarks()).points for of in (earlier, known))
+        for name, each in (before | now).items():
+            first = before.get(name, each)
+            shapes = (each, first) if each.apart_mm(first, 1.0) > SAME_SHAPE_MM else (each,)
+            points += chain.from_iterable((shape.corners, shape.directions) for shape in shapes)
+            words += [(group, name, each.material, what) for what in MARK_POINTS[: 2 * len(shapes)]]
     counts, xyz = list(map(len, points[1:])), np.concatenate(points).T.tolist()
     labels = [
         Column(title, None, [*chain.from_iterable(map(repeat, (row[k] for row in words), counts))])

@@ -143,6 +143,20 @@ def test_edges_of_panels_are_those_of_their_solids(tmp_path: Path, column: str, 
     assert check_folder(tmp_path / "roof", hashes=False) == (f"panel_edges.csv does not have the edges of {cells[0]}",)
 
 
+@pytest.mark.parametrize("mesh", [dome(4, 1), grid(2, 2)])
+@pytest.mark.parametrize("factor", [2.0, 1.0001])
+def test_the_mesh_has_the_size_that_its_unit_says(tmp_path: Path, mesh: Mesh, factor: float) -> None:
+    build(Project(mesh=mesh * 2.0, unit="m", out=tmp_path / "roof", documents=["meshes", "tables"]))
+    assert check_folder(tmp_path / "roof") == ()
+    path = tmp_path / "roof" / "M.obj"
+    vertices = [line.split()[1:] for line in path.read_text().splitlines() if line.startswith("v ")]
+    larger = [f"v {' '.join(str(factor * float(number)) for number in each)}" for each in vertices]
+    rest = [line for line in path.read_text().splitlines() if not line.startswith("v ")]
+    path.write_text("\n".join([*larger, *rest, ""]))
+    found = check_folder(tmp_path / "roof", hashes=False)
+    assert "vertex 2 (counted from 0) of M.obj is not where survey.csv has it" in found
+
+
 def test_an_edited_manifest_is_named_alone(made: Path, tmp_path: Path) -> None:
     shutil.copytree(made, tmp_path / "copy")
     in_manifest(tmp_path / "copy", note="mine")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,11 +13,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fabkit import Built, Project, design
+from fabkit import Built, Project, build, design
+from fabkit.formats.finished import check_folder
 from fabkit.parts import Assembly, Parts
 from fabkit.production.marks import EQUAL_WITHIN_MM, KeptMarks, mark_points, share_equal_parts
 from geometry.arrays import FloatArray
-from geometry.mesh import shapes
+from geometry.mesh import Mesh, shapes
 from tests.fabkit.plates import plates
 
 SQUARE = np.array([[0.0, 0.0], [900.0, 0.0], [880.0, 700.0], [10.0, 690.0]])
@@ -118,3 +121,32 @@ def test_after_a_small_move_parts_that_stay_keep_their_marks_and_all_stand_in_th
             n_still += is_still
             assert made.marks[k] == marks[k] or not is_still
     assert n_still or not noise
+
+
+@pytest.mark.parametrize("step", [0.1, 0.4])
+def test_a_mark_that_is_kept_from_build_to_build_does_not_drift(tmp_path: Path, step: float) -> None:
+    """The left side of a flat grid moves by 0.1 or 0.4 mm with each revision: all marks stay while none is farther than
+    twice the tolerance from the shape under which it was first given, which the last folder still has."""
+    first: dict[tuple[str, str], FloatArray] = {}
+    known: set[str] = set()
+    mesh, folder = shapes.grid(3, 2), None
+    for revision in range(8):
+        vertices = mesh.vertices * 1.2
+        vertices[vertices[:, 0] == vertices[:, 0].min(), 0] -= step * 1e-3 * revision
+        folder, before = tmp_path / str(revision), folder
+        keep = {"keep": before} if before else {}
+        tables = {"unit": "m", "out": folder, "documents": ["tables", "parts"], "marks": keep}
+        build(Project(mesh=Mesh(vertices, mesh.combinatorics), **tables))
+        assert check_folder(folder) == ()
+        rows = [row.split(",") for row in (folder / "mark_points.csv").read_text().replace('"', "").splitlines()[1:]]
+        found: dict[tuple[str, str], list[list[float]]] = defaultdict(list)
+        for row in rows:
+            found[row[1], row[-4]].append([float(cell) for cell in row[-3:]])
+        for (mark, what), points in found.items():
+            if what == "corner":
+                assert np.abs(np.array(points) - first.setdefault((mark, what), np.array(points))).max() <= 1.0 + 1e-6
+            if what == "first corner":
+                assert np.abs(np.array(points) - first[mark, "corner"]).max() <= 1e-6
+        marks = {row.split(",")[1] for row in (folder / "pieces.csv").read_text().splitlines()[1:]}
+        known = known or marks
+        assert (marks == known) == (step * revision <= 1.0)  # no more than twice the tolerance from the first shape

@@ -12,7 +12,7 @@ import numpy as np
 
 from fabkit.errors import FolderError
 from fabkit.formats.finished.contents import Contents
-from fabkit.production import KeptMarks, MarkPoints
+from fabkit.production import MARK_POINTS, KeptMarks, MarkPoints
 from fabkit.wording import echo
 
 __all__ = ["kept_marks"]
@@ -41,7 +41,9 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
             f"{folder} has no mark_points.csv, so its marks cannot be kept: it is of another version of fabkit, or was "
             "built without 'tables' among its documents"
         )
-    points: dict[tuple[str, str], dict[str, list[list[float]]]] = defaultdict(lambda: {"corner": [], "direction": []})
+    points: dict[tuple[str, str], dict[str, list[list[float]]]] = defaultdict(
+        lambda: {what: [] for what in MARK_POINTS}
+    )
     materials: dict[tuple[str, str], str] = {}
     pieces: dict[str, list[tuple[list[float], list[float]]]] = defaultdict(list)
     try:
@@ -61,15 +63,23 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
             f"{error}"
         ) from None
     found: dict[str, dict[str, MarkPoints]] = defaultdict(dict)
+    latest: dict[str, dict[str, MarkPoints]] = defaultdict(dict)
     for (group, name), each in points.items():
-        corners, directions = (np.array(each[what]).reshape(-1, 3) for what in ("corner", "direction"))
-        found[group][name] = MarkPoints(materials[group, name], corners, directions)
+        last, first = (
+            MarkPoints(materials[group, name], *(np.array(each[what]).reshape(-1, 3) for what in pair))
+            for pair in (MARK_POINTS[:2], MARK_POINTS[2:])
+        )
+        found[group][name] = last
+        if len(first.corners):
+            found[group][name], latest[group][name] = first, last
+            if first.shape != last.shape:
+                raise FolderError(f"the marks of {folder} cannot be kept: mark_points.csv there lacks points of {name}")
     kept: dict[str, KeptMarks] = {}
     for group, marks in found.items():
         own = tuple(mark for mark in marks for _ in pieces[mark])
         centres = np.array([centre for mark in marks for centre, _ in pieces[mark]]).reshape(-1, 3)
         hidden = np.array([each for mark in marks for _, each in pieces[mark]]).reshape(-1, 2)
-        kept[group] = KeptMarks(marks, own, centres, hidden)
+        kept[group] = KeptMarks(marks, latest[group], own, centres, hidden)
     return kept
 
 

@@ -28,6 +28,7 @@ from fabkit.formats.finished.zone_checks import check_zones
 from fabkit.formats.manifest import MANIFEST, foreign_files
 from fabkit.production import table_file
 from fabkit.rules import SiteRules
+from fabkit.units import MM_PER_UNIT
 from geometry.arrays import FloatArray
 
 __all__ = ["check_folder"]
@@ -233,9 +234,13 @@ def _of_meshes(contents: Contents) -> Iterator[str]:
         yield "M.obj and S.obj do not have the vertices that the manifest counts"
         return
     units = normals / np.linalg.norm(normals, axis=1, keepdims=True)
-    step = COORDINATE_TOLERANCE_MM + 1e-6 * float(np.abs(points).max())
-    below = contents.manifest["settings"]["beams"]["reference"] == "glass"
-    meshes = [vertices[nodes], normals[nodes]] if below else [vertices[nodes]]
+    settings, given = contents.manifest["settings"], vertices[nodes]
+    step = COORDINATE_TOLERANCE_MM + (1e-9 if settings["unit"] else 1e-6) * float(np.abs(points).max())
+    meshes = [normals[nodes]] if settings["beams"]["reference"] == "glass" else []
+    if settings["unit"]:
+        points = points - MM_PER_UNIT[settings["unit"]] * given
+    else:
+        meshes.append(given)
     for node in nodes[(_apart(points, meshes, step) > step).any(axis=1)].tolist():
         yield f"vertex {node} (counted from 0) of M.obj is not where survey.csv has it"
     yield from _of_edges(vertices, normals, faces)
@@ -244,14 +249,14 @@ def _of_meshes(contents: Contents) -> Iterator[str]:
 
 
 def _apart(points: FloatArray, meshes: list[FloatArray], rounding: float) -> FloatArray:
-    """(n, 3) differences of points (n, 3) from the sum of as many points of meshes that fits most of them best: of M in
-    its unit, and below the glass of S at the depth of the beams. Where all fit up to rounding, none is left out."""
-    columns = np.stack([mesh.ravel() for mesh in meshes], axis=1)
-    apart = np.zeros(points.shape)
-    for _ in range(2):
-        fitting = apart <= max(rounding, np.median(apart))
+    """(n, 3) differences of points (n, 3) from the sum of as many points of meshes that fits most of them best: of S at
+    the depth of the beams below the glass, of M in its unit. Where all fit up to rounding, none is left out."""
+    columns = np.array(meshes).reshape(len(meshes), points.size).T
+    apart, fitting = np.abs(points), np.ones(points.shape, dtype=bool)
+    for _ in range(2 if meshes else 0):
         factors = np.linalg.lstsq(columns[fitting.ravel()], points[fitting], rcond=None)[0]
         apart = np.abs((columns @ factors).reshape(points.shape) - points)
+        fitting = apart <= max(rounding, np.median(apart))
     return apart
 
 

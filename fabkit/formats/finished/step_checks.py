@@ -14,6 +14,7 @@ from fabkit.formats.finished.contents import Contents
 from fabkit.formats.finished.part_geometry import REFERENCE, PartSolid, measured
 from fabkit.formats.step.entities import FIRST_FREE_ID
 from fabkit.parts import Ragged, blanks
+from fabkit.production import MARK_POINTS
 from geometry.arrays import FloatArray
 
 __all__ = ["PartFile", "check_centres", "check_mark_points", "check_model", "check_part", "part_file"]
@@ -152,7 +153,7 @@ def check_centres(contents: Contents, parts: dict[str, PartFile]) -> Iterator[st
 def check_mark_points(contents: Contents, parts: dict[str, PartFile]) -> Iterator[str]:
     """The points by which marks are recognised against the corners and faces of the part files."""
     tables = {row["Mark"]: (group, row) for group, table in contents.tables_of_marks() for row in table}
-    points: dict[str, dict[str, list[list[float]]]] = {mark: {"corner": [], "direction": []} for mark in tables}
+    points: dict[str, dict[str, list[list[float]]]] = {mark: {what: [] for what in MARK_POINTS} for mark in tables}
     earlier: Counter[str] = Counter()  # of marks that no piece has any more
     for number, row in enumerate(contents.table("mark_points"), start=2):
         point = [float(row[axis]) for axis in "xyz"]
@@ -172,7 +173,10 @@ def check_mark_points(contents: Contents, parts: dict[str, PartFile]) -> Iterato
     for mark, found in points.items():
         if mark not in parts:
             continue
-        solid, corners, directions = parts[mark].solid, *(np.array(each).reshape(-1, 3) for each in found.values())
+        corners, directions, *first = (np.array(each).reshape(-1, 3) for each in found.values())
+        solid = parts[mark].solid
+        if first[0].size and [each.shape for each in first] != [corners.shape, directions.shape]:
+            yield f"mark_points.csv lacks points of the first shape of {mark}"
         if len(solid.rounds):
             is_whole = _are_of_round(corners, solid)
         else:

@@ -14,7 +14,11 @@ from fabkit.kinds.look_alikes import dot_vertices
 from fabkit.parts import Measures, Parts, Ragged, SolidArray
 from geometry.arrays import FloatArray, IntArray
 
-__all__ = ["KeptMarks", "MarkPoints", "compared_points", "makes", "mark_points"]
+__all__ = ["MARK_POINTS", "KeptMarks", "MarkPoints", "compared_points", "makes", "mark_points"]
+
+MARK_POINTS = ("corner", "direction", "first corner", "first direction")
+"""What the points are that are listed of a mark: of its shape, and of that under which a kept one was first given,
+where it is another one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,13 +42,20 @@ class MarkPoints:
         """Material with its finish, and numbers of corners and directions."""
         return self.material, len(self.corners), len(self.directions)
 
+    def apart_mm(self, other: MarkPoints, reach: float) -> float:
+        """Largest difference of a coordinate from those of the same shape, of directions at this distance in mm."""
+        off = np.concatenate([self.corners - other.corners, reach * (self.directions - other.directions)])
+        return float(np.abs(off).max(initial=0.0))
+
 
 @dataclass(frozen=True, eq=False)
 class KeptMarks:
     """The marks that a kind had in an earlier build, by their names, and its pieces.
 
-    marks: of each piece. centres_mm (n, 3): their centres of mass at the coordinates of the mesh file. hidden_mm
-    (n, 2): how far each was from the shape of its mark, as in `Parts`.
+    points: of the shape under which each mark was first given, so that a mark that is kept from build to build does
+    not drift; latest: of that which it had last, where it is another one. marks: of each piece. centres_mm (n, 3):
+    their centres of mass at the coordinates of the mesh file. hidden_mm (n, 2): how far each was from the shape of
+    its mark, as in `Parts`.
 
     >>> from fabkit.production.marks import KeptMarks
     >>> KeptMarks({"NO1-B009": None, "B011": None}).next_number, KeptMarks().next_number
@@ -52,6 +63,7 @@ class KeptMarks:
     """
 
     points: dict[str, MarkPoints] = field(default_factory=dict)
+    latest: dict[str, MarkPoints] = field(default_factory=dict)
     marks: tuple[str, ...] = ()
     centres_mm: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     hidden_mm: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
@@ -120,4 +132,4 @@ def mark_points(parts: Parts[Any], origin_mm: FloatArray | None = None) -> KeptM
             found[mark] = MarkPoints(made_of[mark], corners, directions[mark])
     centres = parts.centres_mm if origin_mm is None else parts.centres_mm + origin_mm
     by_name = {parts.mark_names[mark]: found[mark] for mark in sorted(found)}
-    return KeptMarks(by_name, tuple(parts.marks), centres, parts.hidden_mm)
+    return KeptMarks(by_name, {}, tuple(parts.marks), centres, parts.hidden_mm)

@@ -190,10 +190,12 @@ class _Sharing:
 
     def _own_before(self, kept: KeptMarks, numbers: IntArray, pieces: IntArray) -> tuple[IntArray, FloatArray]:
         """Which of these kept marks, given by their numbers, the earlier pieces (q,) had, -1 for another; and how far
-        they were off the shape of it."""
+        they were off the first shape of it."""
         place = {mark: row for row, mark in enumerate(np.array(list(kept.points), dtype=object)[numbers].tolist())}
         marks = np.array([*(place.get(mark, -1) for mark in kept.marks), -1], dtype=np.int64)
+        moved = {mark: each.apart_mm(kept.points[mark], self.reach) for mark, each in kept.latest.items()}
         off = (kept.hidden_mm * [1.0, self.within_mm / self.rules.far_end_mm]).max(axis=1)
+        off += np.array([moved.get(mark, 0.0) for mark in kept.marks])
         return marks[pieces], np.append(off, 0.0)[pieces]
 
     def _hidden(self, parts: Parts[D], alike: _Alike, first: IntArray, turn: IntArray) -> FloatArray:
