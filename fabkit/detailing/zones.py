@@ -32,13 +32,13 @@ def _of_faces(mesh: Mesh, rules: Sequence[ZoneRules]) -> IntArray:
     c = mesh.combinatorics
     of_faces = np.full(c.n_faces, -1)
     for number, zone in enumerate(rules):
-        own = np.array(zone.faces or (), dtype=np.int64)
-        if len(own) and own.max() >= c.n_faces:
+        largest = max(zone.faces or (), default=0)
+        if largest >= c.n_faces:
             raise DetailingError(
-                f"zone {zone.name!r} has face {own.max()}, which the mesh does not have: faces are counted from 0 "
+                f"zone {zone.name!r} has face {largest}, which the mesh does not have: faces are counted from 0 "
                 f"to {c.n_faces - 1}"
             )
-        of_faces[own] = number
+        of_faces[list(zone.faces or ())] = number
     heights = np.bincount(c.corner_face, weights=mesh.vertices[c.corners, 2], minlength=c.n_faces) / c.face_sizes
     for number, zone in enumerate(rules):
         if zone.below_mm is not None:

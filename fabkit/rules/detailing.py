@@ -238,5 +238,8 @@ class DetailingRules:
             material = getattr(rules, "material", None)
             if material is not None and material not in self.densities_kg_m3:
                 known = ", ".join(echo(name) for name in sorted(self.densities_kg_m3))
-                raise ValueError(f"{kind}.material is {echo(material)}, but densities_kg_m3 has only {known}")
+                raise ValueError(
+                    f"{kind}.material is {echo(material)}, but densities_kg_m3 has only {known}; name one of these, or "
+                    "add its density there"
+                )
         return self

@@ -105,6 +105,12 @@ def test_random_corruptions_are_found(made: Path, tmp_path: Path) -> None:
     assert without >= FOUND_WITHOUT_HASHES * N_CORRUPTIONS
 
 
+def of_first_piece(folder: Path, last_cell: str) -> None:
+    lines = (folder / "placements.csv").read_text().splitlines()
+    lines[1] = lines[1].rpartition(";")[0] + ";" + last_cell
+    (folder / "placements.csv").write_text("\n".join([*lines, ""]))
+
+
 @pytest.mark.parametrize(
     ("damage", "sentence"),
     [
@@ -121,6 +127,11 @@ def test_random_corruptions_are_found(made: Path, tmp_path: Path) -> None:
         (lambda folder: (folder / "pieces.csv").unlink(), "pieces.csv is missing"),
         (lambda folder: (folder / "pieces.csv").write_bytes(b"\xff\xfe\x00"), "pieces.csv is not text"),
         (lambda folder: (folder / "parts" / "B001.step").write_text(""), "B001.step is no complete STEP file"),
+        (
+            lambda folder: of_first_piece(folder, "nan"),
+            "placements.csv has nan in the column Centre z (mm), which is no",
+        ),
+        (lambda folder: of_first_piece(folder, "-INF"), "placements.csv has -INF in the column Centre z (mm)"),
         (lambda folder: (folder / "notes.txt").write_text("mine"), "notes.txt was added"),
     ],
 )
@@ -240,6 +251,16 @@ def test_differences_are_the_same_from_both_sides_and_every_piece_has_its_row_or
         assert numbers[0] - of_kind.count("gone") == numbers[1] - of_kind.count("new")
     assert all(row[2] in names[0] for row in there if row[0] != "new")
     assert all(row[3] in names[1] for row in there if row[0] != "gone")
+
+
+def test_tables_that_were_edited_are_not_compared(made: Path, tmp_path: Path) -> None:
+    shutil.copytree(made, tmp_path / "edited")
+    lines = (made / "beams.csv").read_text().splitlines()
+    (tmp_path / "edited" / "beams.csv").write_text("\n".join([*lines[:1], *lines[2:], ""]))
+    with pytest.raises(
+        FolderError, match=r"edited cannot be compared: beams\.csv there was changed after it was written"
+    ):
+        folder_differences(made, tmp_path / "edited")
 
 
 def test_a_page_of_differences_needs_both_reports(made: Path, tmp_path: Path) -> None:

@@ -129,6 +129,7 @@ def test_layers_go_up_from_the_beams_outwards_and_then_inwards() -> None:
     [
         ([{"name": "A", "faces": [0]}], "17 of 18 faces are in no zone, the first of them face 1 .* a name alone"),
         ([{"name": "A", "faces": [0, 18]}, {"name": "B"}], "zone 'A' has face 18, .* counted from 0 to 17"),
+        ([{"name": "A", "faces": [0, 10**20]}, {"name": "B"}], f"zone 'A' has face {10**20}, .* counted from 0 to 17"),
         ([{"name": "A", "faces": [-1]}, {"name": "B"}], "zones.0.faces.0 is -1"),
         ([{"name": "A", "faces": [3]}, {"name": "B", "faces": [3]}], r"face 3 .* is in zones 'A' and 'B': take it out"),
         ([{"name": "A"}, {"name": "B"}], "zones 'A' and 'B' both say nothing of their faces"),

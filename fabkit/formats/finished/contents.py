@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import json
 import os
 import re
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -71,6 +72,8 @@ class _Manifest:
 _MANIFEST: TypeAdapter[_Manifest] = TypeAdapter(_Manifest)
 LONGEST_REASON = 200
 """Largest number of letters of what a library says of a cell that it cannot read."""
+_NO_NUMBER = re.compile(r"\s*[-+]?(nan|inf(inity)?)\s*", re.IGNORECASE)
+_MEASURED = re.compile(r"\((mm|deg|kg|m2)\)$|(^| )[xyz]$")
 _COMMA_NUMBER = re.compile(r"-?\d+,\d+")
 _DATA = re.compile(r'<script type="application/json" id="data">(.*?)</script>', re.DOTALL)
 _ARRAYS = re.compile(r'<script type="text/plain" id="model-data">(.*?)</script>', re.DOTALL)
@@ -187,6 +190,14 @@ class Contents:
             self._tables[name] = self._table(name)
         return self._tables[name]
 
+    def check_unchanged(self, files: Sequence[str]) -> None:
+        """Raise FolderError where one of these files is not as it was written."""
+        for name in files:
+            if hashlib.sha256(self.data(name)).hexdigest() != self.files.get(name):
+                raise FolderError(
+                    f"{name} there was changed after it was written; take an untouched copy of the folder"
+                )
+
     def tables_of_marks(self) -> Iterator[tuple[str, FolderTable]]:
         """The groups that have a table of marks, and these."""
         for name in self.files:
@@ -209,6 +220,10 @@ class Contents:
                 raise FolderError(f"row {number} of {file} has {len(row)} cells, its heading {len(head)}")
         if self.rules.decimal == ",":
             rows = [[self.as_read(cell) for cell in row] for row in rows]
+        for column, cells in zip(head, zip(*rows, strict=True), strict=False):
+            strange = [cell for cell in {*cells} if _NO_NUMBER.fullmatch(cell)] if _MEASURED.search(column) else []
+            if strange:
+                raise FolderError(f"{file} has {strange[0]} in the column {column}, which is no number")
         if len(set(head)) != len(head):
             raise FolderError(f"two columns of {file} have the same name")
         own = [dict(zip(head, row, strict=True)) for row in rows]

@@ -129,6 +129,7 @@ def _pieces(contents: Contents) -> list[_Piece]:
         raise FolderError(f"{contents.folder} lacks {lacking}: build it with 'tables' among its documents")
     values: dict[str, dict[str, list[float]]] = defaultdict(lambda: {"(mm)": [], "(deg)": []})
     try:
+        contents.check_unchanged([name for name in contents.files if name.endswith(".csv")])
         for name in contents.files:
             if not name.endswith(".csv") or name in ("pieces.csv", "placements.csv", "survey.csv", "legend.csv"):
                 continue

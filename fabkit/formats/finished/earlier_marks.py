@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import re
 from collections import defaultdict
@@ -54,7 +53,7 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
         off = {row["Piece"]: [_number(row[name] or "0") for name in _HIDDEN] for row in contents.table("pieces")}
         for row in contents.table("placements"):
             pieces[row["Mark"]].append(([_number(row[name]) for name in _CENTRE], off[row["Piece"]]))
-        _check_unchanged(contents)
+        contents.check_unchanged(_TABLES)
     except FolderError as error:
         raise FolderError(f"the marks of {folder} cannot be kept: {error}") from None
     except (KeyError, ValueError) as error:
@@ -81,13 +80,6 @@ def kept_marks(folder: Path) -> dict[str, KeptMarks]:
         hidden = np.array([each for mark in marks for _, each in pieces[mark]]).reshape(-1, 2)
         kept[group] = KeptMarks(marks, latest[group], own, centres, hidden)
     return kept
-
-
-def _check_unchanged(contents: Contents) -> None:
-    """Raise FolderError unless the tables that are read are those that were written."""
-    for name in _TABLES:
-        if hashlib.sha256(contents.data(name)).hexdigest() != contents.files.get(name):
-            raise FolderError(f"{name} there was changed after it was written; take an untouched copy of the folder")
 
 
 def _mark(text: str) -> str:
