@@ -114,11 +114,10 @@ def to_cadquery(item: Part | Assembly) -> cadquery.Workplane | cadquery.Assembly
 def _tree(assembly: Assembly) -> Iterator[tuple[str, list[tuple[str, list[tuple[Part, str]]]]]]:
     """Each zone that has parts, or an empty name where there are no zones, with the names of its groups and their parts
     with their own."""
-    numbers = {parts.kind: assembly.zones.of(parts) for parts in assembly.groups}
     for number, zone in enumerate(assembly.zones.names or ("",)):
         groups = []
         for parts in assembly.groups:
-            rows = np.flatnonzero(numbers[parts.kind] == number).tolist()
+            rows = np.flatnonzero(assembly.zones.of(parts) == number).tolist()
             if rows:
                 names = parts.piece_names
                 groups.append((f"{zone} {parts.kind.group}".strip(), [(parts[row], names[row]) for row in rows]))

@@ -13,7 +13,7 @@ Cell = str | int | float | None
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a cut list: one cell for each mark.
+    """A column of a table: one cell for each row, which is a mark in a cut list.
 
     decimals: number of decimals shown, None for text. total: the cell below the column, None for an empty one. several:
     whether a cell has several values in one text; such columns are for the report alone, since no program reads them.

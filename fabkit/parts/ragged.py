@@ -33,12 +33,12 @@ class Ragged:
     starts: IntArray
 
     def __post_init__(self) -> None:
-        if self.values.flags.writeable:
-            values = np.array(self.values)
+        values, starts = np.asarray(self.values), np.asarray(self.starts, dtype=np.int64)
+        if values.flags.writeable:
+            values = values.copy()
             values.flags.writeable = False
-            object.__setattr__(self, "values", values)
-        if self.starts.flags.writeable:
-            object.__setattr__(self, "starts", integers(self.starts))
+        object.__setattr__(self, "values", values)
+        object.__setattr__(self, "starts", integers(starts) if starts.flags.writeable else starts)
 
     @classmethod
     def of(

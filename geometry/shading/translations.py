@@ -122,11 +122,11 @@ def _best_near(
     cost: Callable[[FloatArray], float], start: FloatArray, fins: Fins, bound: float, steps: tuple[float, float]
 ) -> FloatArray:
     """(3,) the x of least cost near a start, |x| <= bound, with S + x above all panels."""
+    from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize  # takes long to import
+
     c = fins.mesh.combinatorics
     least = min(LEAST_RISE, float(fins.rises.min()))
     near = np.flatnonzero(fins.rises < bound + least)  # others rise enough for every x
-    from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize  # takes long to import
-
     constraints: list[NonlinearConstraint | LinearConstraint] = [
         NonlinearConstraint(lambda x: x @ x, -np.inf, bound**2)
     ]
@@ -145,7 +145,6 @@ def _best_near(
 
 def _shortest(cost: Callable[[FloatArray], float], start: FloatArray, fins: Fins) -> FloatArray:
     """(3,) a shortest translation near a start for which all panels are completely shaded."""
-
     from scipy.optimize import NonlinearConstraint, approx_fprime, minimize  # takes long to import
 
     def squared_length(x: FloatArray) -> float:

@@ -14,14 +14,13 @@ import numpy as np
 from fabkit.errors import FolderError
 from geometry.arrays import FloatArray, IntArray, integers
 
-__all__ = ["NUMBER", "REFERENCE", "PartSolid", "measured"]
+__all__ = ["REFERENCE", "PartSolid", "measured"]
 
 VOLUME_TOLERANCE, FACE_TOLERANCE_MM = 1e-9, 1e-6
 """Largest relative difference of a stated volume or area, and largest distance in mm of a corner from its face, that
 is put down to rounding."""
-NUMBER = re.compile(r"-?\d+\.\d*(?:E-?\d+)?")
+_NUMBER = re.compile(r"(?<=[(,])(-?\d+\.\d*(?:E-?\d+)?)")
 REFERENCE = re.compile(r"#(\d+)")
-_NUMBERS = re.compile(rf"(?<=[(,])({NUMBER.pattern})")
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class PartSolid:
 def measured(name: str, data: str) -> PartSolid:
     """The solid of a part file, after comparing volume, area, lines and planes. data: entities, one a line. Raises
     FolderError with what is wrong."""
-    texts = _NUMBERS.split(data)
+    texts = _NUMBER.split(data)
     numbers, of = np.array(list(map(float, texts[1::2]))), _reading("~".join(texts[::2]))
     if not of.is_whole:
         raise FolderError(f"{name} is no complete STEP file")

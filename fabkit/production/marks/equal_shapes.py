@@ -138,7 +138,7 @@ def equal_shapes(
     in_company = n_together[group[:: shapes.n_turns]] > 1  # others are near to themselves only
     for part in np.flatnonzero(in_company).tolist():
         if ungrouped[part]:
-            ungrouped[: part + 1] = False
+            ungrouped[: part + 1] = False  # those before it are visited, or have nothing near to their first turn
             hits = near(points[part * shapes.n_turns])
             if len(hits):
                 own = shapes.at(np.array([part]), np.array([0]), np.arange(shapes.n_corners))[0]

@@ -10,7 +10,7 @@ import numpy as np
 
 from fabkit.production.nesting.guillotine import Guillotine
 from fabkit.production.nesting.irregular import Engine, suits_engines
-from fabkit.production.nesting.nests import Placement, moved
+from fabkit.production.nesting.nests import Placement, placed
 from geometry.arrays import FloatArray, IntArray, integers
 
 __all__ = ["Filler", "Filling"]
@@ -133,6 +133,7 @@ class Filler:
         cut."""
         size, last = min(fillings, key=self.area)
         outlines, sheet = self.guillotines[size].outlines, self.guillotines[size].stock.sheet
-        ends = np.concatenate([moved(outlines[place.panel], place) for place in last]).max(axis=0)
+        own = outlines[np.array([place.panel for place in last])]
+        ends = placed(own.values, own.row, last).max(axis=0)
         share = float(min(ends[0] / sheet.length_mm, ends[1] / sheet.width_mm))
         return sum(self._sheet_area(filling) for filling in fillings), share

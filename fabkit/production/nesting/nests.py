@@ -30,7 +30,6 @@ __all__ = [
     "Sheet",
     "Stock",
     "check_nest",
-    "moved",
     "outline_areas",
     "placed",
     "polygons",
@@ -137,12 +136,6 @@ def turned(points: FloatArray, angle_deg: float) -> FloatArray:
     return result
 
 
-def moved(points: FloatArray, placement: Placement) -> FloatArray:
-    """Points (..., 2) of a panel's own frame, in the frame of its sheet."""
-    result: FloatArray = turned(points, placement.angle_deg) + np.asarray(placement.offset_mm)
-    return result
-
-
 def placed(points: FloatArray, panel: IntArray, placements: Sequence[Placement]) -> FloatArray:
     """Points (K, 2) of the own frames of panels (K,), in the frames of their sheets."""
     angles = np.deg2rad([place.angle_deg for place in placements])
@@ -192,13 +185,9 @@ def check_nest(nest: Nest, panels: Parts[PanelDetails]) -> None:
         raise NestingError(f"sheet {mixed[0] + 1} has panels that differ in thickness or material: {marks}")
     _check_counts(nest, dict(of_sheets_and_stocks.tolist()))
     outlines = panel_outlines(panels)
-    angles = np.deg2rad([place.angle_deg for place in nest.placements])[outlines.row]
-    cosines, sines = np.cos(angles), np.sin(angles)
-    x, y = outlines.values.T
-    offsets = np.array([place.offset_mm for place in nest.placements])[outlines.row]
-    placed = outlines.with_values(np.stack([x * cosines - y * sines, x * sines + y * cosines], axis=1) + offsets)
-    _check_inside(nest, panels.marks, placed)
-    _check_gaps(nest, panels.marks, placed)
+    on_sheets = outlines.with_values(placed(outlines.values, outlines.row, nest.placements))
+    _check_inside(nest, panels.marks, on_sheets)
+    _check_gaps(nest, panels.marks, on_sheets)
 
 
 def _check_counts(nest: Nest, stocks: Mapping[int, int]) -> None:
